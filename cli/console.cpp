@@ -1,0 +1,61 @@
+#include "cli/console.h"
+
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <string>
+
+namespace sim::cli {
+
+void put(std::ostream& stream, std::string_view text) {
+  if (!stream.good()) return;
+  errno = 0;
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.flush();
+}
+
+void flush_or_throw(std::ostream& stream, std::string_view name) {
+  put(stream, "");
+  if (stream.good()) return;
+  if (errno == EPIPE) throw ClosedPipe();
+  throw Error(ErrorKind::kIo, {"cannot write", std::string(name),
+                               errno ? std::strerror(errno) : "the stream failed",
+                               "check the space and the permissions there"});
+}
+
+void print_error(std::ostream& err, std::string_view message) {
+  constexpr std::string_view kHex = "0123456789abcdef";
+  std::string line = "sim: error: ";
+  for (const char c : message) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f) {
+      line += c;
+    } else {
+      line += "\\x";
+      line += kHex[byte >> 4];
+      line += kHex[byte & 15];
+    }
+  }
+  err << line << '\n' << std::flush;
+}
+
+int report_exception(std::ostream& err) {
+  constexpr int kClosedPipe = 141;  // 128 + SIGPIPE, as a shell reports it
+  try {
+    throw;
+  } catch (const ClosedPipe&) {
+    return kClosedPipe;
+  } catch (const Error& error) {
+    print_error(err, error.what());
+    return static_cast<int>(error.kind());
+  } catch (const std::bad_alloc&) {
+    print_error(err, "out of memory: the scene does not fit; make it smaller");
+  } catch (const std::exception& error) {
+    print_error(err, std::string("internal: ") + error.what() + "; please report this");
+  } catch (...) {
+    print_error(err, "internal: unknown exception; please report this");
+  }
+  return static_cast<int>(ErrorKind::kInternal);
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,36 @@
+// What surrounds the program: the folders of plugins and scenes, and how it was built.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/plugin/registry.h"
+
+namespace sim::cli {
+
+using Folders = std::vector<std::filesystem::path>;
+
+struct Environment {
+  Folders plugin_folders;  // searched in order
+  Folders scene_folders;   // each holds sim/ and scenes/
+};
+
+// Plugins: `plugin_path` (--plugin-path), then $SIM_PLUGIN_PATH, then lib/sim/plugins beside the
+// program's bin/. Scenes: $SIM_PATH, then share/sim beside bin/, then the scripts of the source
+// tree. The variables hold folders with colons between them. Only the built-in folders may be
+// missing.
+Environment find_environment(const Folders& plugin_path);
+
+// A registry over these folders, with the libraries of --load opened. Throws Error{kIo} for a
+// folder that cannot be read and Error{kPlugin} for a library that cannot be used.
+Registry open_registry(const Environment& environment, const Folders& libraries);
+
+struct BuildFacts {
+  std::string version, commit, compiler;
+};
+
+BuildFacts build_facts();
+std::string version_line();  // "sim 0.1.0 (commit ..., GNU 12.2.0, plugin ABI 1)"
+
+}  // namespace sim::cli

@@ -1,0 +1,21 @@
+// Values of options from their text, strictly: the whole text, finite, in range.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/adjacency.h"
+
+namespace sim::cli {
+
+// Each throws Error{kUsage} naming the option and what it wants.
+double positive_number(const std::string& option, const std::string& text);
+double non_negative_number(const std::string& option, const std::string& text);
+std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
+                             std::int64_t high);
+ParticleChoice particle_choice(const std::string& option, const std::string& text);
+std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
+
+}  // namespace sim::cli

@@ -1,0 +1,293 @@
+#include "cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "cli/option_values.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  sim                                        a cloth falls, as its scene says\n"
+    "  sim scenes/sample.lua r 0.005              three systems, RK4, steps of 5 ms\n"
+    "  sim scenes/cloth.lua -s n=32 --dump=c.csv  another size, every frame in a file\n\n"
+    "Steps a scene and says how far the result can be trusted.";
+
+constexpr const char* kFooter =
+    "Tables\n"
+    "  --dump    step,t,particle,x,y,z,vx,vy,vz; first order without v; flat states\n"
+    "            step,t,component,value. A world has a first column system; where it\n"
+    "            mixes orders, cells that a system lacks stay empty; a flat state has\n"
+    "            its components under particle and their values under x.\n"
+    "  --energy  step,t,kinetic,potential,total,drift in J; second order only\n"
+    "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
+    "Environment\n"
+    "  SIM_PATH         folders with scenes/, before the installed ones\n"
+    "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path\n"
+    "Exit codes\n"
+    "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
+    "  7 plugin, 130 or 143 interrupted, 141 the reader of a pipe has gone\n";
+
+constexpr std::int64_t kMostThreads = 1024;
+constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
+
+[[noreturn]] void usage_error(const std::string& what, const std::string& where,
+                              const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
+}
+
+// Everything as text, as CLI11 found it.
+struct Texts {
+  std::string scene, integrator_word, dt_word;
+  std::string integrator, dt, time, steps, seed, threads, debug_particle, energy, dump, every;
+  std::string progress = "auto";
+  std::vector<std::string> set, plugin_path, load;
+  bool json = false, quiet = false, version = false;
+  std::string adjacency_scene, adjacency_particle, list_what, describe_name;
+};
+
+// An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
+// would make CLI11 take the next word.
+std::vector<std::string> prepared(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  bool options_end = false;
+  for (int i = 1; i < argc; ++i) {
+    std::string word = argv[i];
+    options_end = options_end || word == "--";
+    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
+    if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
+      usage_error("empty value", word, "nothing follows the =", "give a value");
+    words.push_back(word);
+  }
+  std::reverse(words.begin(), words.end());  // as CLI11 wants them
+  return words;
+}
+
+class Parser {
+ public:
+  Parser();
+
+  CommandLine parse(int argc, const char* const* argv);
+
+ private:
+  CLI::Option* value(const std::string& names, std::string& text, const std::string& type,
+                     const std::string& doc);
+  CLI::Option* values(const std::string& names, std::vector<std::string>& texts,
+                      const std::string& type, const std::string& doc);
+  CLI::App* verb(const std::string& name, const std::string& doc);
+
+  void check_words() const;
+  void check_verb(const CLI::App& chosen) const;
+  SceneRequest scene_request(const std::string& scene) const;
+  RunRequest run_request() const;
+  AdjacencyRequest adjacency_request() const;
+
+  CLI::App app_{kExamples, "sim"};
+  Texts texts_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_;
+  std::vector<CLI::Option*> run_only_;
+};
+
+CLI::Option* Parser::value(const std::string& names, std::string& text, const std::string& type,
+                           const std::string& doc) {
+  return app_.add_option(names, text, doc)->type_name(type);
+}
+
+CLI::Option* Parser::values(const std::string& names, std::vector<std::string>& texts,
+                            const std::string& type, const std::string& doc) {
+  return app_.add_option(names, texts, doc)->type_name(type)->allow_extra_args(false);
+}
+
+CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
+  CLI::App* app = app_.add_subcommand(name, doc);
+  app->fallthrough()->allow_extras();
+  app->footer("It takes --json, --set, --seed, --plugin-path and --load, as in sim --help.\n");
+  app->get_formatter()->column_width(26);
+  return app;
+}
+
+Parser::Parser() {
+  Texts& t = texts_;
+  app_.allow_extras()->require_subcommand(0, 1);
+  app_.set_help_flag("-h,--help", "this text");
+  app_.get_formatter()->column_width(26);
+  app_.get_formatter()->label("TEXT", "");
+  app_.footer(kFooter);
+  run_only_ = {
+      app_.add_option("SCENE", t.scene, "Lua file; scenes/cloth.lua if not given")->type_name(""),
+      app_.add_option("INTEGRATOR", t.integrator_word, "as --integrator")->type_name(""),
+      app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
+      value("-i,--integrator", t.integrator, "NAME", "instead of the scene's own"),
+      value("-d,--dt", t.dt, "S", "step size in s"),
+      value("-T,--time", t.time, "S", "simulated time in s; the scene's if not given"),
+      value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
+      value("--debug-particle", t.debug_particle, "I",
+            "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
+      value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
+      value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
+      value("--every", t.every, "N", "frames of the tables: each N-th step"),
+      value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
+      app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
+          ->disable_flag_override()};
+  values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
+  value("--seed", t.seed, "N", "of random numbers in the scene");
+  value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
+  app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
+  values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
+  values("--load", t.load, "FILE.so", "one plugin library; repeatable");
+  app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
+
+  adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
+  adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
+  adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
+  list_ = verb("list", "[integrators|forces|fields|scenes]: what there is");
+  list_->add_option("WHAT", t.list_what, "integrators, forces, fields or scenes")->type_name("");
+  describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
+  describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
+  doctor_ = verb("doctor", "is everything there that a run needs?");
+}
+
+// Words that no option or argument wanted.
+void Parser::check_words() const {
+  const std::vector<std::string> rest = app_.remaining(true);
+  for (const std::string& word : rest) {
+    if (word == "--") continue;
+    if (!word.starts_with("-") || word == "-")
+      usage_error("unexpected argument", "'" + word + "'", "nothing is left that it could be",
+                  "see sim --help");
+    const std::string name = word.substr(0, word.find('='));
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app_.get_options())
+      for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
+    const std::string near = nearest(name, known);
+    usage_error("unknown option", name, "sim has no such option",
+                near.empty() ? "see sim --help" : "did you mean '" + near + "'?");
+  }
+}
+
+// Options of a run say nothing to the other verbs.
+void Parser::check_verb(const CLI::App& chosen) const {
+  for (const CLI::Option* option : run_only_) {
+    if (option->count() == 0) continue;
+    const bool positional = option->get_positional();
+    usage_error(positional ? "unexpected argument" : "option of a run",
+                positional ? "'" + option->results().front() + "'" : option->get_name(),
+                "sim " + chosen.get_name() + " does not take it",
+                "see sim " + chosen.get_name() + " --help");
+  }
+}
+
+SceneRequest Parser::scene_request(const std::string& scene) const {
+  SceneRequest request;
+  if (!scene.empty()) request.scene = scene;
+  request.settings = settings(texts_.set);
+  if (!texts_.seed.empty())
+    request.seed = static_cast<std::uint64_t>(
+        integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
+  if (!texts_.threads.empty())
+    request.options.threads =
+        static_cast<int>(integer_between("--threads", texts_.threads, 1, kMostThreads));
+  return request;
+}
+
+RunRequest Parser::run_request() const {
+  const Texts& t = texts_;
+  for (const std::string& word : {t.scene, t.integrator_word, t.dt_word})
+    if ((!t.energy.empty() || !t.dump.empty()) &&
+        (word.ends_with(".csv") || word.ends_with(".jsonl")))
+      usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
+                  "write --dump=" + word + " or --energy=" + word);
+  const auto once = [](const std::string& option, const std::string& word) {
+    if (!option.empty() && !word.empty())
+      usage_error("given twice", "'" + word + "' and '" + option + "'",
+                  "as an argument and as an option", "keep one of them");
+    return option.empty() ? word : option;
+  };
+  RunRequest request;
+  request.scene = scene_request(t.scene);
+  request.scene.options.integrator = once(t.integrator, t.integrator_word);
+  if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
+    request.scene.options.dt = positive_number("--dt", dt);
+  if (!t.time.empty() && !t.steps.empty())
+    usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
+                "keep one of them");
+  if (!t.time.empty()) request.time = non_negative_number("--time", t.time);
+  if (!t.steps.empty()) request.steps = integer_between("--steps", t.steps, 0, kMostSteps);
+  if (!t.every.empty())
+    request.every =
+        integer_between("--every", t.every, 1, std::numeric_limits<std::int64_t>::max());
+  if (!t.debug_particle.empty())
+    request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
+  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
+  if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
+  request.json = t.json;
+  request.quiet = t.quiet;
+  if (t.progress == "on") request.progress = ShowProgress::kOn;
+  if (t.progress == "off") request.progress = ShowProgress::kOff;
+  if (t.progress != "on" && t.progress != "off" && t.progress != "auto")
+    usage_error("bad value", "--progress '" + t.progress + "'", "it is auto, on or off",
+                "leave it out for auto");
+  return request;
+}
+
+AdjacencyRequest Parser::adjacency_request() const {
+  if (texts_.adjacency_scene.empty() || texts_.adjacency_particle.empty())
+    usage_error("argument missing", "sim adjacency", "it needs a scene and a particle",
+                "as in: sim adjacency scenes/cloth.lua 12");
+  return {scene_request(texts_.adjacency_scene),
+          particle_choice("sim adjacency", texts_.adjacency_particle), texts_.json};
+}
+
+CommandLine Parser::parse(int argc, const char* const* argv) {
+  try {
+    app_.parse(prepared(argc, argv));
+  } catch (const CLI::CallForHelp&) {
+    const auto chosen = app_.get_subcommands();
+    return {Message{chosen.empty() ? app_.help() : chosen.front()->help("sim")}, {}, {}};
+  } catch (const CLI::ParseError& error) {
+    usage_error("bad command line", error.get_name(), error.what(), "see sim --help");
+  }
+  check_words();
+  for (const CLI::Option* option : app_.get_options())
+    for (const std::string& result : option->results())
+      if (result.empty())
+        usage_error("empty value", option->get_name(), "it was given as ''", "give a value");
+  if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
+
+  CommandLine line;
+  line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
+  line.libraries.assign(texts_.load.begin(), texts_.load.end());
+  const auto chosen = app_.get_subcommands();
+  if (chosen.empty()) {
+    line.request = run_request();
+    return line;
+  }
+  check_verb(*chosen.front());
+  if (chosen.front() == adjacency_) {
+    line.request = adjacency_request();
+  } else if (chosen.front() == list_) {
+    line.request = ListRequest{texts_.list_what, texts_.json};
+  } else if (chosen.front() == describe_) {
+    if (texts_.describe_name.empty())
+      usage_error("argument missing", "sim describe", "it needs a name",
+                  "'sim list' shows all names");
+    line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+  } else {
+    line.request = DoctorRequest{line.libraries, texts_.json};
+  }
+  return line;
+}
+
+}  // namespace
+
+CommandLine parse_command_line(int argc, const char* const* argv) {
+  return Parser().parse(argc, argv);
+}
+
+}  // namespace sim::cli

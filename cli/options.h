@@ -1,0 +1,30 @@
+// The command line of `sim`, checked and turned into requests.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "cli/adjacency.h"
+#include "cli/describe.h"
+#include "cli/doctor.h"
+#include "cli/list.h"
+#include "cli/run.h"
+
+namespace sim::cli {
+
+// --help and --version: a text for standard output, and nothing else to do.
+struct Message {
+  std::string text;
+};
+
+struct CommandLine {
+  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest>
+      request;
+  Folders plugin_path;  // --plugin-path
+  Folders libraries;    // --load
+};
+
+// Throws Error{kUsage} for everything that is wrong before any file is looked at.
+CommandLine parse_command_line(int argc, const char* const* argv);
+
+}  // namespace sim::cli

@@ -1,0 +1,39 @@
+// A scene from its file to systems that can be stepped, shared by the verbs.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/environment.h"
+#include "core/scene/simulation.h"
+
+namespace sim::cli {
+
+struct SceneRequest {
+  std::string scene = "scenes/cloth.lua";
+  std::map<std::string, std::string> settings;  // --set
+  std::uint64_t seed = 0;
+  RunOptions options;  // what overrides the scene's own choice
+};
+
+struct LoadedScene {
+  SceneSpec spec;
+  std::vector<Simulation> systems;  // in the order of spec.systems
+
+  bool has_second_order() const;
+  std::vector<std::string> names() const;
+};
+
+// Throws Error: kUsage for an integrator of the command line that does not exist, else what
+// load_scene and Simulation throw.
+LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
+
+// "64 particles", "1 spring".
+std::string counted(long count, const std::string& noun);
+
+// Springs of all families.
+long spring_count(const Simulation& system);
+
+}  // namespace sim::cli

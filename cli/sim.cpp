@@ -1,0 +1,76 @@
+// sim: runs scenes and answers questions about them.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+
+#include "cli/console.h"
+#include "cli/environment.h"
+#include "cli/options.h"
+
+namespace {
+
+using namespace sim::cli;
+
+struct Dispatch {
+  const CommandLine& line;
+  Console& console;
+
+  int operator()(const Message& message) const {
+    console.out << message.text;
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
+
+  int operator()(const DoctorRequest& request) const {
+    return doctor(request, find_environment(line.plugin_path), console);
+  }
+
+  template <class Request>
+  int operator()(const Request& request) const {
+    const Environment environment = find_environment(line.plugin_path);
+    sim::Registry registry = open_registry(environment, line.libraries);
+    return verb(request, environment, registry);
+  }
+
+  int verb(const RunRequest& request, const Environment& env, sim::Registry& registry) const {
+    return run(request, env, registry, console);
+  }
+  int verb(const AdjacencyRequest& request, const Environment& env, sim::Registry& registry) const {
+    return adjacency(request, env, registry, console);
+  }
+  int verb(const ListRequest& request, const Environment& env, sim::Registry& registry) const {
+    return list(request, env, registry, console);
+  }
+  int verb(const DescribeRequest& request, const Environment& env, sim::Registry& registry) const {
+    return describe(request, env, registry, console);
+  }
+};
+
+// A standard stream that was closed must not become a file that is opened later. Writing to what
+// stands in for it fails.
+void occupy_standard_streams() {
+  int descriptor = 0;
+  do {
+    descriptor = ::open("/dev/null", O_RDONLY);
+  } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
+  if (descriptor >= 0) ::close(descriptor);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_standard_streams();
+  // A closed pipe is met as a failed write, so that half-written files are cleaned up.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::ios::sync_with_stdio(false);
+  std::cin.tie(nullptr);
+  Console console{std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
+  try {
+    const CommandLine line = parse_command_line(argc, argv);
+    return std::visit(Dispatch{line, console}, line.request);
+  } catch (...) {
+    return report_exception(std::cerr);
+  }
+}

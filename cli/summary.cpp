@@ -1,0 +1,69 @@
+#include "cli/summary.h"
+
+#include <array>
+#include <cstdio>
+#include <vector>
+
+#include "cli/format.h"
+
+namespace sim::cli {
+namespace {
+
+std::string system_json(Track& track) {
+  const Simulation& system = track.system();
+  const Verdict verdict = track.verdict();
+  JsonObject object;
+  object.text("name", system.name()).integer("order_of_state", system.second_order() ? 2 : 1);
+  if (system.flat()) {
+    object.integer("components", system.components());
+  } else {
+    object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
+  }
+  if (system.second_order()) {
+    JsonObject springs;
+    for (const auto& [family, count] : system.families()) springs.integer(family, count);
+    object.json("springs", springs.str());
+  }
+  object.text("integrator", system.integrator_plugin().name)
+      .number("dt", system.h())
+      .integer("steps", system.step_count())
+      .number("t", system.t());
+  if (system.second_order()) {
+    object.json("energy", JsonObject()
+                              .number("start", track.start_energy().total())
+                              .number("end", track.energy().total())
+                              .number("drift", track.drift())
+                              .str());
+  }
+  if (track.has_exact()) object.number("error", track.deviation().error);
+  return object.text("hash", hash_text(system))
+      .text("verdict", trust_name(verdict.trust))
+      .text("reason", verdict.reason)
+      .str();
+}
+
+}  // namespace
+
+std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
+                         double seconds) {
+  std::vector<std::string> systems;
+  for (Track& track : tracks) systems.push_back(system_json(track));
+  const Verdict verdict = overall_verdict(tracks);
+  return JsonObject()
+      .text("scene", scene.spec.file)
+      .json("systems", json_array(systems))
+      .integer("threads", threads)
+      .number("seconds", seconds)
+      .text("verdict", trust_name(verdict.trust))
+      .text("reason", verdict.reason)
+      .str();
+}
+
+std::string hash_text(const Simulation& system) {
+  std::array<char, 20> text;
+  std::snprintf(text.data(), text.size(), "%016llx",
+                static_cast<unsigned long long>(system.hash()));
+  return text.data();
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,138 @@
+#include "cli/track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "cli/format.h"
+#include "core/base/error.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr std::int64_t kSamples = 200;
+
+std::size_t state_size(const Simulation& system) {
+  return static_cast<std::size_t>(system.flat() ? system.components() : 3 * system.particles());
+}
+
+std::string step_t_h(std::int64_t step, double t, double h) {
+  return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
+}
+
+// Where an energy without bounds comes from.
+int fastest_particle(const Simulation& system) {
+  int fastest = 0;
+  double most = -1;
+  for (int i = 0; i < system.particles(); ++i) {
+    const double speed = system.velocity(i).lpNorm<Eigen::Infinity>();
+    if (speed > most) {
+      most = speed;
+      fastest = i;
+    }
+  }
+  return fastest;
+}
+
+}  // namespace
+
+Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
+             std::int64_t frame_stride, std::int64_t row_stride)
+    : spec_(&spec),
+      system_(&system),
+      steps_(steps),
+      frame_stride_(frame_stride),
+      row_stride_(row_stride),
+      sample_stride_(std::max<std::int64_t>(1, steps / kSamples)) {
+  if (system.second_order()) start_ = energy();
+  if (!has_exact()) return;
+  const std::size_t given = spec.exact(0).size(), needed = state_size(system);
+  if (given != needed)
+    throw Error(ErrorKind::kScene, {"wrong exact solution", spec.place,
+                                    "it gives " + std::to_string(given) +
+                                        " numbers for a state of " + std::to_string(needed),
+                                    "return as many numbers as the state has"});
+}
+
+bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
+  const std::int64_t step = system_->step_count();
+  if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
+  taken = step;
+  return true;
+}
+
+void Track::sample() {
+  const std::int64_t step = system_->step_count();
+  if (step % sample_stride_ != 0 && step != steps_) return;
+  if (has_exact()) {
+    const Deviation now = deviation();
+    monitor_.watch_error(now.error, now.size);
+  }
+  if (system_->second_order() && energy_is_finite()) monitor_.watch(energy());
+}
+
+bool Track::energy_is_finite() {
+  if (std::isfinite(energy().kinetic) && std::isfinite(energy().total())) return true;
+  if (diverged_.empty())
+    diverged_ = "the energy is not a finite number from " +
+                step_t_h(system_->step_count(), system_->t(), system_->h()) +
+                " on (fastest: particle " + std::to_string(fastest_particle(*system_)) + ")";
+  return false;
+}
+
+const Energy& Track::energy() {
+  if (energy_step_ != system_->step_count()) {
+    energy_ = system_->energy();
+    energy_step_ = system_->step_count();
+  }
+  return energy_;
+}
+
+Track::Deviation Track::deviation() const {
+  const std::vector<double> exact = spec_->exact(system_->t());
+  if (exact.size() != state_size(*system_)) return {std::nan(""), 0};
+  Deviation result;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const int index = static_cast<int>(i);
+    const double value =
+        system_->flat() ? system_->component(index) : system_->position(index / 3)[index % 3];
+    const double error = std::abs(value - exact[i]);
+    if (!(error <= result.error)) result.error = error;
+    result.size = std::max(result.size, std::abs(exact[i]));
+  }
+  return result;
+}
+
+void Track::mark_diverged() {
+  const Divergence& where = system_->divergence();
+  diverged_ = (system_->flat() ? "component " : "particle ") + std::to_string(where.particle) +
+              (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
+              step_t_h(where.step, where.t, where.h);
+}
+
+Verdict Track::verdict() const {
+  if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
+  Verdict verdict = monitor_.verdict();
+  if (interrupted_) {
+    verdict.trust = Trust::kSuspect;
+    verdict.reason = "interrupted at t = " + brief(system_->t()) + " s of " + brief(end()) + " s";
+  } else if (steps_ == 0) {
+    verdict.reason = "the initial state, no step was taken";
+  }
+  return verdict;
+}
+
+Verdict overall_verdict(std::span<const Track> tracks) {
+  Verdict worst;
+  for (const Track& track : tracks) worst.trust = std::max(worst.trust, track.verdict().trust);
+  for (const Track& track : tracks) {
+    const Verdict verdict = track.verdict();
+    if (verdict.trust != worst.trust) continue;
+    if (!worst.reason.empty()) worst.reason += "; ";
+    if (tracks.size() > 1) worst.reason += track.system().name() + ": ";
+    worst.reason += verdict.reason;
+  }
+  return worst;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,68 @@
+// One system on its way through a run: how far it goes, and what is measured when.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "cli/verdict.h"
+#include "core/scene/simulation.h"
+
+namespace sim::cli {
+
+class Track {
+ public:
+  // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
+  // steps, reports a row every `row_stride`, both at the start and at the end too. Throws
+  // Error{kScene} when the exact solution has not the size of the state.
+  Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
+        std::int64_t row_stride);
+
+  Simulation& system() const { return *system_; }
+  std::int64_t steps() const { return steps_; }
+  double end() const { return static_cast<double>(steps_) * system_->h(); }  // s
+  bool finished() const { return system_->step_count() >= steps_; }
+  bool has_exact() const { return static_cast<bool>(spec_->exact); }
+
+  // What the present state is due for; take_frame and take_row answer yes once a step, and always
+  // for the `last` state of a run that stops early.
+  bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
+  bool take_row(bool last) { return take(last_row_, row_stride_, last); }
+  void sample();  // looks at energy and error about 200 times a run
+
+  // Second order only. False when the energy of the present, finite state is not a finite number;
+  // remembered for the verdict.
+  bool energy_is_finite();
+  const Energy& energy();  // of the present state
+  const Energy& start_energy() const { return start_; }
+  double drift() { return energy().total() - start_.total(); }  // J
+
+  // Largest difference to the exact solution over the numbers of the state, and its size.
+  struct Deviation {
+    double error = 0, size = 0;
+  };
+  Deviation deviation() const;
+
+  void mark_interrupted() { interrupted_ = true; }
+  void mark_diverged();  // as the system's divergence() says
+  Verdict verdict() const;
+
+ private:
+  bool take(std::int64_t& taken, std::int64_t stride, bool last);
+
+  const SystemSpec* spec_;
+  Simulation* system_;
+  std::int64_t steps_, frame_stride_, row_stride_, sample_stride_;
+  std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
+  Energy start_, energy_;
+  std::int64_t energy_step_ = -1;  // the step energy_ belongs to
+  Monitor monitor_;
+  bool interrupted_ = false;
+  std::string diverged_;  // the reason
+};
+
+// The verdict on all systems of a run: the worst one's, with the names where there are several.
+Verdict overall_verdict(std::span<const Track> tracks);
+
+}  // namespace sim::cli

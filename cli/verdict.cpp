@@ -1,0 +1,71 @@
+#include "cli/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/format.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr double kTolerance = 0.01;
+
+std::string percent(double part, double whole) {
+  return brief(whole > 0 ? 100 * part / whole : 0, 3) + " %";
+}
+
+}  // namespace
+
+const char* trust_name(Trust trust) {
+  switch (trust) {
+    case Trust::kTrusted:
+      return "trusted";
+    case Trust::kSuspect:
+      return "suspect";
+    case Trust::kDiverged:
+      break;
+  }
+  return "diverged";
+}
+
+void Monitor::watch(const Energy& energy) {
+  if (!start_) start_ = energy;
+  last_ = energy.total() - start_->total();
+  highest_ = std::max(highest_, last_);
+  scale_ = std::max(scale_, energy.kinetic + std::abs(energy.potential - start_->potential));
+}
+
+void Monitor::watch_error(double error, double size) {
+  exact_ = true;
+  // A comparison with nan is false: not-a-number counts as an infinite error.
+  error_ = error <= error_ ? error_ : std::isnan(error) ? INFINITY : error;
+  size_ = std::max(size_, size);
+}
+
+Verdict Monitor::verdict() const {
+  std::string reason;
+  bool suspect = false;
+  if (exact_) {
+    suspect = !(error_ <= kTolerance * size_);
+    reason = "largest error " + brief(error_, 3) + " of a solution of size " + brief(size_, 3);
+  }
+  if (start_) {
+    const bool rose = highest_ > kTolerance * scale_;
+    if (!reason.empty()) reason += "; ";
+    if (rose) {
+      reason += "energy rose by " + brief(highest_, 3) + " J, " + percent(highest_, scale_) +
+                " of the " + brief(scale_, 3) + " J in play";
+    } else if (last_ < 0) {
+      reason += "energy fell by " + brief(-last_, 3) + " J of " + brief(scale_, 3) +
+                " J in play, rose by " + percent(highest_, scale_) + " at most";
+    } else {
+      reason += "energy never rose by more than " + percent(highest_, scale_) + " of the " +
+                brief(scale_, 3) + " J in play";
+    }
+    suspect = suspect || rose;
+  }
+  if (reason.empty()) reason = "all numbers stayed finite (nothing else was checked)";
+  return {suspect ? Trust::kSuspect : Trust::kTrusted, reason};
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,26 @@
+// Compiles one include file for each instruction set, and picks the best one of the machine.
+//
+//   #define SIM_KERNEL "core/particles/spring_kernel.inc"
+//   #include "core/base/simd_targets.inc"
+//
+// puts the content of SIM_KERNEL into the namespaces sse2, avx2 and avx512, each compiled for its
+// instruction set, on top of the vector type of core/base/simd.inc.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace sim {
+
+enum class SimdLevel { kSse2, kAvx2, kAvx512 };
+
+const char* simd_name(SimdLevel level);  // "sse2", "avx2", "avx512"
+
+// The best level of this machine, or a lower one named by the environment variable SIM_SIMD.
+// All levels give the same bits.
+SimdLevel simd_level();
+
+// What the machine itself can do, whatever the environment says.
+SimdLevel best_simd_level();
+
+}  // namespace sim

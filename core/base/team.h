@@ -1,0 +1,47 @@
+// A persistent team of threads that runs one function on every member.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace sim {
+
+// Member 0 is the caller. A run costs a fraction of a microsecond while the members spin; idle
+// members go to sleep after some microseconds, so that a busy machine is not held up.
+class Team {
+ public:
+  explicit Team(int threads);
+  ~Team();
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  int size() const noexcept { return static_cast<int>(threads_.size()) + 1; }
+
+  // Calls body(rank) on every member and returns when all have finished. body must not throw.
+  template <class Body>
+  void run(const Body& body) {
+    if (threads_.empty()) return body(0);
+    run_erased([](const void* b, int rank) { (*static_cast<const Body*>(b))(rank); }, &body);
+  }
+
+ private:
+  using Call = void (*)(const void* body, int rank);
+  void run_erased(Call call, const void* body);
+  void work(int rank);
+
+  std::vector<std::thread> threads_;
+  Call call_ = nullptr;
+  const void* body_ = nullptr;
+  alignas(64) std::atomic<std::uint32_t> generation_{0};  // odd-even counter of runs; ~0 = quit
+  alignas(64) std::atomic<int> running_{0};
+};
+
+// The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a team.
+struct Part {
+  int begin, end;
+};
+Part part_of(int n, int grain, int rank, int ranks);
+
+}  // namespace sim

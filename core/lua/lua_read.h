@@ -1,0 +1,35 @@
+// Values of a Lua table, read without calling into Lua and checked one by one.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "core/base/vec3.h"
+#include "core/lua/lua_state.h"
+
+namespace sim {
+
+// Throws Error{kScene}.
+[[noreturn]] void scene_error(const Place& where, const std::string& what, const std::string& why,
+                              const std::string& remedy = {});
+
+// A value in a few words for an error: "-1", "'abc'", "nothing", "a table".
+std::string show(lua_State* L, int index);
+
+// Pushes table[key] without metamethods and returns its type.
+int push_field(lua_State* L, int table, const char* key);
+
+// Each throws Error{kScene} with "bad WHAT: PLACE: expected ..., got ...".
+double read_number(lua_State* L, int index, const Place& place, const std::string& what);  // finite
+std::string read_text(lua_State* L, int index, const Place& place, const std::string& what);
+Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string& what);
+
+// The length of a table with the keys 1 .. n and no others.
+std::size_t read_length(lua_State* L, int index, const Place& place, const std::string& what);
+
+// The keys of a table, sorted; each must be text and known.
+std::vector<std::string> read_keys(lua_State* L, int index, const std::vector<std::string>& known,
+                                   const Place& place, const std::string& what);
+
+}  // namespace sim

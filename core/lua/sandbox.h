@@ -1,0 +1,29 @@
+// What a scene can reach: the harmless part of Lua's standard library, made repeatable.
+#pragma once
+
+#include <cstdint>
+
+#include "core/lua/lua_state.h"
+
+namespace sim {
+
+// Opens base, string, table, math, utf8 and coroutine without everything that reaches files,
+// processes, bytecode or the state's inside. `print` writes to stderr, `pairs` visits keys in a
+// fixed order, and reading an unknown global is an error with the nearest known name.
+void open_sandbox(lua_State* L, std::uint64_t seed);
+
+// math.random while another file runs: starts at `seed`, and gets its old state back at the end.
+class RandomScope {
+ public:
+  RandomScope(lua_State* L, std::uint64_t seed);
+  ~RandomScope();
+  RandomScope(const RandomScope&) = delete;
+  RandomScope& operator=(const RandomScope&) = delete;
+
+ private:
+  void* state_ = nullptr;  // of math.random, which the registry keeps alive
+  unsigned char saved_[64];
+  std::size_t size_ = 0;
+};
+
+}  // namespace sim

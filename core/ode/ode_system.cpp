@@ -1,0 +1,64 @@
+#include "core/ode/ode_system.h"
+
+#include "core/base/array.h"
+#include "core/base/finite.h"
+
+namespace sim {
+namespace {
+
+// Stage after stage with eval() and combine().
+class StageByStage final : public ExplicitStepper {
+ public:
+  StageByStage(OdeSystem& system, const ExplicitPlan& plan) : system_(&system), plan_(plan) {
+    for (int i = 0; i < plan.stages; ++i) k_.emplace_back(system.size());
+    terms_.resize(k_.size());
+  }
+
+  bool step(double t, double h, const double* x, double* x_next) override {
+    // k_i = f(t + c_i h, x + h sum_{j<i} a_ij k_j); x_next serves as the place of the stage.
+    for (int i = 0; i < plan_.stages; ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      const Stage stage = form(x, h, &plan_.a[row * k_.size()], i);
+      system_->eval(t + plan_.c[row] * h, stage, x_next, k_[row].data());
+    }
+    system_->combine(form(x, h, plan_.b.data(), plan_.stages), x_next);
+    return all_finite({x_next, system_->size()});
+  }
+
+ private:
+  // x + h sum_j weights_j k_j over the nonzero weights.
+  Stage form(const double* x, double h, const double* weights, int count) {
+    std::size_t used = 0;
+    for (int j = 0; j < count; ++j)
+      if (weights[j] != 0)
+        terms_[used++] = {h * weights[j], k_[static_cast<std::size_t>(j)].data()};
+    return {x, {terms_.data(), used}};
+  }
+
+  OdeSystem* system_;
+  ExplicitPlan plan_;
+  std::vector<Array> k_;
+  std::vector<Stage::Term> terms_;
+};
+
+}  // namespace
+
+void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end) {
+  const double* const x = stage.x;
+  if (stage.terms.size() == 1) {
+    const auto [c, k] = stage.terms[0];
+    for (std::size_t i = begin; i < end; ++i) out[i] = x[i] + c * k[i];
+    return;
+  }
+  for (std::size_t i = begin; i < end; ++i) {
+    double sum = x[i];
+    for (const Stage::Term& term : stage.terms) sum += term.coef * term.k[i];
+    out[i] = sum;
+  }
+}
+
+std::unique_ptr<ExplicitStepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
+  return std::make_unique<StageByStage>(*this, plan);
+}
+
+}  // namespace sim

@@ -1,0 +1,62 @@
+// X' = f(t, X): all that an integrator ever learns about a scene.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sim {
+
+// A point of state space that is not formed yet: x + sum_j coef_j * k_j.
+// Left unevaluated so that a system may form, evaluate and store it piece by piece in cache.
+struct Stage {
+  struct Term {
+    double coef;
+    const double* k;
+  };
+  const double* x;
+  std::span<const Term> terms;
+};
+
+// out[i] := stage for begin <= i < end; the terms are added in order, whatever the range.
+void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end);
+
+// An explicit Runge-Kutta step as data: what is to be computed, not in which order of memory.
+//   y_i = x + h sum_{j<i} a_ij k_j,  k_i = f(t + c_i h, y_i),  x_next = x + h sum_i b_i k_i
+struct ExplicitPlan {
+  int stages = 0;
+  std::vector<double> a, b, c;  // a row by row, stages * stages
+
+  double a_at(int i, int j) const { return a[static_cast<std::size_t>(i * stages + j)]; }
+};
+
+// A plan made ready for one system: it owns all memory that a step needs.
+class ExplicitStepper {
+ public:
+  virtual ~ExplicitStepper() = default;
+
+  // x_next := the step of size h from x at t. False when a number of x_next is not finite.
+  virtual bool step(double t, double h, const double* x, double* x_next) = 0;
+};
+
+// The right-hand side. Pure: the same (t, X) gives the same bits, whatever the number of threads.
+// Every array has size() doubles and is aligned to 64 bytes.
+class OdeSystem {
+ public:
+  virtual ~OdeSystem() = default;
+
+  virtual std::size_t size() const noexcept = 0;
+
+  // y := stage, dydt := f(t, y). y and dydt overlap neither each other nor the stage.
+  virtual void eval(double t, const Stage& stage, double* y, double* dydt) = 0;
+
+  // out := stage; out may be stage.x or one of the k.
+  virtual void combine(const Stage& stage, double* out) = 0;
+
+  // Explicit Runge-Kutta methods leave the order of work to the system, which knows what of a stage
+  // must be complete before what of the next. By default stage after stage, each over all of X.
+  virtual std::unique_ptr<ExplicitStepper> explicit_stepper(const ExplicitPlan& plan);
+};
+
+}  // namespace sim

@@ -1,0 +1,38 @@
+// Where the numbers of a particle state lie: one padded, aligned array a coordinate.
+#pragma once
+
+#include <cstddef>
+
+namespace sim {
+
+// X = x | y | z | vx | vy | vz, each of `stride` doubles of which the first kPad and those after
+// the n values are padding; padding is finite and never changes.
+class Layout {
+ public:
+  static constexpr int kPad = 8;
+
+  Layout() = default;
+  explicit Layout(int n, int blocks = 6) : n_(n), blocks_(blocks) {
+    const auto rows = (static_cast<std::size_t>(n) + 7) / 8 * 8;
+    stride_ = rows + 2 * kPad;
+    // Large arrays must not start a multiple of 4 KiB apart, or their lines compete for few cache
+    // sets and loads wait for stores that only look like their own.
+    if (n >= 1024)
+      while (stride_ % 512 != 88) stride_ += 8;
+  }
+
+  int n() const noexcept { return n_; }
+  std::size_t size() const noexcept { return stride_ * static_cast<std::size_t>(blocks_); }
+
+  // The values of coordinate `block` (0 .. 5) in a state.
+  template <class T>
+  T* block(T* state, int block) const noexcept {
+    return state + static_cast<std::size_t>(block) * stride_ + kPad;
+  }
+
+ private:
+  int n_ = 0, blocks_ = 0;
+  std::size_t stride_ = 0;
+};
+
+}  // namespace sim

@@ -1,0 +1,156 @@
+#include "core/particles/particle_system.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/particles/rk_stepper.h"
+
+namespace sim {
+namespace {
+
+constexpr int kTile = 512;         // particles whose forces stay in the first-level cache
+constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
+
+template <class Sum>
+double sum_over_tiles(int n, Sum sum_of) {
+  double sum = 0;
+  for (int begin = 0; begin < n; begin += kEnergyTile)
+    sum += sum_of(Tile{begin, std::min(begin + kEnergyTile, n)});
+  return sum;
+}
+
+}  // namespace
+
+ParticleSystem::ParticleSystem(std::vector<double> masses, const std::vector<int>& pinned,
+                               std::vector<std::unique_ptr<Force>> forces, const double* initial,
+                               Team& team)
+    : layout_(static_cast<int>(masses.size())),
+      mass_(std::move(masses)),
+      forces_(std::move(forces)),
+      team_(&team) {
+  const auto n = static_cast<std::size_t>(layout_.n());
+  for (const int i : pinned)
+    mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
+
+  // Free particles of one mass share a constant; otherwise every particle has its own.
+  free_.resize(n / 8 + 1);
+  bool uniform = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (mass_[i] == std::numeric_limits<double>::infinity()) {
+      ++pinned_count_;
+      continue;
+    }
+    free_[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
+    if (motion_.inverse_mass == 0) motion_.inverse_mass = 1 / mass_[i];
+    uniform = uniform && 1 / mass_[i] == motion_.inverse_mass;
+  }
+  motion_.free = free_.data();
+  if (!uniform) {
+    inverse_mass_.resize(n + Layout::kPad);
+    for (std::size_t i = 0; i < n; ++i) inverse_mass_[i] = 1 / mass_[i];
+    motion_.inverse_masses = inverse_mass_.data();
+  }
+
+  const ParticleView start = view(0, initial);
+  for (const auto& force : forces_) {
+    force->bind(start);
+    if (const auto affine = force->affine()) {
+      for (int axis = 0; axis < 3; ++axis) motion_.gravity[axis] += affine->acceleration[axis];
+      motion_.damping += affine->damping;
+    } else if (const Springs* springs = force->springs()) {
+      for (const SpringRun& run : springs->runs()) {
+        runs_.push_back(&run);
+        reach_ = std::max(reach_, (run.stride + 7) / 8 * 8 + 8);
+      }
+      if (springs->has_ends()) other_springs_.push_back(springs);
+    } else {
+      other_forces_.push_back(force.get());
+    }
+  }
+  for (int rank = 0; rank < team.size(); ++rank) rings_.push_back(make_rings());
+}
+
+ParticleView ParticleSystem::view(double t, const double* state) const {
+  return {layout_.n(),
+          t,
+          layout_.block(state, 0),
+          layout_.block(state, 1),
+          layout_.block(state, 2),
+          layout_.block(state, 3),
+          layout_.block(state, 4),
+          layout_.block(state, 5),
+          mass_.data()};
+}
+
+double ParticleSystem::kinetic_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  return sum_over_tiles(p.n, [&](Tile tile) {
+    double sum = 0;
+    for (int i = tile.begin; i < tile.end; ++i)
+      if (p.free(i)) sum += 0.5 * p.mass[i] * p.velocity(i).squaredNorm();
+    return sum;
+  });
+}
+
+double ParticleSystem::potential_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  double sum = 0;
+  for (const auto& force : forces_)
+    sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(p, tile); });
+  return sum;
+}
+
+void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
+  for (double* values : {sink.x, sink.y, sink.z})
+    std::fill(values + tile.begin, values + tile.end, 0.0);
+  for (const Springs* springs : other_springs_) springs->accumulate_ends(view, tile, sink);
+  for (const Force* force : other_forces_) force->accumulate(view, tile, sink);
+}
+
+void ParticleSystem::combine(const Stage& stage, double* out) {
+  team_->run([&](int rank) {
+    const Part part = part_of(layout_.n(), 8, rank, team_->size());
+    for (int block = 0; block < 6; ++block) {
+      const auto first = static_cast<std::size_t>(layout_.block(stage.x, block) - stage.x);
+      combine_range(stage, out, first + static_cast<std::size_t>(part.begin),
+                    first + static_cast<std::size_t>(part.end));
+    }
+  });
+}
+
+void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt) {
+  combine(stage, y);
+  const ParticleView p = view(t, y);
+  double* d[6];
+  for (int block = 0; block < 6; ++block) d[block] = layout_.block(dydt, block);
+  const double* const v[3] = {p.vx, p.vy, p.vz};
+
+  // The other forces are gathered where the acceleration will stand.
+  RkStage sweep{};
+  for (int axis = 0; axis < 3; ++axis) {
+    sweep.q[axis] = layout_.block(y, axis);
+    sweep.v0[axis] = v[axis];
+    sweep.a[axis] = d[3 + axis];
+    if (has_other_forces()) sweep.force[axis] = d[3 + axis];
+  }
+  const SweepKernels kernels = sweep_kernels();
+  team_->run([&](int rank) {
+    const Part part = part_of(layout_.n(), 8, rank, team_->size());
+    Rings& rings = rings_[static_cast<std::size_t>(rank)];
+    rings.clear();
+    kernels.warm_up(rings.runs(), sweep.q, std::max(0, part.begin - reach_), part.begin);
+    for (int begin = part.begin; begin < part.end; begin += kTile) {
+      const Tile tile{begin, std::min(begin + kTile, part.end)};
+      if (has_other_forces()) gather(p, tile, {d[3], d[4], d[5]});
+      kernels.rk(rings.runs(), motion_, sweep, tile.begin, tile.end);
+      for (int axis = 0; axis < 3; ++axis)
+        std::copy(v[axis] + tile.begin, v[axis] + tile.end, d[axis] + tile.begin);
+    }
+  });
+}
+
+std::unique_ptr<ExplicitStepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
+  return std::make_unique<RkStepper>(*this, plan);
+}
+
+}  // namespace sim

@@ -1,0 +1,68 @@
+// Particles with masses under forces, as a first-order system X' = f(t, X), X = (q, v).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/base/team.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/force.h"
+#include "core/particles/layout.h"
+#include "core/particles/sweep.h"
+
+namespace sim {
+
+// q' = v, v' = F(t, q, v) / m + g - (c / m) v, with g and c summed over the affine forces. A pinned
+// particle has infinite mass: its velocity and acceleration are zero.
+class ParticleSystem final : public OdeSystem {
+ public:
+  // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state in
+  // this layout, which must have zero velocities where pinned.
+  ParticleSystem(std::vector<double> masses, const std::vector<int>& pinned,
+                 std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+
+  const Layout& layout() const noexcept { return layout_; }
+  const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
+  int pinned_count() const noexcept { return pinned_count_; }
+  ParticleView view(double t, const double* state) const;
+
+  double kinetic_energy(double t, const double* state) const;    // J
+  double potential_energy(double t, const double* state) const;  // J
+
+  std::size_t size() const noexcept override { return layout_.size(); }
+  void eval(double t, const Stage& stage, double* y, double* dydt) override;
+  void combine(const Stage& stage, double* out) override;
+  std::unique_ptr<ExplicitStepper> explicit_stepper(const ExplicitPlan& plan) override;
+
+  // For steppers: what a sweep over the springs needs.
+  Team& team() const noexcept { return *team_; }
+  const Motion& motion() const noexcept { return motion_; }
+  Rings make_rings() const { return Rings(runs_); }
+  // How far below and above a block of 8 a sweep reads positions; a multiple of 8.
+  int reach() const noexcept { return reach_; }
+
+  // Forces that are neither affine nor in runs may read any position and velocity of the stage, and
+  // must be gathered before the sweep of each block.
+  bool has_other_forces() const noexcept {
+    return !other_forces_.empty() || !other_springs_.empty();
+  }
+  bool needs_velocities() const noexcept { return !other_forces_.empty(); }
+  void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
+
+ private:
+  Layout layout_;
+  std::vector<double> mass_, inverse_mass_;
+  std::vector<std::uint8_t> free_;
+  int pinned_count_ = 0;
+  std::vector<std::unique_ptr<Force>> forces_;
+  Motion motion_;
+  std::vector<const SpringRun*> runs_;
+  std::vector<const Springs*> other_springs_;
+  std::vector<const Force*> other_forces_;
+  int reach_ = 0;
+  Team* team_;
+  std::vector<Rings> rings_;  // of eval(), one a rank
+};
+
+}  // namespace sim

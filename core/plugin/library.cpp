@@ -1,0 +1,124 @@
+#include "core/plugin/library.h"
+
+#include <dlfcn.h>
+#include <elf.h>
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace sim {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why,
+                         const std::string& remedy = {}) {
+  throw Error(ErrorKind::kPlugin, {"plugin", file.string(), why, remedy});
+}
+
+// Reads a plain struct at an offset of the file; false where the file ends before.
+template <class T>
+bool read_at(std::ifstream& in, std::uint64_t offset, T& out) {
+  if (offset > static_cast<std::uint64_t>(std::numeric_limits<std::streamoff>::max())) return false;
+  in.clear();
+  in.seekg(static_cast<std::streamoff>(offset));
+  return static_cast<bool>(in.read(reinterpret_cast<char*>(&out), sizeof out));
+}
+
+// The section of that name, as the headers of a 64-bit ELF file tell; false if there is none.
+bool find_section(std::ifstream& in, const Elf64_Ehdr& elf, const char* name, Elf64_Shdr& found) {
+  Elf64_Shdr names;
+  if (!read_at(in, elf.e_shoff + std::uint64_t{elf.e_shstrndx} * sizeof names, names)) return false;
+  for (int i = 0; i < elf.e_shnum; ++i) {
+    if (!read_at(in, elf.e_shoff + static_cast<std::uint64_t>(i) * sizeof found, found))
+      return false;
+    char text[16] = {};
+    if (!read_at(in, names.sh_offset + found.sh_name, text)) continue;
+    if (std::strncmp(text, name, sizeof text) == 0) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+PluginCard read_card(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) refuse(file, "there is no such file");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) refuse(file, "it cannot be read", "check its permissions");
+
+  Elf64_Ehdr elf;
+  if (!read_at(in, 0, elf) || std::memcmp(elf.e_ident, ELFMAG, SELFMAG) != 0 ||
+      elf.e_ident[EI_CLASS] != ELFCLASS64 || elf.e_type != ET_DYN ||
+      elf.e_shentsize != sizeof(Elf64_Shdr))
+    refuse(file, "it is not a shared library of this machine", "see plugins/README.md");
+
+  Elf64_Shdr section;
+  PluginCard card;
+  if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size != sizeof card ||
+      !read_at(in, section.sh_offset, card))
+    refuse(file, "it has no plugin card", "write SIM_PLUGIN(kind, names) { ... } in it");
+  if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
+  card.names[sizeof card.names - 1] = 0;
+  card.build[sizeof card.build - 1] = 0;
+
+  const std::string built = " (it was built by " + std::string(card.build) + ")";
+  if (card.abi != kPluginAbi)
+    refuse(file,
+           "it was made for plugin ABI " + std::to_string(card.abi) + ", this kernel has ABI " +
+               std::to_string(kPluginAbi) + built,
+           "build it again");
+  for (int i = 0; i < 6; ++i)
+    if (card.sizes[i] != kAbiSizes[i])
+      refuse(file, "the size of an interface struct differs from the kernel's" + built,
+             "build it again with the headers of this kernel");
+  if (card.kind > static_cast<std::uint32_t>(PluginKind::kIntegrator))
+    refuse(file, "its plugin card names an unknown kind of plugin");
+  if (card_names(card).empty()) refuse(file, "its plugin card names no plugin");
+  return card;
+}
+
+std::vector<CardName> card_names(const PluginCard& card) {
+  std::vector<CardName> names;
+  std::istringstream words{std::string(card.names)};
+  for (std::string word; words >> word;) {
+    std::istringstream parts{word};
+    CardName entry;
+    std::getline(parts, entry.name, '/');
+    for (std::string alias; std::getline(parts, alias, '/');) entry.aliases.push_back(alias);
+    names.push_back(std::move(entry));
+  }
+  return names;
+}
+
+void open_library(const std::filesystem::path& file, Registrar& registrar) {
+#if defined(__x86_64__)
+  // A library built with -ffast-math makes the whole process flush denormals when it is opened.
+  const unsigned int rounding = _mm_getcsr();
+#endif
+  void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+#if defined(__x86_64__)
+  _mm_setcsr(rounding);
+#endif
+  if (!library) {
+    const char* const reason = dlerror();
+    refuse(file, reason ? reason : "it cannot be opened");
+  }
+  using Register = void (*)(Registrar&);
+  const auto call = reinterpret_cast<Register>(dlsym(library, "sim_plugin_register"));
+  if (!call) refuse(file, "it does not export sim_plugin_register", "use the macro SIM_PLUGIN");
+  try {
+    call(registrar);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    refuse(file, std::string("its registration failed: ") + error.what());
+  } catch (...) {
+    refuse(file, "its registration failed");
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,28 @@
+// One plugin library: its card, read from the file, and its code, opened on demand.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/plugin/plugin.h"
+
+namespace sim {
+
+// The card of the library, read as plain data from the section .sim_plugin of the ELF file: nothing
+// of the library runs. Throws Error{kPlugin} naming the file when it is no library, has no card, or
+// was made for another ABI.
+PluginCard read_card(const std::filesystem::path& file);
+
+// The plugins that a card names, the aliases of each behind its name.
+struct CardName {
+  std::string name;
+  std::vector<std::string> aliases;
+};
+std::vector<CardName> card_names(const PluginCard& card);
+
+// Opens the library and lets it register. The library stays open for the life of the process, for
+// objects of its classes may outlive any owner. Throws Error{kPlugin}.
+void open_library(const std::filesystem::path& file, Registrar& registrar);
+
+}  // namespace sim

@@ -1,0 +1,158 @@
+#include "core/plugin/params.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim {
+namespace {
+
+ParamType type_of(const Value& value) {
+  switch (value.index()) {
+    case 1:
+      return ParamType::kFlag;
+    case 2:
+      return ParamType::kInteger;
+    case 3:
+      return ParamType::kNumber;
+    case 4:
+      return ParamType::kText;
+    case 5:
+      return ParamType::kVector;
+    default:
+      return ParamType::kFunction;
+  }
+}
+
+// What a value in an error message looks like.
+std::string shown(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return "'" + *text + "'";
+  if (std::holds_alternative<OdeFunction>(value)) return "a function";
+  return to_text(value);
+}
+
+// The value as the declared type; integers pass as numbers, whole numbers as integers.
+bool convert(Value& value, ParamType type) {
+  if (type_of(value) == type) return true;
+  if (type == ParamType::kNumber && std::holds_alternative<std::int64_t>(value)) {
+    value = static_cast<double>(std::get<std::int64_t>(value));
+    return true;
+  }
+  if (type == ParamType::kInteger && std::holds_alternative<double>(value)) {
+    const double number = std::get<double>(value);
+    if (std::floor(number) != number || std::fabs(number) > 9e15) return false;
+    value = static_cast<std::int64_t>(number);
+    return true;
+  }
+  return false;
+}
+
+// Why a value of the right type is not legal; empty when it is.
+std::string objection(const Value& value, const Param& param) {
+  double number = 0;
+  if (const auto* v = std::get_if<Vec3>(&value))
+    return v->allFinite() ? "" : "every component must be finite";
+  if (const auto* d = std::get_if<double>(&value))
+    number = *d;
+  else if (const auto* i = std::get_if<std::int64_t>(&value))
+    number = static_cast<double>(*i);
+  else
+    return "";
+  if (!std::isfinite(number)) return "it must be finite";
+  if (number < param.min) return "it must be at least " + shortest(param.min);
+  if (number > param.max) return "it must be at most " + shortest(param.max);
+  return "";
+}
+
+}  // namespace
+
+const char* type_name(ParamType type) {
+  switch (type) {
+    case ParamType::kFlag:
+      return "true or false";
+    case ParamType::kInteger:
+      return "whole number";
+    case ParamType::kNumber:
+      return "number";
+    case ParamType::kText:
+      return "text";
+    case ParamType::kVector:
+      return "vector {x, y, z}";
+    case ParamType::kFunction:
+      return "function";
+  }
+  return "";
+}
+
+std::string to_text(const Value& value) {
+  struct Writer {
+    std::string operator()(std::monostate) const { return ""; }
+    std::string operator()(bool b) const { return b ? "true" : "false"; }
+    std::string operator()(std::int64_t i) const { return std::to_string(i); }
+    std::string operator()(double d) const { return shortest(d); }
+    std::string operator()(const std::string& s) const { return s; }
+    std::string operator()(const Vec3& v) const {
+      std::string text = "{";
+      for (int axis = 0; axis < 3; ++axis) {
+        if (axis) text += ", ";
+        append_number(text, v[axis]);
+      }
+      return text += '}';
+    }
+    std::string operator()(const OdeFunction&) const { return "function"; }
+  };
+  return std::visit(Writer{}, value);
+}
+
+Params::Params(const std::string& owner, std::span<const Param> declared,
+               const std::map<std::string, Value>& given, const Place& place) {
+  std::vector<std::string> known;
+  for (const Param& param : declared) {
+    known.push_back(param.name);
+    values_[param.name] = param.default_value;
+  }
+  for (const auto& [name, value] : given) {
+    const auto param = std::find_if(declared.begin(), declared.end(),
+                                    [&](const Param& p) { return p.name == name; });
+    if (param == declared.end())
+      throw Error(ErrorKind::kScene,
+                  {owner, place, "it has no parameter '" + name + "'", suggestion(name, known)});
+    Value& slot = values_[name] = value;
+    const std::string unit = param->unit.empty() ? "" : " in " + param->unit;
+    if (!convert(slot, param->type))
+      throw Error(ErrorKind::kScene, {owner, place, name + " is " + shown(value),
+                                      std::string("give a ") + type_name(param->type) + unit});
+    if (const std::string why = objection(slot, *param); !why.empty())
+      throw Error(ErrorKind::kScene, {owner, place, name + " is " + shown(value), why});
+  }
+  for (const Param& param : declared)
+    if (param.required && !has(param.name))
+      throw Error(ErrorKind::kScene, {owner, place, "its parameter '" + param.name + "' is missing",
+                                      "give " + param.name + ", " + param.doc +
+                                          (param.unit.empty() ? "" : " in " + param.unit)});
+}
+
+bool Params::has(const std::string& name) const {
+  const auto entry = values_.find(name);
+  return entry != values_.end() && !std::holds_alternative<std::monostate>(entry->second);
+}
+
+template <class T>
+const T& Params::get(const std::string& name) const {
+  const auto entry = values_.find(name);
+  if (entry == values_.end() || !std::holds_alternative<T>(entry->second))
+    throw std::logic_error("parameter '" + name + "' was read but is not declared with that type");
+  return std::get<T>(entry->second);
+}
+
+template const bool& Params::get(const std::string&) const;
+template const std::int64_t& Params::get(const std::string&) const;
+template const double& Params::get(const std::string&) const;
+template const std::string& Params::get(const std::string&) const;
+template const Vec3& Params::get(const std::string&) const;
+template const OdeFunction& Params::get(const std::string&) const;
+
+}  // namespace sim

@@ -1,0 +1,73 @@
+// Parameters of plugins: declared once in the registration, checked there against what a scene
+// says.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/vec3.h"
+
+namespace sim {
+
+// dxdt := f(t, x); both spans have the size of the state.
+using OdeFunction =
+    std::function<void(double t, std::span<const double> x, std::span<double> dxdt)>;
+
+// monostate: no value given.
+using Value =
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction>;
+
+enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction };
+
+const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
+std::string to_text(const Value& value);  // "0.5", "{0, -9.81, 0}", "" for none
+
+// One parameter: the only place where its name, default, unit, bounds and meaning are written.
+struct Param {
+  std::string name = {};
+  ParamType type = ParamType::kNumber;
+  Value default_value = {};  // none: see `required`
+  std::string unit = {};
+  std::string doc = {};
+  bool required = false;    // a scene must say it; otherwise none is a legal value
+  bool positional = false;  // may be given as the first unnamed entry of the Lua table
+  double min = -std::numeric_limits<double>::infinity();  // bounds of a number, inclusive
+  double max = std::numeric_limits<double>::infinity();
+};
+
+// Where a scene said something: "scenes/cloth.lua:12", or empty.
+using Place = std::string;
+
+// Values for the parameters of one plugin. Reading a name that the plugin did not declare is an
+// internal error; scenes cannot cause it.
+class Params {
+ public:
+  Params() = default;
+
+  // Checks `given` against `declared` and fills in the defaults. Throws Error{kScene} naming
+  // `owner` ("force 'spring'") and the place for an unknown name, a wrong type or a bad value.
+  Params(const std::string& owner, std::span<const Param> declared,
+         const std::map<std::string, Value>& given, const Place& place);
+
+  bool has(const std::string& name) const;  // given or defaulted
+  bool flag(const std::string& name) const { return get<bool>(name); }
+  std::int64_t integer(const std::string& name) const { return get<std::int64_t>(name); }
+  double number(const std::string& name) const { return get<double>(name); }
+  const std::string& text(const std::string& name) const { return get<std::string>(name); }
+  const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
+  const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
+
+ private:
+  template <class T>
+  const T& get(const std::string& name) const;
+
+  std::map<std::string, Value> values_;
+};
+
+}  // namespace sim

@@ -1,0 +1,65 @@
+// What a plugin library exports: a card of constant data, judged before any of its code runs, and
+// one function that registers its plugins.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/plugin/registry.h"
+
+namespace sim {
+
+inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
+inline constexpr std::uint32_t kPluginAbi = 1;
+
+// Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
+// the file. `names` holds "name/alias/alias name2 ...".
+struct PluginCard {
+  std::uint64_t magic;
+  std::uint32_t abi;
+  std::uint32_t kind;
+  std::uint32_t sizes[6];
+  char names[256];
+  char build[128];
+};
+
+// Sizes of the structs that cross the border between kernel and plugin.
+inline constexpr std::uint32_t kAbiSizes[6] = {sizeof(ParticleView), sizeof(Tile),
+                                               sizeof(PluginInfo),   sizeof(Param),
+                                               sizeof(Stage),        sizeof(StepResult)};
+
+constexpr PluginCard make_card(PluginKind kind, std::string_view names) {
+  PluginCard card{kPluginMagic, kPluginAbi, static_cast<std::uint32_t>(kind), {}, {}, {}};
+  for (int i = 0; i < 6; ++i) card.sizes[i] = kAbiSizes[i];
+  if (names.size() >= sizeof card.names) throw "too many plugin names for one library";
+  for (std::size_t i = 0; i < names.size(); ++i) card.names[i] = names[i];
+  constexpr std::string_view kBuild = __VERSION__;
+  for (std::size_t i = 0; i < kBuild.size() && i + 1 < sizeof card.build; ++i)
+    card.build[i] = kBuild[i];
+  return card;
+}
+
+// Handed to the library's registration function.
+class Registrar {
+ public:
+  virtual void add(ForcePlugin plugin) = 0;
+  virtual void add(FieldPlugin plugin) = 0;
+  virtual void add(IntegratorPlugin plugin) = 0;
+
+ protected:
+  ~Registrar() = default;
+};
+
+}  // namespace sim
+
+// SIM_PLUGIN(kForce, "gravity") { registrar.add(sim::ForcePlugin{...}); }
+#define SIM_PLUGIN(KIND, NAMES)                                                                  \
+  extern "C"                                                                                     \
+      __attribute__((section(".sim_plugin"), used,                                               \
+                     visibility("default"))) constinit const ::sim::PluginCard sim_plugin_card = \
+          ::sim::make_card(::sim::PluginKind::KIND, NAMES);                                      \
+  extern "C" __attribute__((visibility("default"))) void sim_plugin_register(                    \
+      ::sim::Registrar& registrar);                                                              \
+  void sim_plugin_register(::sim::Registrar& registrar)

@@ -1,0 +1,266 @@
+#include "core/scene/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/array.h"
+#include "core/base/error.h"
+#include "core/base/hash.h"
+#include "core/base/team.h"
+#include "core/base/text.h"
+#include "core/particles/field_system.h"
+#include "core/particles/particle_system.h"
+
+namespace sim {
+namespace {
+
+// Small scenes are faster on one thread: handing out work costs about as much as 200 particles.
+constexpr int kParticlesPerThread = 512;
+
+int useful_threads(int wanted, int particles) {
+  return std::clamp(particles / kParticlesPerThread, 1, wanted);
+}
+
+// Adds what is known here to an error thrown by a plugin: its place in the scene.
+template <class Make>
+auto placed(const Place& place, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    ErrorText text = error.text();
+    if (!text.where.empty()) throw;
+    text.where = place;
+    throw Error(error.kind(), text);
+  }
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  std::string name;
+  double duration = 0, h = 0;
+  std::int64_t step_count = 0;
+  Divergence divergence;
+
+  PluginInfo integrator_plugin;
+  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<Team> team;
+  std::unique_ptr<OdeSystem> system;
+  ParticleSystem* particles = nullptr;  // the system, in a second-order scene
+  int dimension = 3;
+  ParticlesSpec initial;               // of a second-order scene: a grid takes no room
+  std::vector<double> initial_values;  // of a first-order scene
+  Array x, x_next;
+
+  // In the order of FirstOrderSpec::state.
+  void compile_field(const SystemSpec& spec, Registry& registry) {
+    const FirstOrderSpec& first = *spec.first_order;
+    dimension = first.dimension;
+    initial_values = first.state;
+    const Place& place = first.field.place;
+    const FieldPlugin& plugin = registry.field(first.field.plugin, place);
+    const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
+    system = placed(place, [&] {
+      return std::make_unique<FieldSystem>(first.state.size(), dimension, plugin.make(params));
+    });
+    team = std::make_unique<Team>(1);
+  }
+
+  void compile_particles(const SystemSpec& spec, Registry& registry, int threads) {
+    initial = *spec.particles;
+    const int n = initial.count();
+    x = Array(Layout(n).size());
+    place_particles();
+    std::vector<double> masses(static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) masses[static_cast<std::size_t>(i)] = initial.at(i).mass;
+
+    std::vector<std::unique_ptr<Force>> forces;
+    for (const PartSpec& part : spec.forces) {
+      const ForcePlugin& plugin = registry.force(part.plugin, part.place);
+      const std::string owner = "force '" + plugin.name + "'";
+      if (!plugin.takes_links && !part.links.empty())
+        throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
+                                        "tie them with sim.force.spring"});
+      const Params params(owner, plugin.params, part.given, part.place);
+      forces.push_back(placed(part.place, [&] { return plugin.make(params, part.links); }));
+    }
+    team = std::make_unique<Team>(useful_threads(threads, n));
+    auto made = placed(spec.place, [&] {
+      return std::make_unique<ParticleSystem>(std::move(masses), initial.pinned, std::move(forces),
+                                              x.data(), *team);
+    });
+    particles = made.get();
+    system = std::move(made);
+  }
+
+  // x := the initial state. A position of -0 becomes 0, for adding 0 to it would change its bits.
+  void place_particles() {
+    const int n = initial.count();
+    const Layout layout(n);
+    for (int i = 0; i < n; ++i) {
+      const ParticleSpec particle = initial.at(i);
+      for (int axis = 0; axis < 3; ++axis) {
+        layout.block(x.data(), axis)[i] = particle.position[axis] + 0.0;
+        layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
+      }
+    }
+    for (const int i : initial.pinned)
+      for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
+  }
+
+  double t() const { return static_cast<double>(step_count) * h; }
+
+  // Where the next state is not finite; false when it is.
+  bool find_divergence() {
+    constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
+    const auto found = [&](int id, const char* quantity) {
+      divergence = {id, step_count + 1, static_cast<double>(step_count + 1) * h, h, quantity};
+      return true;
+    };
+    if (!particles) {
+      for (std::size_t i = 0; i < x_next.size(); ++i)
+        if (!std::isfinite(x_next[i])) {
+          const int id = static_cast<int>(i) / dimension;
+          return found(id, dimension == 3 ? kNames[i % 3] : "component");
+        }
+      return false;
+    }
+    for (int i = 0; i < particles->layout().n(); ++i)
+      for (int block = 0; block < 6; ++block)
+        if (!std::isfinite(particles->layout().block(x_next.data(), block)[i]))
+          return found(i, kNames[block]);
+    return false;
+  }
+};
+
+Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& s = *impl_;
+  s.name = spec.name;
+  s.duration = spec.duration;
+  s.h = options.dt > 0 ? options.dt : spec.dt;
+  if (!(s.h > 0) || !std::isfinite(s.h))
+    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
+                                    "its step size dt is " + shortest(s.h), "give dt > 0 in s"});
+
+  const std::string wanted = options.integrator.empty() ? spec.integrator : options.integrator;
+  const IntegratorPlugin& plugin = registry.integrator(wanted, spec.place);
+  s.integrator_plugin = plugin;
+  s.integrator =
+      plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, {}, spec.place));
+
+  if (spec.particles)
+    s.compile_particles(spec, registry, options.threads);
+  else
+    s.compile_field(spec, registry);
+  if (!s.particles) s.x = Array(s.system->size());
+  s.x_next = Array(s.system->size());
+  s.integrator->prepare(*s.system);
+  reset();
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+bool Simulation::step() {
+  Impl& s = *impl_;
+  const StepResult result = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
+  if (!result.finite && s.find_divergence()) return false;
+  std::swap(s.x, s.x_next);
+  ++s.step_count;
+  return true;
+}
+
+void Simulation::reset() {
+  impl_->step_count = 0;
+  if (impl_->particles)
+    impl_->place_particles();
+  else
+    std::ranges::copy(impl_->initial_values, impl_->x.data());
+}
+
+const Divergence& Simulation::divergence() const { return impl_->divergence; }
+double Simulation::t() const { return impl_->t(); }
+double Simulation::h() const { return impl_->h; }
+std::int64_t Simulation::step_count() const { return impl_->step_count; }
+
+std::int64_t Simulation::steps_for(double duration) const {
+  // The quotient may miss a whole number by a rounding error: 0.3 / 0.1 is 2.9999999999999996.
+  const double steps = std::ceil(duration / impl_->h * (1 - 1e-12));
+  constexpr double kMost = 9e18;
+  return static_cast<std::int64_t>(std::clamp(steps, 0.0, kMost));
+}
+
+const std::string& Simulation::name() const { return impl_->name; }
+double Simulation::duration() const { return impl_->duration; }
+const PluginInfo& Simulation::integrator_plugin() const { return impl_->integrator_plugin; }
+IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
+
+bool Simulation::second_order() const { return impl_->particles != nullptr; }
+bool Simulation::flat() const { return !second_order() && impl_->dimension == 1; }
+
+int Simulation::particles() const {
+  if (impl_->particles) return impl_->particles->layout().n();
+  return flat() ? 0 : components() / 3;
+}
+
+int Simulation::pinned_count() const {
+  return impl_->particles ? impl_->particles->pinned_count() : 0;
+}
+
+Vec3 Simulation::position(int i) const {
+  if (!impl_->particles) return {component(3 * i), component(3 * i + 1), component(3 * i + 2)};
+  return impl_->particles->view(t(), impl_->x.data()).position(i);
+}
+
+Vec3 Simulation::velocity(int i) const {
+  if (!impl_->particles) return Vec3::Zero();
+  return impl_->particles->view(t(), impl_->x.data()).velocity(i);
+}
+
+int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
+double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
+
+Energy Simulation::energy() const {
+  if (!impl_->particles) return {};
+  return {impl_->particles->kinetic_energy(t(), impl_->x.data()),
+          impl_->particles->potential_energy(t(), impl_->x.data())};
+}
+
+std::uint64_t Simulation::hash() const {
+  StateHash hash;
+  hash.add(static_cast<std::uint64_t>(impl_->step_count));
+  if (!impl_->particles) {
+    hash.add(impl_->x.span());
+    return hash.value();
+  }
+  const Layout& layout = impl_->particles->layout();
+  for (int block = 0; block < 6; ++block)
+    hash.add(std::span<const double>(layout.block(impl_->x.data(), block),
+                                     static_cast<std::size_t>(layout.n())));
+  return hash.value();
+}
+
+std::vector<Link> Simulation::links(int particle) const {
+  std::vector<Link> list;
+  if (!impl_->particles) return list;
+  for (const auto& force : impl_->particles->forces()) {
+    const auto begin = static_cast<std::ptrdiff_t>(list.size());
+    force->links(particle, list);
+    std::stable_sort(list.begin() + begin, list.end(),
+                     [](const Link& l, const Link& r) { return l.to < r.to; });
+  }
+  return list;
+}
+
+std::vector<std::pair<std::string, long>> Simulation::families() const {
+  std::vector<std::pair<std::string, long>> list;
+  if (!impl_->particles) return list;
+  for (const auto& force : impl_->particles->forces())
+    for (const auto& family : force->families()) list.push_back(family);
+  return list;
+}
+
+}  // namespace sim

@@ -1,0 +1,83 @@
+// A compiled scene: immutable structure, mutable state X, time t = n h.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/plugin/registry.h"
+#include "core/scene/scene_spec.h"
+
+namespace sim {
+
+// What a run may override; empty or 0 = as the scene says.
+struct RunOptions {
+  std::string integrator{};
+  double dt = 0;    // s
+  int threads = 1;  // at least 1; the bits do not depend on it
+};
+
+struct Energy {
+  double kinetic = 0, potential = 0;  // J
+  double total() const { return kinetic + potential; }
+};
+
+// Where a run left the finite numbers. The state is the last finite one, before that step.
+struct Divergence {
+  int particle = 0;       // or the component of a flat state
+  std::int64_t step = 0;  // the step that failed, counted from 1
+  double t = 0, h = 0;    // s, time at the end of that step
+  std::string quantity;   // "x", "vy", or "component"
+};
+
+class Simulation {
+ public:
+  // Compiles one system. Throws Error{kScene} or Error{kPlugin}; nothing throws afterwards but a
+  // right-hand side written in Lua.
+  Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options = {});
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  // One step of size h. False when a number of the new state is not finite: the state and the time
+  // stay as they were before the step, and divergence() says where.
+  bool step();
+  const Divergence& divergence() const;
+
+  // Back to t = 0 with the initial bits.
+  void reset();
+
+  double t() const;
+  double h() const;
+  std::int64_t step_count() const;
+  std::int64_t steps_for(double duration) const;  // the fewest steps that reach it
+
+  const std::string& name() const;
+  double duration() const;
+  const PluginInfo& integrator_plugin() const;
+  IntegratorInfo integrator_info() const;
+
+  bool second_order() const;  // has particles with masses, velocities and energy
+  bool flat() const;          // a flat ODE state: no particles
+  int particles() const;      // 0 for a flat state
+  int pinned_count() const;
+
+  Vec3 position(int i) const;
+  Vec3 velocity(int i) const;
+  int components() const;         // numbers of a first-order state
+  double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
+
+  Energy energy() const;       // second order only
+  std::uint64_t hash() const;  // of the bits of the state and the step count
+
+  std::vector<Link> links(int particle) const;                 // in order of families
+  std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sim

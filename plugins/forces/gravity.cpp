@@ -1,0 +1,37 @@
+// Uniform gravity: f = m g, with the potential energy -m g.x (zero at the origin).
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class Gravity final : public sim::Force {
+ public:
+  explicit Gravity(const sim::Vec3& g) : g_(g) {}
+
+  std::optional<sim::AffineForce> affine() const override { return sim::AffineForce{g_, 0}; }
+
+  double potential(const sim::ParticleView& p, sim::Tile tile) const override {
+    double sum = 0;
+    for (int i = tile.begin; i < tile.end; ++i)
+      if (p.free(i)) sum -= p.mass[i] * g_.dot(p.position(i));
+    return sum;
+  }
+
+ private:
+  sim::Vec3 g_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(kForce, "gravity") {
+  registrar.add(sim::ForcePlugin{{.name = "gravity",
+                                  .summary = "uniform gravity on every free particle",
+                                  .formula = "f = m g,  potential energy -m g.x",
+                                  .params = {{.name = "g",
+                                              .type = sim::ParamType::kVector,
+                                              .default_value = sim::Vec3(0, -9.81, 0),
+                                              .unit = "m/s^2",
+                                              .doc = "acceleration"}}},
+                                 [](const sim::Params& params, const sim::Links&) {
+                                   return std::make_unique<Gravity>(params.vector("g"));
+                                 }});
+}

@@ -1,0 +1,358 @@
+-- The scene language. A scene file starts with
+--
+--   local sim = require "sim"
+--
+-- and ends with `return sim.scene { ... }` or `return sim.world { ... }`. Units are SI: m, kg, s,
+-- N. Vectors are {x, y, z}; particle ids start at 0. All numbers must be finite. Every mistake is
+-- an error that names the line, what was expected, and the nearest name that exists.
+--
+-- This file only builds tables; the kernel reads them once, after the scene file has returned.
+
+local host = ...  -- what the kernel lends: places in the scene, errors, parameters
+local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
+local type, next, setmetatable, tostring = type, next, setmetatable, tostring
+local math_type, select = math.type, select
+
+local MOST = 2 ^ 31 - 1  -- particles of one scene
+
+-- The value given to the scene -> what was said about it. Scenes cannot reach the records.
+local records = setmetatable({}, { __mode = "k" })
+
+-- Errors and checks ------------------------------------------------------------------------------
+
+local function bad(what, expected, got, remedy)
+  fail((here()), "bad " .. what, "expected " .. expected .. ", got " .. show(got), remedy)
+end
+
+local function check_keys(options, known, what)
+  if type(options) ~= "table" then bad("argument of " .. what, "a table", options) end
+  local unknown
+  for key in next, options do
+    if not known[key] then
+      local name = type(key) == "string" and key or show(key)
+      if not unknown or name < unknown then unknown = name end
+    end
+  end
+  if unknown then
+    fail((here()), "unknown key '" .. unknown .. "' in " .. what, "it is not used there",
+      suggest(unknown, known))
+  end
+end
+
+-- The three numbers of a vector.
+local function vector(v, what)
+  if type(v) ~= "table" then bad(what, "a vector {x, y, z}", v) end
+  local x, y, z = v[1], v[2], v[3]
+  -- x - x is 0 for finite numbers only
+  if type(x) == "number" and type(y) == "number" and type(z) == "number"
+    and x - x == 0 and y - y == 0 and z - z == 0 then
+    local entries = 0
+    for _ in next, v do entries = entries + 1 end
+    if entries == 3 then return x, y, z end
+    fail((here()), "bad " .. what,
+      "expected a vector {x, y, z} of 3 numbers, got a table with " .. entries .. " entries")
+  end
+  for i = 1, 3 do
+    local c = v[i]
+    if type(c) ~= "number" or c - c ~= 0 then
+      bad(what, "a vector {x, y, z} of 3 finite numbers", c)
+    end
+  end
+end
+
+local function number_from(v, least, strict, what, unit)
+  if type(v) ~= "number" or v - v ~= 0 or v < least or (strict and v == least) then
+    bad(what, "a finite number " .. (strict and "> " or ">= ") .. least .. unit, v)
+  end
+  return v
+end
+
+local function integer_from(v, least, most, what)
+  if type(v) == "number" and v >= least and v <= most and v % 1 == 0 then return v // 1 | 0 end
+  bad(what, "a whole number from " .. least .. " to " .. (most | 0), v)
+end
+
+-- Values with methods: empty tables that cannot be written to.
+local function class(kind, methods)
+  local name = "sim." .. kind
+  setmetatable(methods, { __index = function(_, key)
+    fail((here()), "unknown name '" .. tostring(key) .. "' of " .. name,
+      "it has methods, called with a colon", suggest(key, methods))
+  end })
+  return {
+    __index = methods,
+    __newindex = function(_, key)
+      fail((here()), "cannot set '" .. tostring(key) .. "' of " .. name,
+        "it is given when it is made, between { and }")
+    end,
+    __tostring = function() return name end,
+    __metatable = name,
+  }
+end
+
+local function record_of(value, kind, method)
+  local record = records[value]
+  if record and record.kind == kind then return record end
+  fail((here()), "bad call of " .. method, "it was not called on what sim." .. kind .. " returned",
+    "write it with a colon, as in name:" .. method .. "(...)")
+end
+
+-- Particles --------------------------------------------------------------------------------------
+
+local Particles = {}
+
+-- id = particles:add({x, y, z}, { mass =, velocity = })
+--   {x, y, z}   position, m
+--   mass        kg, > 0; default: the mass given to sim.particles or sim.grid
+--   velocity    {vx, vy, vz}, m/s; default {0, 0, 0}
+-- Returns the id: 0, 1, 2, ... in the order of adding (after those of the grid, if it is one).
+-- Errors: a position that is not a vector, an unknown option, a bad value.
+function Particles:add(position, options)
+  local record = record_of(self, "particles", "add")
+  local x, y, z = vector(position, "position of a particle")
+  local n = record.count + 1
+  if options ~= nil then
+    check_keys(options, { mass = true, velocity = true }, "the options of a particle")
+    if options.mass ~= nil then
+      record.masses[n] = number_from(options.mass, 0, true, "mass of a particle", " kg")
+    end
+    if options.velocity ~= nil then
+      record.vx[n], record.vy[n], record.vz[n] =
+        vector(options.velocity, "velocity of a particle")
+    end
+  end
+  record.x[n], record.y[n], record.z[n] = x, y, z
+  record.count = n
+  return record.first + n - 1
+end
+
+-- particles:pin(id, ...)
+-- Holds particles where they are, at velocity 0. At least one id; an id may come before its
+-- particle is added. Errors: an id that is no whole number >= 0, or that no particle has at last.
+function Particles:pin(...)
+  local record = record_of(self, "particles", "pin")
+  if select("#", ...) == 0 then bad("call of pin", "at least one particle id", nil) end
+  local place = here()
+  for i = 1, select("#", ...) do
+    local pins = record.pins
+    pins[#pins + 1] = integer_from((select(i, ...)), 0, MOST, "particle id of pin")
+    pins[#pins + 1] = place
+  end
+end
+
+-- id = grid:id(i, j): the particle of row i, column j, both from 0. Only of a sim.grid.
+-- Errors: a row or column that the grid does not have.
+function Particles:id(i, j)
+  local record = record_of(self, "particles", "id")
+  if not record.rows then
+    fail((here()), "bad call of id", "sim.particles has no rows and columns",
+      "use the id that add returned, or sim.grid")
+  end
+  i = integer_from(i, 0, record.rows - 1, "row of id")
+  j = integer_from(j, 0, record.cols - 1, "column of id")
+  return i * record.cols + j
+end
+
+local particles_class = class("particles", Particles)
+particles_class.__len = function(self) return records[self].first + records[self].count end
+
+local function new_particles(record)
+  record.kind, record.count = "particles", 0
+  record.x, record.y, record.z = {}, {}, {}
+  record.masses, record.vx, record.vy, record.vz, record.pins = {}, {}, {}, {}, {}
+  local handle = setmetatable({}, particles_class)
+  records[handle] = record
+  return handle
+end
+
+-- particles = sim.particles { mass = }
+-- An empty list of particles; see :add and :pin. #particles is their number.
+--   mass   kg, > 0; default 1; of the particles that are added without one
+local function make_particles(options)
+  options = options == nil and {} or options
+  check_keys(options, { mass = true }, "sim.particles")
+  local mass = options.mass == nil and 1 or options.mass
+  return new_particles {
+    place = here(), first = 0,
+    mass = number_from(mass, 0, true, "mass of sim.particles", " kg"),
+  }
+end
+
+-- grid = sim.grid { rows, cols, origin =, du =, dv =, mass = }
+-- rows x cols particles; particle (i, j) is at origin + i*du + j*dv and has the id i*cols + j,
+-- which grid:id(i, j) returns. :pin and :add work as for sim.particles.
+--   rows, cols   whole numbers >= 1, at most 2^31 - 1 particles
+--   origin       m; default {0, 0, 0}
+--   du, dv       m, from one row and from one column to the next
+--   mass         kg, > 0, of each particle; default 1
+local function make_grid(options)
+  check_keys(options, { true, true, origin = true, du = true, dv = true, mass = true }, "sim.grid")
+  local place = here()
+  local rows = integer_from(options[1], 1, MOST, "number of rows of sim.grid")
+  local cols = integer_from(options[2], 1, MOST, "number of columns of sim.grid")
+  if rows * cols > MOST then
+    fail(place, "too many particles in sim.grid", rows .. " x " .. cols .. " is more than 2^31 - 1")
+  end
+  local mass = options.mass == nil and 1 or options.mass
+  local origin = options.origin == nil and { 0, 0, 0 } or options.origin
+  return new_particles {
+    place = place, first = rows * cols, rows = rows, cols = cols,
+    origin = { vector(origin, "origin of sim.grid") },
+    du = { vector(options.du, "du of sim.grid") },
+    dv = { vector(options.dv, "dv of sim.grid") },
+    mass = number_from(mass, 0, true, "mass of sim.grid", " kg"),
+  }
+end
+
+-- Forces and fields ------------------------------------------------------------------------------
+
+local Force = {}
+
+-- force:tie(a, b, { stiffness =, rest = })
+-- Ties two particles; for forces that act between pairs, such as spring.
+--   a, b        particle ids, different; both must exist when the scene is finished
+--   stiffness   N/m, >= 0; default: the parameter of the force
+--   rest        rest length in m, >= 0; default: the parameter of the force, or else the distance
+--               of the two particles at the start
+-- Returns the force.
+function Force:tie(a, b, options)
+  local record = record_of(self, "force", "tie")
+  if math_type(a) ~= "integer" or a < 0 then a = integer_from(a, 0, MOST, "particle id of tie") end
+  if math_type(b) ~= "integer" or b < 0 then b = integer_from(b, 0, MOST, "particle id of tie") end
+  if a == b then
+    fail((here()), "bad tie", "particle " .. a .. " is tied to itself")
+  end
+  local ties, n = record.ties, record.count + 1
+  ties[3 * n - 2], ties[3 * n - 1], ties[3 * n] = a, b, (here())
+  record.count = n
+  if options ~= nil then
+    check_keys(options, { stiffness = true, rest = true }, "the options of a tie")
+    if options.stiffness ~= nil then
+      record.stiffness[n] = number_from(options.stiffness, 0, false, "stiffness of a tie", " N/m")
+    end
+    if options.rest ~= nil then
+      record.rest[n] = number_from(options.rest, 0, false, "rest length of a tie", " m")
+    end
+  end
+  return self
+end
+
+local part_class = { force = class("force", Force), field = class("field", {}) }
+
+-- Lists inside the options are taken as they are now: changing them later changes nothing.
+local function copy(value, depth)
+  if type(value) ~= "table" or records[value] or depth == 0 then return value end
+  local result = {}
+  for key, entry in next, value do result[key] = copy(entry, depth - 1) end
+  return result
+end
+
+-- force = sim.force.NAME { ... },  field = sim.field.NAME { ... }
+-- Any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter
+-- may be marked there as positional; it can then be written without its name, first in the table.
+-- Forces that act between pairs also take a grid of pairs:
+--   grid      the sim.grid that is the scene's particles
+--   offsets   list of {di, dj}, whole numbers, not both 0: each ties (i, j) to (i + di, j + dj)
+--             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given
+local function constructors(kind)
+  return setmetatable({}, {
+    __metatable = "sim." .. kind,
+    __newindex = function(_, key)
+      fail((here()), "cannot set '" .. tostring(key) .. "' of sim." .. kind,
+        "it holds the plugins")
+    end,
+    __index = function(_, plugin)
+      local written = here()
+      if type(plugin) ~= "string" then bad("name after sim." .. kind, "text", plugin) end
+      return function(options)
+        -- `return sim.force.NAME{}` hides the line of the call; where it was written is as good.
+        local place, tail = here()
+        if tail then place = written end
+        options = options == nil and {} or options
+        if type(options) ~= "table" or records[options] then
+          fail(place, "bad argument of sim." .. kind .. "." .. plugin,
+            "expected a table of parameters, got " .. show(options))
+        end
+        local handle = setmetatable({}, part_class[kind])
+        records[handle] = {
+          kind = kind, plugin = plugin, place = place, given = copy(options, 3),
+          ties = {}, count = 0, stiffness = {}, rest = {},
+        }
+        return handle
+      end
+    end,
+  })
+end
+
+-- Scenes -----------------------------------------------------------------------------------------
+
+-- value = sim.arg(name, default, doc)
+-- Declares a parameter of the scene, set on the command line by `--set name=value`.
+--   name      letters, digits and _
+--   default   a number, text, true or false; a setting must be of the same type
+--   doc       what it is, with its unit; shown by `sim describe`
+-- The same name may be declared again with the same default. In a sim.world a setting reaches every
+-- scene that declares its name; `--set cloth.n=16` reaches the one in the file cloth.lua only.
+local function arg(name, default, doc)
+  return host.arg((here()), name, default, doc)
+end
+
+-- scene = sim.scene { ... }
+--   name         text; default: the name of the file
+--   integrator   name or alias of an integrator, as `sim list integrators` shows
+--   dt           step size in s, > 0
+--   duration     s, >= 0: how long a run lasts unless it is told otherwise
+--   exact        optional function(t) that returns the exact solution at time t (s), in the form of
+--                `state`; for particles the list of their positions
+-- Second order (particles with mass and velocity):
+--   particles    a sim.particles or sim.grid
+--   forces       list of sim.force.NAME{...}, may be empty
+-- First order (no masses, no velocities):
+--   state        { x = list of vectors } for points of space, or a flat list of numbers
+--   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)
+-- Returns a table that may still be changed, key by key, before the file returns it.
+
+-- world = sim.world { NAME = scene, ... }
+-- Several scenes side by side, each with its own state and integrator, in the order of their names.
+-- Names are made of letters, digits, _ and -. A scene comes from sim.scene or from
+-- `require "scenes.FILE"`, which returns an independent scene every time.
+--
+-- Both come from here, made anew wherever a scene writes their name: that keeps its line.
+local function top_constructor(kind, written)
+  return function(entries)
+    local place, tail = here()
+    if tail then place = written end  -- as above: `return sim.scene{}` hides the line of the call
+    if type(entries) ~= "table" then
+      fail(place, "bad argument of sim." .. kind, "expected a table, got " .. show(entries))
+    end
+    local result = {}
+    for key, entry in next, entries do result[key] = entry end
+    records[result] = { kind = kind, place = place }
+    return result
+  end
+end
+
+local entries = {
+  arg = arg, particles = make_particles, grid = make_grid,
+  force = constructors("force"), field = constructors("field"),
+  scene = "made where it is written", world = "made where it is written",
+}
+
+local sim = setmetatable({}, {
+  __index = function(_, key)
+    if key == "scene" or key == "world" then return top_constructor(key, (here())) end
+    local entry = entries[key]
+    if entry == nil then
+      fail((here()), "unknown name 'sim." .. tostring(key) .. "'",
+        "the scene language has no such name", suggest(key, entries))
+    end
+    return entry
+  end,
+  __newindex = function(_, key)
+    fail((here()), "cannot set 'sim." .. tostring(key) .. "'", "the scene language is fixed",
+      "use a local variable")
+  end,
+  __metatable = "sim",
+})
+
+return sim, records

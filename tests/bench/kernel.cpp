@@ -1,0 +1,188 @@
+#include "tests/bench/kernel.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "tests/bench/cloth.h"
+#include "tests/bench/memory.h"
+#include "tests/support/allocations.h"
+
+namespace sim_bench {
+namespace {
+
+// Below this, a few pages more or less would decide the bytes a particle.
+constexpr int kLeastSideForMemory = 128;
+
+void step(sim::Simulation& simulation) {
+  if (simulation.step()) return;
+  throw sim::Error(sim::ErrorKind::kDiverged,
+                   {"the cloth left the finite numbers", simulation.integrator_plugin().name,
+                    "step " + std::to_string(simulation.divergence().step), ""});
+}
+
+double allocations_a_step(sim::Simulation& simulation) {
+  constexpr int kSteps = 20;
+  const std::size_t before = sim_test::allocation_count();
+  for (int i = 0; i < kSteps; ++i) step(simulation);
+  return static_cast<double>(sim_test::allocation_count() - before) / kSteps;
+}
+
+std::string percent(double part) { return short_number(100 * part); }
+
+// All integrators and numbers of threads at one size, in turns.
+void measure_size(int n, const Options& options, sim::Registry& registry,
+                  const std::vector<std::string>& integrators, std::vector<KernelResult>& results) {
+  const sim::SystemSpec spec = load_cloth(n, registry);
+  std::vector<sim::Simulation> simulations;
+  const std::size_t first = results.size();
+  for (const std::string& integrator : integrators)
+    for (const int threads : options.threads) {
+      simulations.emplace_back(spec, registry,
+                               sim::RunOptions{integrator, stable_step(integrator, n), threads});
+      KernelResult& r = results.emplace_back();
+      r.n = n;
+      r.integrator = integrator;
+      r.threads = threads;
+      r.evaluations = std::max(1, simulations.back().integrator_info().evaluations);
+      r.springs = count_springs(spec);
+    }
+
+  std::vector<Contestant> contestants;
+  for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
+  const std::vector<Times> times = measure(contestants, options.timing);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    results[first + i].times = times[i];
+    results[first + i].allocations = allocations_a_step(simulations[i]);
+  }
+  simulations.clear();
+
+  if (n < kLeastSideForMemory) return;
+  for (std::size_t i = first; i < results.size(); ++i) {
+    if (results[i].threads != options.threads.front()) continue;
+    const MemoryUse use = measure_memory(n, results[i].integrator);
+    results[i].bytes = use.resident / results[i].particles();
+    results[i].peak_bytes = use.peak / results[i].particles();
+  }
+}
+
+}  // namespace
+
+Contestant contestant(sim::Simulation& simulation) {
+  return {[&simulation](long count) {
+    const double start = seconds_now();
+    for (long i = 0; i < count; ++i) step(simulation);
+    return seconds_now() - start;
+  }};
+}
+
+std::vector<std::string> choose_integrators(const Options& options, const sim::Registry& registry) {
+  const std::vector<std::string> known = registry.names(sim::PluginKind::kIntegrator);
+  if (options.integrators.empty()) {
+    std::vector<std::string> chosen;
+    for (const char* name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})
+      if (std::find(known.begin(), known.end(), name) != known.end()) chosen.push_back(name);
+    return chosen;
+  }
+  for (const std::string& name : options.integrators)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw sim::Error(sim::ErrorKind::kUsage,
+                       {"unknown integrator '" + name + "'", "on the command line",
+                        "no plugin has that name", sim::suggestion(name, known)});
+  return options.integrators;
+}
+
+std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry) {
+  const std::vector<std::string> integrators = choose_integrators(options, registry);
+  std::vector<KernelResult> results;
+  for (const int n : options.sizes) measure_size(n, options, registry, integrators, results);
+  return results;
+}
+
+Table kernel_table(const std::vector<KernelResult>& results, const Machine& machine) {
+  Table table("kernel", "n x n cloth of scenes/cloth.lua",
+              {{"n", "n"},
+               {"integrator", "integrator", false},
+               {"threads", "threads"},
+               {"us/step", "us_per_step"},
+               {"min", "us_min"},
+               {"max", "us_max"},
+               {"ns/spring", "ns_per_spring"},
+               {"M/s", "million_particle_steps_per_s"},
+               {"% limit", "percent_of_limit"},
+               {"allocs", "allocations_per_step"},
+               {"B/p", "bytes_per_particle"},
+               {"peak", "peak_bytes_per_particle"}});
+  for (const KernelResult& r : results) {
+    const double limit = machine.spring_limit_ns() / std::min(r.threads, machine.cores);
+    table.add({std::to_string(r.n), r.integrator, std::to_string(r.threads),
+               short_number(r.times.median * 1e6), short_number(r.times.least * 1e6),
+               short_number(r.times.most * 1e6), short_number(r.spring_ns()),
+               short_number(r.million_steps()), percent(limit / r.spring_ns()),
+               short_number(r.allocations), r.bytes > 0 ? short_number(r.bytes) : "",
+               r.bytes > 0 ? short_number(r.peak_bytes) : ""});
+  }
+  table.note(
+      "us/step: the median, with the least and the most; ns/spring: of one evaluation; "
+      "M/s: million particle-steps a second; allocs: allocations a step.");
+  table.note("% limit: " + short_number(machine.spring_limit_ns()) +
+             " ns a spring a core, over the threads asked for, against ns/spring.");
+  table.note(
+      "B/p: bytes a particle that compiling the scene and four steps add to the process, all "
+      "arrays and spring runs; peak: with what compiling needs for a while. The scene as "
+      "plain data comes before that and is not in it. Measured in a process of its own.");
+  return table;
+}
+
+std::vector<Variation> measure_variations(const Options& options, sim::Registry& registry) {
+  constexpr int kSide = 128;
+  const sim::SystemSpec cloth = load_cloth(kSide, registry);
+  const sim::SystemSpec plain = tied_cloth(cloth, Ties::kPlain);
+  const sim::SystemSpec fused = springs_only(plain);
+  struct Entry {
+    std::string name, meaning;
+    sim::SystemSpec spec;
+  };
+  const std::vector<Entry> entries = {
+      {"cloth", "gravity, drag, three forces over the grid", cloth},
+      {"springs", "the three forces alone", springs_only(cloth)},
+      {"fused", "the same springs in one list, alone", fused},
+      {"fused + affine", "the list, gravity, drag", plain},
+      {"jittered", "every rest length its own, gravity, drag", tied_cloth(cloth, Ties::kJittered)},
+      {"random net", "renumbered at random, gravity, drag", tied_cloth(cloth, Ties::kShuffled)},
+  };
+
+  std::vector<sim::Simulation> simulations;
+  for (const Entry& entry : entries)
+    simulations.emplace_back(entry.spec, registry,
+                             sim::RunOptions{"rk4", stable_step("rk4", kSide), 1});
+  std::vector<Contestant> contestants;
+  for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
+  const std::vector<Times> times = measure(contestants, options.timing);
+
+  std::vector<Variation> variations;
+  const double springs = static_cast<double>(count_springs(cloth));
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    variations.push_back(
+        {entries[i].name, entries[i].meaning, times[i], times[i].median * 1e9 / springs / 4});
+  return variations;
+}
+
+Table variation_table(const std::vector<Variation>& variations) {
+  Table table("variations", "128 x 128 cloth given in other ways, rk4, one thread",
+              {{"springs", "name", false},
+               {"us/step", "us_per_step"},
+               {"min", "us_min"},
+               {"max", "us_max"},
+               {"ns/spring", "ns_per_spring"},
+               {"what it is", "meaning", false}});
+  for (const Variation& v : variations)
+    table.add({v.name, short_number(v.times.median * 1e6), short_number(v.times.least * 1e6),
+               short_number(v.times.most * 1e6), short_number(v.spring_ns), v.meaning});
+  const double all = variations[0].times.median, alone = variations[2].times.median;
+  table.note("Five forces against one: cloth takes " + short_number(100 * (all / alone - 1)) +
+             " % more time than fused.");
+  return table;
+}
+
+}  // namespace sim_bench

@@ -1,0 +1,86 @@
+#include "tests/bench/options.h"
+
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim_bench {
+
+const char* const kUsage =
+    "sim_bench [options]    speed of the kernel on the cloth, against the machine and its peers\n"
+    "  --n 8,32,...         particles a side (8,32,128,512,1024)\n"
+    "  --integrators a,b    which ones (euler, trapezoid, rk4, symplectic_euler, verlet)\n"
+    "  --threads 1,2        numbers of threads (1,2)\n"
+    "  --quick              n = 8,32,128 and shorter samples\n"
+    "  --peers              also build and time other programs on the same scene\n"
+    "  --json, --markdown   the same tables in another form\n";
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what, const std::string& why) {
+  throw sim::Error(sim::ErrorKind::kUsage, {what, "on the command line", why, "see --help"});
+}
+
+std::vector<std::string> split(const std::string& option, std::string_view text) {
+  std::vector<std::string> parts;
+  for (;;) {
+    const auto comma = text.find(',');
+    parts.emplace_back(text.substr(0, comma));
+    if (parts.back().empty()) fail(option, "an empty entry in its list");
+    if (comma == std::string_view::npos) return parts;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+std::vector<int> split_integers(const std::string& option, const std::string& text, int least,
+                                int most) {
+  std::vector<int> numbers;
+  for (const std::string& part : split(option, text)) {
+    const auto number = sim::parse_integer(part);
+    if (!number || *number < least || *number > most)
+      fail(option, "'" + part + "' is not a whole number from " + std::to_string(least) + " to " +
+                       std::to_string(most));
+    numbers.push_back(static_cast<int>(*number));
+  }
+  return numbers;
+}
+
+}  // namespace
+
+Options parse_options(int argc, char** argv) {
+  constexpr int kMostSide = 4096, kMostThreads = 256;
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const auto value = [&]() -> std::string {
+      if (++i >= argc) fail(argument, "it needs a value");
+      return argv[i];
+    };
+    if (argument == "--json")
+      options.format = Format::kJson;
+    else if (argument == "--markdown")
+      options.format = Format::kMarkdown;
+    else if (argument == "--peers")
+      options.peers = true;
+    else if (argument == "--help" || argument == "-h")
+      options.help = true;
+    else if (argument == "--n")
+      options.sizes = split_integers(argument, value(), 3, kMostSide);
+    else if (argument == "--threads")
+      options.threads = split_integers(argument, value(), 1, kMostThreads);
+    else if (argument == "--integrators")
+      options.integrators = split(argument, value());
+    else if (argument == "--quick") {
+      options.sizes = {8, 32, 128};
+      options.timing = {.repeats = 5, .seconds = 0.03};
+    } else if (argument == "--memory-of") {
+      options.sizes = split_integers(argument, value(), 3, kMostSide);
+      options.memory_of = value();
+    } else
+      fail("unknown option '" + argument + "'", "it is not one of sim_bench");
+  }
+  return options;
+}
+
+}  // namespace sim_bench

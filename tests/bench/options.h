@@ -1,0 +1,29 @@
+// What `sim_bench` is asked to do.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/bench/timing.h"
+
+namespace sim_bench {
+
+enum class Format { kText, kMarkdown, kJson };
+
+struct Options {
+  Format format = Format::kText;
+  bool peers = false, help = false;
+  std::vector<int> sizes = {8, 32, 128, 512, 1024};  // particles a side
+  std::vector<int> threads = {1, 2};
+  std::vector<std::string> integrators;  // empty = the one-step methods among kUsual that are here
+  TimingOptions timing;
+
+  std::string memory_of;  // an integrator: only print the memory of sizes[0] with it
+};
+
+extern const char* const kUsage;
+
+// Throws sim::Error{kUsage} for anything it does not know.
+Options parse_options(int argc, char** argv);
+
+}  // namespace sim_bench

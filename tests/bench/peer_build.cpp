@@ -1,0 +1,128 @@
+#include "tests/bench/peer_build.h"
+
+#include <cstdlib>
+#include <iostream>
+
+#include "tests/bench/child.h"
+
+namespace sim_bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<PeerKind> known_peers() {
+  const std::string child = SIM_BENCH_SOURCE "/tests/bench/child.cpp";
+  const std::string error = SIM_BENCH_SOURCE "/core/base/error.cpp";
+  return {
+      {.name = "odeint",
+       .method = "rk4",
+       .header = "boost/numeric/odeint.hpp",
+       .program = "",
+       .packages = "libboost-dev"},
+      {.name = "naive", .method = "rk4", .header = "", .program = "", .packages = ""},
+      {.name = "sundials",
+       .method = "rk4",
+       .accuracy = Accuracy::kThirdOrder,
+       .header = "arkode/arkode_erkstep.h",
+       .program = "",
+       .packages = "libsundials-dev",
+       .link = {"-lsundials_arkode", "-lsundials_nvecserial"}},
+      {.name = "lammps",
+       .method = "verlet",
+       .accuracy = Accuracy::kOtherDrag,
+       .largest = 512,
+       .header = "",
+       .program = "lmp",
+       .packages = "lammps",
+       .link = {child, error}},
+      {.name = "openmm",
+       .method = "verlet",
+       .accuracy = Accuracy::kOtherSplit,
+       .largest = 512,
+       .header = "OpenMM.h",
+       .program = "",
+       .packages = "libopenmm-dev libopenmm-plugins",
+       .link = {"-lOpenMM"}},
+  };
+}
+
+fs::path source_of(const PeerKind& kind) {
+  return fs::path(SIM_BENCH_SOURCE) / "tests/bench/peers" / (kind.name + ".cpp");
+}
+
+bool has_header(const std::string& header) {
+  Child compiler({SIM_BENCH_CXX, "-std=c++20", "-x", "c++", "-E", "-o", "/dev/null", "-"});
+  compiler.write("#if !__has_include(<" + header + ">)\n#error\n#endif\n");
+  return compiler.wait() == 0;
+}
+
+bool has_program(const std::string& program) {
+  const char* const path = std::getenv("PATH");
+  std::string rest = path ? path : "";
+  while (!rest.empty()) {
+    const auto colon = rest.find(':');
+    std::error_code error;
+    if (fs::exists(fs::path(rest.substr(0, colon)) / program, error)) return true;
+    rest = colon == std::string::npos ? "" : rest.substr(colon + 1);
+  }
+  return false;
+}
+
+// Built already, from the present sources.
+bool is_fresh(const PeerKind& kind) {
+  std::error_code error;
+  const auto built = fs::last_write_time(peer_binary(kind), error);
+  if (error || fs::last_write_time(source_of(kind)) > built) return false;
+  for (const auto& entry : fs::directory_iterator(source_of(kind).parent_path()))
+    if (entry.path().extension() == ".h" && entry.last_write_time() > built) return false;
+  return true;
+}
+
+bool compile(const PeerKind& kind) {
+  std::vector<std::string> command = {SIM_BENCH_CXX,
+                                      "-std=c++20",
+                                      "-O3",
+                                      "-march=native",
+                                      "-fno-math-errno",
+                                      "-fno-trapping-math",
+                                      "-DNDEBUG",
+                                      "-I" SIM_BENCH_SOURCE,
+                                      "-isystem",
+                                      SIM_BENCH_EIGEN,
+                                      source_of(kind).string(),
+                                      "-o",
+                                      peer_binary(kind).string()};
+  command.insert(command.end(), kind.link.begin(), kind.link.end());
+  Child compiler(command, peer_log(kind).string());
+  return compiler.wait() == 0;
+}
+
+}  // namespace
+
+fs::path peer_folder() { return SIM_BENCH_PEERS; }
+fs::path peer_binary(const PeerKind& kind) { return peer_folder() / kind.name; }
+fs::path peer_log(const PeerKind& kind) { return peer_folder() / (kind.name + ".log"); }
+
+std::vector<PeerKind> build_peers(std::vector<std::string>& notes) {
+  fs::create_directories(peer_folder());
+  std::vector<PeerKind> ready;
+  for (const PeerKind& kind : known_peers()) {
+    if ((!kind.header.empty() && !has_header(kind.header)) ||
+        (!kind.program.empty() && !has_program(kind.program))) {
+      notes.push_back(kind.name + " is missing: apt-get install --no-install-recommends " +
+                      kind.packages);
+      continue;
+    }
+    if (!is_fresh(kind)) {
+      std::cerr << "bench: building the peer " << kind.name << "\n";
+      if (!compile(kind)) {
+        notes.push_back(kind.name + " does not build: see " + peer_log(kind).string());
+        continue;
+      }
+    }
+    ready.push_back(kind);
+  }
+  return ready;
+}
+
+}  // namespace sim_bench

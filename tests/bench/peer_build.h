@@ -1,0 +1,36 @@
+// Which peers there are, what they need, and how they are built.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sim_bench {
+
+// How closely a peer follows our method with the same step.
+enum class Accuracy {
+  kSame,        // the same method: rounding only
+  kThirdOrder,  // a method of third order instead of fourth
+  kOtherDrag,   // the same splitting with the drag in the kick: first order in c h / m
+  kOtherSplit,  // exact drag at another place of the splitting
+};
+
+struct PeerKind {
+  std::string name;    // tests/bench/peers/NAME.cpp
+  std::string method;  // ours that it is compared with
+  Accuracy accuracy = Accuracy::kSame;
+  int largest = 1024;               // particles a side it is tried with
+  std::string header, program;      // what must be there; "" = nothing
+  std::string packages;             // of Debian, that bring it
+  std::vector<std::string> link{};  // further arguments of the compiler
+};
+
+std::filesystem::path peer_folder();
+std::filesystem::path peer_binary(const PeerKind& kind);
+std::filesystem::path peer_log(const PeerKind& kind);
+
+// Builds those whose libraries are here. Adds a line for each that is missing, with the command
+// that installs it, or that does not build, with where the compiler's words are.
+std::vector<PeerKind> build_peers(std::vector<std::string>& notes);
+
+}  // namespace sim_bench

@@ -1,0 +1,65 @@
+#include "tests/bench/peer_scene.h"
+
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "tests/bench/cloth.h"
+
+namespace sim_bench {
+namespace {
+
+// What the scene gives to the first force of that name; null when there is none.
+const sim::Value* find_value(const sim::SystemSpec& spec, const std::string& plugin,
+                             const std::string& name) {
+  for (const sim::PartSpec& part : spec.forces)
+    if (part.plugin == plugin) return &part.given.at(name);
+  return nullptr;
+}
+
+void add_row(std::string& out, std::initializer_list<double> numbers) {
+  for (const double number : numbers) {
+    sim::append_number(out, number);
+    out += ' ';
+  }
+  out.back() = '\n';
+}
+
+}  // namespace
+
+void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
+                 const sim::Simulation& simulation) {
+  const int n = simulation.particles();
+  std::string springs;
+  long count = 0;
+  for (int i = 0; i < n; ++i)
+    for (const sim::Link& link : simulation.links(i)) {
+      if (link.to < i) continue;
+      add_row(springs, {1.0 * i, 1.0 * link.to, link.stiffness, link.rest});
+      ++count;
+    }
+
+  const std::vector<int>& pinned = spec.particles->pinned;
+  const sim::Value* const gravity = find_value(spec, "gravity", "g");
+  const sim::Vec3 g = gravity ? std::get<sim::Vec3>(*gravity) : sim::Vec3::Zero();
+  const sim::Value* const drag = find_value(spec, "drag", "k");
+  std::string head;
+  add_row(head,
+          {1.0 * n, 1.0 * static_cast<double>(count), 1.0 * static_cast<double>(pinned.size())});
+  add_row(head, {g[0], g[1], g[2], drag ? number_of(*drag) : 0, simulation.h()});
+  for (int i = 0; i < n; ++i) {
+    const sim::ParticleSpec p = spec.particles->at(i);
+    add_row(head, {p.position[0], p.position[1], p.position[2], p.velocity[0], p.velocity[1],
+                   p.velocity[2], p.mass});
+  }
+  std::string pins;
+  for (const int id : pinned) add_row(pins, {1.0 * id});
+
+  std::ofstream out(path, std::ios::binary);
+  out << head << springs << pins;
+  out.close();
+  if (!out)
+    throw sim::Error(sim::ErrorKind::kIo, {"cannot write the scene", path.string(), "", ""});
+}
+
+}  // namespace sim_bench

@@ -1,0 +1,175 @@
+// What a run says and how it ends.
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <sstream>
+
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+namespace sim_test {
+namespace {
+
+void check_width(const std::string& text) {
+  for (const std::string& line : lines_of(text)) {
+    INFO(line);
+    CHECK(line.size() <= 80);
+  }
+}
+
+TEST_CASE("the report of a run is short and fits a terminal") {
+  // In the scene's own folder, so that the line of its file is short.
+  const Outcome outcome = run_sim({"scenes/cloth.lua"}, {.folder = SIM_SOURCE_DIR "/scripts"});
+  CHECK(outcome.code == 0);
+  const auto lines = lines_of(outcome.out);
+  REQUIRE(lines.size() == 5 + 2 + 11 + 3);
+  CHECK(lines[1] == "particles   64, 2 pinned");
+  CHECK(lines[2] == "springs     306: 112 structural, 98 shear, 96 flex");
+  CHECK(lines[3] == "integrator  rk4, order 4, 4 evaluations a step");
+  CHECK(lines[4] == "step        0.005 s, 400 steps to t = 2 s");
+  for (const char* column : {"step", "t [s]", "kinetic [J]", "potential [J]", "drift [J]"})
+    CHECK(lines[6].find(column) != std::string::npos);
+  for (std::size_t row = 7; row < 18; ++row) CHECK(lines[row].size() == lines[6].size());
+  CHECK(lines_of(outcome.err).size() == 1);
+  CHECK(outcome.err.rfind("trusted: ", 0) == 0);
+  check_width(outcome.out + outcome.err);
+}
+
+TEST_CASE("the positional integrator and step read like the options") {
+  const Outcome words = run_sim({"scenes/sample.lua", "r", "0.005", "-n", "50", "--dump", "-q"});
+  const Outcome options =
+      run_sim({"--steps=50", "scenes/sample.lua", "-irk4", "--dt", "5e-3", "--dump", "-q"});
+  CHECK(words.code == 0);
+  CHECK(words.out == options.out);
+  CHECK(words.out != run_sim({"scenes/sample.lua", "t", "0.005", "-n", "50", "--dump", "-q"}).out);
+}
+
+TEST_CASE("threads do not change a bit of a dump") {
+  const Outcome one = run_sim({"-s", "n=40", "-n", "20", "--dump", "-q", "-j", "1"});
+  CHECK(one.code == 0);
+  CHECK(one.out == run_sim({"-s", "n=40", "-n", "20", "--dump", "-q", "-j", "3"}).out);
+}
+
+TEST_CASE("the summary as JSON") {
+  const Outcome outcome = run_sim({"scenes/sample.lua", "--json", "-n", "10"});
+  CHECK(outcome.code == 0);
+  REQUIRE(lines_of(outcome.out).size() == 1);
+  const Json summary = read_json(outcome.out);
+  const auto& systems = summary.at("systems").list;
+  REQUIRE(systems.size() == 3);
+  CHECK(systems[0].at("name").text == "circle");
+  CHECK(!systems[0].has("energy"));
+  CHECK(systems[0].at("error").number < 1e-4);
+  CHECK(systems[1].at("springs").at("shear").number == 98);
+  CHECK(systems[1].at("energy").at("drift").number ==
+        systems[1].at("energy").at("end").number - systems[1].at("energy").at("start").number);
+  CHECK(systems[2].at("steps").number == 10);
+  CHECK(systems[2].at("hash").text.size() == 16);
+  CHECK(summary.at("verdict").text == "trusted");
+  CHECK(outcome.err.find("system      cloth") != std::string::npos);
+}
+
+TEST_CASE("a run that leaves the finite numbers stops and keeps its last frame") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_sim({"scenes/cloth.lua", "euler", "0.005", "-T", "20", "--dump=d.csv",
+                                   "--energy=e.csv", "--every", "7", "--json"},
+                                  {.folder = folder.path()});
+  CHECK(outcome.code == 4);
+  const auto words = lines_of(outcome.err);
+  REQUIRE(words.size() > 2);
+  CHECK(words[words.size() - 2].rfind("sim: error: diverged: ", 0) == 0);
+  CHECK(words.back().rfind("diverged: particle ", 0) == 0);
+  const Json summary = read_json(outcome.out);
+  const auto steps = static_cast<long>(summary.at("systems").list[0].at("steps").number);
+  CHECK(steps > 100);
+  CHECK(steps < 4000);
+  CHECK(words.back().find("after step " + std::to_string(steps + 1) + ", t = ") !=
+        std::string::npos);
+  CHECK(words.back().find("h = 0.005 s") != std::string::npos);
+  CHECK(summary.at("verdict").text == "diverged");
+
+  for (const char* name : {"d.csv", "e.csv"}) {
+    const std::string table = read_text(folder.path() / name);
+    CHECK(table.find("nan") == std::string::npos);
+    CHECK(table.find("inf") == std::string::npos);
+  }
+  const auto rows = lines_of(read_text(folder.path() / "d.csv"));
+  CHECK(cells_of(rows.back())[0] == std::to_string(steps));
+  CHECK(cells_of(rows.back())[2] == "63");
+  CHECK(rows.size() == 1 + 64 * static_cast<std::size_t>((steps + 6) / 7 + 1));
+  CHECK(files_in(folder.path()) == 2);
+}
+
+TEST_CASE("verdicts say what was seen") {
+  const Outcome quiet = run_sim({"-q", "-n", "100"});
+  CHECK(quiet.out.empty());
+  CHECK(quiet.err.empty());
+  // Forward Euler widens the circle by sqrt(1 + h^2) a step: 5 % in 10 s.
+  const Outcome circle = run_sim({"scenes/circle.lua", "euler", "-q"});
+  CHECK(circle.code == 0);
+  CHECK(circle.err.rfind("suspect: largest error ", 0) == 0);
+  const Outcome cloth = run_sim({"scenes/cloth.lua", "euler", "-q"});
+  CHECK(cloth.err.rfind("suspect: energy rose by ", 0) == 0);
+  CHECK(run_sim({"scenes/pendulum1.lua", "rk4"}).err.rfind("trusted: energy ", 0) == 0);
+  const TemporaryFolder folder;
+  write_text(folder.path() / "s.lua",
+             "local sim = require 'sim'\nreturn sim.scene { name = 's', state = { 1 }, dt = 0.1,\n"
+             "  integrator = 'rk4', duration = 1, field = sim.field.lua { function(t, x)\n"
+             "    return { -x[1] } end } }\n");
+  CHECK(run_sim({"s.lua"}, {.folder = folder.path()}).err ==
+        "trusted: all numbers stayed finite (nothing else was checked)\n");
+}
+
+TEST_CASE("an exact solution of the wrong size is an error of the scene") {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "s.lua",
+             "local sim = require 'sim'\nreturn sim.scene { name = 's', state = { 1, 2 },\n"
+             "  dt = 0.1, integrator = 'rk4', duration = 1, exact = function(t) return { 1 } end,\n"
+             "  field = sim.field.lua { function(t, x) return { 0, 0 } end } }\n");
+  const Outcome outcome = run_sim({"s.lua", "--dump=o.csv"}, {.folder = folder.path()});
+  CHECK(outcome.code == 3);
+  CHECK(outcome.err.rfind("sim: error: ", 0) == 0);
+  CHECK(files_in(folder.path()) == 1);
+}
+
+TEST_CASE("signals end a run after its step, with its tables") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const TemporaryFolder folder;
+    ProgramOptions options{.folder = folder.path()};
+    options.signal = signal;
+    options.signal_at = "real time";  // the progress line: the run is under way
+    const Outcome outcome = run_sim(
+        {"-T", "1e8", "--dump=d.csv", "--every", "1000000000", "--progress", "on"}, options);
+    CHECK(outcome.code == 128 + signal);
+    CHECK(outcome.err.find("suspect: interrupted at t = ") != std::string::npos);
+    const auto rows = lines_of(read_text(folder.path() / "d.csv"));
+    CHECK(rows.size() == 1 + 2 * 64);
+    CHECK(std::stol(cells_of(rows.back())[0]) > 0);
+    CHECK(files_in(folder.path()) == 1);
+  }
+}
+
+TEST_CASE("progress is shown when asked for and cleared behind") {
+  ProgramOptions options;
+  options.signal = SIGINT;
+  options.signal_at = "real time";
+  const Outcome shown = run_sim({"-T", "1e8", "--progress", "on"}, options);
+  CHECK(shown.err.find("\rt = ") != std::string::npos);
+  CHECK(lines_of(shown.err).back().find("\r\x1b[Ksuspect: ") != std::string::npos);
+  // No terminal, or not wanted: a run of half a second shows nothing.
+  for (const char* when : {"auto", "off"})
+    CHECK(run_sim({"-T", "1000", "--progress", when}).err.find('\r') == std::string::npos);
+}
+
+TEST_CASE("a reader that goes away ends the run without words") {
+  const TemporaryFolder folder;
+  ProgramOptions options{.folder = folder.path()};
+  options.close_after = 1;
+  const Outcome outcome = run_sim({"-T", "1e6", "--dump", "--energy=e.csv", "-q"}, options);
+  CHECK(outcome.code == 141);
+  CHECK(outcome.err.empty());
+  CHECK(files_in(folder.path()) == 0);
+}
+
+}  // namespace
+}  // namespace sim_test

@@ -1,0 +1,123 @@
+// list, describe, doctor, --help, --version and the folders they look in.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+namespace sim_test {
+namespace {
+
+std::vector<std::string> names_of(const Json& list) {
+  std::vector<std::string> names;
+  for (const Json& entry : list.list) names.push_back(entry.at("name").text);
+  return names;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+TEST_CASE("--help starts with three examples and fits a terminal") {
+  const Outcome outcome = run_sim({"--help"});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  const auto lines = lines_of(outcome.out);
+  REQUIRE(lines.size() > 10);
+  CHECK(lines[0] == "Examples:");
+  for (std::size_t i = 1; i < 4; ++i) CHECK(lines[i].rfind("  sim", 0) == 0);
+  for (const char* option : {"--integrator", "--dt", "--time", "--steps", "--set", "--seed",
+                             "--threads", "--debug-particle", "--energy", "--dump", "--every",
+                             "--json", "--quiet", "--progress", "--plugin-path", "--load"})
+    CHECK(outcome.out.find(option) != std::string::npos);
+  for (const std::string& line : lines) CHECK(line.size() <= 80);
+}
+
+TEST_CASE("--version names commit, compiler and plugin ABI") {
+  const Outcome outcome = run_sim({"--version"});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.out.rfind("sim ", 0) == 0);
+  for (const char* part : {"commit ", "plugin ABI "})
+    CHECK(outcome.out.find(part) != std::string::npos);
+}
+
+TEST_CASE("list shows plugins and scenes") {
+  const Json all = read_json(run_sim({"list", "--json"}).out);
+  CHECK(all.keys == std::vector<std::string>{"integrators", "forces", "fields", "scenes"});
+  for (const char* name : {"euler", "trapezoid", "rk4"})
+    CHECK(contains(names_of(all.at("integrators")), name));
+  for (const char* name : {"gravity", "drag", "spring"})
+    CHECK(contains(names_of(all.at("forces")), name));
+  CHECK(contains(names_of(all.at("fields")), "rotation"));
+  for (const char* name : {"circle", "pendulum", "pendulum1", "cloth", "sample"})
+    CHECK(contains(names_of(all.at("scenes")), std::string("scenes/") + name + ".lua"));
+
+  const Outcome text = run_sim({"list", "integrators"});
+  CHECK(text.out.rfind("integrators\n", 0) == 0);
+  CHECK(text.out.find("rk4 (r)") != std::string::npos);
+  CHECK(text.out.find("forces") == std::string::npos);
+  for (const std::string& line : lines_of(run_sim({"list"}).out)) CHECK(line.size() <= 80);
+}
+
+TEST_CASE("every plugin and scene describes itself") {
+  const Json all = read_json(run_sim({"list", "--json"}).out);
+  for (const std::string& section : all.keys)
+    for (const std::string& name : names_of(all.at(section))) {
+      INFO(name);
+      const Outcome text = run_sim({"describe", name});
+      CHECK(text.code == 0);
+      CHECK(text.out.find(name) != std::string::npos);
+      const Json facts = read_json(run_sim({"describe", name, "--json"}).out);
+      if (section == "scenes") {
+        CHECK(!facts.at("systems").list.empty());
+        continue;
+      }
+      CHECK(!facts.at("summary").text.empty());
+      CHECK(!facts.at("formula").text.empty());
+      for (const Json& param : facts.at("params").list) CHECK(!param.at("doc").text.empty());
+    }
+}
+
+TEST_CASE("describe knows orders, aliases and the parameters of a scene") {
+  const Json rk4 = read_json(run_sim({"describe", "r", "--json"}).out);
+  CHECK(rk4.at("name").text == "rk4");
+  CHECK(rk4.at("order").number == 4);
+  CHECK(rk4.at("evaluations").number == 4);
+  const Json cloth =
+      read_json(run_sim({"describe", "scenes/cloth.lua", "--set", "n=5", "--json"}).out);
+  CHECK(names_of(cloth.at("args")) == std::vector<std::string>{"n", "structural", "shear", "flex"});
+  CHECK(cloth.at("args").list[0].at("default").text == "8");
+  CHECK(cloth.at("args").list[0].at("value").text == "5");
+  CHECK(cloth.at("systems").list[0].at("particles").number == 25);
+}
+
+TEST_CASE("doctor finds what is wrong") {
+  const Outcome well = run_sim({"doctor"});
+  CHECK(well.code == 0);
+  CHECK(well.out.find("WRONG") == std::string::npos);
+
+  const TemporaryFolder folder;
+  write_text(folder.path() / "broken.so", "no library");
+  const Outcome broken = run_sim({"doctor", "--plugin-path", folder.path().string()});
+  CHECK(broken.code == 5);
+  CHECK(broken.out.find("WRONG  rejected") != std::string::npos);
+  CHECK(broken.out.find("broken.so") != std::string::npos);
+  const Outcome missing = run_sim({"doctor", "--plugin-path", "/nowhere", "--json"});
+  CHECK(missing.code == 5);
+  CHECK(!read_json(missing.out).at("ok").flag);
+}
+
+TEST_CASE("scenes are found as given, then in SIM_PATH, then with the program") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "scenes");
+  const std::string circle = read_text(SIM_SOURCE_DIR "/scripts/scenes/circle.lua");
+  write_text(folder.path() / "scenes/cloth.lua", circle);
+  const ProgramOptions with_path{.environment = {{"SIM_PATH", folder.path().string()}}};
+  CHECK(run_sim({"-n", "1"}, with_path).out.rfind("scene       circle", 0) == 0);
+  CHECK(run_sim({"-n", "1"}, {.folder = folder.path()}).out.rfind("scene       circle", 0) == 0);
+  CHECK(run_sim({"-n", "1"}).out.rfind("scene       cloth", 0) == 0);
+}
+
+}  // namespace
+}  // namespace sim_test

@@ -1,0 +1,271 @@
+// What the scenes of the project say, and how scene files become plain data.
+#include "tests/lua/scene_text.h"
+
+#include <cmath>
+
+#include "core/scene/simulation.h"
+
+using namespace sim;
+using namespace sim::test;
+
+TEST_CASE("circle.lua", "[lua][scenes]") {
+  const SceneSpec spec = load("scenes/circle.lua");
+  REQUIRE(spec.systems.size() == 1);
+  CHECK_FALSE(spec.world);
+  CHECK(spec.args.empty());
+  const SystemSpec& circle = spec.systems[0];
+  CHECK(circle.name == "circle");
+  CHECK(circle.integrator == "trapezoid");
+  CHECK(circle.dt == 0.01);
+  CHECK(circle.duration == 10);
+  CHECK_FALSE(circle.particles);
+  REQUIRE(circle.first_order);
+  CHECK(circle.first_order->dimension == 3);
+  CHECK(circle.first_order->state == std::vector<double>{1, 0, 0});
+  CHECK(circle.first_order->field.plugin == "rotation");
+  REQUIRE(circle.exact);
+  CHECK(circle.exact(2) == std::vector<double>{std::cos(2.0), std::sin(2.0), 0});
+}
+
+TEST_CASE("pendulum.lua", "[lua][scenes]") {
+  const SystemSpec pendulum = load("scenes/pendulum.lua").systems[0];
+  CHECK(pendulum.name == "pendulum");
+  CHECK(pendulum.integrator == "rk4");
+  CHECK(pendulum.dt == 0.005);
+  CHECK(pendulum.duration == 10);
+  REQUIRE(pendulum.particles);
+  CHECK(pendulum.particles->count() == 4);
+  CHECK(pendulum.particles->pinned == std::vector<int>{0});
+  CHECK(pendulum.particles->at(3).position == Vec3(1.5, 0, 0));
+  CHECK(pendulum.particles->at(3).mass == 1);
+  REQUIRE(pendulum.forces.size() == 3);
+  CHECK(std::get<Vec3>(pendulum.forces[0].given.at("g")) == Vec3(0, -9.81, 0));
+  CHECK(std::get<double>(pendulum.forces[1].given.at("k")) == 0.5);
+  const PartSpec& links = pendulum.forces[2];
+  CHECK(links.plugin == "spring");
+  CHECK(std::get<std::string>(links.given.at("family")) == "link");
+  CHECK(std::get<std::int64_t>(links.given.at("stiffness")) == 200);
+  REQUIRE(links.links.ties.size() == 3);
+  CHECK(links.links.ties[2].a == 2);
+  CHECK(links.links.ties[2].b == 3);
+  CHECK(std::isnan(links.links.ties[2].rest));
+  CHECK(std::isnan(links.links.ties[2].stiffness));
+  CHECK(load("scenes/pendulum.lua", {{"n", "7"}}).systems[0].particles->count() == 7);
+}
+
+TEST_CASE("cloth.lua", "[lua][scenes]") {
+  const SceneSpec spec = load("scenes/cloth.lua");
+  const SystemSpec& cloth = spec.systems[0];
+  CHECK(cloth.integrator == "rk4");
+  CHECK(cloth.dt == 0.005);
+  CHECK(cloth.duration == 2);
+  REQUIRE(cloth.particles);
+  REQUIRE(cloth.particles->grid);
+  CHECK(cloth.particles->list.empty());
+  CHECK(cloth.particles->count() == 64);
+  CHECK(cloth.particles->pinned == std::vector<int>{0, 7});
+  CHECK(cloth.particles->at(12).position == Vec3(4.0 / 8, 0, 1.0 / 8));
+  CHECK(cloth.particles->at(12).mass == 1.0 / 64);
+  REQUIRE(cloth.forces.size() == 5);
+  CHECK(std::get<double>(cloth.forces[1].given.at("k")) == 2.0 / 64);
+  const std::size_t counts[] = {112, 98, 96};
+  const double stiffness[] = {100, 50, 25};
+  for (int i = 0; i < 3; ++i) {
+    const PartSpec& force = cloth.forces[static_cast<std::size_t>(i) + 2];
+    CHECK(force.links.ties.empty());
+    REQUIRE(force.links.grids.size() == 2);
+    CHECK(force.links.count() == counts[i]);
+    CHECK(static_cast<double>(std::get<std::int64_t>(force.given.at("stiffness"))) == stiffness[i]);
+  }
+  CHECK(cloth.forces[2].links.grids[0].rest == 0.125);
+  CHECK(cloth.forces[3].links.grids[1].rest == std::sqrt(2.0 / 64));
+  CHECK(cloth.forces[3].links.grids[1].dj == -1);
+  CHECK(cloth.forces[4].links.grids[1].rest == 0.25);
+  REQUIRE(spec.args.size() == 4);
+  CHECK(spec.args[0].name == "n");
+  CHECK(spec.args[0].doc == "particles a side");
+  CHECK(std::get<double>(spec.args[0].default_value) == 8);
+
+  for (const int n : {1, 2, 3, 17}) {
+    const SystemSpec other = load("cloth", {{"n", std::to_string(n)}}).systems[0];
+    const auto count = static_cast<std::size_t>(n);
+    CHECK(other.forces[2].links.count() == 2 * count * (count - 1));
+    CHECK(other.forces[3].links.count() == 2 * (count - 1) * (count - 1));
+    CHECK(other.forces[4].links.count() == (n < 2 ? 0 : 2 * count * (count - 2)));
+  }
+}
+
+TEST_CASE("pendulum1.lua is one particle on a fixed point", "[lua][scenes]") {
+  const SystemSpec pendulum = load("scenes/pendulum1").systems[0];
+  CHECK(pendulum.particles->count() == 2);
+  CHECK(pendulum.particles->pinned == std::vector<int>{0});
+  CHECK(pendulum.forces.size() == 2);
+  CHECK(load("scenes/pendulum1", {{"drag", "0.1"}}).systems[0].forces.size() == 3);
+}
+
+TEST_CASE("sample.lua holds the three systems in the order of their names", "[lua][scenes]") {
+  const SceneSpec spec = load("scenes/sample.lua");
+  CHECK(spec.world);
+  REQUIRE(spec.systems.size() == 3);
+  CHECK(spec.systems[0].name == "circle");
+  CHECK(spec.systems[1].name == "cloth");
+  CHECK(spec.systems[2].name == "pendulum");
+  CHECK(spec.systems[0].first_order);
+  CHECK(spec.systems[1].particles->count() == 64);
+  CHECK(spec.systems[2].particles->count() == 4);
+}
+
+TEST_CASE("every scene of the project loads, compiles and steps", "[lua][scenes]") {
+  const auto scenes = list_scenes(search_path());
+  CHECK(scenes.size() >= 5);
+  Registry registry({SIM_PLUGIN_DIR});
+  for (const std::string& scene : scenes) {
+    INFO(scene);
+    for (const SystemSpec& system : load(scene).systems) {
+      Simulation simulation(system, registry);
+      CHECK(simulation.step());
+    }
+  }
+}
+
+TEST_CASE("scenes are found as given, without the ending, and below the search path",
+          "[lua][scenes]") {
+  const std::filesystem::path scripts = search_path()[0];
+  const auto cloth = scripts / "scenes" / "cloth.lua";
+  for (const char* name : {"scenes/cloth.lua", "scenes/cloth", "cloth", "cloth.lua"})
+    CHECK(find_scene(name, search_path()) == cloth);
+  const SceneFolder folder;
+  const std::string own = folder.write("scenes/cloth.lua", "");
+  CHECK(find_scene("cloth", {folder.path(), scripts}) == own);
+  CHECK(find_scene(own, search_path()) == own);
+  CHECK(find_scene(own.substr(0, own.size() - 4), search_path()) == own);
+  CHECK(list_scenes({folder.path()}) == std::vector<std::string>{"scenes/cloth.lua"});
+  CHECK(list_scenes({folder.path() / "missing"}).empty());
+}
+
+TEST_CASE("a required scene is a copy of its own", "[lua][scenes]") {
+  const SceneFolder folder;
+  folder.write("part.lua",
+               "local sim = require 'sim'\n"
+               "local particles = sim.particles {}\n"
+               "particles:add { math.random(), 0, 0 }\n"
+               "return sim.scene { particles = particles, forces = {}, integrator = 'rk4', "
+               "dt = 0.1, duration = 1 }");
+  const std::string world =
+      folder.write("world.lua",
+                   "local sim = require 'sim'\n"
+                   "local before = math.random()\n"
+                   "local a, b = require 'part', require 'part'\n"
+                   "assert(a ~= b)\n"
+                   "a.dt = 0.5\n"
+                   "a.particles:add {5, 5, 5}\n"
+                   "return sim.world { b = b, a = a, again = require 'part' }");
+  const SceneSpec spec = load(world);
+  REQUIRE(spec.systems.size() == 3);
+  CHECK(spec.systems[0].dt == 0.5);
+  CHECK(spec.systems[0].particles->count() == 2);
+  CHECK(spec.systems[2].dt == 0.1);
+  CHECK(spec.systems[2].particles->count() == 1);
+
+  // The same random numbers in every copy, and when the scene is loaded by itself.
+  const Vec3 alone =
+      load((folder.path() / "part.lua").string()).systems[0].particles->at(0).position;
+  for (const SystemSpec& system : spec.systems) CHECK(system.particles->at(0).position == alone);
+}
+
+TEST_CASE("one scene may stand in a world twice", "[lua][scenes]") {
+  const SceneSpec spec =
+      load_text("local s = require 'scenes.circle'\nreturn sim.world { left = s, right = s }");
+  Registry registry({SIM_PLUGIN_DIR});
+  Simulation left(spec.systems[0], registry), right(spec.systems[1], registry);
+  REQUIRE(left.step());
+  CHECK(left.hash() != right.hash());
+  REQUIRE(right.step());
+  CHECK(left.hash() == right.hash());
+}
+
+TEST_CASE("one table may describe two scenes", "[lua][scenes]") {
+  const SceneSpec spec = load_text(
+      "local t = { state = {1}, field = sim.field.lua { function(t, x) return x end }, "
+      "integrator = 'rk4', dt = 1, duration = 1 }\n"
+      "local a = sim.scene(t)\n"
+      "t.dt = 2\n"
+      "return sim.world { a = a, b = sim.scene(t) }");
+  CHECK(spec.systems[0].dt == 1);
+  CHECK(spec.systems[1].dt == 2);
+}
+
+TEST_CASE("particles keep what they are told", "[lua][scenes]") {
+  const SystemSpec system =
+      load_text(
+          "local particles = sim.particles { mass = 2 }\n"
+          "local v = {1, 2, 3}\n"
+          "assert(particles:add(v) == 0)\n"
+          "v[1] = 9\n"
+          "assert(particles:add(v, { mass = 5, velocity = {0, 0, 7} }) == 1)\n"
+          "assert(particles:add {0, 0, 0} == 2 and #particles == 3)\n"
+          "particles:pin(2, 0.0, 2)\n"
+          "local links = sim.force.spring { stiffness = 3, rest = 4 }\n"
+          "links:tie(0, 1.0):tie(1, 2, { stiffness = 8 }):tie(0, 2, { rest = 0.5 })\n"
+          "local forces = { links }\n" +
+          kEnd)
+          .systems[0];
+  CHECK(system.particles->at(0).position == Vec3(1, 2, 3));
+  CHECK(system.particles->at(0).mass == 2);
+  CHECK(system.particles->at(0).velocity == Vec3(0, 0, 0));
+  CHECK(system.particles->at(1).position == Vec3(9, 2, 3));
+  CHECK(system.particles->at(1).mass == 5);
+  CHECK(system.particles->at(1).velocity == Vec3(0, 0, 7));
+  CHECK(system.particles->at(2).mass == 2);
+  CHECK(system.particles->pinned == std::vector<int>{0, 2});
+  const auto& ties = system.forces[0].links.ties;
+  REQUIRE(ties.size() == 3);
+  CHECK(std::isnan(ties[0].stiffness));
+  CHECK(ties[1].stiffness == 8);
+  CHECK(std::isnan(ties[1].rest));
+  CHECK(ties[2].rest == 0.5);
+  CHECK(system.name == "scene");
+  CHECK(system.forces[0].place.ends_with("scene.lua:9"));
+}
+
+TEST_CASE("a grid is passed on as a grid", "[lua][scenes]") {
+  const SystemSpec system =
+      load_text(
+          "local particles = sim.grid { 3, 4, origin = {1, 2, 3}, du = {0, 0, 2}, dv = {1, 0, 0}, "
+          "mass = 0.5 }\n"
+          "assert(particles:id(2, 3) == 11 and particles:add {7, 7, 7} == 12 and #particles == "
+          "13)\n"
+          "local offsets = { {1, 2}, {-1, 2}, {0, 100} }\n"
+          "local force = sim.force.spring { stiffness = 1, grid = particles, offsets = offsets }\n"
+          "offsets[1][1] = 0\n"
+          "force:tie(0, 12)\n"
+          "local forces = { force }\n" +
+          kEnd)
+          .systems[0];
+  REQUIRE(system.particles->grid);
+  CHECK(system.particles->grid->rows == 3);
+  CHECK(system.particles->grid->cols == 4);
+  CHECK(system.particles->at(6).position == Vec3(3, 2, 5));
+  CHECK(system.particles->at(6).mass == 0.5);
+  CHECK(system.particles->at(12).position == Vec3(7, 7, 7));
+  const auto& grids = system.forces[0].links.grids;
+  REQUIRE(grids.size() == 3);
+  CHECK(grids[0].di == 1);
+  CHECK(grids[0].rest == std::sqrt(8.0));
+  CHECK(grids[1].di == -1);
+  CHECK(system.forces[0].links.count() == 2 * 2 + 2 * 2 + 0 + 1);
+}
+
+TEST_CASE("rest lengths of a grid neither overflow nor vanish", "[lua][scenes]") {
+  for (const double scale : {1e-200, 1e200}) {
+    char du[64];
+    std::snprintf(du, sizeof du, "{0, %g, 0}", scale);
+    const std::string text = "local particles = sim.grid { 2, 2, du = " + std::string(du) +
+                             ", dv = " + du +
+                             " }\nlocal forces = { sim.force.spring { stiffness = 1, grid = "
+                             "particles, offsets = { {1, 1} } } }\n" +
+                             kEnd;
+    const double rest = load_text(text).systems[0].forces[0].links.grids[0].rest;
+    CHECK(rest == Approx(2 * scale).epsilon(1e-14));
+  }
+}

@@ -1,0 +1,242 @@
+// Runs are found in any list of springs, and give the forces of a plain loop.
+#include "core/particles/springs.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/base/simd_targets.h"
+#include "core/base/team.h"
+#include "core/particles/particle_system.h"
+
+using namespace sim;
+
+namespace {
+
+struct Tie {
+  int a, b;
+  double k, rest;
+};
+using List = std::vector<Tie>;
+
+List cloth(int n) {
+  List list;
+  const double s = 1.0 / n;
+  const auto add = [&](double k, int di, int dj) {
+    for (int i = 0; i + di < n; ++i)
+      for (int j = std::max(0, -dj); j < n && j + dj < n; ++j)
+        list.push_back({i * n + j, (i + di) * n + j + dj, k, s * std::hypot(di, dj)});
+  };
+  add(100, 0, 1);
+  add(100, 1, 0);
+  add(50, 1, 1);
+  add(50, 1, -1);
+  add(25, 0, 2);
+  add(25, 2, 0);
+  return list;
+}
+
+List chain(int n, bool jitter) {
+  List list;
+  for (int i = 0; i + 1 < n; ++i)
+    list.push_back({i, i + 1, 200.0 + (jitter ? i : 0), 0.1 + (jitter ? 1e-4 * i : 0)});
+  return list;
+}
+
+List random_graph(int n, int springs) {
+  std::mt19937 random(7);
+  List list;
+  while (static_cast<int>(list.size()) < springs) {
+    const int a = static_cast<int>(random() % static_cast<unsigned>(n));
+    const int b = static_cast<int>(random() % static_cast<unsigned>(n));
+    if (a != b) list.push_back({a, b, 10.0 + static_cast<double>(random() % 90), 0.3});
+  }
+  return list;
+}
+
+Springs springs_of(int n, const List& list) {
+  return Springs(n, [&](const Springs::Visit& visit) {
+    for (const Tie& tie : list) visit(tie.a, tie.b, tie.k, tie.rest);
+  });
+}
+
+// The springs of a list as a force of the particle system.
+class ListForce final : public Force {
+ public:
+  explicit ListForce(List list) : list_(std::move(list)) {}
+  void bind(const ParticleView& initial) override {
+    springs_.emplace(initial.n, [&](const Springs::Visit& visit) {
+      for (const Tie& tie : list_) visit(tie.a, tie.b, tie.k, tie.rest);
+    });
+  }
+  const Springs* springs() const override { return &*springs_; }
+
+ private:
+  List list_;
+  std::optional<Springs> springs_;
+};
+
+std::vector<Vec3> positions(int n) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> within(-1, 1);
+  std::vector<Vec3> x;
+  for (int i = 0; i < n; ++i) x.push_back({within(random), within(random), within(random)});
+  return x;
+}
+
+// Accelerations of unit masses as the system computes them.
+std::vector<Vec3> system_forces(const List& list, const std::vector<Vec3>& x, int threads = 1) {
+  const int n = static_cast<int>(x.size());
+  const Layout layout(n);
+  Array state(layout.size()), y(layout.size()), dydt(layout.size());
+  for (int i = 0; i < n; ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      layout.block(state.data(), axis)[i] = x[static_cast<std::size_t>(i)][axis];
+  Team team(threads);
+  std::vector<std::unique_ptr<Force>> forces;
+  forces.push_back(std::make_unique<ListForce>(list));
+  ParticleSystem system(std::vector<double>(x.size(), 1.0), {}, std::move(forces), state.data(),
+                        team);
+  system.eval(0, {state.data(), {}}, y.data(), dydt.data());
+  std::vector<Vec3> f;
+  for (int i = 0; i < n; ++i)
+    f.push_back({layout.block(dydt.data(), 3)[i], layout.block(dydt.data(), 4)[i],
+                 layout.block(dydt.data(), 5)[i]});
+  return f;
+}
+
+// A plain loop over the list in extended precision.
+std::vector<Vec3> plain_forces(const List& list, const std::vector<Vec3>& x) {
+  using Long = Eigen::Matrix<long double, 3, 1>;
+  std::vector<Long> f(x.size(), Long::Zero());
+  for (const Tie& tie : list) {
+    const Long d = x[static_cast<std::size_t>(tie.a)].cast<long double>() -
+                   x[static_cast<std::size_t>(tie.b)].cast<long double>();
+    const Long force = -tie.k * (d.norm() - tie.rest) / d.norm() * d;
+    f[static_cast<std::size_t>(tie.a)] += force;
+    f[static_cast<std::size_t>(tie.b)] -= force;
+  }
+  std::vector<Vec3> rounded;
+  for (const Long& force : f) rounded.push_back(force.cast<double>());
+  return rounded;
+}
+
+double worst_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    worst = std::max(worst, (a[i] - b[i]).cwiseAbs().maxCoeff());
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a cloth of any size is six runs", "[particles]") {
+  for (const int n : {8, 10, 32, 50}) {
+    const Springs springs = springs_of(n * n, cloth(n));
+    CHECK(springs.runs().size() == 6);
+    CHECK_FALSE(springs.has_ends());
+    std::vector<int> strides;
+    for (const SpringRun& run : springs.runs()) strides.push_back(run.stride);
+    CHECK(strides == std::vector<int>{1, 2, n - 1, n, n + 1, 2 * n});
+  }
+}
+
+TEST_CASE("the order of a list and of the ends of its springs does not matter", "[particles]") {
+  const int n = 20;
+  List list = cloth(n);
+  const std::vector<Vec3> x = positions(n * n);
+  const std::vector<Vec3> before = system_forces(list, x);
+  std::mt19937 random(11);
+  std::shuffle(list.begin(), list.end(), random);
+  for (std::size_t i = 0; i < list.size(); i += 3) std::swap(list[i].a, list[i].b);
+  CHECK(springs_of(n * n, list).runs().size() == 6);
+  CHECK(system_forces(list, x) == before);
+}
+
+TEST_CASE("a chain is one run, with or without its own constants everywhere", "[particles]") {
+  const Springs even = springs_of(100, chain(100, false));
+  REQUIRE(even.runs().size() == 1);
+  CHECK(even.runs()[0].uniform);
+  CHECK(even.runs()[0].count == 99);
+  const Springs odd = springs_of(100, chain(100, true));
+  REQUIRE(odd.runs().size() == 1);
+  CHECK_FALSE(odd.runs()[0].uniform);
+  CHECK(odd.runs()[0].k_of(42) == 242.0);
+}
+
+TEST_CASE("two springs between the same particles are two springs", "[particles]") {
+  List list = chain(64, false);
+  const List again = list;
+  list.insert(list.end(), again.begin(), again.end());
+  const std::vector<Vec3> x = positions(64);
+  const std::vector<Vec3> once = system_forces(again, x), twice = system_forces(list, x);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    CHECK((twice[i] - 2 * once[i]).norm() <= 1e-13 * (1 + once[i].norm()));
+}
+
+TEST_CASE("what fits no run stays a list", "[particles]") {
+  const Springs springs = springs_of(3000, random_graph(3000, 6000));
+  CHECK(springs.runs().empty());
+  CHECK(springs.has_ends());
+  CHECK(springs.count() == 6000);
+}
+
+TEST_CASE("forces agree with a plain loop in extended precision", "[particles]") {
+  // Sums of at most some tens of terms below 300 N: 1e-12 is a few tens of roundings.
+  for (const int n : {2, 3, 5, 8, 9, 17, 33})
+    CHECK(worst_difference(system_forces(cloth(n), positions(n * n)),
+                           plain_forces(cloth(n), positions(n * n))) < 1e-12);
+  for (const int n : {2, 7, 8, 9, 64, 1000})
+    CHECK(worst_difference(system_forces(chain(n, true), positions(n)),
+                           plain_forces(chain(n, true), positions(n))) < 1e-12);
+  const List graph = random_graph(500, 2000);
+  CHECK(worst_difference(system_forces(graph, positions(500)),
+                         plain_forces(graph, positions(500))) < 1e-12);
+  List mixed = cloth(12);
+  for (const Tie& tie : random_graph(144, 40)) mixed.push_back(tie);
+  CHECK(worst_difference(system_forces(mixed, positions(144)),
+                         plain_forces(mixed, positions(144))) < 1e-12);
+}
+
+TEST_CASE("threads and instruction sets do not change a bit", "[particles]") {
+  for (const int n : {8, 33, 64}) {
+    const List list = cloth(n);
+    const std::vector<Vec3> x = positions(n * n);
+    const std::vector<Vec3> one = system_forces(list, x);
+    for (const int threads : {2, 3, 4}) CHECK(system_forces(list, x, threads) == one);
+    for (const char* level : {"sse2", "avx2", "avx512"}) {
+      setenv("SIM_SIMD", level, 1);
+      CHECK(system_forces(list, x) == one);
+    }
+    unsetenv("SIM_SIMD");
+  }
+}
+
+TEST_CASE("distances far outside the fast path give the exact force", "[particles]") {
+  // 16 particles in a chain, a single pair of which is at an extreme distance.
+  for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-20, 1e19, 1e25, 1e100, 1e200}) {
+    List list = chain(16, false);
+    for (Tie& tie : list) tie = {tie.a, tie.b, 2.0, 0.5};
+    std::vector<Vec3> x;
+    for (int i = 0; i < 16; ++i) x.push_back({0, i < 7 ? -1.0 * (7 - i) : 1.0 * (i - 8), 0});
+    for (int i = 0; i < 7; ++i) x[static_cast<std::size_t>(i)][1] -= 1;
+    x[7] = {0, 0, 0};
+    x[8] = {d, 0, 0};
+    for (int i = 9; i < 16; ++i) x[static_cast<std::size_t>(i)] = {d, 1.0 * (i - 8), 0};
+    const double expected = -2.0 * (d - 0.5);  // on particle 8, along x
+    CHECK(system_forces(list, x)[8][0] == Approx(expected).epsilon(1e-14));
+    CHECK(system_forces(list, x)[7][0] == Approx(-expected).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("a spring of length 0 gives no force, one of rest length 0 exactly -k d", "[particles]") {
+  const std::vector<Vec3> same(16, Vec3(0.3, -0.2, 0.1));
+  for (const Vec3& f : system_forces(chain(16, false), same)) CHECK(f.norm() == 0);
+  const Vec3 d(0.1, -0.7, 1e-30);
+  CHECK(spring_force(d, 3.0, 0.0) == Vec3(-3.0 * d));
+  CHECK(spring_force(Vec3(1e-200, 0, 0), 3.0, 0.0) == Vec3(-3e-200, 0, 0));
+  CHECK(length(Vec3(3e200, 4e200, 0)) == Approx(5e200));
+  CHECK(length(Vec3(3e-200, 4e-200, 0)) == Approx(5e-200));
+}

@@ -1,0 +1,238 @@
+// The registry: what it finds, when it opens it, and what it says of libraries it cannot use.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/plugin/registry.h"
+#include "tests/support/temporary.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Matchers::Contains;
+
+fs::path fixture(const std::string& name) {
+  return fs::path(SIM_FIXTURE_DIR) / name / (name + ".so");
+}
+
+// The error of an action; fails the test when there is none of that kind.
+template <class Action>
+sim::ErrorText error_of(sim::ErrorKind kind, Action action) {
+  try {
+    action();
+  } catch (const sim::Error& error) {
+    CHECK(error.kind() == kind);
+    return error.text();
+  }
+  FAIL("no error");
+  return {};
+}
+
+// What load() says of a file, which its error must name.
+std::string refusal(const fs::path& file) {
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  const sim::ErrorText text = error_of(sim::ErrorKind::kPlugin, [&] { registry.load(file); });
+  CHECK_THAT(text.where, Contains(file.filename().string()));
+  // A refused library leaves a registry that works.
+  CHECK(registry.force("gravity").name == "gravity");
+  return text.why;
+}
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+}  // namespace
+
+TEST_CASE("names are known without opening anything") {
+  unsetenv("SIM_FIXTURE_RAN");
+  sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "noticed"});
+  const auto forces = registry.names(sim::PluginKind::kForce);
+  for (const char* name : {"gravity", "drag", "spring", "noticed"})
+    CHECK(std::count(forces.begin(), forces.end(), name) == 1);
+  CHECK(std::is_sorted(forces.begin(), forces.end()));
+  CHECK(registry.names(sim::PluginKind::kField) == std::vector<std::string>{"lua", "rotation"});
+  CHECK(registry.force("gravity").name == "gravity");
+  CHECK(getenv("SIM_FIXTURE_RAN") == nullptr);
+
+  SECTION("the name opens the library") {
+    CHECK(registry.force("noticed").name == "noticed");
+    CHECK(getenv("SIM_FIXTURE_RAN") != nullptr);
+  }
+}
+
+TEST_CASE("aliases find the plugin") {
+  sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "noticed"});
+  CHECK(registry.integrator("e").name == "euler");
+  CHECK(registry.integrator("t").name == "trapezoid");
+  CHECK(registry.integrator("r").name == "rk4");
+  CHECK(&registry.integrator("r") == &registry.integrator("rk4"));
+  CHECK(registry.integrator("rk4").aliases == std::vector<std::string>{"r"});
+  CHECK(registry.force("seen").name == "noticed");
+
+  // Aliases are no names of their own.
+  const auto names = registry.names(sim::PluginKind::kIntegrator);
+  CHECK(std::count(names.begin(), names.end(), "r") == 0);
+}
+
+TEST_CASE("find looks through all kinds") {
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  REQUIRE(registry.find("spring"));
+  CHECK(registry.find("spring")->kind == sim::PluginKind::kForce);
+  CHECK(registry.find("rotation")->kind == sim::PluginKind::kField);
+  CHECK(registry.find("t")->name == "trapezoid");
+  CHECK_THAT(registry.find("t")->file, Contains("trapezoid.so"));
+  CHECK(registry.find("nothing_of_that_name") == nullptr);
+}
+
+TEST_CASE("an unknown name is an error of the scene with a suggestion") {
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  const auto force = error_of(sim::ErrorKind::kScene, [&] { registry.force("gravty", "a.lua:7"); });
+  CHECK(force.where == "a.lua:7");
+  CHECK_THAT(force.what, Contains("gravty"));
+  CHECK_THAT(force.remedy, Contains("gravity"));
+  const auto method = error_of(sim::ErrorKind::kScene, [&] { registry.integrator("qqqqqqqq"); });
+  for (const char* name : {"euler", "trapezoid", "rk4"}) CHECK_THAT(method.remedy, Contains(name));
+  // A name of another kind is unknown.
+  error_of(sim::ErrorKind::kScene, [&] { registry.field("gravity"); });
+}
+
+TEST_CASE("a library is judged by its card before any of its code runs") {
+  unsetenv("SIM_FIXTURE_RAN");
+  CHECK_THAT(refusal(fixture("wrong_magic")), Contains("magic"));
+  CHECK_THAT(refusal(fixture("wrong_abi")), Contains("ABI 4711"));
+  CHECK_THAT(refusal(fixture("wrong_size")), Contains("size"));
+  CHECK_THAT(refusal(fixture("no_card")), Contains("no plugin card"));
+  CHECK_THAT(refusal(fixture("duplicate")), Contains("'gravity' is taken by"));
+  CHECK(getenv("SIM_FIXTURE_RAN") == nullptr);
+}
+
+TEST_CASE("a library that breaks its promises is refused with the reason") {
+  CHECK_THAT(refusal(fixture("no_register")), Contains("sim_plugin_register"));
+  CHECK_THAT(refusal(fixture("undeclared")), Contains("stowaway"));
+  CHECK_THAT(refusal(fixture("forgotten")), Contains("missing_force"));
+  CHECK_THAT(refusal(fixture("wrong_kind")), Contains("wrong_kind"));
+  CHECK_THAT(refusal(fixture("throws")), Contains("the cat sat on the licence server"));
+  CHECK_THAT(refusal(fixture("throws_number")), Contains("registration failed"));
+  CHECK_THAT(refusal(fixture("unresolved")), Contains("sim_fixture_function_that_does_not_exist"));
+}
+
+TEST_CASE("files that are no plugin libraries are refused") {
+  const sim_test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "odd.so";
+  SECTION("missing") { CHECK_FALSE(refusal(file).empty()); }
+  SECTION("a folder") {
+    fs::create_directory(file);
+    CHECK_FALSE(refusal(file).empty());
+  }
+  SECTION("empty") {
+    write(file, "");
+    CHECK_FALSE(refusal(file).empty());
+  }
+  SECTION("text") {
+    write(file, std::string(5000, 'x'));
+    CHECK_THAT(refusal(file), Contains("not a shared library"));
+  }
+  SECTION("cut off") {
+    // Whatever is missing, the answer is an error; a cut inside the code leaves no section table.
+    const std::string whole = bytes_of(fixture("noticed"));
+    REQUIRE(whole.size() > 4096);
+    for (std::size_t size = 1; size < whole.size(); size += whole.size() / 37) {
+      INFO(size);
+      // A new file each time: one that was opened stays in memory as it is on the disk.
+      const fs::path part = folder.path() / ("part" + std::to_string(size) + ".so");
+      write(part, whole.substr(0, size));
+      CHECK_FALSE(refusal(part).empty());
+    }
+  }
+  SECTION("headers that point nowhere") {
+    // Bytes of the file header and of the table of sections falsified. The magic number is wrong
+    // too, so that where the byte does not matter the answer is an error all the same.
+    const std::string whole = bytes_of(fixture("wrong_magic"));
+    std::uint64_t table = 0;
+    std::memcpy(&table, whole.data() + 40, sizeof table);
+    REQUIRE(table < whole.size());
+    sim::Registry empty({});
+    const auto check_byte = [&](std::size_t i) {
+      std::string bytes = whole;
+      bytes[i] = static_cast<char>(~bytes[i]);
+      write(file, bytes);
+      INFO(i);
+      CHECK_FALSE(error_of(sim::ErrorKind::kPlugin, [&] { empty.load(file); }).why.empty());
+    };
+    for (std::size_t i = 0; i < 64; ++i) check_byte(i);
+    for (std::size_t i = table; i < whole.size(); i += 5) check_byte(i);
+  }
+}
+
+TEST_CASE("a broken library in a folder does not keep the others from being used") {
+  const sim_test::TemporaryFolder folder;
+  fs::create_directory(folder.path() / "forces");
+  fs::copy_file(fixture("noticed"), folder.path() / "forces" / "noticed.so");
+  fs::copy_file(fixture("wrong_abi"), folder.path() / "wrong_abi.so");
+  fs::copy_file(fixture("forgotten"), folder.path() / "forgotten.so");
+  write(folder.path() / "forces" / "words.so", "no library");
+  write(folder.path() / "notes.txt", "not looked at");
+
+  sim::Registry registry({folder.path()});
+  CHECK(registry.force("noticed").name == "noticed");
+  REQUIRE(registry.rejected().size() == 2);
+  CHECK_THAT(registry.rejected()[0], Contains("wrong_abi.so") && Contains("ABI 4711"));
+  CHECK_THAT(registry.rejected()[1], Contains("words.so"));
+
+  // Its card is good, so only its use tells.
+  const auto text = error_of(sim::ErrorKind::kPlugin, [&] { registry.force("forgotten"); });
+  CHECK_THAT(text.where, Contains("forgotten.so"));
+}
+
+TEST_CASE("the first folder wins where two have the same name") {
+  sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "duplicate"});
+  CHECK_THAT(registry.force("gravity").file, Contains(SIM_PLUGIN_DIR));
+  REQUIRE(registry.rejected().size() == 1);
+  CHECK_THAT(registry.rejected()[0], Contains("duplicate.so") && Contains("gravity"));
+}
+
+TEST_CASE("within a folder the first file by name wins") {
+  const sim_test::TemporaryFolder folder;
+  for (const char* name : {"c.so", "a.so", "b.so"})
+    fs::copy_file(fixture("noticed"), folder.path() / name);
+  sim::Registry registry({folder.path()});
+  CHECK_THAT(registry.force("noticed").file, Contains("a.so"));
+  CHECK(registry.rejected().size() == 2);
+}
+
+TEST_CASE("a folder that is not there is an error") {
+  const auto text = error_of(sim::ErrorKind::kIo, [] { sim::Registry({"/no/such/folder"}); });
+  CHECK_THAT(text.where, Contains("/no/such/folder"));
+}
+
+TEST_CASE("registries know nothing of each other") {
+  sim::Registry first({SIM_PLUGIN_DIR}), second({SIM_PLUGIN_DIR});
+  first.load(fixture("noticed"));
+  CHECK(first.find("noticed"));
+  CHECK(second.find("noticed") == nullptr);
+  CHECK(&first.force("gravity") != &second.force("gravity"));
+
+  // The same library can serve both.
+  second.load(fixture("noticed"));
+  CHECK(second.force("noticed").name == "noticed");
+  // Twice in one is a name that is taken.
+  error_of(sim::ErrorKind::kPlugin, [&] { first.load(fixture("noticed")); });
+}
+
+TEST_CASE("an empty registry has no plugins") {
+  sim::Registry registry({});
+  CHECK(registry.names(sim::PluginKind::kForce).empty());
+  registry.load(fixture("noticed"));
+  CHECK(registry.names(sim::PluginKind::kForce) == std::vector<std::string>{"noticed"});
+}

@@ -1,0 +1,195 @@
+// The rules of the tree itself, checked over its real files: who may include whom, sizes, names.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct File {
+  std::string path;  // from the top of the tree, with '/'
+  std::vector<std::string> lines;
+
+  std::string folder() const { return fs::path(path).parent_path().string(); }
+  bool header() const { return path.ends_with(".h"); }
+};
+
+std::vector<std::string> lines_of(const fs::path& path) {
+  std::ifstream in(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// The C++ files below the folders given, sorted by path.
+std::vector<File> cpp_files(const std::vector<std::string>& folders) {
+  const fs::path root = SIM_SOURCE_DIR;
+  std::vector<File> files;
+  for (const std::string& folder : folders)
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string suffix = entry.path().extension().string();
+      if (suffix == ".h" || suffix == ".cpp" || suffix == ".inc")
+        files.push_back({fs::relative(entry.path(), root).string(), lines_of(entry.path())});
+    }
+  std::sort(files.begin(), files.end(),
+            [](const File& a, const File& b) { return a.path < b.path; });
+  REQUIRE(files.size() > 10);
+  return files;
+}
+
+// What a file includes: the text between the quotes or the angle brackets.
+std::vector<std::string> includes_of(const File& file) {
+  static const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  std::vector<std::string> found;
+  for (const std::string& line : file.lines)
+    if (std::smatch match; std::regex_search(line, match, include)) found.push_back(match[1]);
+  return found;
+}
+
+// The part of the tree that a path belongs to: core/ode/x.h -> core/ode, cli/sim.cpp -> cli,
+// plugins/forces/drag.cpp -> plugins/forces.
+std::string part_of(const std::string& path) {
+  const auto first = path.find('/');
+  if (first == std::string::npos) return "";
+  const std::string top = path.substr(0, first);
+  if (top == "cli" || top == "tests") return top;
+  const auto second = path.find('/', first + 1);
+  return second == std::string::npos ? top : path.substr(0, second);
+}
+
+// What each part may include besides its own files. An entry is a part or one header.
+const std::map<std::string, std::set<std::string>> kMayInclude = {
+    {"core/base", {}},
+    {"core/ode", {"core/base"}},
+    {"core/particles", {"core/base", "core/ode/ode_system.h"}},
+    {"core/plugin", {"core/base", "core/ode", "core/particles"}},
+    {"core/scene", {"core/base", "core/ode", "core/particles", "core/plugin"}},
+    {"core/study", {"core/base", "core/ode", "core/particles", "core/plugin", "core/scene"}},
+    {"core/lua",
+     {"core/base", "core/ode", "core/particles", "core/plugin", "core/scene", "core/study"}},
+    {"plugins/forces", {"core/base", "core/particles", "core/plugin"}},
+    {"plugins/fields", {"core/base", "core/particles", "core/plugin"}},
+    {"plugins/colliders", {"core/base", "core/particles", "core/plugin"}},
+    {"plugins/constraints", {"core/base", "core/particles", "core/plugin"}},
+    {"plugins/integrators", {"core/base", "core/ode", "core/plugin"}},
+    {"plugins/view",
+     {"core/base", "core/ode", "core/particles", "core/plugin", "core/scene", "core/study"}},
+    {"cli",
+     {"core/base", "core/ode", "core/particles", "core/plugin", "core/scene", "core/study",
+      "core/lua"}},
+};
+
+// The one header that the build writes.
+constexpr const char* kGenerated = "commit.h";
+
+bool is_of_tree(const std::string& include) {
+  return include.starts_with("core/") || include.starts_with("plugins/") ||
+         include.starts_with("cli/") || include.starts_with("tests/");
+}
+
+}  // namespace
+
+TEST_CASE("includes follow the layers of the tree") {
+  int checked = 0;
+  for (const File& file : cpp_files({"core", "plugins", "cli"})) {
+    const std::string part = part_of(file.path);
+    INFO(file.path);
+    const auto rule = kMayInclude.find(part);
+    REQUIRE(rule != kMayInclude.end());
+    for (const std::string& include : includes_of(file)) {
+      if (!is_of_tree(include)) continue;
+      INFO("includes " << include);
+      const std::string target = part_of(include);
+      CHECK((target == part || rule->second.contains(target) || rule->second.contains(include)));
+      ++checked;
+    }
+  }
+  CHECK(checked > 20);
+}
+
+TEST_CASE("includes are written from the top of the tree and exist") {
+  for (const File& file : cpp_files({"core", "plugins", "cli", "tests"})) {
+    for (const std::string& line : file.lines) {
+      static const std::regex quoted(R"(^\s*#\s*include\s*"([^"]+)\")");
+      std::smatch match;
+      if (!std::regex_search(line, match, quoted) || match[1] == kGenerated) continue;
+      INFO(file.path << " includes " << match[1].str());
+      CHECK(fs::is_regular_file(fs::path(SIM_SOURCE_DIR) / match[1].str()));
+    }
+  }
+}
+
+TEST_CASE("foreign libraries stay where they belong") {
+  const std::regex lua(R"(^(lua[^/]*/)?(lua|lualib|lauxlib|luaconf)\.(h|hpp)$)");
+  const std::regex cli11(R"(^CLI/|^CLI11)");
+  for (const File& file : cpp_files({"core", "plugins", "cli"}))
+    for (const std::string& include : includes_of(file)) {
+      INFO(file.path << " includes " << include);
+      if (std::regex_search(include, lua)) CHECK(file.folder() == "core/lua");
+      if (std::regex_search(include, cli11)) CHECK(part_of(file.path) == "cli");
+    }
+}
+
+TEST_CASE("the top level holds what it should and nothing else") {
+  const std::set<std::string> allowed = {"CMakeLists.txt",
+                                         "README.md",
+                                         "CHANGELOG.md",
+                                         "CMakePresets.json",
+                                         "dev",
+                                         "core",
+                                         "plugins",
+                                         "scripts",
+                                         "cli",
+                                         "tests",
+                                         "build"};
+  for (const auto& entry : fs::directory_iterator(SIM_SOURCE_DIR)) {
+    const std::string name = entry.path().filename().string();
+    INFO(name);
+    CHECK((name.starts_with('.') || name.starts_with("build") || allowed.contains(name)));
+  }
+}
+
+TEST_CASE("lines are short and hold no tabs") {
+  for (const File& file : cpp_files({"core", "plugins", "cli", "tests"}))
+    for (std::size_t i = 0; i < file.lines.size(); ++i) {
+      const std::string& line = file.lines[i];
+      // Bytes that continue a UTF-8 character take no column.
+      const auto columns =
+          std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+      if (columns <= 100 && line.find('\t') == std::string::npos && !line.ends_with(' ')) continue;
+      FAIL_CHECK(file.path << ":" << i + 1
+                           << ": too long, or with a tab or trailing space: " << line);
+    }
+}
+
+TEST_CASE("files are short and headers begin with their purpose") {
+  for (const File& file : cpp_files({"core", "plugins", "cli", "tests"})) {
+    INFO(file.path << " has " << file.lines.size() << " lines");
+    const bool interface = file.header() && !file.path.starts_with("tests/");
+    CHECK(file.lines.size() <= (interface ? 110u : 450u));
+    if (!file.header()) continue;
+    REQUIRE_FALSE(file.lines.empty());
+    CHECK(file.lines.front().starts_with("// "));
+    CHECK(std::find(file.lines.begin(), file.lines.end(), "#pragma once") != file.lines.end());
+    for (const std::string& line : file.lines)
+      CHECK_FALSE(std::regex_search(line, std::regex(R"(^\s*using namespace )")));
+  }
+}
+
+TEST_CASE("every plugin file has its line in CMakeLists.txt") {
+  std::set<std::string> named;
+  for (const std::string& line : lines_of(fs::path(SIM_SOURCE_DIR) / "CMakeLists.txt"))
+    if (std::smatch match; std::regex_search(line, match, std::regex(R"(^sim_plugin\((\S+)\))")))
+      named.insert("plugins/" + match[1].str());
+  std::set<std::string> present;
+  for (const File& file : cpp_files({"plugins", "core"}))
+    if (file.path.starts_with("plugins/") && file.path.ends_with(".cpp")) present.insert(file.path);
+  CHECK(named == present);
+  CHECK(named.size() >= 8);
+}

@@ -1,0 +1,138 @@
+#include "tests/support/scenes.h"
+
+#include <cstring>
+
+namespace sim_test {
+
+sim::Registry make_registry() { return sim::Registry({SIM_PLUGIN_DIR}); }
+
+sim::PartSpec make_part(const std::string& plugin, std::map<std::string, sim::Value> given) {
+  sim::PartSpec part;
+  part.plugin = plugin;
+  part.given = std::move(given);
+  return part;
+}
+
+sim::PartSpec make_gravity() { return make_part("gravity", {{"g", sim::Vec3(0, -kGravity, 0)}}); }
+
+sim::PartSpec make_drag(double k) { return make_part("drag", {{"k", k}}); }
+
+sim::PartSpec make_springs(const std::string& family, double stiffness) {
+  return make_part("spring", {{"family", family}, {"stiffness", stiffness}});
+}
+
+namespace {
+
+sim::PartSpec make_grid_springs(int n, const std::string& family, double stiffness,
+                                const std::vector<std::pair<int, int>>& offsets) {
+  sim::PartSpec part = make_springs(family, stiffness);
+  for (const auto& [di, dj] : offsets) {
+    sim::GridLinks links{.first = 0, .rows = n, .cols = n, .di = di, .dj = dj};
+    links.rest = std::sqrt(static_cast<double>(di * di + dj * dj)) / n;
+    part.links.grids.push_back(links);
+  }
+  return part;
+}
+
+sim::SystemSpec make_system(const std::string& name) {
+  sim::SystemSpec spec;
+  spec.name = name;
+  spec.integrator = "rk4";
+  spec.dt = 0.005;
+  spec.duration = 1;
+  return spec;
+}
+
+}  // namespace
+
+sim::SystemSpec make_cloth(int n, const ClothOptions& options) {
+  const double side = 1.0 / n, mass = 1.0 / (static_cast<double>(n) * n);
+  sim::SystemSpec spec = make_system("cloth");
+  spec.particles.emplace();
+  spec.particles->grid =
+      sim::GridSpec{.rows = n, .cols = n, .du = {0, 0, side}, .dv = {side, 0, 0}, .mass = mass};
+  if (options.pinned) spec.particles->pinned = {0, n - 1};
+  if (options.gravity) spec.forces.push_back(make_gravity());
+  if (options.drag > 0) spec.forces.push_back(make_drag(options.drag * mass));
+  spec.forces.push_back(make_grid_springs(n, "structural", 100, {{0, 1}, {1, 0}}));
+  spec.forces.push_back(make_grid_springs(n, "shear", 50, {{1, 1}, {1, -1}}));
+  spec.forces.push_back(make_grid_springs(n, "flex", 25, {{0, 2}, {2, 0}}));
+  return spec;
+}
+
+sim::SystemSpec make_circle() {
+  sim::SystemSpec spec = make_system("circle");
+  spec.first_order = sim::FirstOrderSpec{
+      .dimension = 3, .state = {1, 0, 0}, .field = make_part("rotation", {{"omega", 1.0}})};
+  return spec;
+}
+
+namespace {
+
+sim::SystemSpec make_pendulum(const sim::ParticleSpec& bob, double stiffness, double drag) {
+  sim::SystemSpec spec = make_system("pendulum");
+  spec.particles.emplace();
+  spec.particles->list = {sim::ParticleSpec{}, bob};
+  spec.particles->pinned = {0};
+  spec.forces = {make_gravity(), make_springs("link", stiffness)};
+  spec.forces.back().links.ties = {{.a = 0, .b = 1, .rest = 1}};
+  if (drag > 0) spec.forces.push_back(make_drag(drag));
+  return spec;
+}
+
+}  // namespace
+
+sim::SystemSpec make_vertical_spring(double drag) {
+  return make_pendulum({.position = {0, -1, 0}}, 49, drag);
+}
+
+sim::SystemSpec make_elastic_pendulum(double drag) {
+  return make_pendulum({.position = {0.6, -0.9, 0.3}, .velocity = {0.2, 0.1, -0.5}}, 40, drag);
+}
+
+sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int> pinned,
+                           double drag) {
+  sim::SystemSpec spec = make_system("chain");
+  spec.particles.emplace();
+  spec.particles->pinned = std::move(pinned);
+  sim::PartSpec springs = make_springs("link", 400);
+  for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+    spec.particles->list.push_back({.position = points[static_cast<std::size_t>(i)], .mass = 0.25});
+    if (i > 0) springs.links.ties.push_back({.a = i - 1, .b = i, .rest = 0.25});
+  }
+  spec.forces = {make_gravity(), springs};
+  if (drag > 0) spec.forces.push_back(make_drag(drag));
+  return spec;
+}
+
+sim::SystemSpec make_falling(double mass, double drag) {
+  sim::SystemSpec spec = make_system("falling");
+  spec.particles.emplace();
+  spec.particles->list = {{.position = {0.5, 2, -1}, .velocity = {1, 3, -2}, .mass = mass}};
+  spec.forces = {make_gravity()};
+  if (drag > 0) spec.forces.push_back(make_drag(drag));
+  return spec;
+}
+
+bool run(sim::Simulation& simulation, std::int64_t n) {
+  for (std::int64_t i = 0; i < n; ++i)
+    if (!simulation.step()) return false;
+  return true;
+}
+
+std::vector<double> state_of(const sim::Simulation& simulation) {
+  std::vector<double> state;
+  for (int i = 0; i < simulation.particles() && simulation.second_order(); ++i) {
+    const sim::Vec3 x = simulation.position(i), v = simulation.velocity(i);
+    state.insert(state.end(), {x[0], x[1], x[2], v[0], v[1], v[2]});
+  }
+  if (!simulation.second_order())
+    for (int i = 0; i < simulation.components(); ++i) state.push_back(simulation.component(i));
+  return state;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+}  // namespace sim_test
