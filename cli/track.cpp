@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "cli/format.h"
-#include "core/base/error.h"
 
 namespace sim::cli {
 namespace {
@@ -45,13 +44,7 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       row_stride_(row_stride),
       sample_stride_(std::max<std::int64_t>(1, steps / kSamples)) {
   if (system.second_order()) start_ = energy();
-  if (!has_exact()) return;
-  const std::size_t given = spec.exact(0).size(), needed = state_size(system);
-  if (given != needed)
-    throw Error(ErrorKind::kScene, {"wrong exact solution", spec.place,
-                                    "it gives " + std::to_string(given) +
-                                        " numbers for a state of " + std::to_string(needed),
-                                    "return as many numbers as the state has"});
+  if (has_exact()) deviation();
 }
 
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {

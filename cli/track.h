@@ -14,8 +14,8 @@ namespace sim::cli {
 class Track {
  public:
   // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
-  // steps, reports a row every `row_stride`, both at the start and at the end too. Throws
-  // Error{kScene} when the exact solution has not the size of the state.
+  // steps, reports a row every `row_stride`, both at the start and at the end too. Throws what the
+  // exact solution throws at t = 0.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride);
 

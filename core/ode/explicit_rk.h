@@ -28,7 +28,7 @@ class ExplicitRungeKutta final : public Integrator {
  private:
   int order_;
   ExplicitPlan plan_;
-  std::unique_ptr<ExplicitStepper> stepper_;
+  std::unique_ptr<Stepper> stepper_;
 };
 
 }  // namespace sim

@@ -8,6 +8,7 @@ namespace sim {
 struct IntegratorInfo {
   int order = 0;        // p: the global error is O(h^p)
   int evaluations = 0;  // of f, per step
+  bool needs_second_order = false;  // q' = v, v' = a(t, q) - gamma v: OdeSystem::split_stepper
 };
 
 struct StepResult {
@@ -29,6 +30,9 @@ class Integrator {
   // system.size() doubles. x keeps its bits, so the last good state is never lost.
   virtual StepResult step(OdeSystem& system, double t, double h, const double* x,
                           double* x_next) = 0;
+
+  // Forgets what was kept of the last step; called when the state was changed in between.
+  virtual void restart() {}
 };
 
 }  // namespace sim

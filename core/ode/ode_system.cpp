@@ -1,5 +1,7 @@
 #include "core/ode/ode_system.h"
 
+#include <vector>
+
 #include "core/base/array.h"
 #include "core/base/finite.h"
 
@@ -7,7 +9,7 @@ namespace sim {
 namespace {
 
 // Stage after stage with eval() and combine().
-class StageByStage final : public ExplicitStepper {
+class StageByStage final : public Stepper {
  public:
   StageByStage(OdeSystem& system, const ExplicitPlan& plan) : system_(&system), plan_(plan) {
     for (int i = 0; i < plan.stages; ++i) k_.emplace_back(system.size());
@@ -57,7 +59,7 @@ void combine_range(const Stage& stage, double* out, std::size_t begin, std::size
   }
 }
 
-std::unique_ptr<ExplicitStepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
+std::unique_ptr<Stepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
   return std::make_unique<StageByStage>(*this, plan);
 }
 

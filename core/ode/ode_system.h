@@ -4,7 +4,8 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <vector>
+
+#include "core/ode/plan.h"
 
 namespace sim {
 
@@ -22,24 +23,6 @@ struct Stage {
 // out[i] := stage for begin <= i < end; the terms are added in order, whatever the range.
 void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end);
 
-// An explicit Runge-Kutta step as data: what is to be computed, not in which order of memory.
-//   y_i = x + h sum_{j<i} a_ij k_j,  k_i = f(t + c_i h, y_i),  x_next = x + h sum_i b_i k_i
-struct ExplicitPlan {
-  int stages = 0;
-  std::vector<double> a, b, c;  // a row by row, stages * stages
-
-  double a_at(int i, int j) const { return a[static_cast<std::size_t>(i * stages + j)]; }
-};
-
-// A plan made ready for one system: it owns all memory that a step needs.
-class ExplicitStepper {
- public:
-  virtual ~ExplicitStepper() = default;
-
-  // x_next := the step of size h from x at t. False when a number of x_next is not finite.
-  virtual bool step(double t, double h, const double* x, double* x_next) = 0;
-};
-
 // The right-hand side. Pure: the same (t, X) gives the same bits, whatever the number of threads.
 // Every array has size() doubles and is aligned to 64 bytes.
 class OdeSystem {
@@ -56,7 +39,10 @@ class OdeSystem {
 
   // Explicit Runge-Kutta methods leave the order of work to the system, which knows what of a stage
   // must be complete before what of the next. By default stage after stage, each over all of X.
-  virtual std::unique_ptr<ExplicitStepper> explicit_stepper(const ExplicitPlan& plan);
+  virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan);
+
+  // Splitting methods need the structure q' = v, v' = a(t, q) - gamma v; null without it.
+  virtual std::unique_ptr<Stepper> split_stepper(const SplitPlan& /*plan*/) { return nullptr; }
 };
 
 }  // namespace sim

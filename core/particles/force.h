@@ -75,6 +75,9 @@ class Force {
   // several threads.
   virtual void accumulate(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
 
+  // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
+  virtual bool depends_on_velocity() const { return true; }
+
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }
 

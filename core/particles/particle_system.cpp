@@ -4,11 +4,11 @@
 #include <limits>
 
 #include "core/particles/rk_stepper.h"
+#include "core/particles/split_stepper.h"
 
 namespace sim {
 namespace {
 
-constexpr int kTile = 512;         // particles whose forces stay in the first-level cache
 constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
 
 template <class Sum>
@@ -65,6 +65,7 @@ ParticleSystem::ParticleSystem(std::vector<double> masses, const std::vector<int
       if (springs->has_ends()) other_springs_.push_back(springs);
     } else {
       other_forces_.push_back(force.get());
+      needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
     }
   }
   for (int rank = 0; rank < team.size(); ++rank) rings_.push_back(make_rings());
@@ -133,24 +134,28 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
     sweep.a[axis] = d[3 + axis];
     if (has_other_forces()) sweep.force[axis] = d[3 + axis];
   }
-  const SweepKernels kernels = sweep_kernels();
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings& rings = rings_[static_cast<std::size_t>(rank)];
     rings.clear();
-    kernels.warm_up(rings.runs(), sweep.q, std::max(0, part.begin - reach_), part.begin);
-    for (int begin = part.begin; begin < part.end; begin += kTile) {
-      const Tile tile{begin, std::min(begin + kTile, part.end)};
+    kernels_.warm_up(rings.runs(), sweep.q, std::max(0, part.begin - reach_), part.begin);
+    for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
+      const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(p, tile, {d[3], d[4], d[5]});
-      kernels.rk(rings.runs(), motion_, sweep, tile.begin, tile.end);
+      kernels_.rk(rings.runs(), motion_, sweep, tile.begin, tile.end);
       for (int axis = 0; axis < 3; ++axis)
         std::copy(v[axis] + tile.begin, v[axis] + tile.end, d[axis] + tile.begin);
     }
   });
 }
 
-std::unique_ptr<ExplicitStepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
+std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   return std::make_unique<RkStepper>(*this, plan);
+}
+
+std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
+  if (needs_velocities_) return nullptr;
+  return std::make_unique<SplitStepper>(*this, plan);
 }
 
 }  // namespace sim

@@ -33,11 +33,13 @@ class ParticleSystem final : public OdeSystem {
   std::size_t size() const noexcept override { return layout_.size(); }
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
-  std::unique_ptr<ExplicitStepper> explicit_stepper(const ExplicitPlan& plan) override;
+  std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
+  std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
 
   // For steppers: what a sweep over the springs needs.
   Team& team() const noexcept { return *team_; }
   const Motion& motion() const noexcept { return motion_; }
+  const SweepKernels& kernels() const noexcept { return kernels_; }
   Rings make_rings() const { return Rings(runs_); }
   // How far below and above a block of 8 a sweep reads positions; a multiple of 8.
   int reach() const noexcept { return reach_; }
@@ -47,7 +49,7 @@ class ParticleSystem final : public OdeSystem {
   bool has_other_forces() const noexcept {
     return !other_forces_.empty() || !other_springs_.empty();
   }
-  bool needs_velocities() const noexcept { return !other_forces_.empty(); }
+  bool needs_velocities() const noexcept { return needs_velocities_; }
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
  private:
@@ -60,7 +62,9 @@ class ParticleSystem final : public OdeSystem {
   std::vector<const SpringRun*> runs_;
   std::vector<const Springs*> other_springs_;
   std::vector<const Force*> other_forces_;
+  bool needs_velocities_ = false;
   int reach_ = 0;
+  SweepKernels kernels_ = sweep_kernels();
   Team* team_;
   std::vector<Rings> rings_;  // of eval(), one a rank
 };

@@ -55,11 +55,11 @@ namespace sim {
 SweepKernels sweep_kernels() {
   switch (simd_level()) {
     case SimdLevel::kAvx512:
-      return {avx512::rk_sweep, avx512::warm_up};
+      return {avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up};
     case SimdLevel::kAvx2:
-      return {avx2::rk_sweep, avx2::warm_up};
+      return {avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up};
     default:
-      return {sse2::rk_sweep, sse2::warm_up};
+      return {sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up};
   }
 }
 

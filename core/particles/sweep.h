@@ -8,6 +8,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/springs.h"
+#include "core/particles/stages.h"
 
 namespace sim {
 
@@ -47,48 +48,20 @@ struct Motion {
   double damping = 0;                      // kg/s
 };
 
-// sum_j coef_j a_j over earlier accelerations a_j.
-struct Row {
-  static constexpr int kMost = 16;
-  int terms = 0;
-  double coef[kMost];
-  const double* a[kMost][3];
-
-  void add(double c, const double* const from[3]) {
-    coef[terms] = c;
-    for (int axis = 0; axis < 3; ++axis) a[terms][axis] = from[axis];
-    ++terms;
-  }
-};
-
-// One stage of a Runge-Kutta method on particles: a = the acceleration at the positions q and the
-// velocity v0 + v_now, and from it the positions of the next stage and the final velocity.
-struct RkStage {
-  const double* q[3];   // positions of this stage
-  const double* q0[3];  // at the start of the step
-  const double* v0[3];
-  const double* force[3];  // forces gathered before, or null
-  Row v_now;
-  double* a[3];       // kept for later rows, or null
-  double* q_next[3];  // := q0 + drift v0 + row, or null
-  double drift;
-  Row q_row;
-  double* v_next[3];  // := v0 + row + kick a, or null
-  double kick;
-  Row v_row;
-  bool check;  // look for numbers that are not finite in q_next and v_next
-};
-
-// Sweeps [begin, end), begin a multiple of 8, on from where the rings stand. False when `check`
-// found something that may not be finite.
+// Sweeps [begin, end), begin a multiple of 8, on from where the rings stand. False when a number
+// of v_next, or of q_next in a stage that has v_next, may not be finite.
 using RkSweep = bool (*)(std::span<SweepRun> runs, const Motion& motion, const RkStage& stage,
                          int begin, int end);
+
+using KickSweep = bool (*)(std::span<SweepRun> runs, const Motion& motion, const KickStage& stage,
+                           int begin, int end);
 
 // Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at end.
 using WarmUp = void (*)(std::span<SweepRun> runs, const double* const q[3], int begin, int end);
 
 struct SweepKernels {
   RkSweep rk;
+  KickSweep kick;
   WarmUp warm_up;
 };
 SweepKernels sweep_kernels();

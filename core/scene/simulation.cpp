@@ -156,7 +156,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
     s.compile_field(spec, registry);
   if (!s.particles) s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
-  s.integrator->prepare(*s.system);
+  placed(spec.place, [&] { s.integrator->prepare(*s.system); });
   reset();
 }
 
@@ -167,13 +167,17 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 bool Simulation::step() {
   Impl& s = *impl_;
   const StepResult result = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
-  if (!result.finite && s.find_divergence()) return false;
+  if (!result.finite && s.find_divergence()) {
+    s.integrator->restart();
+    return false;
+  }
   std::swap(s.x, s.x_next);
   ++s.step_count;
   return true;
 }
 
 void Simulation::reset() {
+  impl_->integrator->restart();
   impl_->step_count = 0;
   if (impl_->particles)
     impl_->place_particles();

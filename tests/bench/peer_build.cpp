@@ -12,13 +12,15 @@ namespace fs = std::filesystem;
 
 std::vector<PeerKind> known_peers() {
   const std::string child = SIM_BENCH_SOURCE "/tests/bench/child.cpp";
+  const std::string springs = SIM_BENCH_SOURCE "/tests/bench/peers/springs.cpp";
   const std::string error = SIM_BENCH_SOURCE "/core/base/error.cpp";
   return {
       {.name = "odeint",
        .method = "rk4",
        .header = "boost/numeric/odeint.hpp",
        .program = "",
-       .packages = "libboost-dev"},
+       .packages = "libboost-dev",
+       .link = {springs}},
       {.name = "naive", .method = "rk4", .header = "", .program = "", .packages = ""},
       {.name = "sundials",
        .method = "rk4",
@@ -26,7 +28,7 @@ std::vector<PeerKind> known_peers() {
        .header = "arkode/arkode_erkstep.h",
        .program = "",
        .packages = "libsundials-dev",
-       .link = {"-lsundials_arkode", "-lsundials_nvecserial"}},
+       .link = {springs, "-lsundials_arkode", "-lsundials_nvecserial"}},
       {.name = "lammps",
        .method = "verlet",
        .accuracy = Accuracy::kOtherDrag,
@@ -72,9 +74,9 @@ bool has_program(const std::string& program) {
 bool is_fresh(const PeerKind& kind) {
   std::error_code error;
   const auto built = fs::last_write_time(peer_binary(kind), error);
-  if (error || fs::last_write_time(source_of(kind)) > built) return false;
+  if (error) return false;
   for (const auto& entry : fs::directory_iterator(source_of(kind).parent_path()))
-    if (entry.path().extension() == ".h" && entry.last_write_time() > built) return false;
+    if (entry.last_write_time() > built) return false;
   return true;
 }
 

@@ -169,6 +169,10 @@ TEST_CASE("a reader that goes away ends the run without words") {
   CHECK(outcome.code == 141);
   CHECK(outcome.err.empty());
   CHECK(files_in(folder.path()) == 0);
+  // The same through a file name that stands for the pipe.
+  const Outcome file = run_sim({"-T", "1e6", "--dump=/dev/../dev/fd/1", "-q"}, options);
+  CHECK(file.code == 141);
+  CHECK(file.err.empty());
 }
 
 }  // namespace

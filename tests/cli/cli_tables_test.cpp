@@ -1,6 +1,7 @@
 // Dumps and energies: their headers, rows, numbers and the files they live in.
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <charconv>
 
@@ -99,6 +100,18 @@ TEST_CASE("a world tells its systems apart in a first column") {
   CHECK(energy.err.find("'c' is first-order") != std::string::npos);
 }
 
+TEST_CASE("the systems of a world go together in time") {
+  const Outcome outcome = run_sim({"scenes/sample.lua", "-T", "0.5", "--dump", "-q"});
+  double latest = 0;
+  for (const std::string& line : lines_of(outcome.out)) {
+    if (line.rfind("system,", 0) == 0) continue;
+    const double t = number(cells_of(line)[2]);
+    if (t < latest - 0.0101) FAIL(line);  // the largest step is 0.01 s
+    latest = std::max(latest, t);
+  }
+  CHECK(latest == Approx(0.5));
+}
+
 TEST_CASE("energies add up and drift from the start") {
   // 3 kg thrown at 1 m/s, 2 m up: 1.5 J + 58.86 J at the start.
   const TemporaryFolder folder;
@@ -187,7 +200,7 @@ TEST_CASE("words for a closed stream do not end up in a table") {
   const TemporaryFolder folder;
   ProgramOptions options{.folder = folder.path()};
   options.without_err = true;
-  CHECK(run_sim({"-s", "n=2", "-n", "0", "--dump=d.csv"}, options).code == 0);
+  CHECK(run_sim({"-s", "n=2", "-n", "0", "--dump=d.csv", "--json"}, options).code == 0);
   const auto rows = lines_of(read_text(folder.path() / "d.csv"));
   REQUIRE(rows.size() == 5);
   CHECK(rows[4].rfind("0,0,3,", 0) == 0);

@@ -90,6 +90,8 @@ TEST_CASE("describe knows orders, aliases and the parameters of a scene") {
   CHECK(cloth.at("args").list[0].at("default").text == "8");
   CHECK(cloth.at("args").list[0].at("value").text == "5");
   CHECK(cloth.at("systems").list[0].at("particles").number == 25);
+  const Outcome text = run_sim({"describe", "scenes/cloth.lua", "--set", "n=5"});
+  CHECK(text.out.find("  n           8        5      particles a side\n") != std::string::npos);
 }
 
 TEST_CASE("doctor finds what is wrong") {

@@ -102,6 +102,8 @@ TEST_CASE("the bits do not depend on the number of threads") {
   check(make_cloth(100), "rk4");
   check(make_cloth(67), "euler");
   check(make_cloth(61), "trapezoid");
+  check(make_cloth(97), "verlet");
+  check(make_cloth(70), "symplectic_euler");
 
   // A long rope in which some springs skip particles, so that runs end in the middle of tiles.
   std::vector<sim::Vec3> points;
@@ -121,7 +123,7 @@ TEST_CASE("pinned particles keep their bits and have no velocity") {
   sim::SystemSpec spec = make_elastic_pendulum(0.3);
   spec.particles->list[0].position = place;
   spec.particles->list[0].velocity = {1, -2, 3};
-  for (const std::string method : {"euler", "trapezoid", "rk4"}) {
+  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator)) {
     sim::Simulation simulation(spec, registry, {.integrator = method});
     for (int n = 0; n < 1000; ++n) {
       const sim::Vec3 x = simulation.position(0);
@@ -190,10 +192,11 @@ TEST_CASE("a step after the first takes no memory") {
     CHECK(taken == 0);
     CHECK(before > 0);
   };
-  for (const std::string method : {"euler", "trapezoid", "rk4"}) {
+  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator)) {
     check(make_cloth(10), method, 1);
     check(make_cloth(40), method, 3);
-    check(make_circle(), method, 1);
+    if (!registry.integrator(method).make({})->info().needs_second_order)
+      check(make_circle(), method, 1);
     check(make_elastic_pendulum(0.1), method, 1);
   }
 }

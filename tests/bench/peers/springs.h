@@ -3,120 +3,38 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "tests/bench/peers/peer.h"
 
 namespace peer {
 
-// Three ways to sum the spring forces; the constructor times them and keeps the fastest.
+// Sums the spring forces in one of three ways; the constructor times them and keeps the fastest.
 class RightHandSide {
  public:
-  explicit RightHandSide(const Scene& scene) : scene_(scene), count_(scene.springs.size()) {
-    for (const double m : scene.mass) inverse_mass_.push_back(1 / m);
-    for (const Spring& s : scene.springs) {
-      a_.push_back(3 * s.a);
-      b_.push_back(3 * s.b);
-      k_.push_back(s.k);
-      rest_.push_back(s.rest);
-    }
-    std::vector<double> x = scene.x, dx(2 * x.size());
-    x.insert(x.end(), scene.v.begin(), scene.v.end());
-    double best[3];
-    for (int way = 0; way < 3; ++way) {
-      way_ = way;
-      best[way] = HUGE_VAL;
-      for (const double until = seconds_now() + 0.1; seconds_now() < until;) {
-        const double start = seconds_now();
-        (*this)(x.data(), dx.data());
-        best[way] = std::min(best[way], seconds_now() - start);
-      }
-    }
-    way_ = best[1] < best[0] ? 1 : 0;
-    if (best[2] < best[way_]) way_ = 2;
-    const char* const names[] = {"records", "arrays", "blocks"};
-    for (int way = 0; way < 3; ++way) {
-      char text[64];
-      std::snprintf(text, sizeof text, "%s%s %.2f ns", way ? ", " : "", names[way],
-                    best[way] * 1e9 / static_cast<double>(count_));
-      about_ += text;
-    }
-    about_ = std::string(names[way_]) + " (a spring: " + about_ + ")";
-  }
+  explicit RightHandSide(const Scene& scene);  // keeps a reference to the scene
 
+  // The way chosen, and what each costs.
   const std::string& about() const { return about_; }
 
-  void operator()(const double* X, double* dX) const {
-    const std::size_t size = scene_.x.size();
-    const double *const v = X + size, drag = scene_.drag;
-    double* const f = dX + size;
-    for (std::size_t i = 0; i < size; ++i) {
-      dX[i] = v[i];
-      f[i] = -drag * v[i];
-    }
-    if (way_ == 0) add_records(X, f);
-    if (way_ == 1) add_arrays(X, f);
-    if (way_ == 2) add_blocks(X, f);
-    for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c)
-        f[3 * i + c] = f[3 * i + c] * inverse_mass_[i] + scene_.g[c];
-    for (const int id : scene_.pinned)
-      for (int c = 0; c < 3; ++c) f[3 * id + c] = 0;
-  }
+  // dX := f(X), both of 6 n numbers.
+  void operator()(const double* X, double* dX) const;
 
  private:
-  static void add(const double* x, double* f, int a, int b, double k, double rest) {
-    const double dx = x[a] - x[b], dy = x[a + 1] - x[b + 1], dz = x[a + 2] - x[b + 2];
-    const double factor = k * (rest / std::sqrt(dx * dx + dy * dy + dz * dz) - 1);
-    f[a] += factor * dx;
-    f[a + 1] += factor * dy;
-    f[a + 2] += factor * dz;
-    f[b] -= factor * dx;
-    f[b + 1] -= factor * dy;
-    f[b + 2] -= factor * dz;
-  }
+  void choose_way();
 
-  // One record a spring.
-  void add_records(const double* x, double* f) const {
-    for (const Spring& s : scene_.springs) add(x, f, 3 * s.a, 3 * s.b, s.k, s.rest);
-  }
-
-  // One array a quantity, indices multiplied beforehand.
-  void add_arrays(const double* x, double* f) const {
-    for (std::size_t s = 0; s < count_; ++s) add(x, f, a_[s], b_[s], k_[s], rest_[s]);
-  }
-
-  // Forces of a block of springs first, in a loop that the compiler can turn into vector
-  // instructions with gathers; then they are added one by one.
-  void add_blocks(const double* x, double* f) const {
-    constexpr std::size_t kBlock = 256;
-    double fx[kBlock], fy[kBlock], fz[kBlock];
-    for (std::size_t first = 0; first < count_; first += kBlock) {
-      const std::size_t n = std::min(kBlock, count_ - first);
-      const int *const a = &a_[first], *const b = &b_[first];
-      const double *const k = &k_[first], *const rest = &rest_[first];
-      for (std::size_t s = 0; s < n; ++s) {
-        const double dx = x[a[s]] - x[b[s]], dy = x[a[s] + 1] - x[b[s] + 1];
-        const double dz = x[a[s] + 2] - x[b[s] + 2];
-        const double factor = k[s] * (rest[s] / std::sqrt(dx * dx + dy * dy + dz * dz) - 1);
-        fx[s] = factor * dx;
-        fy[s] = factor * dy;
-        fz[s] = factor * dz;
-      }
-      for (std::size_t s = 0; s < n; ++s) {
-        f[a[s]] += fx[s];
-        f[a[s] + 1] += fy[s];
-        f[a[s] + 2] += fz[s];
-        f[b[s]] -= fx[s];
-        f[b[s] + 1] -= fy[s];
-        f[b[s] + 2] -= fz[s];
-      }
-    }
-  }
+  // Adds the forces at the positions x to f: from one record a spring;
+  void add_records(const double* x, double* f) const;
+  // from one array a quantity, with indices multiplied beforehand;
+  void add_arrays(const double* x, double* f) const;
+  // from the same arrays, but first the forces of a block of springs, in a loop that the compiler
+  // can turn into vector instructions with gathers, then their sums one by one.
+  void add_blocks(const double* x, double* f) const;
 
   const Scene& scene_;
   std::size_t count_;
   std::vector<double> inverse_mass_, k_, rest_;
-  std::vector<int> a_, b_;
+  std::vector<int> a_, b_;  // three times the ids
   int way_ = 0;
   std::string about_;
 };

@@ -1,0 +1,45 @@
+// Steps as data: what is to be computed, not in which order of memory. An integrator makes a plan,
+// a system makes of it a stepper that knows its own structure.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace sim {
+
+// An explicit Runge-Kutta step:
+//   y_i = x + h sum_{j<i} a_ij k_j,  k_i = f(t + c_i h, y_i),  x_next = x + h sum_i b_i k_i
+struct ExplicitPlan {
+  int stages = 0;
+  std::vector<double> a, b, c;  // a row by row, stages * stages
+
+  double a_at(int i, int j) const { return a[static_cast<std::size_t>(i * stages + j)]; }
+};
+
+// A splitting of q' = v, v' = a(t, q) - gamma v: drift_0, kick_0, drift_1, ... kick_m-1, drift_m,
+// in units of the step size h. Drifts and kicks each add up to 1; there is one drift more, any may
+// be 0.
+//   drift by d:  q := q + d h v
+//   kick by k:   v := e^(-gamma k h) v + (1 - e^(-gamma k h)) / gamma * a(t, q)
+// Both are exact flows, so that damping costs no order: with -gamma v inside an explicit kick every
+// such method would be of first order. t is where the drifts so far have led.
+struct SplitPlan {
+  std::vector<double> drift, kick;
+
+  // The last acceleration of a step is the first of the next: no drift lies between.
+  bool closes() const { return drift.front() == 0 && drift.back() == 0 && kick.size() > 1; }
+};
+
+// A plan made ready for one system; it owns all memory that a step needs.
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+
+  // x_next := the step of size h from x at t. False when a number of x_next is not finite.
+  virtual bool step(double t, double h, const double* x, double* x_next) = 0;
+
+  // Forgets what was kept of the last step: the state was changed since.
+  virtual void restart() {}
+};
+
+}  // namespace sim

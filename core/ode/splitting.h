@@ -1,0 +1,40 @@
+// All splitting methods: the lengths of their drifts and kicks are all that a method has to give.
+#pragma once
+
+#include "core/base/error.h"
+#include "core/ode/integrator.h"
+
+namespace sim {
+
+class Splitting final : public Integrator {
+ public:
+  Splitting(SplitPlan plan, int order) : plan_(std::move(plan)), order_(order) {}
+
+  IntegratorInfo info() const noexcept override {
+    return {order_, static_cast<int>(plan_.kick.size()) - (plan_.closes() ? 1 : 0), true};
+  }
+
+  void prepare(OdeSystem& system) override {
+    stepper_ = system.split_stepper(plan_);
+    if (!stepper_)
+      throw Error(ErrorKind::kScene,
+                  {"integrator does not fit", "",
+                   "a splitting method needs q' = v, v' = a(t, q) - gamma v, and this system is of "
+                   "first order or has a force that depends on velocity in another way",
+                   "use rk4"});
+  }
+
+  StepResult step(OdeSystem& /*system*/, double t, double h, const double* x,
+                  double* x_next) override {
+    return {h, h, stepper_->step(t, h, x, x_next)};
+  }
+
+  void restart() override { stepper_->restart(); }
+
+ private:
+  SplitPlan plan_;
+  int order_;
+  std::unique_ptr<Stepper> stepper_;
+};
+
+}  // namespace sim

@@ -1,0 +1,43 @@
+// Splitting methods on particles, in one pass over them where the forces allow it.
+#pragma once
+
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/particle_system.h"
+#include "core/particles/sweeps.h"
+
+namespace sim {
+
+// Each kick is a sweep that evaluates a(t, q), changes v, and drifts q to where the next kick wants
+// it. Velocities are changed in place in x_next.
+class SplitStepper final : public Stepper {
+ public:
+  SplitStepper(ParticleSystem& system, const SplitPlan& plan);
+
+  bool step(double t, double h, const double* x, double* x_next) override;
+  void restart() override { known_ = false; }
+
+ private:
+  // One stage: an optional kick and the drift after it.
+  struct Part {
+    double kick, drift, start;  // in units of h; start: where the drifts before it have led
+    bool evaluates;
+  };
+
+  void write(double h, const double* x, double* x_next);
+  void damp(KickStage& stage, std::size_t s, double tau);
+
+  ParticleSystem* system_;
+  std::vector<Part> parts_;
+  double h_ = 0;        // the step size that the factors of damping are for
+  bool closes_;         // the last acceleration is kept for the next step
+  bool known_ = false;  // ... and is there
+  Sweeps sweeps_;
+  std::vector<KickStage> stages_;
+  Array positions_, forces_, acceleration_;
+  std::vector<Array> keeps_, gains_;  // of each stage, where masses differ
+};
+
+}  // namespace sim

@@ -1,0 +1,46 @@
+#include "core/particles/sweeps.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+constexpr int kAhead = 1024;        // particles that a stage goes forward at a time
+constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level cache anyway
+constexpr int kLeastPart = 512;     // particles a rank, or handing over costs more than it saves
+
+bool one_pass(const ParticleSystem& system) {
+  return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;
+}
+
+int useful_ranks(const ParticleSystem& system, int stages) {
+  const int least = std::max(kLeastPart, (stages + 2) * system.reach());
+  return std::clamp(system.layout().n() / least, 1, system.team().size());
+}
+
+}  // namespace
+
+Sweeps::Sweeps(ParticleSystem& system, int stages)
+    : system_(&system),
+      warm_up_(system.kernels().warm_up),
+      stages_(stages),
+      one_pass_(one_pass(system)),
+      wavefront_(system.layout().n(), system.reach(), stages, useful_ranks(system, stages),
+                 one_pass_ ? kAhead : system.layout().n()) {
+  for (int i = 0; i < wavefront_.ranks() * (one_pass_ ? stages : 1); ++i)
+    rings_.push_back(system.make_rings());
+  finite_.resize(static_cast<std::size_t>(wavefront_.ranks()));
+}
+
+// A single rank finds its rings as its last sweep left them: empty.
+void Sweeps::start(int rank, int stage, int begin, const double* const* q) {
+  if (wavefront_.ranks() == 1 || !q) return;
+  rings(rank, stage).clear();
+  warm_up_(rings(rank, stage).runs(), q, std::max(0, begin - system_->reach()), begin);
+}
+
+bool Sweeps::finite() const {
+  return std::find(finite_.begin(), finite_.end(), char{0}) == finite_.end();
+}
+
+}  // namespace sim

@@ -1,0 +1,71 @@
+// The sweeps of one step over the particles: their rings, their threads, their order.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/particle_system.h"
+#include "core/particles/wavefront.h"
+
+namespace sim {
+
+// How many particles have their other forces gathered at a time: their sums stay in the first-level
+// cache.
+inline constexpr int kGatherTile = 512;
+
+class Sweeps {
+ public:
+  Sweeps(ParticleSystem& system, int stages);
+
+  // Runs all stages of a step. q(stage) is the array of three positions a stage reads, or null
+  // where it evaluates no forces; sweep(runs, stage, begin, end) does a piece and says whether it
+  // is finite. False when one was not.
+  template <class Q, class Sweep>
+  bool run(const Q& q, const Sweep& sweep) {
+    std::fill(finite_.begin(), finite_.end(), char{1});
+    wavefront_.run(
+        system_->team(),
+        [&](int rank, int stage, int begin) { start(rank, stage, begin, q(stage)); },
+        [&](int rank, int stage, int begin, int end) {
+          if (!sweep(rings(rank, stage).runs(), stage, begin, end))
+            finite_[static_cast<std::size_t>(rank)] = 0;
+        });
+    return finite();
+  }
+
+  // One stage, complete on every rank when it returns; before each piece the other forces at `view`
+  // are gathered into `sink`.
+  template <class Sweep>
+  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const double* const q[3],
+                 const Sweep& sweep) {
+    std::fill(finite_.begin(), finite_.end(), char{1});
+    system_->team().run([&](int rank) {
+      if (rank >= wavefront_.ranks()) return;
+      const Part part = part_of(view.n, 8, rank, wavefront_.ranks());
+      start(rank, stage, part.begin, q);
+      for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
+        const int end = std::min(begin + kGatherTile, part.end);
+        system_->gather(view, {begin, end}, sink);
+        if (!sweep(rings(rank, stage).runs(), stage, begin, end))
+          finite_[static_cast<std::size_t>(rank)] = 0;
+      }
+    });
+    return finite();
+  }
+
+ private:
+  Rings& rings(int rank, int stage) {
+    return rings_[static_cast<std::size_t>(one_pass_ ? rank * stages_ + stage : rank)];
+  }
+  void start(int rank, int stage, int begin, const double* const* q);
+  bool finite() const;
+
+  ParticleSystem* system_;
+  WarmUp warm_up_;
+  int stages_;
+  bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
+  Wavefront wavefront_;
+  std::vector<Rings> rings_;
+  std::vector<char> finite_;  // of each rank
+};
+
+}  // namespace sim

@@ -1,0 +1,138 @@
+// Symplectic splitting methods: energy, reversibility, exact drag, the limit of stability.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+
+namespace {
+
+const std::string kMethods[] = {"symplectic_euler", "verlet"};
+
+// The elastic pendulum with one more force that is always 0: with it no acceleration is kept from
+// step to step.
+sim::SystemSpec with_zero_force(sim::SystemSpec spec) {
+  spec.forces.push_back(make_part("attraction", {{"k", 0.0}}));
+  return spec;
+}
+
+sim::Registry registry_with_attraction() {
+  sim::Registry registry = make_registry();
+  registry.load(SIM_FIXTURE_DIR "/attraction/attraction.so");
+  return registry;
+}
+
+}  // namespace
+
+TEST_CASE("drag alone is exact at any step size") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_falling(0.5, 3);  // gamma = 6 1/s
+  spec.particles->list[0].velocity = {7, 2, 0};
+  for (const std::string& method : kMethods)
+    for (const double h : {0.001, 0.1, 1.0, 20.0}) {
+      sim::Simulation simulation(spec, registry, {.integrator = method, .dt = h});
+      REQUIRE(run(simulation, 3));
+      const double t = 3 * h, terminal = -kGravity / 6;
+      INFO(method << ", h = " << h);
+      CHECK(simulation.velocity(0).x() ==
+            Approx(7 * std::exp(-6 * t)).epsilon(1e-13).margin(1e-16));
+      CHECK(simulation.velocity(0).y() ==
+            Approx(terminal + (2 - terminal) * std::exp(-6 * t)).epsilon(1e-13));
+    }
+}
+
+TEST_CASE("energy stays bounded over a million steps") {
+  sim::Registry registry = make_registry();
+  // omega = sqrt(40) rad/s, h omega = 0.13; the energy error is of order (h omega)^p of some
+  // joules.
+  for (const std::string& method : kMethods) {
+    sim::Simulation simulation(make_elastic_pendulum(), registry,
+                               {.integrator = method, .dt = 0.02});
+    const double start = simulation.energy().total();
+    double early = 0, late = 0;
+    for (int n = 0; n < 1000000; ++n) {
+      REQUIRE(simulation.step());
+      if (n % 10 != 0) continue;
+      double& worst = n < 100000 ? early : late;
+      worst = std::max(worst, std::fabs(simulation.energy().total() - start));
+    }
+    INFO(method << ": " << early << " J in the first tenth, " << late << " J after it");
+    CHECK(late < 1.1 * early);
+    CHECK(early < (method == "verlet" ? 0.2 : 1.5));
+  }
+}
+
+TEST_CASE("verlet runs backwards to where it came from") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(6, {.drag = 0});
+  sim::Simulation there(spec, registry, {.integrator = "verlet", .dt = 0.002});
+  REQUIRE(run(there, 500));
+  sim::ParticlesSpec turned;
+  for (int i = 0; i < there.particles(); ++i)
+    turned.list.push_back({.position = there.position(i),
+                           .velocity = -there.velocity(i),
+                           .mass = spec.particles->at(i).mass});
+  turned.pinned = spec.particles->pinned;
+  sim::SystemSpec back = spec;
+  back.particles = turned;
+  sim::Simulation home(back, registry, {.integrator = "verlet", .dt = 0.002});
+  REQUIRE(run(home, 500));
+  double worst = 0;
+  for (int i = 0; i < home.particles(); ++i)
+    worst = std::max(worst, (home.position(i) - spec.particles->at(i).position).norm());
+  CHECK(worst < 1e-10);
+}
+
+TEST_CASE("splittings are stable up to h omega = 2") {
+  sim::Registry registry = make_registry();
+  // The vertical spring has omega = 7 rad/s; a faint gravity keeps it in its linear range, although
+  // just below the limit the amplitude is 10 times mg/k.
+  sim::SystemSpec spec = make_vertical_spring(0);
+  spec.forces[0].given["g"] = sim::Vec3(0, -1e-6, 0);
+  const auto amplitude = [&](const std::string& method, double h_omega, int steps) {
+    sim::Simulation simulation(spec, registry, {.integrator = method, .dt = h_omega / 7});
+    REQUIRE(run(simulation, steps));
+    return std::fabs(simulation.position(1).y() + 1);
+  };
+  for (const std::string& method : kMethods) {
+    CHECK(amplitude(method, 1.99, 10000) < 1e-6);
+    CHECK(amplitude(method, 2.01, 200) > 1e-3);
+  }
+}
+
+TEST_CASE("the acceleration kept from step to step is the one that would be computed") {
+  sim::Registry registry = registry_with_attraction();
+  for (const std::string& method : kMethods) {
+    sim::Simulation kept(make_elastic_pendulum(0.3), registry, {.integrator = method});
+    sim::Simulation fresh(with_zero_force(make_elastic_pendulum(0.3)), registry,
+                          {.integrator = method});
+    REQUIRE(run(kept, 100));
+    REQUIRE(run(fresh, 100));
+    CHECK(kept.hash() == fresh.hash());
+  }
+}
+
+TEST_CASE("a reset forgets the acceleration of the last step") {
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(make_cloth(9), registry, {.integrator = "verlet", .dt = 0.001});
+  REQUIRE(run(simulation, 37));
+  const std::uint64_t first = simulation.hash();
+  REQUIRE(run(simulation, 5));
+  simulation.reset();
+  REQUIRE(run(simulation, 37));
+  CHECK(simulation.hash() == first);
+}
+
+TEST_CASE("splittings refuse a system without their structure") {
+  sim::Registry registry = make_registry();
+  registry.load(SIM_FIXTURE_DIR "/air_drag/air_drag.so");
+  sim::SystemSpec windy = make_falling(1, 0);
+  windy.forces.push_back(make_part("air_drag", {{"c", 0.1}}));
+  for (const std::string& method : kMethods) {
+    CHECK_THROWS_WITH(sim::Simulation(make_circle(), registry, {.integrator = method}),
+                      Catch::Contains("first order"));
+    CHECK_THROWS_WITH(sim::Simulation(windy, registry, {.integrator = method}),
+                      Catch::Contains("depends on velocity"));
+  }
+}
