@@ -14,7 +14,8 @@ SimdLevel best_simd_level() {
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
       __builtin_cpu_supports("avx512dq"))
     return SimdLevel::kAvx512;
-  return __builtin_cpu_supports("avx2") ? SimdLevel::kAvx2 : SimdLevel::kSse2;
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? SimdLevel::kAvx2
+                                                                         : SimdLevel::kSse2;
 }
 
 SimdLevel simd_level() {

@@ -20,6 +20,13 @@ void relax() {
 
 }  // namespace
 
+void wait_a_little(int spin) {
+  if (spin < kSpins)
+    relax();
+  else
+    std::this_thread::yield();
+}
+
 Team::Team(int threads) {
   for (int rank = 1; rank < threads; ++rank) threads_.emplace_back([this, rank] { work(rank); });
 }
@@ -38,13 +45,7 @@ void Team::run_erased(Call call, const void* body) {
   generation_.store(next == kQuit ? 0 : next, std::memory_order_release);
   generation_.notify_all();
   call(body, 0);
-  // The others finish at about the same time: spin, but let go of the processor if one was held up.
-  for (int spin = 0; running_.load(std::memory_order_acquire) != 0; ++spin) {
-    if (spin < kSpins)
-      relax();
-    else
-      std::this_thread::yield();
-  }
+  for (int spin = 0; running_.load(std::memory_order_acquire) != 0; ++spin) wait_a_little(spin);
 }
 
 void Team::work(int rank) {

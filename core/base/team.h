@@ -38,6 +38,10 @@ class Team {
   alignas(64) std::atomic<int> running_{0};
 };
 
+// What a thread does in the spin-th round of waiting for another: it spins at first, then gives its
+// processor away, for on a busy machine the other one may need it.
+void wait_a_little(int spin);
+
 // The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a team.
 struct Part {
   int begin, end;

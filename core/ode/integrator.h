@@ -6,8 +6,8 @@
 namespace sim {
 
 struct IntegratorInfo {
-  int order = 0;        // p: the global error is O(h^p)
-  int evaluations = 0;  // of f, per step
+  int order = 0;                    // p: the global error is O(h^p)
+  int evaluations = 0;              // of f, per step
   bool needs_second_order = false;  // q' = v, v' = a(t, q) - gamma v: OdeSystem::split_stepper
 };
 

@@ -62,12 +62,13 @@ ParticleSystem::ParticleSystem(std::vector<double> masses, const std::vector<int
         runs_.push_back(&run);
         reach_ = std::max(reach_, (run.stride + 7) / 8 * 8 + 8);
       }
-      if (springs->has_ends()) other_springs_.push_back(springs);
+      if (!springs->net().empty()) nets_.push_back(&springs->net());
     } else {
       other_forces_.push_back(force.get());
       needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
     }
   }
+  if (!nets_.empty()) points_ = Array(4 * n);
   for (int rank = 0; rank < team.size(); ++rank) rings_.push_back(make_rings());
 }
 
@@ -101,10 +102,24 @@ double ParticleSystem::potential_energy(double t, const double* state) const {
   return sum;
 }
 
+void ParticleSystem::pack_all(const ParticleView& view) {
+  if (nets_.empty()) return;
+  team_->run([&](int rank) {
+    const Part part = part_of(view.n, 8, rank, team_->size());
+    double* point = points_.data() + 4 * static_cast<std::size_t>(part.begin);
+    for (int i = part.begin; i < part.end; ++i, point += 4) {
+      point[0] = view.x[i];
+      point[1] = view.y[i];
+      point[2] = view.z[i];
+    }
+  });
+}
+
 void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
   for (double* values : {sink.x, sink.y, sink.z})
     std::fill(values + tile.begin, values + tile.end, 0.0);
-  for (const Springs* springs : other_springs_) springs->accumulate_ends(view, tile, sink);
+  const double* const q[3] = {view.x, view.y, view.z};
+  for (const Net* net : nets_) kernels_.net(*net, q, points_.data(), tile.begin, tile.end, sink);
   for (const Force* force : other_forces_) force->accumulate(view, tile, sink);
 }
 
@@ -134,6 +149,7 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
     sweep.a[axis] = d[3 + axis];
     if (has_other_forces()) sweep.force[axis] = d[3 + axis];
   }
+  pack_all(p);
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings& rings = rings_[static_cast<std::size_t>(rank)];

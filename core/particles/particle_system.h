@@ -46,10 +46,9 @@ class ParticleSystem final : public OdeSystem {
 
   // Forces that are neither affine nor in runs may read any position and velocity of the stage, and
   // must be gathered before the sweep of each block.
-  bool has_other_forces() const noexcept {
-    return !other_forces_.empty() || !other_springs_.empty();
-  }
+  bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets_.empty(); }
   bool needs_velocities() const noexcept { return needs_velocities_; }
+  void pack_all(const ParticleView& view);  // before gather() on any tile
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
  private:
@@ -60,7 +59,8 @@ class ParticleSystem final : public OdeSystem {
   std::vector<std::unique_ptr<Force>> forces_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
-  std::vector<const Springs*> other_springs_;
+  std::vector<const Net*> nets_;
+  Array points_;  // positions for the nets, x y z and nothing for each particle
   std::vector<const Force*> other_forces_;
   bool needs_velocities_ = false;
   int reach_ = 0;

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 #include "core/base/inverse_sqrt.h"
 
@@ -12,11 +11,6 @@ namespace sim {
 namespace {
 
 constexpr int kMaxLayers = 4;  // springs between the same two particles that may lie in runs
-
-struct PlainSpring {
-  int a, b;
-  double k, rest;
-};
 
 // What the first pass learns about all springs of one stride.
 struct StrideStatistics {
@@ -66,16 +60,16 @@ bool pays(const SpringRun& run) {
 }  // namespace
 
 double length(const Vec3& d) {
-  const double square = (d[0] * d[0] + d[1] * d[1]) + d[2] * d[2];
-  if (in_seed_range(square)) return std::sqrt(square);
+  const double square = square_of(d[0], d[1], d[2]);
+  if (square > 1e-280 && square < 1e280) return std::sqrt(square);
   const double scale = d.cwiseAbs().maxCoeff();
   return scale > 0 && std::isfinite(scale) ? scale * (d / scale).norm() : scale;
 }
 
 Vec3 spring_force(const Vec3& d, double k, double k_rest) {
-  const double square = (d[0] * d[0] + d[1] * d[1]) + d[2] * d[2];
-  if (in_seed_range(square)) {
-    const double s = k_rest * inverse_sqrt(square) - k;
+  const double inverse = inverse_sqrt(square_of(d[0], d[1], d[2]));
+  if (inverse == inverse) {
+    const double s = std::fma(k_rest, inverse, -k);
     return {s * d[0], s * d[1], s * d[2]};
   }
   if (k_rest == 0) return -k * d;
@@ -102,7 +96,7 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
   std::map<int, std::vector<SpringRun>> layers;
   for (const auto& [stride, statistics] : strides)
     if (statistics.count * 64 >= n) layers[stride];
-  std::vector<PlainSpring> rest_list;
+  std::vector<Net::Spring> others;
   for_each([&](int a, int b, double k, double rest) {
     const int low = std::min(a, b), high = std::max(a, b);
     const auto found = layers.find(high - low);
@@ -114,7 +108,7 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
         return put(found->second.back(), low, k, rest);
       }
     }
-    rest_list.push_back({low, high, k, rest});
+    others.push_back({low, high, k, rest});
   });
 
   for (auto& [stride, of_stride] : layers)
@@ -124,46 +118,9 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
         continue;
       }
       for (int a = 0; a + stride < n; ++a)
-        if (run.owns(a)) rest_list.push_back({a, a + stride, run.k_of(a), run.rest_of(a)});
+        if (run.owns(a)) others.push_back({a, a + stride, run.k_of(a), run.rest_of(a)});
     }
-  if (rest_list.empty()) return;
-
-  // The others as rows of ends, sorted so that the order of the list does not show in the bits.
-  first_end_.assign(static_cast<std::size_t>(n) + 1, 0);
-  for (const PlainSpring& s : rest_list) {
-    ++first_end_[static_cast<std::size_t>(s.a) + 1];
-    ++first_end_[static_cast<std::size_t>(s.b) + 1];
-  }
-  for (std::size_t i = 1; i < first_end_.size(); ++i) first_end_[i] += first_end_[i - 1];
-  ends_.resize(2 * rest_list.size());
-  std::vector<int> next(first_end_.begin(), first_end_.end() - 1);
-  for (const PlainSpring& s : rest_list) {
-    ends_[static_cast<std::size_t>(next[static_cast<std::size_t>(s.a)]++)] = {s.b, s.k, s.rest};
-    ends_[static_cast<std::size_t>(next[static_cast<std::size_t>(s.b)]++)] = {s.a, s.k, s.rest};
-  }
-  for (std::size_t i = 0; i + 1 < first_end_.size(); ++i)
-    std::sort(ends_.begin() + first_end_[i], ends_.begin() + first_end_[i + 1],
-              [](const SpringEnd& l, const SpringEnd& r) {
-                return std::tie(l.to, l.k, l.rest) < std::tie(r.to, r.k, r.rest);
-              });
-}
-
-std::span<const SpringEnd> Springs::ends(int i) const {
-  if (first_end_.empty()) return {};
-  const auto row = static_cast<std::size_t>(i);
-  return {ends_.data() + first_end_[row], ends_.data() + first_end_[row + 1]};
-}
-
-void Springs::accumulate_ends(const ParticleView& view, Tile tile, ForceSink sink) const {
-  for (int i = tile.begin; i < tile.end; ++i) {
-    const Vec3 x = view.position(i);
-    Vec3 sum = Vec3::Zero();
-    for (const SpringEnd& end : ends(i))
-      sum += spring_force(x - view.position(end.to), end.k, end.k * end.rest);
-    sink.x[i] += sum[0];
-    sink.y[i] += sum[1];
-    sink.z[i] += sum[2];
-  }
+  net_ = Net(n, others);
 }
 
 double Springs::potential(const ParticleView& view, Tile tile) const {
@@ -176,8 +133,9 @@ double Springs::potential(const ParticleView& view, Tile tile) const {
     for (int a = tile.begin; a < tile.end; ++a)
       if (run.owns(a)) add(a, a + run.stride, run.k_of(a), run.rest_of(a));
   for (int i = tile.begin; i < tile.end; ++i)
-    for (const SpringEnd& end : ends(i))
-      if (end.to > i) add(i, end.to, end.k, end.rest);
+    net_.at(i, [&](int to, double k, double rest) {
+      if (to > i) add(i, to, k, rest);
+    });
   return sum;
 }
 

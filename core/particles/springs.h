@@ -9,6 +9,7 @@
 #include "core/base/array.h"
 #include "core/base/vec3.h"
 #include "core/particles/force.h"
+#include "core/particles/net.h"
 
 namespace sim {
 
@@ -36,12 +37,6 @@ struct SpringRun {
   double rest_of(int a) const { return uniform ? rest : rests[static_cast<std::size_t>(a + kPad)]; }
 };
 
-// A spring that fits no run, seen from one of its ends.
-struct SpringEnd {
-  int to;
-  double k, rest;
-};
-
 class Springs {
  public:
   using Visit = std::function<void(int a, int b, double k, double rest)>;
@@ -51,15 +46,9 @@ class Springs {
   Springs(int n, const std::function<void(const Visit&)>& for_each);
 
   std::span<const SpringRun> runs() const { return runs_; }
-  // The ends at particle i of the springs in no run.
-  std::span<const SpringEnd> ends(int i) const;
+  const Net& net() const { return net_; }  // those in no run
 
   long count() const { return count_; }
-
-  // Adds the forces of the springs in no run on the particles of the tile. The runs are evaluated
-  // in core/particles/sweep.h.
-  void accumulate_ends(const ParticleView& view, Tile tile, ForceSink sink) const;
-  bool has_ends() const { return !ends_.empty(); }
 
   // Elastic energy of the springs whose lower end is in the tile, in J.
   double potential(const ParticleView& view, Tile tile) const;
@@ -72,15 +61,14 @@ class Springs {
       const int a = i - run.stride;
       if (a >= 0 && run.owns(a)) visit(a, run.k_of(a), run.rest_of(a));
     }
-    for (const SpringEnd& end : ends(i)) visit(end.to, end.k, end.rest);
+    net_.at(i, visit);
   }
 
  private:
   int n_;
   long count_ = 0;
   std::vector<SpringRun> runs_;
-  std::vector<int> first_end_;  // n + 1 entries, or none
-  std::vector<SpringEnd> ends_;
+  Net net_;
 };
 
 }  // namespace sim

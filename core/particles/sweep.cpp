@@ -44,6 +44,18 @@ void careful_block(std::span<SweepRun> runs, const double* const q[3], int i, in
   }
 }
 
+// Likewise for a net: the forces on one block, summed as the fast path does.
+void careful_net(const Net& net, const double* const q[3], int i, int lanes, double (*sum)[8]) {
+  for (int lane = 0; lane < lanes; ++lane) {
+    const int a = i + lane;
+    Vec3 total = Vec3::Zero();
+    net.at(a, [&](int b, double k, double rest) {
+      total += spring_force({q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]}, k, k * rest);
+    });
+    for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = total[axis];
+  }
+}
+
 }  // namespace
 }  // namespace sim
 
@@ -55,11 +67,11 @@ namespace sim {
 SweepKernels sweep_kernels() {
   switch (simd_level()) {
     case SimdLevel::kAvx512:
-      return {avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up};
+      return {avx512::net_forces, avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up};
     case SimdLevel::kAvx2:
-      return {avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up};
+      return {avx2::net_forces, avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up};
     default:
-      return {sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up};
+      return {sse2::net_forces, sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up};
   }
 }
 
@@ -71,7 +83,7 @@ Rings::Rings(std::span<const SpringRun* const> runs) {
       return run->uniform ? nullptr : values.data() + SpringRun::kPad;
     };
     runs_.push_back({run->owners.data(), streamed(run->ks), streamed(run->rests), run->k,
-                     run->k * run->rest, run->stride, size, 0, nullptr});
+                     run->k * run->rest, run->stride, size, 0, run->stride % 8 != 0, nullptr});
     total += 3 * static_cast<std::size_t>(size + 8);
   }
   memory_ = Array(total);

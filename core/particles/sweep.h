@@ -22,6 +22,7 @@ struct SweepRun {
   std::int64_t stride;
   std::int64_t size;    // of the ring, a multiple of 8, at least stride + 8
   std::int64_t cursor;  // where the next block goes, a multiple of 8
+  bool runs_over;       // a load of what arrives may run over the end of the ring
   double* ring;         // three parts (x, y, z) of size + 8: the first 8 stand again at the end
 };
 
@@ -59,7 +60,14 @@ using KickSweep = bool (*)(std::span<SweepRun> runs, const Motion& motion, const
 // Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at end.
 using WarmUp = void (*)(std::span<SweepRun> runs, const double* const q[3], int begin, int end);
 
+// Adds the forces of the net on particles [begin, end), begin a multiple of 8. points holds the
+// positions q once more, four doubles a particle: the far end of a spring is then on one cache
+// line.
+using NetForces = void (*)(const Net& net, const double* const q[3], const double* points,
+                           int begin, int end, ForceSink sink);
+
 struct SweepKernels {
+  NetForces net;
   RkSweep rk;
   KickSweep kick;
   WarmUp warm_up;

@@ -5,7 +5,7 @@
 namespace sim {
 namespace {
 
-constexpr int kAhead = 1024;        // particles that a stage goes forward at a time
+constexpr int kAhead = 2048;        // particles that a stage goes forward at a time
 constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level cache anyway
 constexpr int kLeastPart = 512;     // particles a rank, or handing over costs more than it saves
 

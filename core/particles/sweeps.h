@@ -38,6 +38,7 @@ class Sweeps {
   bool run_alone(int stage, const ParticleView& view, ForceSink sink, const double* const q[3],
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
+    system_->pack_all(view);
     system_->team().run([&](int rank) {
       if (rank >= wavefront_.ranks()) return;
       const Part part = part_of(view.n, 8, rank, wavefront_.ranks());

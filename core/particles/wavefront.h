@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
-#include <thread>
 
 #include "core/base/team.h"
 
@@ -48,11 +47,12 @@ class Wavefront {
 
   Progress& progress(int rank, int stage) { return progress_[rank * stages_ + stage]; }
 
-  // The first particle of a rank at a stage.
+  // The first particle of a rank at a stage. The slant is centred, so that the first and the last
+  // rank have as much to do as the others.
   int first(int rank, int stage) const {
     if (rank == 0) return 0;
     if (rank == ranks_) return n_;
-    return part_of(n_, 8, rank, ranks_).begin + stage * reach_;
+    return part_of(n_, 8, rank, ranks_).begin + stage * reach_ - (stages_ - 1) * reach_ / 16 * 8;
   }
 
   template <class Start, class Sweep>
@@ -73,8 +73,9 @@ class Wavefront {
           limit = std::min(limit, at[s - 1] - reach_);
         } else if (rank + 1 < ranks_) {
           const std::atomic<int>& needed = progress(rank + 1, s - 1).done;
-          while (needed.load(std::memory_order_acquire) < std::min(n_, end[s] + reach_))
-            std::this_thread::yield();
+          for (int spin = 0; needed.load(std::memory_order_acquire) < std::min(n_, end[s] + reach_);
+               ++spin)
+            wait_a_little(spin);
         }
         if (limit <= at[s]) continue;
         if (at[s] == first(rank, s)) start(rank, s, at[s]);

@@ -114,7 +114,9 @@ Params::Params(const std::string& owner, std::span<const Param> declared,
     known.push_back(param.name);
     values_[param.name] = param.default_value;
   }
-  for (const auto& [name, value] : given) {
+  for (const auto& entry : given) {
+    const std::string& name = entry.first;
+    const Value& value = entry.second;
     const auto param = std::find_if(declared.begin(), declared.end(),
                                     [&](const Param& p) { return p.name == name; });
     if (param == declared.end())

@@ -35,6 +35,40 @@ auto placed(const Place& place, Make make) {
   }
 }
 
+// Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
+void check(const SystemSpec& spec) {
+  const auto refuse = [&](const std::string& why, const Place& place) {
+    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", place, why, ""});
+  };
+  if (spec.particles.has_value() == spec.first_order.has_value())
+    refuse("it needs either particles or a first-order state", spec.place);
+  if (!spec.particles) return;
+  const int n = spec.particles->count();
+  const auto outside = [&](int id) { return id < 0 || id >= n; };
+  for (const int id : spec.particles->pinned)
+    if (outside(id))
+      refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
+  for (const PartSpec& force : spec.forces) {
+    for (const LinkSpec& tie : force.links.ties)
+      if (outside(tie.a) || outside(tie.b) || tie.a == tie.b)
+        refuse("a tie from " + std::to_string(tie.a) + " to " + std::to_string(tie.b) +
+                   " does not join two of its particles",
+               force.place);
+    for (const GridLinks& g : force.links.grids)
+      if (g.first < 0 || g.rows < 0 || g.cols < 0 || g.first + std::int64_t{g.rows} * g.cols > n ||
+          (g.di == 0 && g.dj == 0))
+        refuse("a grid of ties does not fit its particles", force.place);
+  }
+}
+
+template <class Object>
+std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
+  if (!object)
+    throw Error(ErrorKind::kPlugin,
+                {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
+  return object;
+}
+
 }  // namespace
 
 struct Simulation::Impl {
@@ -62,7 +96,8 @@ struct Simulation::Impl {
     const FieldPlugin& plugin = registry.field(first.field.plugin, place);
     const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
     system = placed(place, [&] {
-      return std::make_unique<FieldSystem>(first.state.size(), dimension, plugin.make(params));
+      return std::make_unique<FieldSystem>(first.state.size(), dimension,
+                                           made(plugin.make(params), plugin));
     });
     team = std::make_unique<Team>(1);
   }
@@ -83,15 +118,16 @@ struct Simulation::Impl {
         throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
                                         "tie them with sim.force.spring"});
       const Params params(owner, plugin.params, part.given, part.place);
-      forces.push_back(placed(part.place, [&] { return plugin.make(params, part.links); }));
+      forces.push_back(
+          placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
     }
     team = std::make_unique<Team>(useful_threads(threads, n));
-    auto made = placed(spec.place, [&] {
+    auto compiled = placed(spec.place, [&] {
       return std::make_unique<ParticleSystem>(std::move(masses), initial.pinned, std::move(forces),
                                               x.data(), *team);
     });
-    particles = made.get();
-    system = std::move(made);
+    particles = compiled.get();
+    system = std::move(compiled);
   }
 
   // x := the initial state. A position of -0 becomes 0, for adding 0 to it would change its bits.
@@ -136,6 +172,7 @@ struct Simulation::Impl {
 
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
     : impl_(std::make_unique<Impl>()) {
+  check(spec);
   Impl& s = *impl_;
   s.name = spec.name;
   s.duration = spec.duration;
@@ -148,7 +185,8 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   const IntegratorPlugin& plugin = registry.integrator(wanted, spec.place);
   s.integrator_plugin = plugin;
   s.integrator =
-      plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, {}, spec.place));
+      made(plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, {}, spec.place)),
+           plugin);
 
   if (spec.particles)
     s.compile_particles(spec, registry, options.threads);
@@ -192,7 +230,9 @@ std::int64_t Simulation::step_count() const { return impl_->step_count; }
 
 std::int64_t Simulation::steps_for(double duration) const {
   // The quotient may miss a whole number by a rounding error: 0.3 / 0.1 is 2.9999999999999996.
-  const double steps = std::ceil(duration / impl_->h * (1 - 1e-12));
+  const double quotient = duration / impl_->h;
+  const double slack = std::max(std::min(1e-12 * quotient, 1e-3), 4e-16 * quotient);
+  const double steps = std::ceil(quotient - slack);
   constexpr double kMost = 9e18;
   return static_cast<std::int64_t>(std::clamp(steps, 0.0, kMost));
 }

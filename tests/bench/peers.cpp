@@ -29,6 +29,11 @@ class Peer {
     about_ = answer("its first line");
   }
 
+  // Lets it end by itself, so that it can clear up.
+  ~Peer() { child_.wait(); }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
   const PeerKind& kind() const { return kind_; }
   const std::string& about() const { return about_; }
 
