@@ -9,6 +9,7 @@ namespace sim::cli {
 namespace {
 
 constexpr double kTolerance = 0.01;
+constexpr double kExplosion = 1e6;
 
 std::string percent(double part, double whole) {
   return brief(whole > 0 ? 100 * part / whole : 0, 3) + " %";
@@ -33,6 +34,8 @@ void Monitor::watch(const Energy& energy) {
   last_ = energy.total() - start_->total();
   highest_ = std::max(highest_, last_);
   scale_ = std::max(scale_, energy.kinetic + std::abs(energy.potential - start_->potential));
+  if (first_scale_ == 0 && scale_ > 0)
+    first_scale_ = scale_ + start_->kinetic + std::abs(start_->potential);
 }
 
 void Monitor::watch_error(double error, double size) {
@@ -45,6 +48,9 @@ void Monitor::watch_error(double error, double size) {
 Verdict Monitor::verdict() const {
   std::string reason;
   bool suspect = false;
+  if (highest_ > kExplosion * first_scale_ && first_scale_ > 0)
+    return {Trust::kDiverged, "energy rose by " + brief(highest_, 3) + " J, from " +
+                                  brief(first_scale_, 3) + " J at the start: the step is unstable"};
   if (exact_) {
     suspect = !(error_ <= kTolerance * size_);
     reason = "largest error " + brief(error_, 3) + " of a solution of size " + brief(size_, 3);
