@@ -10,7 +10,7 @@ namespace sim {
 namespace {
 
 constexpr std::uint32_t kQuit = ~std::uint32_t{0};
-constexpr int kSpins = 4000;
+constexpr int kSpins = 500;  // some 20 microseconds
 
 void relax() {
 #if defined(__x86_64__)

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/inverse_sqrt.h"
+#include "core/particles/energy.h"
 
 namespace sim {
 namespace {
@@ -125,16 +126,12 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
 
 double Springs::potential(const ParticleView& view, Tile tile) const {
   double sum = 0;
-  const auto add = [&](int a, int b, double k, double rest) {
-    const double strain = length(view.position(a) - view.position(b)) - rest;
-    sum += 0.5 * k * strain * strain;
-  };
-  for (const SpringRun& run : runs_)
-    for (int a = tile.begin; a < tile.end; ++a)
-      if (run.owns(a)) add(a, a + run.stride, run.k_of(a), run.rest_of(a));
+  for (const SpringRun& run : runs_) sum += run_energy(run, view, tile.begin, tile.end);
   for (int i = tile.begin; i < tile.end; ++i)
     net_.at(i, [&](int to, double k, double rest) {
-      if (to > i) add(i, to, k, rest);
+      if (to < i) return;
+      const double strain = length(view.position(i) - view.position(to)) - rest;
+      sum += 0.5 * k * strain * strain;
     });
   return sum;
 }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kAhead = 2048;        // particles that a stage goes forward at a time
 constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level cache anyway
-constexpr int kLeastPart = 512;     // particles a rank, or handing over costs more than it saves
+constexpr int kLeastPart = 64;      // particles a rank
 
 bool one_pass(const ParticleSystem& system) {
   return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;

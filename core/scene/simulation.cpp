@@ -15,8 +15,9 @@
 namespace sim {
 namespace {
 
-// Small scenes are faster on one thread: handing out work costs about as much as 200 particles.
-constexpr int kParticlesPerThread = 512;
+// Small scenes are faster on one thread: threads wait for each other some times a step, and on a
+// busy machine that costs far more than it saves.
+constexpr int kParticlesPerThread = 2048;
 
 int useful_threads(int wanted, int particles) {
   return std::clamp(particles / kParticlesPerThread, 1, wanted);

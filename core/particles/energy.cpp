@@ -1,0 +1,54 @@
+#include "core/particles/energy.h"
+
+#include "core/base/simd_targets.h"
+
+namespace sim {
+namespace {
+
+// Where |d|^2 is far from underflow and overflow.
+constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;
+
+}  // namespace
+}  // namespace sim
+
+#define SIM_KERNEL "core/particles/energy.inc"
+#include "core/base/simd_targets.inc"
+
+namespace sim {
+namespace {
+
+using RunEnergies = bool (*)(const SpringRun&, const double* const q[3], int begin, int end,
+                             double (&lanes)[8]);
+
+RunEnergies run_energies() {
+  switch (simd_level()) {
+    case SimdLevel::kAvx512:
+      return avx512::run_energies;
+    case SimdLevel::kAvx2:
+      return avx2::run_energies;
+    default:
+      return sse2::run_energies;
+  }
+}
+
+}  // namespace
+
+double run_energy(const SpringRun& run, const ParticleView& view, int begin, int end) {
+  const double* const q[3] = {view.x, view.y, view.z};
+  double lanes[8] = {};
+  if (!run_energies()(run, q, begin, end, lanes)) {
+    // One spring at a time, each |d| without overflow; the same sums otherwise.
+    for (double& lane : lanes) lane = 0;
+    for (int a = begin; a < end; ++a) {
+      if (!run.owns(a)) continue;
+      const double strain =
+          length(view.position(a) - view.position(a + run.stride)) - run.rest_of(a);
+      lanes[a % 8] += (0.5 * run.k_of(a)) * (strain * strain);
+    }
+  }
+  double sum = 0;
+  for (const double lane : lanes) sum += lane;
+  return sum;
+}
+
+}  // namespace sim
