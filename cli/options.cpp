@@ -30,6 +30,7 @@ constexpr const char* kFooter =
     "Environment\n"
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
     "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path\n"
+    "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
     "  7 plugin, 130 or 143 interrupted, 141 the reader of a pipe has gone\n";
@@ -131,7 +132,7 @@ Parser::Parser() {
             "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
       value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
-      value("--every", t.every, "N", "frames of the tables: each N-th step"),
+      value("--every", t.every, "N", "frames of the tables: each N-th step; 1 if not given"),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};

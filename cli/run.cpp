@@ -70,6 +70,7 @@ class Run {
 
  private:
   Track* next_track();
+  bool step(Simulation& system);
   void measure(Track& track, bool last = false);
   int conclude(int caught);
 
@@ -140,6 +141,19 @@ void Run::measure(Track& track, bool last) {
   }
 }
 
+// A right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
+bool Run::step(Simulation& system) {
+  try {
+    return system.step();
+  } catch (const Error& error) {
+    progress_.clear();
+    ErrorText text = error.text();
+    text.why += " (in step " + std::to_string(system.step_count() + 1) +
+                " from t = " + brief(system.t()) + " s)";
+    throw Error(error.kind(), text);
+  }
+}
+
 int Run::go() {
   const Interrupts interrupts;
   report_.header(tracks_, request_.scene.options.threads);
@@ -148,7 +162,7 @@ int Run::go() {
   const auto begin = std::chrono::steady_clock::now();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
-    if (!track->system().step()) {
+    if (!step(track->system())) {
       track->mark_diverged();
       break;
     }

@@ -42,7 +42,8 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       steps_(steps),
       frame_stride_(frame_stride),
       row_stride_(row_stride),
-      sample_stride_(std::max<std::int64_t>(1, steps / kSamples)) {
+      sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
+      monitor_(system.conserves_energy()) {
   if (system.second_order()) start_ = energy();
   if (has_exact()) deviation();
 }
@@ -66,7 +67,8 @@ void Track::sample() {
 
 bool Track::energy_is_finite() {
   if (std::isfinite(energy().kinetic) && std::isfinite(energy().total())) return true;
-  if (diverged_.empty())
+  if (system_->step_count() == 0) energy_unknown_ = true;
+  if (diverged_.empty() && !energy_unknown_)
     diverged_ = "the energy is not a finite number from " +
                 step_t_h(system_->step_count(), system_->t(), system_->h()) +
                 " on (fastest: particle " + std::to_string(fastest_particle(*system_)) + ")";
@@ -106,6 +108,9 @@ void Track::mark_diverged() {
 Verdict Track::verdict() const {
   if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
   Verdict verdict = monitor_.verdict();
+  if (energy_unknown_)
+    verdict = {Trust::kSuspect,
+               "the energy is above the largest number from the start; nothing was checked"};
   if (interrupted_) {
     verdict.trust = Trust::kSuspect;
     verdict.reason = "interrupted at t = " + brief(system_->t()) + " s of " + brief(end()) + " s";

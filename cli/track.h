@@ -58,6 +58,7 @@ class Track {
   Energy start_, energy_;
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to
   Monitor monitor_;
+  bool energy_unknown_ = false;  // beyond the range of numbers from the start
   bool interrupted_ = false;
   std::string diverged_;  // the reason
 };

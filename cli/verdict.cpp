@@ -33,6 +33,7 @@ void Monitor::watch(const Energy& energy) {
   if (!start_) start_ = energy;
   last_ = energy.total() - start_->total();
   highest_ = std::max(highest_, last_);
+  lowest_ = std::min(lowest_, last_);
   scale_ = std::max(scale_, energy.kinetic + std::abs(energy.potential - start_->potential));
   if (first_scale_ == 0 && scale_ > 0)
     first_scale_ = scale_ + start_->kinetic + std::abs(start_->potential);
@@ -57,18 +58,22 @@ Verdict Monitor::verdict() const {
   }
   if (start_) {
     const bool rose = highest_ > kTolerance * scale_;
+    const bool fell = conserves_ && -lowest_ > kTolerance * scale_;
     if (!reason.empty()) reason += "; ";
     if (rose) {
       reason += "energy rose by " + brief(highest_, 3) + " J, " + percent(highest_, scale_) +
                 " of the " + brief(scale_, 3) + " J in play";
-    } else if (last_ < 0) {
-      reason += "energy fell by " + brief(-last_, 3) + " J of " + brief(scale_, 3) +
-                " J in play, rose by " + percent(highest_, scale_) + " at most";
+    } else if (fell) {
+      reason += "energy fell by " + brief(-lowest_, 3) + " J, " + percent(-lowest_, scale_) +
+                " of the " + brief(scale_, 3) + " J in play, and no force takes any";
+    } else if (conserves_) {
+      reason += "energy stayed within " + percent(std::max(highest_, -lowest_), scale_) +
+                " of the " + brief(scale_, 3) + " J in play";
     } else {
-      reason += "energy never rose by more than " + percent(highest_, scale_) + " of the " +
-                brief(scale_, 3) + " J in play";
+      reason += "energy rose by " + percent(highest_, scale_) + " of " + brief(scale_, 3) +
+                " J at most; it fell by " + brief(std::max(-last_, 0.0), 3) + " J, unchecked";
     }
-    suspect = suspect || rose;
+    suspect = suspect || rose || fell;
   }
   if (reason.empty()) reason = "all numbers stayed finite (nothing else was checked)";
   return {suspect ? Trust::kSuspect : Trust::kTrusted, reason};

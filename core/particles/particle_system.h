@@ -27,6 +27,8 @@ class ParticleSystem final : public OdeSystem {
   int pinned_count() const noexcept { return pinned_count_; }
   ParticleView view(double t, const double* state) const;
 
+  // Springs and forces m g only: the total energy is constant.
+  bool conserves_energy() const noexcept { return motion_.damping == 0 && other_forces_.empty(); }
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
 

@@ -268,6 +268,10 @@ Vec3 Simulation::velocity(int i) const {
 int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
+bool Simulation::conserves_energy() const {
+  return impl_->particles && impl_->particles->conserves_energy();
+}
+
 Energy Simulation::energy() const {
   if (!impl_->particles) return {};
   return {impl_->particles->kinetic_energy(t(), impl_->x.data()),

@@ -69,6 +69,8 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
+  // Nothing takes or adds energy: gravity and springs only, without drag. The total must stay.
+  bool conserves_energy() const;
   Energy energy() const;       // second order only
   std::uint64_t hash() const;  // of the bits of the state and the step count
 

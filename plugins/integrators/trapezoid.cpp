@@ -17,7 +17,8 @@ static_assert(sim::order_conditions(kTrapezoid) == 2);
 SIM_PLUGIN(kIntegrator, "trapezoid/t") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "trapezoid",
-       .summary = "explicit trapezoidal rule (Heun): two evaluations, second order; needs drag",
+       .summary =
+           "explicit trapezoidal rule (Heun): two evaluations, second order; stable only with drag",
        .formula = "k1 = f(t, x), k2 = f(t + h, x + h k1)\n"
                   "x_next = x + h/2 (k1 + k2)\n"
                   "R(z) = 1 + z + z^2/2",

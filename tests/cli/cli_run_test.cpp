@@ -118,6 +118,9 @@ TEST_CASE("verdicts say what was seen") {
   CHECK(gain.code == 0);
   CHECK(gain.err.rfind("suspect: energy rose by ", 0) == 0);
   CHECK(run_sim({"scenes/pendulum1.lua", "rk4"}).err.rfind("trusted: energy ", 0) == 0);
+  // RK4 with long steps loses energy, which no force of this scene takes.
+  const Outcome loss = run_sim({"scenes/pendulum1.lua", "rk4", "0.1", "-q", "-T", "100"});
+  CHECK(loss.err.rfind("suspect: energy fell by ", 0) == 0);
   const TemporaryFolder folder;
   write_text(folder.path() / "s.lua",
              "local sim = require 'sim'\nreturn sim.scene { name = 's', state = { 1 }, dt = 0.1,\n"
