@@ -2,15 +2,6 @@
 
 #include "core/base/simd_targets.h"
 
-namespace sim {
-namespace {
-
-// Where |d|^2 is far from underflow and overflow.
-constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;
-
-}  // namespace
-}  // namespace sim
-
 #define SIM_KERNEL "core/particles/energy.inc"
 #include "core/base/simd_targets.inc"
 

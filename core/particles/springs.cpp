@@ -62,7 +62,7 @@ bool pays(const SpringRun& run) {
 
 double length(const Vec3& d) {
   const double square = square_of(d[0], d[1], d[2]);
-  if (square > 1e-280 && square < 1e280) return std::sqrt(square);
+  if (square > kSafeLeast && square < kSafeMost) return std::sqrt(square);
   const double scale = d.cwiseAbs().maxCoeff();
   return scale > 0 && std::isfinite(scale) ? scale * (d / scale).norm() : scale;
 }

@@ -18,6 +18,9 @@ namespace sim {
 // as the vector code where |d|^2 is in its range.
 Vec3 spring_force(const Vec3& d, double k, double k_rest);
 
+// Where |d|^2 is far from underflow and overflow.
+inline constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;
+
 // |d| without overflow or underflow.
 double length(const Vec3& d);
 

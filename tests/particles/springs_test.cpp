@@ -231,6 +231,16 @@ TEST_CASE("distances far outside the fast path give the exact force", "[particle
   }
 }
 
+TEST_CASE("particles that are not tied do not feel each other, however far apart") {
+  // Two chains of 6 and 10 particles; their ends are neighbours in the list, and infinitely far.
+  List list = chain(16, false);
+  list.erase(list.begin() + 5);
+  std::vector<Vec3> x;
+  for (int i = 0; i < 16; ++i) x.push_back({i < 6 ? 1.7e308 : -1.7e308, 0.3 * i, 0});
+  for (const Vec3& f : system_forces(list, x)) CHECK(f.allFinite());
+  CHECK(system_forces(list, x)[6][1] == Approx(200 * (0.3 - 0.1)));
+}
+
 TEST_CASE("a spring of length 0 gives no force, one of rest length 0 exactly -k d", "[particles]") {
   const std::vector<Vec3> same(16, Vec3(0.3, -0.2, 0.1));
   for (const Vec3& f : system_forces(chain(16, false), same)) CHECK(f.norm() == 0);

@@ -63,6 +63,22 @@ TEST_CASE("a reset after a divergence is a fresh start") {
   CHECK(simulation.step());
 }
 
+TEST_CASE("a run that diverged leaves nothing behind for the run after a reset") {
+  sim::Registry registry = make_registry();
+  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator))
+    for (const int n : {4, 7, 9, 100}) {
+      INFO(method << " on " << n << " x " << n);
+      const sim::SystemSpec spec = make_cloth(n);
+      sim::Simulation fresh(spec, registry, {.integrator = method, .dt = 0.3});
+      sim::Simulation again(spec, registry, {.integrator = method, .dt = 0.3});
+      REQUIRE_FALSE(run(again, 100000));
+      again.reset();
+      REQUIRE(run(again, 2));
+      REQUIRE(run(fresh, 2));
+      CHECK(again.hash() == fresh.hash());
+    }
+}
+
 TEST_CASE("the hash sees one bit and the number of steps") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_elastic_pendulum();
