@@ -100,6 +100,14 @@ Track::Deviation Track::deviation() const {
 
 void Track::mark_diverged() {
   const Divergence& where = system_->divergence();
+  if (where.status != StepStatus::kNotFinite) {
+    diverged_ =
+        std::string(where.status == StepStatus::kStepTooSmall
+                        ? "no step is small enough for the tolerance in "
+                        : "the equations of an implicit step have no solution in reach in ") +
+        step_t_h(where.step, where.t, where.h);
+    return;
+  }
   diverged_ = (system_->flat() ? "component " : "particle ") + std::to_string(where.particle) +
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);

@@ -20,9 +20,9 @@ class ExplicitRungeKutta final : public Integrator {
 
   void prepare(OdeSystem& system) override { stepper_ = system.explicit_stepper(plan_); }
 
-  StepResult step(OdeSystem& /*system*/, double t, double h, const double* x,
+  StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
                   double* x_next) override {
-    return {h, h, stepper_->step(t, h, x, x_next)};
+    return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
  private:

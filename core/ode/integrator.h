@@ -1,20 +1,40 @@
 // One step of a numerical method on X' = f(t, X). Knows no physics.
 #pragma once
 
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
 #include "core/ode/ode_system.h"
 
 namespace sim {
 
 struct IntegratorInfo {
   int order = 0;                    // p: the global error is O(h^p)
-  int evaluations = 0;              // of f, per step
+  int evaluations = 0;              // of f, per step; 0 = depends on the state
   bool needs_second_order = false;  // q' = v, v' = a(t, q) - gamma v: OdeSystem::split_stepper
+  bool adaptive = false;            // takes steps of its own size inside one of size h
+  bool symplectic = false;          // without damping
+  bool implicit = false;            // solves equations in each step
 };
 
-struct StepResult {
-  double taken = 0;    // 0 = rejected
-  double next = 0;     // the step to try next
-  bool finite = true;  // every number of x_next is finite
+enum class StepStatus {
+  kDone,
+  kNotFinite,     // a number of x_next is not finite
+  kStepTooSmall,  // the tolerance cannot be met with steps that change t
+  kNotConverged   // the equations of an implicit step were not solved
+};
+
+// What the steps since prepare() took.
+struct Effort {
+  std::int64_t steps = 0, rejected = 0;  // internal ones of adaptive methods
+  std::int64_t evaluations = 0;          // of f
+  std::int64_t newton = 0;               // Newton (or local-global) iterations
+  std::int64_t factorisations = 0;
+  std::int64_t linear = 0;  // iterations of an iterative linear solver
+  double residual = 0;      // worst relative residual an implicit step ended with
 };
 
 class Integrator {
@@ -28,11 +48,27 @@ class Integrator {
 
   // x_next := the state at t + h from the state x at t; x and x_next are different arrays of
   // system.size() doubles. x keeps its bits, so the last good state is never lost.
-  virtual StepResult step(OdeSystem& system, double t, double h, const double* x,
+  virtual StepStatus step(OdeSystem& system, double t, double h, const double* x,
                           double* x_next) = 0;
 
   // Forgets what was kept of the last step; called when the state was changed in between.
   virtual void restart() {}
+
+  // What was kept of the last steps that a restart would not find again bit for bit; recall() takes
+  // it back. Empty for one-step methods. Together with X it is all that the next step depends on.
+  virtual std::vector<double> memory() const { return {}; }
+  virtual void recall(std::span<const double> /*memory*/) {}
+
+  virtual Effort effort() const { return {}; }
+
+  // What a user should know of this method on this system, one sentence each; after prepare().
+  virtual std::vector<std::string> notes() const { return {}; }
+
+  // Spectral radius of one step on q'' = -omega^2 q - gamma q' with h omega and h gamma: stable
+  // where it is <= 1. Not a number when the method does not know.
+  virtual double amplification(double /*h_omega*/, double /*h_gamma*/) const {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
 };
 
 }  // namespace sim

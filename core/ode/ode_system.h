@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 
 namespace sim {
@@ -43,6 +44,9 @@ class OdeSystem {
 
   // Splitting methods need the structure q' = v, v' = a(t, q) - gamma v; null without it.
   virtual std::unique_ptr<Stepper> split_stepper(const SplitPlan& /*plan*/) { return nullptr; }
+
+  // df/dX; by differences unless the system knows better. The system outlives it.
+  virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }
 };
 
 }  // namespace sim

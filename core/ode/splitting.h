@@ -24,9 +24,9 @@ class Splitting final : public Integrator {
                    "use rk4"});
   }
 
-  StepResult step(OdeSystem& /*system*/, double t, double h, const double* x,
+  StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
                   double* x_next) override {
-    return {h, h, stepper_->step(t, h, x, x_next)};
+    return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
   void restart() override { stepper_->restart(); }

@@ -12,7 +12,7 @@
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 1;
+inline constexpr std::uint32_t kPluginAbi = 2;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".
@@ -28,7 +28,7 @@ struct PluginCard {
 // Sizes of the structs that cross the border between kernel and plugin.
 inline constexpr std::uint32_t kAbiSizes[6] = {sizeof(ParticleView), sizeof(Tile),
                                                sizeof(PluginInfo),   sizeof(Param),
-                                               sizeof(Stage),        sizeof(StepResult)};
+                                               sizeof(Stage),        sizeof(IntegratorInfo)};
 
 constexpr PluginCard make_card(PluginKind kind, std::string_view names) {
   PluginCard card{kPluginMagic, kPluginAbi, static_cast<std::uint32_t>(kind), {}, {}, {}};

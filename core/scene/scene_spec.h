@@ -60,8 +60,9 @@ struct SystemSpec {
   std::optional<FirstOrderSpec> first_order;
 
   std::string integrator;
-  double dt = 0;        // s, > 0
-  double duration = 0;  // s, >= 0
+  std::map<std::string, Value> integrator_given = {};  // its parameters
+  double dt = 0;                                       // s, > 0
+  double duration = 0;                                 // s, >= 0
   Place place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

@@ -148,13 +148,15 @@ struct Simulation::Impl {
 
   double t() const { return static_cast<double>(step_count) * h; }
 
-  // Where the next state is not finite; false when it is.
-  bool find_divergence() {
+  // Why the step failed, and where the next state is not finite; false when all of it is finite.
+  bool find_divergence(StepStatus status) {
     constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
     const auto found = [&](int id, const char* quantity) {
-      divergence = {id, step_count + 1, static_cast<double>(step_count + 1) * h, h, quantity};
+      divergence = {status, id,      step_count + 1, static_cast<double>(step_count + 1) * h,
+                    h,      quantity};
       return true;
     };
+    if (status != StepStatus::kNotFinite) return found(-1, "");
     if (!particles) {
       for (std::size_t i = 0; i < x_next.size(); ++i)
         if (!std::isfinite(x_next[i])) {
@@ -182,12 +184,16 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
     throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
                                     "its step size dt is " + shortest(s.h), "give dt > 0 in s"});
 
-  const std::string wanted = options.integrator.empty() ? spec.integrator : options.integrator;
-  const IntegratorPlugin& plugin = registry.integrator(wanted, spec.place);
+  // Parameters of the scene's integrator hold for no other one.
+  const bool own = options.integrator.empty();
+  const IntegratorPlugin& plugin =
+      registry.integrator(own ? spec.integrator : options.integrator, spec.place);
+  std::map<std::string, Value> given = options.integrator_given;
+  if (own) given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
   s.integrator_plugin = plugin;
-  s.integrator =
-      made(plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, {}, spec.place)),
-           plugin);
+  s.integrator = made(
+      plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, spec.place)),
+      plugin);
 
   if (spec.particles)
     s.compile_particles(spec, registry, options.threads);
@@ -205,8 +211,8 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 bool Simulation::step() {
   Impl& s = *impl_;
-  const StepResult result = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
-  if (!result.finite && s.find_divergence()) {
+  const StepStatus status = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
+  if (status != StepStatus::kDone && s.find_divergence(status)) {
     s.integrator->restart();
     return false;
   }
@@ -242,6 +248,9 @@ const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
 const PluginInfo& Simulation::integrator_plugin() const { return impl_->integrator_plugin; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
+const Integrator& Simulation::integrator() const { return *impl_->integrator; }
+OdeSystem& Simulation::ode() { return *impl_->system; }
+std::span<const double> Simulation::state() const { return impl_->x.span(); }
 
 bool Simulation::second_order() const { return impl_->particles != nullptr; }
 bool Simulation::flat() const { return !second_order() && impl_->dimension == 1; }

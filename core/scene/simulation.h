@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +17,9 @@ namespace sim {
 // What a run may override; empty or 0 = as the scene says.
 struct RunOptions {
   std::string integrator{};
-  double dt = 0;    // s
-  int threads = 1;  // at least 1; the bits do not depend on it
+  std::map<std::string, Value> integrator_given{};  // its parameters
+  double dt = 0;                                    // s
+  int threads = 1;                                  // at least 1; the bits do not depend on it
 };
 
 struct Energy {
@@ -24,9 +27,11 @@ struct Energy {
   double total() const { return kinetic + potential; }
 };
 
-// Where a run left the finite numbers. The state is the last finite one, before that step.
+// Why a step could not be taken, or where it left the finite numbers. The state is the last good
+// one, before that step.
 struct Divergence {
-  int particle = 0;       // or the component of a flat state
+  StepStatus status = StepStatus::kDone;
+  int particle = 0;       // or the component of a flat state; -1 when the status says all
   std::int64_t step = 0;  // the step that failed, counted from 1
   double t = 0, h = 0;    // s, time at the end of that step
   std::string quantity;   // "x", "vy", or "component"
@@ -41,8 +46,8 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // One step of size h. False when a number of the new state is not finite: the state and the time
-  // stay as they were before the step, and divergence() says where.
+  // One step of size h. False when it fails: the state and the time stay as they were before the
+  // step, and divergence() says why and where.
   bool step();
   const Divergence& divergence() const;
 
@@ -58,6 +63,11 @@ class Simulation {
   double duration() const;
   const PluginInfo& integrator_plugin() const;
   IntegratorInfo integrator_info() const;
+  const Integrator& integrator() const;
+
+  // For studies: the right-hand side and the bits of X, in a layout that only the system knows.
+  OdeSystem& ode();
+  std::span<const double> state() const;
 
   bool second_order() const;  // has particles with masses, velocities and energy
   bool flat() const;          // a flat ODE state: no particles

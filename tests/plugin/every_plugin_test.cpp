@@ -207,8 +207,7 @@ TEST_CASE("every integrator has its order and counts its evaluations") {
       sim::Array x(2), next(2);
       x[0] = 1;
       const double h = 0.1 / (half + 1);
-      const sim::StepResult result = method->step(system, 0, h, x.data(), next.data());
-      CHECK(result.taken == h);
+      CHECK(method->step(system, 0, h, x.data(), next.data()) == sim::StepStatus::kDone);
       CHECK(system.evaluations == info.evaluations);
       CHECK((x[0] == 1 && x[1] == 0));
       error[half] = std::abs(std::complex<double>(next[0], next[1]) - std::exp(lambda * h));
