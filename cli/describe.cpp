@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/format.h"
+#include "cli/integrator_facts.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene_file.h"
@@ -15,14 +16,18 @@
 namespace sim::cli {
 namespace {
 
-// Order and evaluations are known to the method itself; with the defaults of its parameters it can
-// be asked.
-std::optional<IntegratorInfo> integrator_facts(const PluginInfo& info, Registry& registry) {
-  if (info.kind != PluginKind::kIntegrator) return {};
-  for (const Param& param : info.params)
-    if (param.required) return {};
-  const IntegratorPlugin& plugin = registry.integrator(info.name);
-  return plugin.make(Params("integrator '" + info.name + "'", info.params, {}, {}))->info();
+std::string facts_text(const IntegratorFacts& facts) {
+  std::string text = "  " + kind_text(facts.info) + ", order " + std::to_string(facts.info.order);
+  if (facts.info.evaluations > 0)
+    text += ", " + counted(facts.info.evaluations, "evaluation") + " of f a step";
+  const auto limit = [](double value, const std::string& what) -> std::string {
+    if (std::isnan(value)) return "not known";
+    if (std::isinf(value)) return "for every step";
+    return value == 0 ? "for no step" : what + " <= " + brief(value);
+  };
+  return text + "\n  stable: oscillations without drag " +
+         limit(facts.oscillation_limit, "while h omega") + ", decays " +
+         limit(facts.decay_limit, "while h lambda") + '\n';
 }
 
 std::string bounds_text(const Param& param) {
@@ -81,9 +86,7 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   text += "\n" + wrapped("  " + info.summary, 2) + '\n';
   if (!info.formula.empty()) text += "\n" + indented(info.formula, "    ");
   if (!info.source.empty()) text += "\n" + wrapped("  source: " + info.source, 10) + '\n';
-  if (const auto facts = integrator_facts(info, registry))
-    text += "\n  order " + std::to_string(facts->order) + ", " +
-            counted(facts->evaluations, "evaluation") + " of f a step\n";
+  if (const auto facts = integrator_facts(info, registry)) text += '\n' + facts_text(*facts);
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
   if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
   return text + "\nfile  " + info.file + '\n';
@@ -111,8 +114,7 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
       .text("summary", info.summary)
       .text("formula", info.formula)
       .text("source", info.source);
-  if (const auto facts = integrator_facts(info, registry))
-    object.integer("order", facts->order).integer("evaluations", facts->evaluations);
+  if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
   return object.json("params", json_array(params))
       .flag("takes_links", info.takes_links)
       .text("file", info.file)

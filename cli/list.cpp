@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "cli/format.h"
+#include "cli/integrator_facts.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene_file.h"
@@ -26,17 +29,23 @@ const std::array<Section, 3>& plugin_sections() {
 }
 
 struct Row {
-  std::string name, summary;
-  std::vector<std::string> aliases;
+  std::string name, summary = {};
+  std::vector<std::string> aliases = {};
+  std::optional<IntegratorFacts> facts = {};
+
+  std::string title() const {
+    return aliases.empty() ? name : name + " (" + join(aliases, ", ") + ")";
+  }
 };
 
 Row plugin_row(const std::string& name, Registry& registry) {
   try {
-    if (const PluginInfo* info = registry.find(name)) return {name, info->summary, info->aliases};
+    if (const PluginInfo* info = registry.find(name))
+      return {name, info->summary, info->aliases, integrator_facts(*info, registry)};
   } catch (const Error& error) {
-    return {name, std::string("cannot be used: ") + error.what(), {}};
+    return {name, std::string("cannot be used: ") + error.what()};
   }
-  return {name, "", {}};
+  return {name};
 }
 
 std::vector<Row> plugin_rows(PluginKind kind, Registry& registry) {
@@ -55,15 +64,46 @@ std::vector<Row> scene_rows(const Environment& environment) {
 std::string text_section(const std::string& name, const std::vector<Row>& rows) {
   std::string text = name + "\n";
   std::size_t width = 0;
-  const auto title = [](const Row& row) {
-    return row.aliases.empty() ? row.name : row.name + " (" + join(row.aliases, ", ") + ")";
-  };
-  for (const Row& row : rows) width = std::max(width, title(row).size());
+  for (const Row& row : rows) width = std::max(width, row.title().size());
   for (const Row& row : rows)
     text += row.summary.empty()
                 ? "  " + row.name + '\n'
-                : wrapped("  " + left(title(row), width) + "  " + row.summary, width + 4) + '\n';
+                : wrapped("  " + left(row.title(), width) + "  " + row.summary, width + 4) + '\n';
   return text;
+}
+
+// To choose from: by order, then by evaluations; those that say nothing of themselves come last.
+std::string integrator_section(std::vector<Row> rows) {
+  const auto key = [](const Row& row) {
+    return row.facts ? std::pair(row.facts->info.order, row.facts->info.evaluations)
+                     : std::pair(std::numeric_limits<int>::max(), 0);
+  };
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](const Row& l, const Row& r) { return key(l) < key(r); });
+  std::size_t width = 4;
+  for (const Row& row : rows) width = std::max(width, row.title().size());
+  const auto line = [&](const std::string& title, const std::string& order,
+                        const std::string& evaluations, const std::string& oscillation,
+                        const std::string& decay, const std::string& kind) {
+    return "  " + left(title, width) + right(order, 7) + right(evaluations, 6) +
+           right(oscillation, 9) + right(decay, 10) + "  " + kind + '\n';
+  };
+  std::string text = "integrators\n";
+  text += line("", "", "f per", "", "stable up to", "");
+  text += line("name", "order", "step", "h omega", "h lambda", "kind");
+  for (const Row& row : rows) {
+    if (!row.facts) {
+      text += wrapped("  " + left(row.title(), width) + "   " + row.summary, width + 5) + '\n';
+      continue;
+    }
+    const auto& [info, oscillation, decay] = *row.facts;
+    text += line(row.title(), std::to_string(info.order),
+                 info.evaluations > 0 ? std::to_string(info.evaluations) : "-",
+                 limit_text(oscillation), limit_text(decay), kind_text(info));
+  }
+  return text +
+         "  omega: the largest angular frequency, without drag; lambda: the fastest decay\n"
+         "  particles: for q'' = a(t, q) - gamma v only; sim describe NAME: formula, paper\n";
 }
 
 std::string json_section(const std::vector<Row>& rows, bool scenes) {
@@ -75,6 +115,7 @@ std::string json_section(const std::vector<Row>& rows, bool scenes) {
       std::vector<std::string> aliases;
       for (const std::string& alias : row.aliases) aliases.push_back(json_string(alias));
       object.json("aliases", json_array(aliases)).text("summary", row.summary);
+      if (row.facts) add_facts(object, *row.facts);
     }
     objects.push_back(object.str());
   }
@@ -104,7 +145,8 @@ int list(const ListRequest& request, const Environment& environment, Registry& r
   std::string text;
   for (const auto& [name, rows] : sections) {
     object.json(name, json_section(rows, name == "scenes"));
-    text += (text.empty() ? "" : "\n") + text_section(name, rows);
+    text += (text.empty() ? "" : "\n") +
+            (name == "integrators" ? integrator_section(rows) : text_section(name, rows));
   }
   put(console.out, request.json ? object.str() + "\n" : text);
   flush_or_throw(console.out, "standard output");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/ode/integrator.h"
+#include "core/ode/stability.h"
 #include "core/ode/tableau.h"
 
 namespace sim {
@@ -16,13 +17,19 @@ class ExplicitRungeKutta final : public Integrator {
     plan_.c.assign(method.c.begin(), method.c.end());
   }
 
-  IntegratorInfo info() const noexcept override { return {order_, plan_.stages}; }
+  IntegratorInfo info() const noexcept override {
+    return {.order = order_, .evaluations = plan_.stages};
+  }
 
   void prepare(OdeSystem& system) override { stepper_ = system.explicit_stepper(plan_); }
 
   StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
                   double* x_next) override {
     return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+  }
+
+  double amplification(double h_omega, double h_gamma) const override {
+    return sim::amplification(plan_, h_omega, h_gamma);
   }
 
  private:

@@ -2,16 +2,23 @@
 #pragma once
 
 #include "core/base/error.h"
+#include "core/ode/composition.h"
 #include "core/ode/integrator.h"
+#include "core/ode/stability.h"
 
 namespace sim {
 
 class Splitting final : public Integrator {
  public:
-  Splitting(SplitPlan plan, int order) : plan_(std::move(plan)), order_(order) {}
+  template <int M>
+  explicit Splitting(const Composition<M>& method)
+      : plan_(method.plan()), order_(order_conditions(method)) {}
 
   IntegratorInfo info() const noexcept override {
-    return {order_, static_cast<int>(plan_.kick.size()) - (plan_.closes() ? 1 : 0), true};
+    return {.order = order_,
+            .evaluations = static_cast<int>(plan_.kick.size()) - (plan_.closes() ? 1 : 0),
+            .needs_second_order = true,
+            .symplectic = true};
   }
 
   void prepare(OdeSystem& system) override {
@@ -30,6 +37,10 @@ class Splitting final : public Integrator {
   }
 
   void restart() override { stepper_->restart(); }
+
+  double amplification(double h_omega, double h_gamma) const override {
+    return sim::amplification(plan_, h_omega, h_gamma);
+  }
 
  private:
   SplitPlan plan_;

@@ -1,6 +1,8 @@
 // list, describe, doctor, --help, --version and the folders they look in.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <iterator>
+#include <sstream>
 
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
@@ -56,6 +58,21 @@ TEST_CASE("list shows plugins and scenes") {
   const Outcome text = run_sim({"list", "integrators"});
   CHECK(text.out.rfind("integrators\n", 0) == 0);
   CHECK(text.out.find("rk4 (r)") != std::string::npos);
+  const auto row_of = [&](const std::string& name) {
+    for (const std::string& line : lines_of(text.out))
+      if (line.rfind("  " + name + ' ', 0) == 0) return line;
+    return std::string();
+  };
+  const auto has = [&](const std::string& name, std::initializer_list<const char*> words) {
+    std::istringstream line(row_of(name));
+    const std::vector<std::string> cells{std::istream_iterator<std::string>(line), {}};
+    for (const char* word : words)
+      if (!contains(cells, word)) return false;
+    return !cells.empty();
+  };
+  CHECK(has("rk4", {"4", "2.828", "2.785", "explicit"}));
+  CHECK(has("euler", {"1", "none", "2"}));
+  CHECK(has("verlet", {"2", "1", "any", "symplectic,", "particles"}));
   CHECK(text.out.find("forces") == std::string::npos);
   for (const std::string& line : lines_of(run_sim({"list"}).out)) CHECK(line.size() <= 80);
 }

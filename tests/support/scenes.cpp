@@ -114,6 +114,24 @@ sim::SystemSpec make_falling(double mass, double drag) {
   return spec;
 }
 
+sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry) {
+  sim::RunOptions options{.integrator = integrator, .dt = dt};
+  for (const sim::Param& param : registry.integrator(integrator).params)
+    if (param.name == "fixed_step") options.integrator_given["fixed_step"] = true;
+  return options;
+}
+
+std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry) {
+  std::vector<std::string> names;
+  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+    const sim::IntegratorPlugin& plugin = registry.integrator(name);
+    const sim::IntegratorInfo info =
+        plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
+    if (info.order > 0 && (spec.particles || !info.needs_second_order)) names.push_back(name);
+  }
+  return names;
+}
+
 bool run(sim::Simulation& simulation, std::int64_t n) {
   for (std::int64_t i = 0; i < n; ++i)
     if (!simulation.step()) return false;

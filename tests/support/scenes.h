@@ -44,6 +44,12 @@ sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int
 // One free particle of `mass` kg under gravity.
 sim::SystemSpec make_falling(double mass, double drag);
 
+// Runs with the named method in fixed steps of dt, whether it could choose its own or not.
+sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry);
+
+// The methods that can run the scene, by name; those that choose for themselves are left out.
+std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry);
+
 // Takes n steps; false as soon as one fails.
 bool run(sim::Simulation& simulation, std::int64_t n);
 
