@@ -97,7 +97,7 @@ std::string integrator_section(std::vector<Row> rows) {
       continue;
     }
     const auto& [info, oscillation, decay] = *row.facts;
-    text += line(row.title(), std::to_string(info.order),
+    text += line(row.title(), info.order > 0 ? std::to_string(info.order) : "-",
                  info.evaluations > 0 ? std::to_string(info.evaluations) : "-",
                  limit_text(oscillation), limit_text(decay), kind_text(info));
   }

@@ -43,7 +43,7 @@ class Integrator {
 
   virtual IntegratorInfo info() const noexcept = 0;
 
-  // Takes all memory that step() will use; called once before the first step.
+  // Takes all memory that step() will use; called once, before the first restart() and step().
   virtual void prepare(OdeSystem& system) = 0;
 
   // x_next := the state at t + h from the state x at t; x and x_next are different arrays of
@@ -51,8 +51,9 @@ class Integrator {
   virtual StepStatus step(OdeSystem& system, double t, double h, const double* x,
                           double* x_next) = 0;
 
-  // Forgets what was kept of the last step; called when the state was changed in between.
-  virtual void restart() {}
+  // Steps of size h from the state x at t follow, at the start of a run or after the state or h was
+  // changed: forgets what was kept of the last step. May take memory.
+  virtual void restart(double /*t*/, double /*h*/, const double* /*x*/) {}
 
   // What was kept of the last steps that a restart would not find again bit for bit; recall() takes
   // it back. Empty for one-step methods. Together with X it is all that the next step depends on.

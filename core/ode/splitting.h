@@ -36,7 +36,7 @@ class Splitting final : public Integrator {
     return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
-  void restart() override { stepper_->restart(); }
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }
 
   double amplification(double h_omega, double h_gamma) const override {
     return sim::amplification(plan_, h_omega, h_gamma);

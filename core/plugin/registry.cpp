@@ -57,6 +57,12 @@ struct Registry::Impl {
     void add(ForcePlugin plugin) override { keep(impl.forces, PluginKind::kForce, plugin); }
     void add(FieldPlugin plugin) override { keep(impl.fields, PluginKind::kField, plugin); }
     void add(IntegratorPlugin plugin) override {
+      if (plugin.make_from_others)
+        plugin.make = [make = plugin.make_from_others, &impl = impl](const Params& params) {
+          return make(params, [&impl](const std::string& name, const auto& given) {
+            return impl.make_integrator(name, given);
+          });
+        };
       keep(impl.integrators, PluginKind::kIntegrator, plugin);
     }
 
@@ -142,6 +148,12 @@ struct Registry::Impl {
     if (known == canonical[index].end()) return {};
     open(libraries[owner[index][known->second]]);
     return known->second;
+  }
+
+  std::unique_ptr<Integrator> make_integrator(const std::string& name,
+                                              const std::map<std::string, Value>& given) {
+    const IntegratorPlugin& plugin = get(integrators, PluginKind::kIntegrator, name, {});
+    return plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, {}));
   }
 
   template <class Plugin>

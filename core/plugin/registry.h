@@ -37,6 +37,10 @@ using MakeForce = std::function<std::unique_ptr<Force>(const Params&, const Link
 using MakeField = std::function<std::unique_ptr<Field>(const Params&)>;
 using MakeIntegrator = std::function<std::unique_ptr<Integrator>(const Params&)>;
 
+// Another integrator by its name, with values for its parameters; throws as Registry::integrator.
+using OtherIntegrator = std::function<std::unique_ptr<Integrator>(
+    const std::string& name, const std::map<std::string, Value>& given)>;
+
 struct ForcePlugin : PluginInfo {
   MakeForce make;
 };
@@ -45,6 +49,9 @@ struct FieldPlugin : PluginInfo {
 };
 struct IntegratorPlugin : PluginInfo {
   MakeIntegrator make;
+  // Instead of `make`, for a method built on others, which it may ask for as long as it lives.
+  std::function<std::unique_ptr<Integrator>(const Params&, const OtherIntegrator&)>
+      make_from_others = {};
 };
 
 class Registry {

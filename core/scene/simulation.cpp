@@ -147,6 +147,7 @@ struct Simulation::Impl {
   }
 
   double t() const { return static_cast<double>(step_count) * h; }
+  void restart() { integrator->restart(t(), h, x.data()); }
 
   // Why the step failed, and where the next state is not finite; false when all of it is finite.
   bool find_divergence(StepStatus status) {
@@ -213,7 +214,7 @@ bool Simulation::step() {
   Impl& s = *impl_;
   const StepStatus status = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
   if (status != StepStatus::kDone && s.find_divergence(status)) {
-    s.integrator->restart();
+    s.restart();
     return false;
   }
   std::swap(s.x, s.x_next);
@@ -222,12 +223,12 @@ bool Simulation::step() {
 }
 
 void Simulation::reset() {
-  impl_->integrator->restart();
   impl_->step_count = 0;
   if (impl_->particles)
     impl_->place_particles();
   else
     std::ranges::copy(impl_->initial_values, impl_->x.data());
+  impl_->restart();
 }
 
 const Divergence& Simulation::divergence() const { return impl_->divergence; }
