@@ -46,10 +46,10 @@ constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 // Everything as text, as CLI11 found it.
 struct Texts {
   std::string scene, integrator_word, dt_word;
-  std::string integrator, dt, time, steps, seed, threads, debug_particle, energy, dump, every;
+  std::string integrator, dt, tol, time, steps, seed, threads, debug_particle, energy, dump, every;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
-  bool json = false, quiet = false, version = false;
+  bool fixed_step = false, json = false, quiet = false, version = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
 };
 
@@ -124,8 +124,12 @@ Parser::Parser() {
       app_.add_option("SCENE", t.scene, "Lua file; scenes/cloth.lua if not given")->type_name(""),
       app_.add_option("INTEGRATOR", t.integrator_word, "as --integrator")->type_name(""),
       app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
-      value("-i,--integrator", t.integrator, "NAME", "instead of the scene's own"),
-      value("-d,--dt", t.dt, "S", "step size in s"),
+      value("-i,--integrator", t.integrator, "NAME",
+            "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
+      value("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
+      value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
+      app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
+          ->disable_flag_override(),
       value("-T,--time", t.time, "S", "simulated time in s; the scene's if not given"),
       value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
       value("--debug-particle", t.debug_particle, "I",
@@ -192,7 +196,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
   if (!texts_.threads.empty())
-    request.options.threads =
+    request.threads =
         static_cast<int>(integer_between("--threads", texts_.threads, 1, kMostThreads));
   return request;
 }
@@ -212,9 +216,11 @@ RunRequest Parser::run_request() const {
   };
   RunRequest request;
   request.scene = scene_request(t.scene);
-  request.scene.options.integrator = once(t.integrator, t.integrator_word);
+  request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
+  if (!t.tol.empty()) request.scene.integrator.tol = positive_number("--tol", t.tol);
+  request.scene.integrator.fixed_step = t.fixed_step;
   if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
-    request.scene.options.dt = positive_number("--dt", dt);
+    request.scene.dt = positive_number("--dt", dt);
   if (!t.time.empty() && !t.steps.empty())
     usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
                 "keep one of them");

@@ -27,6 +27,37 @@ const Track& slowest(std::span<Track> tracks) {
   });
 }
 
+// "dopri5, order 5, 6 evaluations a step, tol = 1e-06": the tolerance, and parameters that were
+// given another value than their default.
+std::string integrator_line(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  std::string text = system.integrator_plugin().name + ", order " + std::to_string(info.order);
+  if (info.evaluations > 0) text += ", " + counted(info.evaluations, "evaluation") + " a step";
+  for (const Param& param : system.integrator_plugin().params) {
+    const std::string value = to_text(system.integrator_params().value(param.name));
+    if (value != to_text(param.default_value) || (info.adaptive && param.name == "tol"))
+      text += ", " + param.name + " = " + value;
+  }
+  return text;
+}
+
+// What the run cost where the number of steps does not tell.
+std::string effort_line(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  const Effort effort = system.integrator().effort();
+  std::string text = counted(effort.evaluations, "evaluation") + " of f";
+  if (info.adaptive)
+    text = counted(effort.steps, "step") + " of its own, " + std::to_string(effort.rejected) +
+           " rejected; " + text;
+  if (info.implicit) {
+    text += ", " + counted(effort.newton, "Newton iteration");
+    if (effort.factorisations > 0) text += ", " + counted(effort.factorisations, "factorisation");
+    if (effort.linear > 0) text += ", " + counted(effort.linear, "linear iteration");
+    text += ", residual " + brief(effort.residual, 3);
+  }
+  return text;
+}
+
 std::string label(std::string_view name, const std::string& text) {
   return left(name, kLabelWidth) + text + '\n';
 }
@@ -103,11 +134,13 @@ void Report::header(std::span<Track> tracks, int threads) {
                                        : counted(system.particles(), "point") + ", first order");
     }
     const IntegratorInfo info = system.integrator_info();
-    text += label("integrator", system.integrator_plugin().name + ", order " +
-                                    std::to_string(info.order) + ", " +
-                                    counted(info.evaluations, "evaluation") + " a step");
-    text += label("step", brief(system.h()) + " s, " + counted(track.steps(), "step") +
-                              " to t = " + brief(track.end()) + " s");
+    text += label("integrator", integrator_line(system));
+    text += info.adaptive
+                ? label("step", "chosen by the error; " + counted(track.steps(), "state") +
+                                    ", one every " + brief(system.h()) +
+                                    " s, to t = " + brief(track.end()) + " s")
+                : label("step", brief(system.h()) + " s, " + counted(track.steps(), "step") +
+                                    " to t = " + brief(track.end()) + " s");
   }
   if (threads > 1) text += label("threads", std::to_string(threads));
   put(*out_, text + '\n' + columns(tracks));
@@ -177,6 +210,13 @@ void Report::footer(std::span<Track> tracks, double seconds) {
     text += label("ran", brief(steps, 15) + " steps in " + brief(seconds, 3) +
                              " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +
                              brief(slowest(tracks).system().t() / seconds, 3) + " x real time");
+  }
+  for (const Track& track : tracks) {
+    const Simulation& system = track.system();
+    const IntegratorInfo info = system.integrator_info();
+    if (info.adaptive || info.implicit)
+      text +=
+          label("effort", effort_line(system) + (scene_.spec.world ? "  " + system.name() : ""));
   }
   for (const Track& track : tracks) {
     text += label("hash", hash_text(track.system()) +

@@ -62,6 +62,17 @@ std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
   return system.steps_for(duration);
 }
 
+// What the integrators have to say of their systems, each sentence once.
+void print_notes(const LoadedScene& scene, Console& console) {
+  std::vector<std::string> said;
+  for (const Simulation& system : scene.systems)
+    for (const std::string& note : system.integrator().notes()) {
+      if (std::find(said.begin(), said.end(), note) != said.end()) continue;
+      said.push_back(note);
+      console.err << "sim: note: " << note << '\n';
+    }
+}
+
 class Run {
  public:
   Run(const RunRequest& request, LoadedScene& scene, Console& console);
@@ -156,7 +167,7 @@ bool Run::step(Simulation& system) {
 
 int Run::go() {
   const Interrupts interrupts;
-  report_.header(tracks_, request_.scene.options.threads);
+  report_.header(tracks_, request_.scene.threads);
   for (Track& track : tracks_) measure(track);
 
   const auto begin = std::chrono::steady_clock::now();
@@ -191,7 +202,7 @@ int Run::conclude(int caught) {
   if (request_.debug_particle)
     print_adjacency(scene_, *request_.debug_particle, request_.json, words(request_, console_));
   if (request_.json)
-    console_.out << summary_json(scene_, tracks_, request_.scene.options.threads, seconds_) << '\n';
+    console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_) << '\n';
   flush_or_throw(console_.out, "standard output");
 
   const Verdict verdict = overall_verdict(tracks_);
@@ -225,6 +236,7 @@ int run(const RunRequest& request, const Environment& environment, Registry& reg
       if (!system.second_order())
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
+  if (!request.quiet) print_notes(scene, console);
   return Run(request, scene, console).go();
 }
 

@@ -6,22 +6,6 @@
 #include "core/lua/scene_file.h"
 
 namespace sim::cli {
-namespace {
-
-// The same words as for a scene, but it is the command line that is wrong.
-void check_integrator(const std::string& name, Registry& registry) {
-  try {
-    registry.integrator(name);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::kScene) throw;
-    ErrorText text = error.text();
-    text.where = "on the command line";
-    throw Error(ErrorKind::kUsage, text);
-  }
-}
-
-}  // namespace
-
 bool LoadedScene::has_second_order() const {
   return std::any_of(systems.begin(), systems.end(),
                      [](const Simulation& system) { return system.second_order(); });
@@ -34,12 +18,18 @@ std::vector<std::string> LoadedScene::names() const {
 }
 
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
-  if (!request.options.integrator.empty()) check_integrator(request.options.integrator, registry);
+  const IntegratorChoice& choice = request.integrator;
+  RunOptions options{.integrator = choice.name, .dt = request.dt, .threads = request.threads};
+  if (!choice.name.empty())
+    options.integrator_given = integrator_values(choice, choice.name, registry);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {environment.scene_folders, request.settings, request.seed});
-  for (const SystemSpec& system : scene.spec.systems)
-    scene.systems.emplace_back(system, registry, request.options);
+  for (const SystemSpec& system : scene.spec.systems) {
+    if (choice.name.empty())
+      options.integrator_given = integrator_values(choice, system.integrator, registry);
+    scene.systems.emplace_back(system, registry, options);
+  }
   return scene;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/environment.h"
+#include "cli/integrator_choice.h"
 #include "core/scene/simulation.h"
 
 namespace sim::cli {
@@ -15,7 +16,9 @@ struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
   std::map<std::string, std::string> settings;  // --set
   std::uint64_t seed = 0;
-  RunOptions options;  // what overrides the scene's own choice
+  IntegratorChoice integrator;
+  double dt = 0;  // s; 0 = the scene's own
+  int threads = 1;
 };
 
 struct LoadedScene {
@@ -26,8 +29,8 @@ struct LoadedScene {
   std::vector<std::string> names() const;
 };
 
-// Throws Error: kUsage for an integrator of the command line that does not exist, else what
-// load_scene and Simulation throw.
+// Throws Error: kUsage for an integrator of the command line that does not exist or does not take
+// what is said of it, else what load_scene and Simulation throw.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
 
 // "64 particles", "1 spring".

@@ -9,6 +9,30 @@
 namespace sim::cli {
 namespace {
 
+// Values of the integrator's parameters as texts; those without a value are left out.
+std::string params_json(const Simulation& system) {
+  JsonObject object;
+  for (const Param& param : system.integrator_plugin().params)
+    if (system.integrator_params().has(param.name))
+      object.text(param.name, to_text(system.integrator_params().value(param.name)));
+  return object.str();
+}
+
+std::string effort_json(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  const Effort effort = system.integrator().effort();
+  JsonObject object;
+  object.integer("steps", effort.steps)
+      .integer("rejected", effort.rejected)
+      .integer("evaluations", effort.evaluations);
+  if (info.implicit)
+    object.integer("newton", effort.newton)
+        .integer("factorisations", effort.factorisations)
+        .integer("linear", effort.linear)
+        .number("residual", effort.residual);
+  return object.str();
+}
+
 std::string system_json(Track& track) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
@@ -28,6 +52,7 @@ std::string system_json(Track& track) {
       .number("dt", system.h())
       .integer("steps", system.step_count())
       .number("t", system.t());
+  object.json("integrator_params", params_json(system)).json("effort", effort_json(system));
   if (system.second_order()) {
     object.json("energy", JsonObject()
                               .number("start", track.start_energy().total())

@@ -159,8 +159,7 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
     scene_error(place, "bad name",
                 "expected letters, digits, spaces, _, - and ., got " + show(L, -1));
   require_key(push_field(L, scene, "integrator"), place, "integrator", "integrator = \"rk4\"");
-  spec.integrator = read_text(L, -1, place, "integrator");
-  registry_.integrator(one_line_text(spec.integrator), place);
+  integrator(L, spec);
   require_key(push_field(L, scene, "dt"), place, "dt", "dt = 0.01, the step size in s");
   if (spec.dt = read_number(L, -1, place, "dt"); spec.dt <= 0)
     scene_error(place, "bad dt", "expected a step size > 0 s, got " + show(L, -1));
@@ -196,6 +195,27 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
     scene_error(place, "bad exact", "expected function(t), got " + show(L, -1));
   lua_pop(L, 1);
   return spec;
+}
+
+// A name, or a sim.integrator.NAME{...}; on top of the stack.
+void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
+  const int value = lua_absindex(L, -1);
+  const std::string kind = session_->push_record(L, value);
+  if (kind == "integrator") {
+    const int record = lua_absindex(L, -1);
+    push_field(L, record, "plugin");
+    const Place place = place_of(L, record);
+    PartSpec chosen = part(L, record, registry_.integrator(lua_tostring(L, -1), place), 1);
+    spec.integrator = chosen.plugin;
+    spec.integrator_given = std::move(chosen.given);
+  } else if (!kind.empty()) {
+    scene_error(spec.place, "bad integrator", "expected a name, got a sim." + kind,
+                "write integrator = \"rk4\"");
+  } else {
+    spec.integrator = read_text(L, value, spec.place, "integrator");
+    registry_.integrator(one_line_text(spec.integrator), spec.place);
+  }
+  lua_settop(L, value);
 }
 
 void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {

@@ -2,31 +2,32 @@
 #pragma once
 
 #include "core/ode/integrator.h"
+#include "core/ode/order_conditions.h"
 #include "core/ode/stability.h"
-#include "core/ode/tableau.h"
 
 namespace sim {
 
 class ExplicitRungeKutta final : public Integrator {
  public:
   template <int S>
-  ExplicitRungeKutta(const Tableau<S>& method, int order) : order_(order) {
-    plan_.stages = S;
-    for (const auto& row : method.a) plan_.a.insert(plan_.a.end(), row.begin(), row.end());
-    plan_.b.assign(method.b.begin(), method.b.end());
-    plan_.c.assign(method.c.begin(), method.c.end());
-  }
+  ExplicitRungeKutta(const Tableau<S>& method, int order) : order_(order), plan_(plan_of(method)) {}
 
   IntegratorInfo info() const noexcept override {
     return {.order = order_, .evaluations = plan_.stages};
   }
 
-  void prepare(OdeSystem& system) override { stepper_ = system.explicit_stepper(plan_); }
+  void prepare(OdeSystem& system) override {
+    stepper_ = system.explicit_stepper(plan_);
+    steps_ = 0;
+  }
 
   StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
                   double* x_next) override {
+    ++steps_;
     return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
+
+  Effort effort() const override { return {.steps = steps_, .evaluations = steps_ * plan_.stages}; }
 
   double amplification(double h_omega, double h_gamma) const override {
     return sim::amplification(plan_, h_omega, h_gamma);
@@ -36,6 +37,7 @@ class ExplicitRungeKutta final : public Integrator {
   int order_;
   ExplicitPlan plan_;
   std::unique_ptr<Stepper> stepper_;
+  std::int64_t steps_ = 0;
 };
 
 }  // namespace sim

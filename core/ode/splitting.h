@@ -23,6 +23,8 @@ class Splitting final : public Integrator {
 
   void prepare(OdeSystem& system) override {
     stepper_ = system.split_stepper(plan_);
+    effort_ = {};
+    fresh_ = true;
     if (!stepper_)
       throw Error(ErrorKind::kScene,
                   {"integrator does not fit", "",
@@ -33,10 +35,18 @@ class Splitting final : public Integrator {
 
   StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
                   double* x_next) override {
+    ++effort_.steps;
+    effort_.evaluations += info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
+    fresh_ = false;
     return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
-  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override {
+    stepper_->restart();
+    fresh_ = true;
+  }
+
+  Effort effort() const override { return effort_; }
 
   double amplification(double h_omega, double h_gamma) const override {
     return sim::amplification(plan_, h_omega, h_gamma);
@@ -46,6 +56,8 @@ class Splitting final : public Integrator {
   SplitPlan plan_;
   int order_;
   std::unique_ptr<Stepper> stepper_;
+  Effort effort_;
+  bool fresh_ = true;  // the last acceleration of the step before is not there
 };
 
 }  // namespace sim

@@ -56,6 +56,7 @@ class Params {
          const std::map<std::string, Value>& given, const Place& place);
 
   bool has(const std::string& name) const;  // given or defaulted
+  const Value& value(const std::string& name) const { return values_.at(name); }
   bool flag(const std::string& name) const { return get<bool>(name); }
   std::int64_t integer(const std::string& name) const { return get<std::int64_t>(name); }
   double number(const std::string& name) const { return get<double>(name); }

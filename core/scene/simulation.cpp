@@ -79,6 +79,7 @@ struct Simulation::Impl {
   Divergence divergence;
 
   PluginInfo integrator_plugin;
+  Params integrator_params;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Team> team;
   std::unique_ptr<OdeSystem> system;
@@ -192,9 +193,9 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   std::map<std::string, Value> given = options.integrator_given;
   if (own) given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
   s.integrator_plugin = plugin;
-  s.integrator = made(
-      plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, spec.place)),
-      plugin);
+  s.integrator_params =
+      Params("integrator '" + plugin.name + "'", plugin.params, given, spec.place);
+  s.integrator = made(plugin.make(s.integrator_params), plugin);
 
   if (spec.particles)
     s.compile_particles(spec, registry, options.threads);
@@ -248,6 +249,7 @@ std::int64_t Simulation::steps_for(double duration) const {
 const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
 const PluginInfo& Simulation::integrator_plugin() const { return impl_->integrator_plugin; }
+const Params& Simulation::integrator_params() const { return impl_->integrator_params; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }

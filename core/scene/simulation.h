@@ -62,6 +62,7 @@ class Simulation {
   const std::string& name() const;
   double duration() const;
   const PluginInfo& integrator_plugin() const;
+  const Params& integrator_params() const;
   IntegratorInfo integrator_info() const;
   const Integrator& integrator() const;
 

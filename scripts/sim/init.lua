@@ -237,7 +237,9 @@ function Force:tie(a, b, options)
   return self
 end
 
-local part_class = { force = class("force", Force), field = class("field", {}) }
+local part_class = {
+  force = class("force", Force), field = class("field", {}), integrator = class("integrator", {}),
+}
 
 -- Lists inside the options are taken as they are now: changing them later changes nothing.
 local function copy(value, depth)
@@ -247,7 +249,8 @@ local function copy(value, depth)
   return result
 end
 
--- force = sim.force.NAME { ... },  field = sim.field.NAME { ... }
+-- force = sim.force.NAME { ... },  field = sim.field.NAME { ... },
+-- integrator = sim.integrator.NAME { ... }
 -- Any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter
 -- may be marked there as positional; it can then be written without its name, first in the table.
 -- Forces that act between pairs also take a grid of pairs:
@@ -299,8 +302,9 @@ end
 
 -- scene = sim.scene { ... }
 --   name         text; default: the name of the file
---   integrator   name or alias of an integrator, as `sim list integrators` shows
---   dt           step size in s, > 0
+--   integrator   name or alias of an integrator, as `sim list integrators` shows, or a
+--                sim.integrator.NAME{...} with its parameters
+--   dt           step size in s, > 0; for an adaptive integrator the time between states
 --   duration     s, >= 0: how long a run lasts unless it is told otherwise
 --   exact        optional function(t) that returns the exact solution at time t (s), in the form of
 --                `state`; for particles the list of their positions
@@ -335,6 +339,7 @@ end
 local entries = {
   arg = arg, particles = make_particles, grid = make_grid,
   force = constructors("force"), field = constructors("field"),
+  integrator = constructors("integrator"),
   scene = "made where it is written", world = "made where it is written",
 }
 

@@ -186,7 +186,7 @@ TEST_CASE("scene entries that are missing, wrong or of two kinds", "[lua][errors
       {good + "dt = 1, duration = 1", "missing 'integrator'"},
       {good + "integrator = 'rk4', duration = 1", "missing 'dt'"},
       {good + "integrator = 'rk4', dt = 1", "missing 'duration'"},
-      {good + "integrator = 'rk5', dt = 1, duration = 1", "did you mean 'rk4'?"},
+      {good + "integrator = 'rk44', dt = 1, duration = 1", "did you mean 'rk4'?"},
       {good + "integrator = 4, dt = 1, duration = 1", "got 4"},
       {good + "integrator = 'rk4', dt = 0, duration = 1", "> 0 s, got 0"},
       {good + "integrator = 'rk4', dt = 0/0, duration = 1", "got nan"},

@@ -61,7 +61,7 @@ std::string block_after(const std::string& text, const std::string& from) {
 
 TEST_CASE("the README prints the example plugins as they are compiled") {
   const std::string readme = text_of(fs::path(SIM_SOURCE_DIR) / "plugins" / "README.md");
-  for (const char* name : {"attraction", "decay", "midpoint"}) {
+  for (const char* name : {"attraction", "decay", "ralston"}) {
     const std::string source = text_of(fs::path(SIM_SOURCE_DIR) / "tests" / "plugin" / "fixtures" /
                                        (std::string(name) + ".cpp"));
     INFO(name);
@@ -100,16 +100,16 @@ TEST_CASE("a third-party force gives the same bits on any number of threads") {
 
 TEST_CASE("a third-party integrator and field work like the kernel's own") {
   sim::Registry registry = make_registry();
-  registry.load(fixture("midpoint"));
+  registry.load(fixture("ralston"));
   registry.load(fixture("decay"));
   sim::SystemSpec spec;
   spec.name = "decay";
-  spec.integrator = "m";
+  spec.integrator = "l";
   spec.dt = 0.1;
   spec.first_order = sim::FirstOrderSpec{
       .dimension = 1, .state = {1, -7}, .field = make_part("decay", {{"rate", 2.0}})};
   sim::Simulation simulation(spec, registry);
-  CHECK(simulation.integrator_plugin().name == "midpoint");
+  CHECK(simulation.integrator_plugin().name == "ralston");
   REQUIRE(run(simulation, 10));
   const double factor = std::pow(1 - 0.2 + 0.02, 10);
   CHECK(simulation.flat());

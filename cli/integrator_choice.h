@@ -1,0 +1,28 @@
+// The integrator of a run as the command line says it: -i NAME:PARAM=VALUE,..., --tol,
+// --fixed-step.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/plugin/registry.h"
+
+namespace sim::cli {
+
+struct IntegratorChoice {
+  std::string name = {};                           // empty = the scene's own
+  std::map<std::string, std::string> params = {};  // as text
+  std::optional<double> tol = {};
+  bool fixed_step = false;
+};
+
+// "NAME" or "NAME:PARAM=VALUE,PARAM=VALUE". Throws Error{kUsage}.
+IntegratorChoice parse_integrator(const std::string& text);
+
+// The values that the choice gives to the parameters of integrator `name`. Throws Error{kUsage}:
+// unknown integrator or parameter, bad value, a tolerance where none is used.
+std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
+                                               const std::string& name, Registry& registry);
+
+}  // namespace sim::cli
