@@ -16,7 +16,11 @@ constexpr int kShownComponents = 3;
 
 std::int64_t steps_taken(std::span<Track> tracks) {
   std::int64_t steps = 0;
-  for (const Track& track : tracks) steps += track.system().step_count();
+  for (const Track& track : tracks) {
+    const Simulation& system = track.system();
+    steps += system.integrator_info().adaptive ? system.integrator().effort().steps
+                                               : system.step_count();
+  }
   return steps;
 }
 

@@ -206,9 +206,11 @@ int Run::conclude(int caught) {
   flush_or_throw(console_.out, "standard output");
 
   const Verdict verdict = overall_verdict(tracks_);
+  const bool adaptive = scene_.systems.front().integrator_info().adaptive;
   if (verdict.trust == Trust::kDiverged)
     print_error(console_.err, "diverged: " + scene_.spec.file + ": " + verdict.reason +
-                                  "; try a smaller --dt or another --integrator");
+                                  (adaptive ? "; try another --tol or --integrator"
+                                            : "; try a smaller --dt or another --integrator"));
   if (!request_.quiet || verdict.trust != Trust::kTrusted)
     console_.err << trust_name(verdict.trust) << ": " << verdict.reason << '\n' << std::flush;
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);

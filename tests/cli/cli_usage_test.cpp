@@ -30,6 +30,8 @@ TEST_CASE("numbers of the command line are read strictly") {
   for (const std::string option : {"--dt", "-d", "--time", "-T"})
     for (const std::string value : {"nan", "inf", "-inf", "1e400", "-1", "0.1x", "x", "1,5", " 1"})
       check_error({option, value, "--dump=out.csv"}, 2, "'" + value + "'");
+  for (const std::string value : {"nan", "inf", "-1", "0", "1e-6x", "1e-400"})
+    check_error({"-i", "dopri5", "--tol", value, "--dump=out.csv"}, 2, "'" + value + "'");
   check_error({"--dt", "0"}, 2, "above 0");
   check_error({"scenes/cloth.lua", "r", "nan", "--energy=out.csv"}, 2, "'nan'");
   check_error({"scenes/cloth.lua", "r", "0"}, 2, "above 0");
@@ -47,6 +49,25 @@ TEST_CASE("a run has a length that can be counted") {
   check_error({"--dt", "1e-320", "--dump=out.csv"}, 2, "too many steps");
   check_error({"--steps", "9000000000000001"}, 2, "out of range");
   check_error({"--steps", "1", "--time", "1"}, 2, "--time and --steps");
+}
+
+TEST_CASE("integrators take the parameters they declare") {
+  check_error({"--tol", "1e-6"}, 2, "choose one that has: bs23, dop853, dopri5");
+  check_error({"scenes/cloth.lua", "rk4", "--tol=1e-6"}, 2, "integrator 'rk4' has none");
+  check_error({"scenes/cloth.lua", "dopri5", "--tol=1e-20"}, 2, "at least 1e-15");
+  check_error({"scenes/cloth.lua", "dopri5", "--tol=2"}, 2, "at most 1");
+  check_error({"-i", "dopri5:tol=1e-6", "--tol=1e-6"}, 2, "given twice");
+  check_error({"-i", "dopri5", "--tol=1e-6", "--fixed-step"}, 2, "steps of one size");
+  check_error({"-i", "dopri5:fixed_step=true,atol=1"}, 2, "nothing uses atol");
+  check_error({"-i", "dopri5:toll=1e-6"}, 2, "did you mean 'tol'?");
+  check_error({"-i", "dopri6:tol=1e-6"}, 2, "did you mean 'dopri5'?");
+  check_error({"-i", "dopri5:tol=big"}, 2, "tol is 'big'; give a number");
+  check_error({"-i", "dopri5:fixed_step=1"}, 2, "true or false");
+  check_error({"-i", "dopri5:tol=nan"}, 2, "give a number");
+  check_error({"-i", "rk4:tol=1e-6"}, 2, "no parameter 'tol'");
+  for (const std::string bad : {"dopri5:", "dopri5:tol", "dopri5:tol=", "dopri5:=1", ":tol=1",
+                                "dopri5:tol=1,", "dopri5:tol=1,tol=2"})
+    check_error({"-i", bad}, 2, "dopri5:tol=1e-8,max_step=0.1");
 }
 
 TEST_CASE("misspelt names are told with the nearest one") {
