@@ -11,6 +11,8 @@
 
 namespace sim {
 
+using Mat3 = Eigen::Matrix3d;
+
 // Structure of arrays; n entries each, in SI units; padding lanes around them may be read.
 // vx, vy, vz are null in a scene without velocities.
 struct ParticleView {
@@ -39,6 +41,16 @@ struct ForceSink {
     y[i] += force.y();
     z[i] += force.z();
   }
+};
+
+// Where a force puts its derivatives: blocks of 3 x 3.
+class BlockSink {
+ public:
+  virtual void position(int i, int j, const Mat3& block) = 0;  // += df_i / dx_j, N/m
+  virtual void velocity(int i, int j, const Mat3& block) = 0;  // += df_i / dv_j, N s/m
+
+ protected:
+  ~BlockSink() = default;
 };
 
 // f = mass * acceleration - damping * v, the same for every free particle. The system folds all of
@@ -77,6 +89,11 @@ class Force {
 
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }
+
+  // Implicit methods need the derivatives of accumulate(): jacobian() gives them, with the same
+  // pairs (i, j) in the same order at every state. Without, differences of accumulate() are taken.
+  virtual bool has_jacobian() const { return false; }
+  virtual void jacobian(const ParticleView& /*view*/, BlockSink& /*sink*/) const {}
 
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/particles/particle_jacobian.h"
 #include "core/particles/rk_stepper.h"
 #include "core/particles/split_stepper.h"
 
@@ -172,6 +173,10 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   if (needs_velocities_) return nullptr;
   return std::make_unique<SplitStepper>(*this, plan);
+}
+
+std::unique_ptr<Jacobian> ParticleSystem::jacobian() {
+  return std::make_unique<ParticleJacobian>(*this);
 }
 
 }  // namespace sim

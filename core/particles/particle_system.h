@@ -37,6 +37,7 @@ class ParticleSystem final : public OdeSystem {
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
   std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
+  std::unique_ptr<Jacobian> jacobian() override;
 
   // For steppers: what a sweep over the springs needs.
   Team& team() const noexcept { return *team_; }
@@ -50,6 +51,7 @@ class ParticleSystem final : public OdeSystem {
   // must be gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets_.empty(); }
   bool needs_velocities() const noexcept { return needs_velocities_; }
+  std::span<const Force* const> other_forces() const noexcept { return other_forces_; }
   void pack_all(const ParticleView& view);  // before gather() on any tile
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 

@@ -1,0 +1,196 @@
+// The Jacobian that particle systems offer, against differences of their right-hand side.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/particles/particle_jacobian.h"
+#include "core/particles/springs.h"
+#include "core/particles/stiffness.h"
+#include "tests/support/scenes.h"
+
+using namespace sim;
+
+namespace {
+
+// J dx of the system itself and by differences, largest difference relative to the largest entry.
+double disagreement(OdeSystem& system, const Array& x, const Array& dx) {
+  Array exact(x.size()), differences(x.size());
+  const auto own = system.jacobian();
+  own->at(0.3, x.data());
+  own->apply(dx.data(), exact.data());
+  const auto other = difference_jacobian(system);
+  other->at(0.3, x.data());
+  other->apply(dx.data(), differences.data());
+  double worst = 0, size = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    worst = std::max(worst, std::abs(exact[i] - differences[i]));
+    size = std::max(size, std::abs(exact[i]));
+  }
+  REQUIRE(size > 0);
+  return worst / size;
+}
+
+struct Tie {
+  int a, b;
+  double k, rest;
+};
+
+class TiedSprings final : public Force {
+ public:
+  explicit TiedSprings(std::vector<Tie> ties) : ties_(std::move(ties)) {}
+  void bind(const ParticleView& initial) override {
+    springs_.emplace(initial.n, [&](const Springs::Visit& visit) {
+      for (const Tie& tie : ties_) visit(tie.a, tie.b, tie.k, tie.rest);
+    });
+  }
+  const Springs* springs() const override { return &*springs_; }
+
+ private:
+  std::vector<Tie> ties_;
+  std::optional<Springs> springs_;
+};
+
+class AffineGravityDrag final : public Force {
+ public:
+  std::optional<AffineForce> affine() const override { return AffineForce{{0.1, -9.81, 0}, 0.4}; }
+};
+
+// Depends on time, and on the position and velocity of another particle; not symmetric.
+class Follower final : public Force {
+ public:
+  explicit Follower(bool blocks) : blocks_(blocks) {}
+
+  void accumulate(const ParticleView& p, Tile tile, ForceSink sink) const override {
+    for (int i = tile.begin; i < tile.end; ++i) {
+      const int j = p.n - 1 - i;
+      sink.x[i] += 3 * (p.x[j] - p.x[i]) - 0.5 * p.vx[j];
+      sink.y[i] += p.t - 0.3 * p.vy[i] * p.vy[i];
+    }
+  }
+  bool has_jacobian() const override { return blocks_; }
+  void jacobian(const ParticleView& p, BlockSink& sink) const override {
+    for (int i = 0; i < p.n; ++i) {
+      const int j = p.n - 1 - i;
+      sink.position(i, j, Vec3(3, 0, 0).asDiagonal());
+      sink.position(i, i, Vec3(-3, 0, 0).asDiagonal());
+      sink.velocity(i, j, Vec3(-0.5, 0, 0).asDiagonal());
+      sink.velocity(i, i, Vec3(0, -0.6 * p.vy[i], 0).asDiagonal());
+    }
+  }
+
+ private:
+  bool blocks_;
+};
+
+enum class Other { kNone, kBlocks, kDifferences };
+
+// Springs in runs and in a net, some stretched, some compressed to a third, some of rest length 0.
+struct Scene {
+  static constexpr int kParticles = 60;
+  Team team;
+  Layout layout{kParticles};
+  Array x{layout.size()}, dx{layout.size()};
+  std::unique_ptr<ParticleSystem> system;
+
+  Scene(int threads, Other other, double amplitude = 1) : team(threads) {
+    for (int block = 0; block < 6; ++block)
+      for (int i = 0; i < kParticles; ++i) {
+        layout.block(x.data(), block)[i] = std::sin(1.0 + 3 * i + 7 * block);
+        layout.block(dx.data(), block)[i] = amplitude * std::cos(2.0 + 5 * i + 3 * block);
+      }
+    for (const int pinned : {0, 17})
+      for (int block = 3; block < 6; ++block) {
+        layout.block(x.data(), block)[pinned] = 0;
+        layout.block(dx.data(), block)[pinned] = 0;
+      }
+    std::vector<Tie> ties;
+    for (int i = 0; i + 1 < kParticles; ++i) ties.push_back({i, i + 1, 40, 0.2 + 0.1 * (i % 30)});
+    for (int i = 0; i + 9 < kParticles; ++i) ties.push_back({i, i + 9, 7, 0});
+    for (int i = 0; i < 20; ++i) ties.push_back({i, (i * i + 31) % 29 + 30, 11, 1.5});
+    std::vector<double> masses(kParticles);
+    for (int i = 0; i < kParticles; ++i) masses[static_cast<std::size_t>(i)] = 1 + 0.1 * (i % 7);
+    std::vector<std::unique_ptr<Force>> forces;
+    forces.push_back(std::make_unique<AffineGravityDrag>());
+    forces.push_back(std::make_unique<TiedSprings>(ties));
+    if (other != Other::kNone)
+      forces.push_back(std::make_unique<Follower>(other == Other::kBlocks));
+    system = std::make_unique<ParticleSystem>(masses, std::vector<int>{0, 17}, std::move(forces),
+                                              x.data(), team);
+    REQUIRE_FALSE(system->forces()[1]->springs()->runs().empty());
+    REQUIRE_FALSE(system->forces()[1]->springs()->net().empty());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the Jacobian of particles agrees with differences", "[particles]") {
+  for (const Other other : {Other::kNone, Other::kBlocks, Other::kDifferences}) {
+    Scene scene(1, other);
+    CHECK(disagreement(*scene.system, scene.x, scene.dx) <= 1e-8);
+  }
+}
+
+TEST_CASE("the Jacobian does not depend on threads", "[particles]") {
+  for (const Other other : {Other::kNone, Other::kBlocks, Other::kDifferences}) {
+    Scene one(1, other), three(3, other);
+    Array f1(one.x.size()), f3(one.x.size());
+    for (auto& [scene, f] : {std::pair(&one, &f1), std::pair(&three, &f3)}) {
+      const auto jacobian = scene->system->jacobian();
+      jacobian->at(0, scene->x.data());
+      jacobian->apply(scene->dx.data(), f->data());
+    }
+    CHECK(std::ranges::equal(f1.span(), f3.span()));
+  }
+}
+
+TEST_CASE("differences of forces suit directions of any size", "[particles]") {
+  Scene unit(1, Other::kDifferences), tiny(1, Other::kBlocks, 1e-9);
+  Array expected(unit.x.size()), found(unit.x.size());
+  const auto blocks = tiny.system->jacobian(), differences = unit.system->jacobian();
+  blocks->at(0, tiny.x.data());
+  differences->at(0, unit.x.data());
+  blocks->apply(tiny.dx.data(), expected.data());
+  differences->apply(tiny.dx.data(), found.data());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    CHECK(found[i] == Approx(expected[i]).margin(1e-8 * 1e-9));
+}
+
+TEST_CASE("every force of this build has a Jacobian that agrees with differences") {
+  Registry registry = sim_test::make_registry();
+  for (const std::string& name : registry.names(PluginKind::kForce)) {
+    const ForcePlugin& plugin = registry.force(name);
+    SystemSpec spec =
+        sim_test::make_chain({{0, 0, 0}, {1, 0, 0}, {1.5, 0.8, 0}, {0.5, 0.6, 1}}, {0}, 0.1);
+    for (ParticleSpec& particle : spec.particles->list) particle.velocity = {0.3, -0.2, 0.4};
+    std::map<std::string, Value> given;
+    for (const Param& param : plugin.params)
+      if (param.required && param.type == ParamType::kNumber)
+        given[param.name] = std::clamp(2.0, param.min, param.max);
+    spec.forces.push_back(sim_test::make_part(name, given));
+    if (plugin.takes_links) {
+      spec.forces.back().given["stiffness"] = 30.0;
+      spec.forces.back().links.ties = {{.a = 0, .b = 2, .rest = 2.5}, {.a = 1, .b = 3, .rest = 0}};
+    }
+    Simulation simulation(spec, registry);
+    const std::size_t size = simulation.state().size();
+    Array x(size), dx(size);
+    std::ranges::copy(simulation.state(), x.data());
+    const Layout layout(4);
+    for (int block = 0; block < 6; ++block)
+      for (int i = 1; i < 4; ++i) layout.block(dx.data(), block)[i] = std::sin(1.0 + i + 4 * block);
+    INFO(name);
+    CHECK(disagreement(simulation.ode(), x, dx) <= 1e-7);
+  }
+}
+
+TEST_CASE("the stiffness of a spring at its singular points", "[particles]") {
+  // k I where the rest length is 0 or where a spring without length has no direction.
+  for (const Vec3& d : {Vec3(0.3, -1, 2), Vec3(0, 0, 0), Vec3(1e-200, 0, 0), Vec3(1e200, 1e200, 0)})
+    CHECK((spring_stiffness(d, 3, 0).along == 3 && spring_stiffness(d, 3, 0).across == 0));
+  CHECK((spring_stiffness(Vec3::Zero(), 3, 1).along == 3));
+  CHECK((spring_stiffness(Vec3::Zero(), 3, 1).across == 0));
+  CHECK((spring_stiffness({1e200, 0, 0}, 3, 1).along == 3));
+  // Along the spring always k; across it k (1 - r/|d|), negative when compressed.
+  const auto [along, across] = spring_stiffness({0, 0.5, 0}, 3, 2);
+  CHECK(along == Approx(-9).epsilon(1e-15));
+  CHECK(along + across * 0.25 == Approx(3).epsilon(1e-15));
+}
