@@ -1,7 +1,6 @@
 // One step of a numerical method on X' = f(t, X). Knows no physics.
 #pragma once
 
-#include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
@@ -18,23 +17,6 @@ struct IntegratorInfo {
   bool adaptive = false;            // takes steps of its own size inside one of size h
   bool symplectic = false;          // without damping
   bool implicit = false;            // solves equations in each step
-};
-
-enum class StepStatus {
-  kDone,
-  kNotFinite,     // a number of x_next is not finite
-  kStepTooSmall,  // the tolerance cannot be met with steps that change t
-  kNotConverged   // the equations of an implicit step were not solved
-};
-
-// What the steps since prepare() took.
-struct Effort {
-  std::int64_t steps = 0, rejected = 0;  // internal ones of adaptive methods
-  std::int64_t evaluations = 0;          // of f
-  std::int64_t newton = 0;               // Newton (or local-global) iterations
-  std::int64_t factorisations = 0;
-  std::int64_t linear = 0;  // iterations of an iterative linear solver
-  double residual = 0;      // worst relative residual an implicit step ended with
 };
 
 class Integrator {

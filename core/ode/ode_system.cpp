@@ -4,6 +4,7 @@
 
 #include "core/base/array.h"
 #include "core/base/finite.h"
+#include "core/ode/dense_solver.h"
 
 namespace sim {
 namespace {
@@ -61,6 +62,10 @@ void combine_range(const Stage& stage, double* out, std::size_t begin, std::size
 
 std::unique_ptr<Stepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
   return std::make_unique<StageByStage>(*this, plan);
+}
+
+std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
+  return std::make_unique<DenseSolver>(*this, options);
 }
 
 }  // namespace sim

@@ -7,6 +7,7 @@
 
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
+#include "core/ode/stage_solver.h"
 
 namespace sim {
 
@@ -44,6 +45,10 @@ class OdeSystem {
 
   // Splitting methods need the structure q' = v, v' = a(t, q) - gamma v; null without it.
   virtual std::unique_ptr<Stepper> split_stepper(const SplitPlan& /*plan*/) { return nullptr; }
+
+  // Implicit methods leave their equations to the system. By default Newton's method with a dense
+  // Jacobian; throws Error when X has too many numbers for that.
+  virtual std::unique_ptr<StageSolver> stage_solver(const StageOptions& options);
 
   // df/dX; by differences unless the system knows better. The system outlives it.
   virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }

@@ -1,6 +1,7 @@
 // Where the numbers of a particle state lie: one padded, aligned array a coordinate.
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 namespace sim {
@@ -28,6 +29,12 @@ class Layout {
   template <class T>
   T* block(T* state, int block) const noexcept {
     return state + static_cast<std::size_t>(block) * stride_ + kPad;
+  }
+
+  // Those of three coordinates, from block `first` on.
+  template <class T>
+  std::array<T*, 3> axes(T* state, int first = 0) const noexcept {
+    return {block(state, first), block(state, first + 1), block(state, first + 2)};
   }
 
  private:

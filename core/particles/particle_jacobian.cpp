@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/particles/stiffness.h"
+#include "core/particles/spring_stiffness.h"
 
 namespace sim {
 

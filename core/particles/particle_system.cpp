@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/particles/newton_solver.h"
 #include "core/particles/particle_jacobian.h"
 #include "core/particles/rk_stepper.h"
 #include "core/particles/split_stepper.h"
@@ -103,6 +104,21 @@ double ParticleSystem::potential_energy(double t, const double* state) const {
   return sum;
 }
 
+double ParticleSystem::elastic_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  double sum = 0;
+  for (const auto& force : forces_)
+    if (force->springs())
+      sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(p, tile); });
+  return sum;
+}
+
+std::string ParticleSystem::name_of(const Force& force) const {
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (forces_[i].get() == &force) return names_[i];
+  return "of no name";
+}
+
 void ParticleSystem::pack_all(const ParticleView& view) {
   if (nets_.empty()) return;
   team_->run([&](int rank) {
@@ -135,35 +151,37 @@ void ParticleSystem::combine(const Stage& stage, double* out) {
   });
 }
 
-void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt) {
-  combine(stage, y);
-  const ParticleView p = view(t, y);
-  double* d[6];
-  for (int block = 0; block < 6; ++block) d[block] = layout_.block(dydt, block);
-  const double* const v[3] = {p.vx, p.vy, p.vz};
-
+void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
   // The other forces are gathered where the acceleration will stand.
   RkStage sweep{};
+  const double* const q[3] = {view.x, view.y, view.z};
+  const double* const v[3] = {view.vx, view.vy, view.vz};
   for (int axis = 0; axis < 3; ++axis) {
-    sweep.q[axis] = layout_.block(y, axis);
+    sweep.q[axis] = q[axis];
     sweep.v0[axis] = v[axis];
-    sweep.a[axis] = d[3 + axis];
-    if (has_other_forces()) sweep.force[axis] = d[3 + axis];
+    sweep.a[axis] = a[axis];
+    if (has_other_forces()) sweep.force[axis] = a[axis];
   }
-  pack_all(p);
+  pack_all(view);
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings& rings = rings_[static_cast<std::size_t>(rank)];
     rings.clear();
-    kernels_.warm_up(rings.runs(), sweep.q, std::max(0, part.begin - reach_), part.begin);
+    kernels_.warm_up(rings.runs(), q, std::max(0, part.begin - reach_), part.begin);
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
-      if (has_other_forces()) gather(p, tile, {d[3], d[4], d[5]});
+      if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
       kernels_.rk(rings.runs(), motion_, sweep, tile.begin, tile.end);
-      for (int axis = 0; axis < 3; ++axis)
-        std::copy(v[axis] + tile.begin, v[axis] + tile.end, d[axis] + tile.begin);
     }
   });
+}
+
+void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt) {
+  combine(stage, y);
+  double* const a[3] = {layout_.block(dydt, 3), layout_.block(dydt, 4), layout_.block(dydt, 5)};
+  accelerate(view(t, y), a);
+  for (int axis = 0; axis < 3; ++axis)
+    std::copy_n(layout_.block(y, 3 + axis), layout_.n(), layout_.block(dydt, axis));
 }
 
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
@@ -173,6 +191,10 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   if (needs_velocities_) return nullptr;
   return std::make_unique<SplitStepper>(*this, plan);
+}
+
+std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
+  return std::make_unique<NewtonSolver>(*this, options);
 }
 
 std::unique_ptr<Jacobian> ParticleSystem::jacobian() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/base/array.h"
@@ -31,12 +32,18 @@ class ParticleSystem final : public OdeSystem {
   bool conserves_energy() const noexcept { return motion_.damping == 0 && other_forces_.empty(); }
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
+  double elastic_energy(double t, const double* state) const;    // J, of the springs alone
+
+  // What to call the forces in notes to the user; in their order.
+  void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
+  std::string name_of(const Force& force) const;
 
   std::size_t size() const noexcept override { return layout_.size(); }
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
   std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
+  std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<Jacobian> jacobian() override;
 
   // For steppers: what a sweep over the springs needs.
@@ -46,6 +53,13 @@ class ParticleSystem final : public OdeSystem {
   Rings make_rings() const { return Rings(runs_); }
   // How far below and above a block of 8 a sweep reads positions; a multiple of 8.
   int reach() const noexcept { return reach_; }
+
+  std::span<const SpringRun* const> runs() const noexcept { return runs_; }
+  std::span<const Net* const> nets() const noexcept { return nets_; }
+  std::span<const double> masses() const noexcept { return mass_; }  // kg; infinity where pinned
+
+  // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
+  void accelerate(const ParticleView& view, double* const a[3]);
 
   // Forces that are neither affine nor in runs may read any position and velocity of the stage, and
   // must be gathered before the sweep of each block.
@@ -61,6 +75,7 @@ class ParticleSystem final : public OdeSystem {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
+  std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
   std::vector<const Net*> nets_;

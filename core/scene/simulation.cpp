@@ -113,6 +113,7 @@ struct Simulation::Impl {
     for (int i = 0; i < n; ++i) masses[static_cast<std::size_t>(i)] = initial.at(i).mass;
 
     std::vector<std::unique_ptr<Force>> forces;
+    std::vector<std::string> names;
     for (const PartSpec& part : spec.forces) {
       const ForcePlugin& plugin = registry.force(part.plugin, part.place);
       const std::string owner = "force '" + plugin.name + "'";
@@ -122,6 +123,7 @@ struct Simulation::Impl {
       const Params params(owner, plugin.params, part.given, part.place);
       forces.push_back(
           placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
+      names.push_back(plugin.name);
     }
     team = std::make_unique<Team>(useful_threads(threads, n));
     auto compiled = placed(spec.place, [&] {
@@ -129,6 +131,7 @@ struct Simulation::Impl {
                                               x.data(), *team);
     });
     particles = compiled.get();
+    particles->name_forces(std::move(names));
     system = std::move(compiled);
   }
 

@@ -4,7 +4,7 @@
 
 #include "core/particles/particle_jacobian.h"
 #include "core/particles/springs.h"
-#include "core/particles/stiffness.h"
+#include "core/particles/spring_stiffness.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;

@@ -213,7 +213,7 @@ TEST_CASE("every integrator has its order and counts its evaluations") {
       x[0] = 1;
       const double h = (info.order > 5 ? 0.8 : 0.05) / (half + 1);
       CHECK(method->step(system, 0, h, x.data(), next.data()) == sim::StepStatus::kDone);
-      CHECK(system.evaluations == info.evaluations);
+      if (info.evaluations > 0) CHECK(system.evaluations == info.evaluations);
       CHECK((x[0] == 1 && x[1] == 0));
       error[half] = std::abs(std::complex<double>(next[0], next[1]) - std::exp(lambda * h));
     }

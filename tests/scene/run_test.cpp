@@ -65,8 +65,12 @@ TEST_CASE("a reset after a divergence is a fresh start") {
 
 TEST_CASE("a run that diverged leaves nothing behind for the run after a reset") {
   sim::Registry registry = make_registry();
-  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator))
+  for (const std::string& method : methods_for(make_cloth(4), registry))
     for (const int n : {4, 7, 9, 100}) {
+      if (sim::Simulation(make_cloth(4), registry, {.integrator = method})
+              .integrator_info()
+              .implicit)
+        continue;  // stable with any step
       INFO(method << " on " << n << " x " << n);
       const sim::SystemSpec spec = make_cloth(n);
       sim::Simulation fresh(spec, registry, fixed_steps(method, 0.3, registry));

@@ -1,0 +1,25 @@
+// What became of a step, and what steps took.
+#pragma once
+
+#include <cstdint>
+
+namespace sim {
+
+enum class StepStatus {
+  kDone,
+  kNotFinite,     // a number of x_next is not finite
+  kStepTooSmall,  // the tolerance cannot be met with steps that change t
+  kNotConverged   // the equations of an implicit step were not solved
+};
+
+// What the steps since prepare() took.
+struct Effort {
+  std::int64_t steps = 0, rejected = 0;  // internal ones of adaptive methods
+  std::int64_t evaluations = 0;          // of f
+  std::int64_t newton = 0;               // Newton (or local-global) iterations
+  std::int64_t factorisations = 0;
+  std::int64_t linear = 0;  // iterations of an iterative linear solver
+  double residual = 0;      // worst relative residual an implicit step ended with
+};
+
+}  // namespace sim
