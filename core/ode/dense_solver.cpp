@@ -10,6 +10,11 @@ namespace sim {
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
     : system_(&system), options_(options), size_(system.size()) {
+  if (options.method != StageOptions::Method::kNewton)
+    throw Error(ErrorKind::kScene, {"integrator does not fit", "",
+                                    "projective dynamics is for particles with springs, and this "
+                                    "system is of first order",
+                                    "use implicit_euler"});
   if (size_ > kMostNumbers)
     throw Error(ErrorKind::kScene, {"integrator does not fit", "",
                                     "an implicit method would need a dense matrix for the " +

@@ -10,7 +10,8 @@ namespace sim {
 namespace {
 
 Effort sum(const Effort& a, const Effort& b) {
-  return {.evaluations = a.evaluations + b.evaluations,
+  return {.steps = a.steps + b.steps,
+          .evaluations = a.evaluations + b.evaluations,
           .newton = a.newton + b.newton,
           .factorisations = a.factorisations + b.factorisations,
           .linear = a.linear + b.linear,
@@ -49,6 +50,7 @@ StepStatus DiagonallyImplicit::step(OdeSystem& system, double t, double h, const
     return Stage{x, {terms_.data(), used}};
   };
 
+  ++steps_;
   std::copy_n(x, system.size(), x_next);
   for (int i = 0; i < plan_.stages; ++i) {
     const double* const row = &plan_.a[static_cast<std::size_t>(i * plan_.stages)];
@@ -73,7 +75,7 @@ StepStatus DiagonallyImplicit::step(OdeSystem& system, double t, double h, const
 }
 
 Effort DiagonallyImplicit::effort() const {
-  return sum(solver_->effort(), {.evaluations = evaluations_});
+  return sum(solver_->effort(), {.steps = steps_, .evaluations = evaluations_});
 }
 
 // k_i = lambda (x + h sum_{j<=i} a_ij k_j):  with x = 1,
@@ -111,6 +113,7 @@ StepStatus Bdf2::step(OdeSystem& system, double t, double h, const double* x, do
     system.combine({x, {&minus, 1}}, r_.data());
     const Stage::Term third{1.0 / 3, r_.data()};
     system.combine({x, {&third, 1}}, r_.data());
+    ++steps_;
     std::copy_n(x, system.size(), x_next);
     status = solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
   }
@@ -136,7 +139,9 @@ void Bdf2::recall(std::span<const double> memory) {
   std::ranges::copy(memory.subspan(1), last_.data());
 }
 
-Effort Bdf2::effort() const { return sum(solver_->effort(), starter_->effort()); }
+Effort Bdf2::effort() const {
+  return sum(sum(solver_->effort(), {.steps = steps_}), starter_->effort());
+}
 
 // (1 - 2/3 z) zeta^2 - 4/3 zeta + 1/3 = 0:  zeta = (2 +- sqrt(1 + 2 z)) / (3 - 2 z)
 double Bdf2::amplification(double h_omega, double h_gamma) const {

@@ -5,8 +5,8 @@
 
 #include "core/base/array.h"
 #include "core/ode/integrator.h"
+#include "core/ode/order_conditions.h"
 #include "core/ode/plan.h"
-#include "core/ode/tableau.h"
 
 namespace sim {
 
@@ -16,13 +16,9 @@ namespace sim {
 class DiagonallyImplicit final : public Integrator {
  public:
   template <int S>
-  DiagonallyImplicit(const Tableau<S>& method, const StageOptions& options, bool symplectic = false)
-      : options_(options), order_(order_conditions(method)), symplectic_(symplectic) {
-    plan_.stages = S;
-    for (const auto& row : method.a) plan_.a.insert(plan_.a.end(), row.begin(), row.end());
-    plan_.b.assign(method.b.begin(), method.b.end());
-    plan_.c.assign(method.c.begin(), method.c.end());
-  }
+  DiagonallyImplicit(const Tableau<S>& method, int order, const StageOptions& options,
+                     bool symplectic = false)
+      : plan_(plan_of(method)), options_(options), order_(order), symplectic_(symplectic) {}
 
   IntegratorInfo info() const noexcept override {
     return {.order = order_, .symplectic = symplectic_, .implicit = true};
@@ -42,7 +38,7 @@ class DiagonallyImplicit final : public Integrator {
   std::vector<Array> change_;  // Y_i - r, or h k_i of an explicit stage
   Array r_;
   std::vector<Stage::Term> terms_;
-  std::int64_t evaluations_ = 0;  // of explicit stages
+  std::int64_t steps_ = 0, evaluations_ = 0;  // the latter of explicit stages
 };
 
 // BDF2:  x_next - 2/3 h f(t + h, x_next) = x + 1/3 (x - x_last).  The first step is one of
@@ -68,6 +64,7 @@ class Bdf2 final : public Integrator {
   std::unique_ptr<StageSolver> solver_;
   double last_h_ = 0;  // the size of the step from last_; 0 when there is none
   Array last_, r_;
+  std::int64_t steps_ = 0;
 };
 
 }  // namespace sim

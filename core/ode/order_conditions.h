@@ -1,4 +1,4 @@
-// The order conditions of Runge-Kutta methods, which the compiler checks.
+// The order conditions of explicit and diagonally implicit Runge-Kutta methods.
 #pragma once
 
 #include <array>
@@ -74,7 +74,7 @@ class Conditions {
       if (!close(sum * tree.gamma, powers_[n])) return false;
     }
     for (int i = 0; i < S && order_ < kMaxOrder; ++i)  // no larger tree needs the largest ones
-      for (int j = 0; j < i; ++j) tree.grafted[i] += a_[i][j] * tree.phi[j];
+      for (int j = 0; j <= i; ++j) tree.grafted[i] += a_[i][j] * tree.phi[j];
     return true;
   }
 
@@ -90,7 +90,7 @@ template <int S, std::size_t N>
 constexpr int order_of(const Tableau<S>& method, const std::array<Weights<S>, N>& weights) {
   for (int i = 0; i < S; ++i) {
     double row = 0;
-    for (int j = 0; j < i; ++j) row += method.a[i][j];
+    for (int j = 0; j <= i; ++j) row += method.a[i][j];
     if (!close(row, method.c[i])) return 0;
   }
   int order = 0;

@@ -12,6 +12,8 @@ struct StageOptions {
   double tolerance = 1e-8;  // of the residual, relative to the one at the guess
   int newton_steps = 500;   // at most; 1: one linearised step, taken as it is
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
+  // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.
+  enum class Method { kNewton, kLocalGlobal } method = Method::kNewton;
   // Where the exact Hessian is not positive definite: never use it, or only there do not.
   enum class Hessian { kExact, kClamped } hessian = Hessian::kExact;
 };

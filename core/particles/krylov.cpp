@@ -2,19 +2,10 @@
 #include <cmath>
 
 #include "core/particles/linear_solver.h"
+#include "core/particles/stage_equation.h"
 
 namespace sim {
 namespace {
-
-// In eight lanes: the same bits whatever the machine.
-double dot(const Array& a, const Array& b) {
-  double lanes[8] = {};
-  for (std::size_t i = 0; i < a.size(); i += 8)
-    for (std::size_t lane = 0; lane < 8; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
-  double sum = 0;
-  for (const double lane : lanes) sum += lane;
-  return sum;
-}
 
 void add(Array& to, double factor, const Array& what) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];

@@ -1,11 +1,11 @@
 // The linear equations of a Newton step, A d = b.
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <memory>
 #include <vector>
 
 #include "core/ode/ode_system.h"
+#include "core/particles/sparse.h"
 #include "core/particles/stage_matrix.h"
 
 namespace sim {
@@ -61,20 +61,6 @@ class SparseLdlt final : public LinearSolver {
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
 
  private:
-  using Matrix = Eigen::SparseMatrix<double>;
-  using Ldlt = Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>;
-  // Eigen's own calls take memory, for copies that this order does not need.
-  struct InPlace : Ldlt {
-    bool factorise(const Matrix& upper) {  // false when it is not positive definite
-      factorize_preordered<true>(upper);
-      return info() == Eigen::Success && m_diag.minCoeff() > 0;
-    }
-    void solve_in_place(Eigen::VectorXd& x) const {
-      matrixL().solveInPlace(x);
-      x.array() /= m_diag.array();
-      matrixU().solveInPlace(x);
-    }
-  };
   struct Target {
     int column[3];  // where in the values the block's part of each of three columns begins
   };
@@ -82,9 +68,9 @@ class SparseLdlt final : public LinearSolver {
   void assemble(const StageMatrix& matrix);
 
   std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned
-  Matrix upper_;
+  Eigen::SparseMatrix<double> upper_;
   std::vector<Target> diagonal_, springs_;  // of particles; of springs in the order of for_each
-  InPlace ldlt_;
+  InPlaceLdlt ldlt_;
   Eigen::VectorXd x_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/particles/local_global_solver.h"
 #include "core/particles/newton_solver.h"
 #include "core/particles/particle_jacobian.h"
 #include "core/particles/rk_stepper.h"
@@ -194,6 +195,8 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
+  if (options.method == StageOptions::Method::kLocalGlobal)
+    return std::make_unique<LocalGlobalSolver>(*this, options);
   return std::make_unique<NewtonSolver>(*this, options);
 }
 

@@ -1,4 +1,3 @@
-#include <Eigen/OrderingMethods>
 #include <algorithm>
 #include <cmath>
 
@@ -8,35 +7,19 @@ namespace sim {
 
 SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses) {
   // The order of elimination, found on the graph of particles rather than of their coordinates.
-  std::vector<int> number(masses.size(), -1);
+  std::vector<std::pair<int, int>> pairs;
+  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
+  row_of_ = elimination_rows(masses, pairs);
   int free = 0;
-  for (std::size_t i = 0; i < masses.size(); ++i)
-    if (masses[i] < HUGE_VAL) number[i] = free++;
-  const auto each_pair = [&](const auto& visit) {
-    matrix.stiffness().for_each([&](int a, int b, SpringStiffness) {
-      visit(number[static_cast<std::size_t>(a)], number[static_cast<std::size_t>(b)]);
-    });
+  for (int& row : row_of_)
+    if (row >= 0) row *= 3, ++free;
+  const auto rows_of = [&](const std::pair<int, int>& pair) {
+    return std::minmax({row_of_[static_cast<std::size_t>(pair.first)],
+                        row_of_[static_cast<std::size_t>(pair.second)]});
   };
-  std::vector<Eigen::Triplet<double>> entries;
-  each_pair([&](int a, int b) {
-    if (a < 0 || b < 0) return;
-    entries.emplace_back(a, b, 1.0);
-    entries.emplace_back(b, a, 1.0);
-  });
-  for (int i = 0; i < free; ++i) entries.emplace_back(i, i, 1.0);
-  Matrix graph(free, free);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-  Eigen::AMDOrdering<int>()(graph, order);
-  row_of_ = number;
-  if (free > 0) {
-    const Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> place = order.inverse();
-    for (int& row : row_of_)
-      if (row >= 0) row = 3 * place.indices()[row];
-  }
 
   // The pattern of the upper half, in that order.
-  entries.clear();
+  std::vector<Eigen::Triplet<double>> entries;
   const auto add_block = [&](int low, int high) {
     for (int row = 0; row < 3; ++row)
       for (int col = low == high ? row : 0; col < 3; ++col)
@@ -44,21 +27,16 @@ SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses
   };
   for (const int row : row_of_)
     if (row >= 0) add_block(row, row);
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) {
-    const int low = row_of_[static_cast<std::size_t>(a)],
-              high = row_of_[static_cast<std::size_t>(b)];
-    if (low >= 0 && high >= 0) add_block(std::min(low, high), std::max(low, high));
-  });
+  for (const auto& pair : pairs)
+    if (const auto [low, high] = rows_of(pair); low >= 0) add_block(low, high);
   upper_.resize(3 * free, 3 * free);
   upper_.setFromTriplets(entries.begin(), entries.end());
   upper_.makeCompressed();
   for (const int row : row_of_) diagonal_.push_back(row < 0 ? Target{} : target(row, row));
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) {
-    const int low = row_of_[static_cast<std::size_t>(a)],
-              high = row_of_[static_cast<std::size_t>(b)];
-    springs_.push_back(low < 0 || high < 0 ? Target{}
-                                           : target(std::min(low, high), std::max(low, high)));
-  });
+  for (const auto& pair : pairs) {
+    const auto [low, high] = rows_of(pair);
+    springs_.push_back(low < 0 ? Target{} : target(low, high));
+  }
   ldlt_.analyzePattern(upper_);
   // The first factorisation takes the memory of all: that of I.
   for (std::size_t i = 0; i < row_of_.size(); ++i)

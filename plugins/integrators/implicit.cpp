@@ -86,7 +86,7 @@ SIM_PLUGIN(kIntegrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .source = "Baraff & Witkin (1998), SIGGRAPH; Martin et al. (2011), ACM TOG 30(4) 72",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kImplicitEuler, options(given));
+        return std::make_unique<sim::DiagonallyImplicit>(kImplicitEuler, 1, options(given));
       }});
   registrar.add(sim::IntegratorPlugin{
       {.name = "implicit_midpoint",
@@ -95,7 +95,8 @@ SIM_PLUGIN(kIntegrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .source = "Hairer, Lubich & Wanner (2006), Geometric Numerical Integration, section II.1",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kImplicitMidpoint, options(given), true);
+        return std::make_unique<sim::DiagonallyImplicit>(kImplicitMidpoint, 2, options(given),
+                                                         true);
       }});
   registrar.add(sim::IntegratorPlugin{
       {.name = "trbdf2",
@@ -108,7 +109,7 @@ SIM_PLUGIN(kIntegrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
                  "Numer. Math. 20, 21-37",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, options(given));
+        return std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given));
       }});
   registrar.add(sim::IntegratorPlugin{
       {.name = "bdf2",
@@ -119,6 +120,6 @@ SIM_PLUGIN(kIntegrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .params = params()},
       [](const sim::Params& given) {
         return std::make_unique<sim::Bdf2>(
-            options(given), std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, options(given)));
+            options(given), std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given)));
       }});
 }

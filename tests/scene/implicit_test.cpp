@@ -4,6 +4,7 @@
 #include <complex>
 
 #include "core/base/error.h"
+#include "tests/support/allocations.h"
 #include "tests/support/scenes.h"
 #include "tests/support/table.h"
 
@@ -270,4 +271,88 @@ TEST_CASE("wrong parameters of implicit methods are refused with what is known")
   large.first_order->state.assign(3000, 1.0);
   CHECK_THROWS_WITH(sim::Simulation(large, registry, with("trbdf2", 0.1)),
                     Catch::Contains("3000") && Catch::Contains("rk4"));
+}
+
+TEST_CASE("projective dynamics approaches backward Euler") {
+  // Figures of an implementation in other arithmetic; 2.9646e-2 is backward Euler itself.
+  sim::Registry registry = make_registry();
+  const auto error = [&](int iterations) {
+    return cloth_error("projective_dynamics", 64, registry,
+                       {{"iterations", std::int64_t{iterations}}});
+  };
+  CHECK(error(1) == Approx(4.3e-2).epsilon(0.01));
+  CHECK(error(10) == Approx(2.996e-2).epsilon(0.001));
+  CHECK(error(50) == Approx(2.965e-2).epsilon(0.001));
+
+  sim::Simulation exact(make_cloth(8), registry, with("implicit_euler", 0.02, {{"tol", 1e-12}}));
+  sim::Simulation near(make_cloth(8), registry,
+                       with("projective_dynamics", 0.02, {{"iterations", std::int64_t{1000}}}));
+  REQUIRE(run(exact, 20));
+  REQUIRE(run(near, 20));
+  for (int i = 0; i < 64; ++i) CHECK((exact.position(i) - near.position(i)).norm() <= 1e-10);
+  CHECK(near.integrator().effort().factorisations == 1);
+  CHECK(near.integrator().effort().newton == 20 * 1000);
+
+  CHECK_THROWS_WITH(sim::Simulation(make_circle(), registry, with("projective_dynamics", 0.1)),
+                    Catch::Contains("first order") && Catch::Contains("implicit_euler"));
+}
+
+TEST_CASE("forces that give no Jacobian work with implicit methods, with a note that names them") {
+  sim::Registry registry = make_registry();
+  for (const char* name : {"attraction", "air_drag"})
+    registry.load(std::string(SIM_FIXTURE_DIR) + "/" + name + "/" + name + ".so");
+  const auto attracted = [&](const std::string& method, double h) {
+    sim::SystemSpec spec = make_falling(2, 0);
+    spec.forces = {make_part("attraction", {{"k", 50.0}, {"center", sim::Vec3(0, 1, 0)}})};
+    return sim::Simulation(spec, registry, with(method, h, {{"tol", 1e-13}}));
+  };
+  // An oscillator of 5 rad/s about the centre.
+  for (const std::string& method : kMethods) {
+    const double h = 0.3;
+    const int n = 20;
+    sim::Simulation simulation = attracted(method, h);
+    REQUIRE(run(simulation, n));
+    const Complex factor = discrete(method, {0, 5 * h}, n);
+    const sim::Vec3 centre(0, 1, 0), x(0.5, 2, -1), v(1, 3, -2);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Complex exact = Complex(x[axis] - centre[axis], -v[axis] / 5) * factor;
+      CHECK(std::abs(simulation.position(0)[axis] - centre[axis] - exact.real()) <= 1e-9);
+    }
+    REQUIRE(simulation.integrator().notes().size() == 1);
+    CHECK_THAT(simulation.integrator().notes()[0], Catch::Contains("'attraction'"));
+  }
+  CHECK(sim::Simulation(make_cloth(4), registry, with("trbdf2", 0.1)).integrator().notes().empty());
+  CHECK_THROWS_WITH(sim::Simulation(
+                        [&] {
+                          sim::SystemSpec spec = make_cloth(4);
+                          spec.forces.push_back(make_part("attraction", {{"k", 1.0}}));
+                          return spec;
+                        }(),
+                        registry, with("trbdf2", 0.1, {{"solver", std::string("ldlt")}})),
+                    Catch::Contains("'attraction'"));
+
+  // Among springs, and depending on velocity and time.
+  sim::SystemSpec windy = make_cloth(9);
+  windy.forces.push_back(make_part("air_drag", {{"c", 0.02}}));
+  sim::Simulation exact(windy, registry, with("rk4", 1e-3)),
+      found(windy, registry, with("trbdf2", 2e-3));
+  REQUIRE(run(exact, 300));
+  REQUIRE(run(found, 150));
+  double worst = 0;
+  for (int i = 0; i < 81; ++i)
+    worst = std::max(worst, (exact.position(i) - found.position(i)).norm());
+  CHECK(worst < 5e-5);
+  CHECK(found.integrator().effort().newton < 150 * 2 * 5);
+}
+
+TEST_CASE("the sparse factorisation takes no memory in a step") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"implicit_euler", "bdf2"}) {
+    sim::Simulation cloth(make_cloth(12), registry,
+                          with(method, 0.02, {{"solver", std::string("ldlt")}}));
+    REQUIRE(cloth.step());
+    const std::size_t before = allocation_count();
+    REQUIRE(run(cloth, 10));
+    CHECK(allocation_count() == before);
+  }
 }

@@ -1,0 +1,48 @@
+// The equation of an implicit stage of particles, at one trial velocity after the other.
+#pragma once
+
+#include "core/base/array.h"
+#include "core/particles/particle_system.h"
+
+namespace sim {
+
+// Y = (q, v), r = (r_q, r_v). With q = r_q + tau v the equation Y - tau f(t, Y) = r becomes
+//   g(v) = M (v - r_v) + tau c v - tau (F(t, q, v) + m g) = 0
+// which for springs, F = -grad U(q), is the gradient of
+//   Phi(v) = 1/2 |v - r_v|^2_M + tau/2 c |v|^2 + U(r_q + tau v) - tau m g.v
+// Martin, Thomaszewski, Grinspun & Gross (2011), ACM TOG 30(4) 72; Gast, Schroeder, Stomakhin,
+// Jiang & Teran (2015), IEEE TVCG 21(10). Vectors have three coordinates a particle, 0 where
+// pinned.
+class StageEquation {
+ public:
+  explicit StageEquation(ParticleSystem& system);
+
+  const Layout& layout() const noexcept { return half_; }
+  Array& gradient() noexcept { return g_; }
+  const Array& gradient() const noexcept { return g_; }
+  Array& direction() noexcept { return d_; }
+  double tau() const noexcept { return tau_; }
+  std::int64_t evaluations() const noexcept { return evaluations_; }
+  ParticleView view() const { return system_->view(t_, y_); }
+
+  // The equation at hand. Trials lie in y, on the line from its velocity along direction().
+  void begin(double t, double tau, const double* r, double* y);
+  void place(double s);  // v := start + s d, q := r_q + tau v
+  void start_here();     // start := v
+  void evaluate();       // gradient() := g(v)
+  double phi() const;    // J, with springs and affine forces alone
+
+ private:
+  ParticleSystem* system_;
+  Layout half_;
+  Array g_, d_, start_;
+  double t_ = 0, tau_ = 0;
+  const double* r_ = nullptr;
+  double* y_ = nullptr;
+  std::int64_t evaluations_ = 0;
+};
+
+// In eight lanes: the same bits whatever the machine.
+double dot(const Array& a, const Array& b);
+
+}  // namespace sim
