@@ -7,6 +7,7 @@
 #include "core/base/simd_targets.h"
 #include "core/base/text.h"
 #include "tests/bench/cloth.h"
+#include "tests/bench/implicit.h"
 #include "tests/bench/kernel.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/memory.h"
@@ -88,6 +89,8 @@ int run(int argc, char** argv) {
   std::cerr << "bench: springs given in other ways\n";
   const std::vector<Variation> variations = measure_variations(options, registry);
   printer.print(variation_table(variations));
+  std::cerr << "bench: implicit steps\n";
+  printer.print(implicit_table(measure_implicit(options, registry)));
   PeerReport peers;
   if (options.peers) {
     peers = measure_peers(options, registry);

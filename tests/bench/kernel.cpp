@@ -38,8 +38,10 @@ void measure_size(int n, const Options& options, sim::Registry& registry,
   const std::size_t first = results.size();
   for (const std::string& integrator : integrators)
     for (const int threads : options.threads) {
-      simulations.emplace_back(spec, registry,
-                               sim::RunOptions{integrator, stable_step(integrator, n), threads});
+      simulations.emplace_back(
+          spec, registry,
+          sim::RunOptions{
+              .integrator = integrator, .dt = stable_step(integrator, n), .threads = threads});
       KernelResult& r = results.emplace_back();
       r.n = n;
       r.integrator = integrator;
@@ -155,7 +157,7 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
   std::vector<sim::Simulation> simulations;
   for (const Entry& entry : entries)
     simulations.emplace_back(entry.spec, registry,
-                             sim::RunOptions{"rk4", stable_step("rk4", kSide), 1});
+                             sim::RunOptions{.integrator = "rk4", .dt = stable_step("rk4", kSide)});
   std::vector<Contestant> contestants;
   for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
   const std::vector<Times> times = measure(contestants, options.timing);

@@ -130,7 +130,8 @@ std::vector<sim::Simulation> make_ours(const sim::SystemSpec& spec, const std::s
   const auto known = registry.names(sim::PluginKind::kIntegrator);
   if (std::find(known.begin(), known.end(), method) == known.end()) return ours;
   for (const int threads : options.threads)
-    ours.emplace_back(spec, registry, sim::RunOptions{method, h, threads});
+    ours.emplace_back(spec, registry,
+                      sim::RunOptions{.integrator = method, .dt = h, .threads = threads});
   return ours;
 }
 
