@@ -36,7 +36,8 @@ std::string limit_text(double limit) {
 }
 
 std::string kind_text(const IntegratorInfo& info) {
-  std::string text = info.symplectic ? "symplectic" : info.implicit ? "implicit" : "explicit";
+  std::string text = info.implicit ? "implicit" : info.symplectic ? "symplectic" : "explicit";
+  if (info.implicit && info.symplectic) text += ", symplectic";
   if (info.adaptive) text = "adaptive";
   if (info.needs_second_order) text += ", particles";
   return text;

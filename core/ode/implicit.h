@@ -21,7 +21,10 @@ class DiagonallyImplicit final : public Integrator {
       : plan_(plan_of(method)), options_(options), order_(order), symplectic_(symplectic) {}
 
   IntegratorInfo info() const noexcept override {
-    return {.order = order_, .symplectic = symplectic_, .implicit = true};
+    return {.order = order_,
+            .needs_second_order = options_.method == StageOptions::Method::kLocalGlobal,
+            .symplectic = symplectic_,
+            .implicit = true};
   }
   void prepare(OdeSystem& system) override;
   StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override;
