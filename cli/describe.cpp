@@ -86,7 +86,8 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   text += "\n" + wrapped("  " + info.summary, 2) + '\n';
   if (!info.formula.empty()) text += "\n" + indented(info.formula, "    ");
   if (!info.source.empty()) text += "\n" + wrapped("  source: " + info.source, 10) + '\n';
-  if (const auto facts = integrator_facts(info, registry)) text += '\n' + facts_text(*facts);
+  if (const auto facts = integrator_facts(info, registry); facts && facts->info.order > 0)
+    text += '\n' + facts_text(*facts);
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
   if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
   return text + "\nfile  " + info.file + '\n';

@@ -36,6 +36,7 @@ std::string limit_text(double limit) {
 }
 
 std::string kind_text(const IntegratorInfo& info) {
+  if (info.order == 0) return "chooses among these";
   std::string text = info.implicit ? "implicit" : info.symplectic ? "symplectic" : "explicit";
   if (info.implicit && info.symplectic) text += ", symplectic";
   if (info.adaptive) text = "adaptive";

@@ -11,7 +11,7 @@
 namespace sim {
 
 struct IntegratorInfo {
-  int order = 0;                    // p: the global error is O(h^p)
+  int order = 0;                    // p: the global error is O(h^p); 0 = not chosen yet
   int evaluations = 0;              // of f, per step (of its own, if adaptive); 0 = varies
   bool needs_second_order = false;  // q' = v, v' = a(t, q) - gamma v: OdeSystem::split_stepper
   bool adaptive = false;            // takes steps of its own size inside one of size h

@@ -53,6 +53,20 @@ TEST_CASE("reset brings back the first bits and the same path") {
   }
 }
 
+TEST_CASE("every integrator takes the same path after a reset") {
+  sim::Registry registry = make_registry();
+  for (const sim::SystemSpec& spec : {make_cloth(6), make_circle(), make_elastic_pendulum(1)})
+    for (const std::string& method : methods_for(spec, registry)) {
+      INFO(spec.name << ", " << method);
+      sim::Simulation simulation(spec, registry, {.integrator = method, .dt = 0.001});
+      REQUIRE(run(simulation, 60));
+      const std::uint64_t end = simulation.hash();
+      simulation.reset();
+      REQUIRE(run(simulation, 60));
+      CHECK(simulation.hash() == end);
+    }
+}
+
 TEST_CASE("a reset after a divergence is a fresh start") {
   sim::Registry registry = make_registry();
   sim::Simulation simulation(make_cloth(4), registry, {.integrator = "euler"});
@@ -65,22 +79,22 @@ TEST_CASE("a reset after a divergence is a fresh start") {
 
 TEST_CASE("a run that diverged leaves nothing behind for the run after a reset") {
   sim::Registry registry = make_registry();
-  for (const std::string& method : methods_for(make_cloth(4), registry))
-    for (const int n : {4, 7, 9, 100}) {
-      if (sim::Simulation(make_cloth(4), registry, {.integrator = method})
-              .integrator_info()
-              .implicit)
-        continue;  // stable with any step
+  int diverged = 0;
+  for (const int n : {4, 7, 9, 50}) {
+    const sim::SystemSpec spec = make_cloth(n);
+    for (const std::string& method : methods_with_order(spec, registry)) {
+      if (info_of(method, registry).implicit && n > 7) continue;  // they do not diverge
       INFO(method << " on " << n << " x " << n);
-      const sim::SystemSpec spec = make_cloth(n);
       sim::Simulation fresh(spec, registry, fixed_steps(method, 0.3, registry));
       sim::Simulation again(spec, registry, fixed_steps(method, 0.3, registry));
-      REQUIRE_FALSE(run(again, 100000));
+      diverged += !run(again, 100);
       again.reset();
       REQUIRE(run(again, 2));
       REQUIRE(run(fresh, 2));
       CHECK(again.hash() == fresh.hash());
     }
+  }
+  CHECK(diverged > 8);
 }
 
 TEST_CASE("the hash sees one bit and the number of steps") {
@@ -102,13 +116,13 @@ TEST_CASE("the hash sees one bit and the number of steps") {
 
 TEST_CASE("the bits do not depend on the number of threads") {
   sim::Registry registry = make_registry();
-  const auto check = [&](const sim::SystemSpec& spec, const std::string& method) {
+  const auto check = [&](const sim::SystemSpec& spec, const std::string& method, int steps = 100) {
     std::uint64_t first = 0;
     double energy = 0;
     for (const int threads : {1, 2, 3, 4, 7}) {
       sim::Simulation simulation(spec, registry,
                                  {.integrator = method, .dt = 0.0001, .threads = threads});
-      REQUIRE(run(simulation, 100));
+      REQUIRE(run(simulation, steps));
       if (threads == 1) {
         first = simulation.hash();
         energy = simulation.energy().total();
@@ -120,10 +134,8 @@ TEST_CASE("the bits do not depend on the number of threads") {
   };
   for (const int n : {2, 3, 17, 40, 64}) check(make_cloth(n), "rk4");
   check(make_cloth(100), "rk4");
-  check(make_cloth(67), "euler");
-  check(make_cloth(61), "trapezoid");
-  check(make_cloth(97), "verlet");
-  check(make_cloth(70), "symplectic_euler");
+  for (const std::string& method : methods_for(make_cloth(2), registry))
+    if (!info_of(method, registry).implicit) check(make_cloth(97), method, 5);
 
   // A long rope in which some springs skip particles, so that runs end in the middle of tiles.
   std::vector<sim::Vec3> points;
@@ -212,7 +224,7 @@ TEST_CASE("a step after the first takes no memory") {
     CHECK(taken == 0);
     CHECK(before > 0);
   };
-  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& method : methods_for(make_cloth(2), registry)) {
     check(make_cloth(10), method, 1);
     check(make_cloth(40), method, 3);
     check(make_elastic_pendulum(0.1), method, 1);

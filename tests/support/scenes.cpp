@@ -114,6 +114,11 @@ sim::SystemSpec make_falling(double mass, double drag) {
   return spec;
 }
 
+sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry) {
+  const sim::IntegratorPlugin& plugin = registry.integrator(integrator);
+  return plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
+}
+
 sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry) {
   sim::RunOptions options{.integrator = integrator, .dt = dt};
   for (const sim::Param& param : registry.integrator(integrator).params)
@@ -122,13 +127,16 @@ sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Regis
 }
 
 std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry) {
-  std::vector<std::string> names;
-  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
-    const sim::IntegratorPlugin& plugin = registry.integrator(name);
-    const sim::IntegratorInfo info =
-        plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
-    if (info.order > 0 && (spec.particles || !info.needs_second_order)) names.push_back(name);
-  }
+  std::vector<std::string> names = registry.names(sim::PluginKind::kIntegrator);
+  if (!spec.particles)
+    std::erase_if(
+        names, [&](const std::string& name) { return info_of(name, registry).needs_second_order; });
+  return names;
+}
+
+std::vector<std::string> methods_with_order(const sim::SystemSpec& spec, sim::Registry& registry) {
+  std::vector<std::string> names = methods_for(spec, registry);
+  std::erase_if(names, [&](const std::string& name) { return info_of(name, registry).order == 0; });
   return names;
 }
 

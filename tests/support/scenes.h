@@ -44,11 +44,16 @@ sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int
 // One free particle of `mass` kg under gravity.
 sim::SystemSpec make_falling(double mass, double drag);
 
+// With the defaults of its parameters.
+sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry);
+
 // Runs with the named method in fixed steps of dt, whether it could choose its own or not.
 sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry);
 
-// The methods that can run the scene, by name; those that choose for themselves are left out.
+// The methods that can run the scene, by name; with an order of their own: without those that
+// choose among the others.
 std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry);
+std::vector<std::string> methods_with_order(const sim::SystemSpec& spec, sim::Registry& registry);
 
 // Takes n steps; false as soon as one fails.
 bool run(sim::Simulation& simulation, std::int64_t n);

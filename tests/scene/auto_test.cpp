@@ -1,0 +1,109 @@
+// What `auto` chooses, why it says so, and that it does what it says.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/base/array.h"
+#include "core/ode/fastest_mode.h"
+#include "tests/support/scenes.h"
+#include "tests/support/table.h"
+
+using namespace sim_test;
+using Catch::Contains;
+
+namespace {
+
+std::string reason(const sim::Simulation& simulation) {
+  const std::vector<std::string> notes = simulation.integrator().notes();
+  return notes.empty() ? "" : notes.front();
+}
+
+// The reason that `auto` gives for a scene.
+std::string choice(const sim::SystemSpec& spec, sim::Registry& registry, double dt,
+                   std::map<std::string, sim::Value> given = {}) {
+  return reason(
+      sim::Simulation(spec, registry, {.integrator = "auto", .integrator_given = given, .dt = dt}));
+}
+
+sim::SystemSpec make_stiff_cloth(double stiffness) {
+  sim::SystemSpec spec = make_cloth(8);
+  for (sim::PartSpec& force : spec.forces)
+    if (force.plugin == "spring") force.given["stiffness"] = stiffness;
+  return spec;
+}
+
+}  // namespace
+
+TEST_CASE("the fastest mode of known systems") {
+  sim::Registry registry = make_registry();
+  const auto fastest = [&](const sim::SystemSpec& spec) {
+    sim::Simulation simulation(spec, registry);
+    return sim::fastest_mode(simulation.ode(), 0, simulation.state().data());
+  };
+  const sim::FastestMode cloth = fastest(make_cloth(8));
+  CHECK(cloth.rate == Approx(192.678).epsilon(1e-3));
+  CHECK(cloth.damping == Approx(2).epsilon(0.05));
+  const sim::FastestMode spring = fastest(make_vertical_spring(1.5));
+  CHECK(spring.rate == Approx(7).epsilon(1e-6));
+  CHECK(spring.damping == Approx(1.5).epsilon(1e-6));
+  const sim::FastestMode circle = fastest(make_circle());
+  CHECK(circle.rate == Approx(1).epsilon(1e-6));
+  CHECK(std::fabs(circle.damping) < 1e-6);
+  CHECK(fastest(make_falling(1, 0)).rate == 0);
+  CHECK(fastest(make_falling(1, 3)).rate == Approx(3).epsilon(1e-6));
+}
+
+TEST_CASE("auto chooses by stiffness, damping, accuracy and order") {
+  sim::Registry registry = make_registry();
+  CHECK_THAT(choice(make_cloth(8), registry, 0.005), Contains("auto: pefrl, steps of 0.005 s") &&
+                                                         Contains("omega up to 193 rad/s") &&
+                                                         Contains("damping 2"));
+  CHECK_THAT(choice(make_cloth(8), registry, 0.05), Contains("pefrl, 7 steps to each of 0.05 s"));
+  CHECK_THAT(choice(make_cloth(8), registry, 0.005, {{"tol", 1e-2}}), Contains("verlet"));
+  CHECK_THAT(choice(make_cloth(8), registry, 0.005, {{"tol", 1e-9}}), Contains("dop853"));
+  CHECK_THAT(choice(make_stiff_cloth(1e10), registry, 0.005), Contains("trbdf2"));
+  CHECK_THAT(choice(make_vertical_spring(30), registry, 0.1), Contains("verlet"));
+  CHECK_THAT(choice(make_circle(), registry, 0.01), Contains("dopri5") && Contains("first order"));
+  CHECK_THAT(choice(make_falling(1, 0), registry, 0.1), Contains("nothing vibrates"));
+}
+
+TEST_CASE("auto runs the method that it names") {
+  sim::Registry registry = make_registry();
+  sim::Simulation chosen(make_cloth(8), registry, {.integrator = "auto", .dt = 0.05});
+  sim::Simulation named(make_cloth(8), registry, {.integrator = "pefrl", .dt = 0.05 / 7});
+  REQUIRE(run(chosen, 20));
+  REQUIRE(run(named, 140));
+  CHECK(same_bits(state_of(chosen), state_of(named)));
+  CHECK(chosen.t() == 1);
+
+  const Table table("cloth8.csv");
+  double worst = 0;
+  for (const Row& row : table.rows_where("t", 1.0)) {
+    const sim::Vec3 exact(row.number("x"), row.number("y"), row.number("z"));
+    worst =
+        std::max(worst, (chosen.position(static_cast<int>(row.number("particle"))) - exact).norm());
+  }
+  CHECK(worst < 1e-5);
+}
+
+TEST_CASE("a choice is remembered with the state") {
+  sim::Registry registry = make_registry();
+  const sim::IntegratorPlugin& plugin = registry.integrator("auto");
+  const auto make = [&] { return plugin.make(sim::Params("auto", plugin.params, {}, {})); };
+  sim::Simulation scene(make_cloth(6), registry);
+  sim::OdeSystem& system = scene.ode();
+  const auto first = make(), second = make();
+  sim::Array x(system.size()), next(system.size()), again(system.size());
+  std::ranges::copy(scene.state(), x.data());
+
+  // Both start from different states; one takes over the memory of the other.
+  first->prepare(system);
+  first->restart(0, 0.05, x.data());
+  REQUIRE(first->step(system, 0, 0.05, x.data(), next.data()) == sim::StepStatus::kDone);
+  second->prepare(system);
+  second->restart(0.05, 1e-4, next.data());
+  second->recall(first->memory());
+  REQUIRE(first->step(system, 0.05, 0.05, next.data(), x.data()) == sim::StepStatus::kDone);
+  REQUIRE(second->step(system, 0.05, 0.05, next.data(), again.data()) == sim::StepStatus::kDone);
+  CHECK(std::ranges::equal(x.span(), again.span()));
+}
