@@ -1,11 +1,22 @@
 #include "cli/console.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <new>
 #include <string>
 
 namespace sim::cli {
+
+void occupy_standard_streams() {
+  int descriptor = 0;
+  do {
+    descriptor = ::open("/dev/null", O_RDONLY);
+  } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
+  if (descriptor >= 0) ::close(descriptor);
+}
 
 void put(std::ostream& stream, std::string_view text) {
   if (!stream.good()) return;

@@ -44,24 +44,6 @@ std::string default_text(const Param& param) {
   return text.empty() ? "none" : text;
 }
 
-// Rows of texts in columns as wide as they need; the last column is not padded.
-std::string aligned(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> width;
-  for (const auto& row : rows) {
-    width.resize(std::max(width.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line = " ";
-    for (std::size_t i = 0; i < row.size(); ++i)
-      line += ' ' + (i + 1 < row.size() ? left(row[i], width[i] + 1) : row[i]);
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + '\n';
-  }
-  return text;
-}
-
 std::string param_table(const PluginInfo& info) {
   std::vector<std::vector<std::string>> rows{{"name", "type", "unit", "default", "bounds"}};
   for (const Param& param : info.params)

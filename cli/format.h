@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace sim::cli {
 
@@ -20,6 +21,10 @@ std::string indented(std::string_view text, std::string_view indent = "  ");
 
 // Broken between words into lines of at most `width`, later ones behind `indent` spaces.
 std::string wrapped(std::string_view text, std::size_t indent, std::size_t width = 80);
+
+// Rows of texts in columns as wide as they need; the last column is not padded.
+std::string aligned(const std::vector<std::vector<std::string>>& rows,
+                    std::string_view indent = "  ");
 
 std::string join(std::span<const std::string> texts, std::string_view between);
 

@@ -111,4 +111,12 @@ std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
   }
 }
 
+bool same_method(const Settings& settings, const std::string& name,
+                 const std::map<std::string, Value>& given) {
+  return settings.integrator.name == name &&
+         std::ranges::equal(settings.given, given, [](const auto& a, const auto& b) {
+           return a.first == b.first && to_text(a.second) == to_text(b.second);
+         });
+}
+
 }  // namespace sim::cli

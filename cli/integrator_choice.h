@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/plugin/registry.h"
+#include "core/scene/snapshot.h"
 
 namespace sim::cli {
 
@@ -24,5 +25,9 @@ IntegratorChoice parse_integrator(const std::string& text);
 // unknown integrator or parameter, bad value, a tolerance where none is used.
 std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
                                                const std::string& name, Registry& registry);
+
+// True when these settings are the integrator `name` with the same values.
+bool same_method(const Settings& settings, const std::string& name,
+                 const std::map<std::string, Value>& given);
 
 }  // namespace sim::cli

@@ -33,7 +33,7 @@ constexpr const char* kFooter =
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  7 plugin, 130 or 143 interrupted, 141 the reader of a pipe has gone\n";
+    "  6 checkpoint, 7 plugin, 130 or 143 interrupted, 141 the reader of a pipe has gone\n";
 
 constexpr std::int64_t kMostThreads = 1024;
 constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
@@ -47,6 +47,7 @@ constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 struct Texts {
   std::string scene, integrator_word, dt_word;
   std::string integrator, dt, tol, time, steps, seed, threads, debug_particle, energy, dump, every;
+  std::string snap, resume;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
   bool fixed_step = false, json = false, quiet = false, version = false;
@@ -137,6 +138,10 @@ Parser::Parser() {
       value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--every", t.every, "N", "frames of the tables: each N-th step; 1 if not given"),
+      value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
+      value("--resume", t.resume, "FILE",
+            "goes on from one, bit for bit; --time and --steps\n"
+            "count from the start of the first run"),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
@@ -233,6 +238,10 @@ RunRequest Parser::run_request() const {
     request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
   if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
+  if (t.snap == "-")
+    usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
+  if (!t.snap.empty()) request.snap = t.snap;
+  if (!t.resume.empty()) request.resume = t.resume;
   request.json = t.json;
   request.quiet = t.quiet;
   if (t.progress == "on") request.progress = ShowProgress::kOn;

@@ -16,11 +16,7 @@ constexpr int kShownComponents = 3;
 
 std::int64_t steps_taken(std::span<Track> tracks) {
   std::int64_t steps = 0;
-  for (const Track& track : tracks) {
-    const Simulation& system = track.system();
-    steps += system.integrator_info().adaptive ? system.integrator().effort().steps
-                                               : system.step_count();
-  }
+  for (const Track& track : tracks) steps += track.taken();
   return steps;
 }
 
@@ -101,7 +97,7 @@ void Progress::update(std::span<Track> tracks) {
   const Track& track = slowest(tracks);
   std::string line = "t = " + brief(track.system().t(), 4) + " of " + brief(track.end(), 4) +
                      " s   " + brief(static_cast<double>(steps_taken(tracks)) / seconds, 3) +
-                     " steps/s   " + brief(track.system().t() / seconds, 3) + " x real time";
+                     " steps/s   " + brief(track.elapsed() / seconds, 3) + " x real time";
   for (Track& each : tracks)
     if (each.system().second_order() && tracks.size() == 1)
       line += "   drift " + brief(each.drift(), 3) + " J";
@@ -213,7 +209,7 @@ void Report::footer(std::span<Track> tracks, double seconds) {
   if (steps > 0 && seconds > 0) {
     text += label("ran", brief(steps, 15) + " steps in " + brief(seconds, 3) +
                              " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +
-                             brief(slowest(tracks).system().t() / seconds, 3) + " x real time");
+                             brief(slowest(tracks).elapsed() / seconds, 3) + " x real time");
   }
   for (const Track& track : tracks) {
     const Simulation& system = track.system();

@@ -15,6 +15,9 @@ namespace sim::cli {
 class Progress {
  public:
   Progress(std::ostream& err, bool on);
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
 
   void update(std::span<Track> tracks);  // draws at most ten times a second
   void clear();                          // before anything else is printed
@@ -33,11 +36,11 @@ class Report {
   Report(std::ostream* out, const LoadedScene& scene) : out_(out), scene_(scene) {}
 
   void header(std::span<Track> tracks, int threads);
+  std::string columns(std::span<Track> tracks);  // the heads of the rows
   void row(Track& track);
   void footer(std::span<Track> tracks, double seconds);
 
  private:
-  std::string columns(std::span<Track> tracks);
   std::string measures(Track& track) const;
 
   std::ostream* out_;

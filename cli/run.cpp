@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "cli/checkpoint_file.h"
 #include "cli/format.h"
 #include "cli/report.h"
 #include "cli/signals.h"
@@ -45,6 +46,11 @@ void check_request(const RunRequest& request) {
         ErrorKind::kUsage,
         {"two kinds of data for standard output", "--json with --dump or --energy",
          "the summary and the table would mix", "give the table a file, as in --dump=run.csv"});
+  for (const auto& table : {request.dump, request.energy})
+    if (request.snap && table && same_target({*request.snap}, *table))
+      throw Error(ErrorKind::kUsage,
+                  {"a table and a checkpoint for one place", "--snap",
+                   "both would be written to " + *request.snap, "give one another file"});
   const bool runs = request.time || request.steps;
   if (request.debug_particle && !runs && (request.dump || request.energy))
     throw Error(ErrorKind::kUsage,
@@ -75,7 +81,9 @@ void print_notes(const LoadedScene& scene, Console& console) {
 
 class Run {
  public:
-  Run(const RunRequest& request, LoadedScene& scene, Console& console);
+  // start_energies in J: where the drift of each system counts from; empty = from here.
+  Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+      Console& console);
 
   int go();
 
@@ -106,7 +114,8 @@ bool shows_progress(const RunRequest& request, const Console& console) {
   return request.progress == ShowProgress::kOn || console.err_is_terminal;
 }
 
-Run::Run(const RunRequest& request, LoadedScene& scene, Console& console)
+Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+         Console& console)
     : request_(request),
       scene_(scene),
       console_(console),
@@ -121,6 +130,12 @@ Run::Run(const RunRequest& request, LoadedScene& scene, Console& console)
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps, frame_stride,
                          request.every && !tables ? frame_stride : tenth);
+    if (scene.systems[i].step_count() > steps)
+      throw Error(ErrorKind::kUsage,
+                  {"nothing to run", "--resume",
+                   "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
+                   "give a later --time, which counts from the start of the first run"});
+    if (!start_energies.empty()) tracks_.back().set_start(start_energies[i]);
     systems.push_back(&scene.systems[i]);
   }
   const TableScope scope{systems, scene.spec.world};
@@ -158,10 +173,7 @@ bool Run::step(Simulation& system) {
     return system.step();
   } catch (const Error& error) {
     progress_.clear();
-    ErrorText text = error.text();
-    text.why += " (in step " + std::to_string(system.step_count() + 1) +
-                " from t = " + brief(system.t()) + " s)";
-    throw Error(error.kind(), text);
+    throw in_step(error, system);
   }
 }
 
@@ -198,6 +210,11 @@ int Run::go() {
 int Run::conclude(int caught) {
   if (dump_) dump_->commit();
   if (energy_) energy_->commit();
+  if (request_.snap) {
+    std::vector<double> starts;
+    for (const Track& track : tracks_) starts.push_back(track.start_energy().total());
+    save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
+  }
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle)
     print_adjacency(scene_, *request_.debug_particle, request_.json, words(request_, console_));
@@ -206,11 +223,9 @@ int Run::conclude(int caught) {
   flush_or_throw(console_.out, "standard output");
 
   const Verdict verdict = overall_verdict(tracks_);
-  const bool adaptive = scene_.systems.front().integrator_info().adaptive;
   if (verdict.trust == Trust::kDiverged)
     print_error(console_.err, "diverged: " + scene_.spec.file + ": " + verdict.reason +
-                                  (adaptive ? "; try another --tol or --integrator"
-                                            : "; try a smaller --dt or another --integrator"));
+                                  "; try a smaller --dt or another --integrator");
   if (!request_.quiet || verdict.trust != Trust::kTrusted)
     console_.err << trust_name(verdict.trust) << ": " << verdict.reason << '\n' << std::flush;
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
@@ -219,10 +234,21 @@ int Run::conclude(int caught) {
 
 }  // namespace
 
-int run(const RunRequest& request, const Environment& environment, Registry& registry,
+int run(const RunRequest& asked, const Environment& environment, Registry& registry,
         Console& console) {
-  check_request(request);
+  check_request(asked);
+  RunRequest request = asked;
+  std::optional<Checkpoint> saved;
+  if (asked.resume) {
+    saved = read_checkpoint(*asked.resume);
+    complete(request.scene, *saved);
+  }
   LoadedScene scene = load(request.scene, environment, registry);
+  std::vector<double> start_energies;
+  if (saved) {
+    resume_all(scene, request.scene, *saved, *asked.resume, registry);
+    for (const auto& system : saved->systems) start_energies.push_back(system.start_energy);
+  }
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",
@@ -239,7 +265,7 @@ int run(const RunRequest& request, const Environment& environment, Registry& reg
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
   if (!request.quiet) print_notes(scene, console);
-  return Run(request, scene, console).go();
+  return Run(request, scene, start_energies, console).go();
 }
 
 }  // namespace sim::cli

@@ -20,6 +20,7 @@ struct RunRequest {
   std::optional<ParticleChoice> debug_particle;
   std::optional<Target> energy, dump;
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
+  std::optional<std::string> snap, resume;  // files of checkpoints
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

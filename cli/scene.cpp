@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cli/format.h"
 #include "core/base/error.h"
 #include "core/lua/scene_file.h"
 
@@ -31,6 +32,13 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
     scene.systems.emplace_back(system, registry, options);
   }
   return scene;
+}
+
+Error in_step(const Error& error, const Simulation& system) {
+  ErrorText text = error.text();
+  text.why += " (in step " + std::to_string(system.step_count() + 1) +
+              " from t = " + brief(system.t()) + " s)";
+  return Error(error.kind(), text);
 }
 
 std::string counted(long count, const std::string& noun) {

@@ -8,6 +8,7 @@
 
 #include "cli/environment.h"
 #include "cli/integrator_choice.h"
+#include "core/base/error.h"
 #include "core/scene/simulation.h"
 
 namespace sim::cli {
@@ -32,6 +33,9 @@ struct LoadedScene {
 // Throws Error: kUsage for an integrator of the command line that does not exist or does not take
 // what is said of it, else what load_scene and Simulation throw.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
+
+// The error of a right-hand side written in Lua, with the step it failed in.
+Error in_step(const Error& error, const Simulation& system);
 
 // "64 particles", "1 spring".
 std::string counted(long count, const std::string& noun);

@@ -27,4 +27,20 @@ Interrupts::~Interrupts() {
 
 int Interrupts::caught() const { return caught_signal; }
 
+SessionSignals::SessionSignals() {
+  clear();
+  struct sigaction action {};
+  action.sa_handler = remember_signal;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+int SessionSignals::caught() { return caught_signal; }
+void SessionSignals::clear() { caught_signal = 0; }
+
+void SessionSignals::check() {
+  if (any()) throw Interrupted();
+}
+
 }  // namespace sim::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <csignal>
+#include <exception>
 
 namespace sim::cli {
 
@@ -17,6 +18,20 @@ class Interrupts {
 
  private:
   struct sigaction before_int_, before_term_;
+};
+
+// Thrown by what stops because of a signal.
+struct Interrupted : std::exception {};
+
+// The same for a session: no signal ends the program, and none restarts a system call.
+class SessionSignals {
+ public:
+  SessionSignals();
+
+  static int caught();  // the last one since clear(), or 0
+  static bool any() { return caught() != 0; }
+  static void clear();
+  static void check();  // throws Interrupted
 };
 
 }  // namespace sim::cli

@@ -1,5 +1,4 @@
 // sim: runs scenes and answers questions about them.
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -47,16 +46,6 @@ struct Dispatch {
     return describe(request, env, registry, console);
   }
 };
-
-// A standard stream that was closed must not become a file that is opened later. Writing to what
-// stands in for it fails.
-void occupy_standard_streams() {
-  int descriptor = 0;
-  do {
-    descriptor = ::open("/dev/null", O_RDONLY);
-  } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
-  if (descriptor >= 0) ::close(descriptor);
-}
 
 }  // namespace
 

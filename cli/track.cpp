@@ -43,6 +43,8 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       frame_stride_(frame_stride),
       row_stride_(row_stride),
       sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
+      first_step_(system.step_count()),
+      first_t_(system.t()),
       monitor_(system.conserves_energy()) {
   if (system.second_order()) start_ = energy();
   if (has_exact()) deviation();

@@ -18,10 +18,14 @@ class Track {
   // exact solution throws at t = 0.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride);
+  // Counts the drift from another total energy than the present one, in J.
+  void set_start(double total) { start_ = {0, total}; }
 
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
-  double end() const { return static_cast<double>(steps_) * system_->h(); }  // s
+  std::int64_t taken() const { return system_->step_count() - first_step_; }
+  double elapsed() const { return system_->t() - first_t_; }  // s, simulated
+  double end() const { return system_->t(steps_); }           // s
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
 
@@ -54,6 +58,8 @@ class Track {
   const SystemSpec* spec_;
   Simulation* system_;
   std::int64_t steps_, frame_stride_, row_stride_, sample_stride_;
+  std::int64_t first_step_;
+  double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to

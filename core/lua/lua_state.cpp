@@ -10,6 +10,7 @@
 namespace sim {
 namespace {
 
+constexpr int kInstructions = 1000;  // between two questions whether to stop
 constexpr const char* kErrorType = "sim.error";
 constexpr const char* kMemoryRemedy = "use sim.grid for large regular scenes";
 constexpr const char* kFields[] = {"what", "where", "why", "remedy"};
@@ -122,7 +123,7 @@ void raise(lua_State* L, ErrorKind kind, const ErrorText& text) {
   std::abort();  // lua_error does not return
 }
 
-LuaState::LuaState(std::size_t memory_limit) {
+LuaState::LuaState(std::size_t memory_limit, bool (*interrupted)()) : interrupted_(interrupted) {
   memory_.limit = std::min(memory_limit, half_of_machine());
   lua_ = lua_newstate(allocate, &memory_);
   if (!lua_) throw std::bad_alloc();
@@ -134,6 +135,13 @@ LuaState::LuaState(std::size_t memory_limit) {
     lua_pushstring(L, kErrorType);
     lua_setfield(L, -2, "__metatable");
   });
+}
+
+// From then on every instruction is stopped, so that no pcall around it can go on.
+void LuaState::check_interrupt(lua_State* L, lua_Debug* /*event*/) {
+  if (!(*static_cast<LuaState**>(lua_getextraspace(L)))->interrupted_()) return;
+  lua_sethook(L, check_interrupt, LUA_MASKCOUNT, 1);
+  luaL_error(L, "interrupted");
 }
 
 LuaState::~LuaState() { lua_close(lua_); }
@@ -174,8 +182,10 @@ int LuaState::handle_message(lua_State* L) {
     for (std::string* part :
          {&caught.text.what, &caught.text.where, &caught.text.why, &caught.text.remedy})
       *part = one_line_text(*part);
-    for (const ErrorKind kind : {ErrorKind::kInternal, ErrorKind::kUsage, ErrorKind::kIo})
-      if (lua_tointeger(L, -1) == static_cast<int>(kind)) caught.kind = kind;
+    if (const lua_Integer kind = lua_tointeger(L, -1);
+        kind >= static_cast<int>(ErrorKind::kInternal) &&
+        kind <= static_cast<int>(ErrorKind::kCheck))
+      caught.kind = static_cast<ErrorKind>(kind);
   } else {
     caught.text = locate(L, std::string("error object is a ") + luaL_typename(L, 1) + " value");
   }
@@ -204,6 +214,7 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
 
   const std::lock_guard lock(mutex_);
   caught_.reset();
+  if (interrupted_) lua_sethook(lua_, check_interrupt, LUA_MASKCOUNT, kInstructions);
   lua_pushcfunction(lua_, handle_message);
   lua_pushcfunction(lua_, enter);
   lua_pushlightuserdata(lua_, &call);

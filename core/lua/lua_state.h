@@ -20,7 +20,9 @@ inline constexpr const char* kLanguageSource = "=sim";
 
 class LuaState {
  public:
-  explicit LuaState(std::size_t memory_limit);  // bytes; at most half the machine's
+  // memory_limit in bytes, at most half the machine's. `interrupted`, if any, is asked every
+  // thousand instructions; a yes ends what runs with the error "interrupted".
+  explicit LuaState(std::size_t memory_limit, bool (*interrupted)() = nullptr);
   ~LuaState();
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;
@@ -47,9 +49,11 @@ class LuaState {
 
   static void* allocate(void* memory, void* block, std::size_t old_size, std::size_t new_size);
   static int handle_message(lua_State* L);
+  static void check_interrupt(lua_State* L, lua_Debug* event);
   void run(const Place& place, void (*body)(void*, lua_State*), void* data);
 
   Memory memory_;
+  bool (*interrupted_)();
   std::optional<Caught> caught_;
   std::recursive_mutex mutex_;  // functions may be released inside protect()
   lua_State* lua_ = nullptr;

@@ -18,6 +18,7 @@ struct SceneOptions {
   std::map<std::string, std::string> settings;     // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
   std::size_t memory = std::size_t{4} << 30;       // bytes for Lua; at most half the machine's
+  bool (*interrupted)() = nullptr;                 // a yes ends Lua with an error
 };
 
 // Finds `name` as given, then below each folder of the search path. Throws Error{kIo} listing the

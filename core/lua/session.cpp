@@ -91,13 +91,13 @@ SceneSession::SceneSession(fs::path file, SceneOptions options)
     : file_(std::move(file)),
       file_name_(file_.string()),
       options_(std::move(options)),
-      lua_(options_.memory) {}
+      lua_(options_.memory, options_.interrupted) {}
 
 SceneSession& SceneSession::of(lua_State* L) {
   return *static_cast<SceneSession*>(lua_touserdata(L, lua_upvalueindex(1)));
 }
 
-void SceneSession::run(lua_State* L) {
+void SceneSession::open(lua_State* L) {
   open_sandbox(L, options_.seed);
   lua_newtable(L);
   lua_setfield(L, LUA_REGISTRYINDEX, kModules);
@@ -105,8 +105,16 @@ void SceneSession::run(lua_State* L) {
   lua_pushcclosure(L, guarded<require>, 1);
   lua_setglobal(L, "require");
   open_language(L);
+}
+
+void SceneSession::run(lua_State* L) {
+  open(L);
   run_file(L, file_, {});
 }
+
+void SceneSession::push_language(lua_State* L) { lua_getfield(L, LUA_REGISTRYINDEX, kLanguage); }
+
+void SceneSession::set_language(lua_State* L) { lua_setfield(L, LUA_REGISTRYINDEX, kLanguage); }
 
 // The language comes from the search path alone: a scene's folder cannot replace it.
 void SceneSession::open_language(lua_State* L) {
@@ -193,7 +201,7 @@ int SceneSession::require(lua_State* L) {
   lua_settop(L, 1);
   const std::string name(lua_tostring(L, 1), lua_rawlen(L, 1));
   if (name == "sim") {
-    lua_getfield(L, LUA_REGISTRYINDEX, kLanguage);
+    push_language(L);
     return 1;
   }
   const fs::path file = self.find_module(L, name);

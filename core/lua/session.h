@@ -21,8 +21,14 @@ class SceneSession {
   // FILE.NAME; both forms can be set.
   std::vector<SceneArg> args() const;
 
-  // Inside lua().protect(): runs the scene file and pushes the one value it returns.
+  // Inside lua().protect(): opens the sandbox and in it the language and `require`.
+  void open(lua_State* L);
+  // ... opens it, runs the scene file and pushes the one value it returns.
   void run(lua_State* L);
+
+  // What `require "sim"` gives; set_language pops its new value.
+  static void push_language(lua_State* L);
+  static void set_language(lua_State* L);
 
   // Pushes what the scene language recorded for a value made by it ({kind=, place=, ...}) and
   // returns its kind; pushes nil and returns "" for any other value.

@@ -24,35 +24,14 @@ double sum_over_tiles(int n, Sum sum_of) {
 
 }  // namespace
 
-ParticleSystem::ParticleSystem(std::vector<double> masses, const std::vector<int>& pinned,
+ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
                                std::vector<std::unique_ptr<Force>> forces, const double* initial,
                                Team& team)
     : layout_(static_cast<int>(masses.size())),
-      mass_(std::move(masses)),
+      mass_(masses.size()),
       forces_(std::move(forces)),
       team_(&team) {
-  const auto n = static_cast<std::size_t>(layout_.n());
-  for (const int i : pinned)
-    mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
-
-  // Free particles of one mass share a constant; otherwise every particle has its own.
-  free_.resize(n / 8 + 1);
-  bool uniform = true;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (mass_[i] == std::numeric_limits<double>::infinity()) {
-      ++pinned_count_;
-      continue;
-    }
-    free_[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
-    if (motion_.inverse_mass == 0) motion_.inverse_mass = 1 / mass_[i];
-    uniform = uniform && 1 / mass_[i] == motion_.inverse_mass;
-  }
-  motion_.free = free_.data();
-  if (!uniform) {
-    inverse_mass_.resize(n + Layout::kPad);
-    for (std::size_t i = 0; i < n; ++i) inverse_mass_[i] = 1 / mass_[i];
-    motion_.inverse_masses = inverse_mass_.data();
-  }
+  set_masses(masses, pinned);
 
   const ParticleView start = view(0, initial);
   for (const auto& force : forces_) {
@@ -71,8 +50,37 @@ ParticleSystem::ParticleSystem(std::vector<double> masses, const std::vector<int
       needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
     }
   }
-  if (!nets_.empty()) points_ = Array(4 * n);
+  if (!nets_.empty()) points_ = Array(4 * mass_.size());
   for (int rank = 0; rank < team.size(); ++rank) rings_.push_back(make_rings());
+}
+
+void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
+  std::ranges::copy(masses, mass_.begin());
+  for (const int i : pinned)
+    mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
+
+  // Free particles of one mass share a constant; otherwise every particle has its own.
+  const std::size_t n = mass_.size();
+  free_.assign(n / 8 + 1, 0);
+  pinned_count_ = 0;
+  motion_.inverse_mass = 0;
+  bool uniform = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (mass_[i] == std::numeric_limits<double>::infinity()) {
+      ++pinned_count_;
+      continue;
+    }
+    free_[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
+    if (motion_.inverse_mass == 0) motion_.inverse_mass = 1 / mass_[i];
+    uniform = uniform && 1 / mass_[i] == motion_.inverse_mass;
+  }
+  motion_.free = free_.data();
+  motion_.inverse_masses = nullptr;
+  if (!uniform) {
+    inverse_mass_.assign(n + Layout::kPad, 0);
+    for (std::size_t i = 0; i < n; ++i) inverse_mass_[i] = 1 / mass_[i];
+    motion_.inverse_masses = inverse_mass_.data();
+  }
 }
 
 ParticleView ParticleSystem::view(double t, const double* state) const {

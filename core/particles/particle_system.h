@@ -20,8 +20,11 @@ class ParticleSystem final : public OdeSystem {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state in
   // this layout, which must have zero velocities where pinned.
-  ParticleSystem(std::vector<double> masses, const std::vector<int>& pinned,
+  ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
                  std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+
+  // Other masses and pins for the same particles and forces; steppers have to be made again.
+  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
 
   const Layout& layout() const noexcept { return layout_; }
   const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }

@@ -4,13 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/array.h"
-#include "core/base/error.h"
 #include "core/base/hash.h"
-#include "core/base/team.h"
 #include "core/base/text.h"
-#include "core/particles/field_system.h"
-#include "core/particles/particle_system.h"
+#include "core/scene/simulation_impl.h"
 
 namespace sim {
 namespace {
@@ -21,19 +17,6 @@ constexpr int kParticlesPerThread = 2048;
 
 int useful_threads(int wanted, int particles) {
   return std::clamp(particles / kParticlesPerThread, 1, wanted);
-}
-
-// Adds what is known here to an error thrown by a plugin: its place in the scene.
-template <class Make>
-auto placed(const Place& place, Make make) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    ErrorText text = error.text();
-    if (!text.where.empty()) throw;
-    text.where = place;
-    throw Error(error.kind(), text);
-  }
 }
 
 // Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
@@ -72,141 +55,132 @@ std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& p
 
 }  // namespace
 
-struct Simulation::Impl {
-  std::string name;
-  double duration = 0, h = 0;
-  std::int64_t step_count = 0;
-  Divergence divergence;
+// In the order of FirstOrderSpec::state.
+void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry) {
+  const FirstOrderSpec& first = *spec.first_order;
+  dimension = first.dimension;
+  initial_values = first.state;
+  const Place& place = first.field.place;
+  const FieldPlugin& plugin = registry.field(first.field.plugin, place);
+  const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
+  system = placed(place, [&] {
+    return std::make_unique<FieldSystem>(first.state.size(), dimension,
+                                         made(plugin.make(params), plugin));
+  });
+  team = std::make_unique<Team>(1);
+}
 
-  PluginInfo integrator_plugin;
-  Params integrator_params;
-  std::unique_ptr<Integrator> integrator;
-  std::unique_ptr<Team> team;
-  std::unique_ptr<OdeSystem> system;
-  ParticleSystem* particles = nullptr;  // the system, in a second-order scene
-  int dimension = 3;
-  ParticlesSpec initial;               // of a second-order scene: a grid takes no room
-  std::vector<double> initial_values;  // of a first-order scene
-  Array x, x_next;
-
-  // In the order of FirstOrderSpec::state.
-  void compile_field(const SystemSpec& spec, Registry& registry) {
-    const FirstOrderSpec& first = *spec.first_order;
-    dimension = first.dimension;
-    initial_values = first.state;
-    const Place& place = first.field.place;
-    const FieldPlugin& plugin = registry.field(first.field.plugin, place);
-    const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
-    system = placed(place, [&] {
-      return std::make_unique<FieldSystem>(first.state.size(), dimension,
-                                           made(plugin.make(params), plugin));
-    });
-    team = std::make_unique<Team>(1);
+void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry, int threads) {
+  initial = *spec.particles;
+  const int n = initial.count();
+  x = Array(Layout(n).size());
+  place_particles();
+  std::vector<std::unique_ptr<Force>> forces;
+  for (const PartSpec& part : spec.forces) {
+    const ForcePlugin& plugin = registry.force(part.plugin, part.place);
+    const std::string owner = "force '" + plugin.name + "'";
+    if (!plugin.takes_links && !part.links.empty())
+      throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
+                                      "tie them with sim.force.spring"});
+    const Params params(owner, plugin.params, part.given, part.place);
+    forces.push_back(
+        placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
+    force_names.push_back(plugin.name);
   }
+  team = std::make_unique<Team>(useful_threads(threads, n));
+  auto compiled = placed(spec.place, [&] {
+    return std::make_unique<ParticleSystem>(masses(), settings->pinned, std::move(forces), x.data(),
+                                            *team);
+  });
+  particles = compiled.get();
+  particles->name_forces(force_names);
+  system = std::move(compiled);
+}
 
-  void compile_particles(const SystemSpec& spec, Registry& registry, int threads) {
-    initial = *spec.particles;
-    const int n = initial.count();
-    x = Array(Layout(n).size());
-    place_particles();
-    std::vector<double> masses(static_cast<std::size_t>(n));
-    for (int i = 0; i < n; ++i) masses[static_cast<std::size_t>(i)] = initial.at(i).mass;
+std::vector<double> Simulation::Impl::masses() const {
+  std::vector<double> list(static_cast<std::size_t>(initial.count()));
+  for (std::size_t i = 0; i < list.size(); ++i) list[i] = initial.at(static_cast<int>(i)).mass;
+  return list;
+}
 
-    std::vector<std::unique_ptr<Force>> forces;
-    std::vector<std::string> names;
-    for (const PartSpec& part : spec.forces) {
-      const ForcePlugin& plugin = registry.force(part.plugin, part.place);
-      const std::string owner = "force '" + plugin.name + "'";
-      if (!plugin.takes_links && !part.links.empty())
-        throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
-                                        "tie them with sim.force.spring"});
-      const Params params(owner, plugin.params, part.given, part.place);
-      forces.push_back(
-          placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
-      names.push_back(plugin.name);
+void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
+  const IntegratorPlugin& plugin = wanted.integrator;
+  Params params("integrator '" + plugin.name + "'", plugin.params, wanted.given, place);
+  auto method = made(plugin.make(params), plugin);
+  placed(place, [&] { method->prepare(*system); });
+  integrator = std::move(method);
+  integrator_params = std::move(params);
+}
+
+// A position of -0 becomes 0, for adding 0 to it would change its bits.
+void Simulation::Impl::place_particles() {
+  const int n = initial.count();
+  const Layout layout(n);
+  for (int i = 0; i < n; ++i) {
+    const ParticleSpec particle = initial.at(i);
+    for (int axis = 0; axis < 3; ++axis) {
+      layout.block(x.data(), axis)[i] = particle.position[axis] + 0.0;
+      layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
     }
-    team = std::make_unique<Team>(useful_threads(threads, n));
-    auto compiled = placed(spec.place, [&] {
-      return std::make_unique<ParticleSystem>(std::move(masses), initial.pinned, std::move(forces),
-                                              x.data(), *team);
-    });
-    particles = compiled.get();
-    particles->name_forces(std::move(names));
-    system = std::move(compiled);
   }
+  for (const int i : settings->pinned)
+    for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
+}
 
-  // x := the initial state. A position of -0 becomes 0, for adding 0 to it would change its bits.
-  void place_particles() {
-    const int n = initial.count();
-    const Layout layout(n);
-    for (int i = 0; i < n; ++i) {
-      const ParticleSpec particle = initial.at(i);
-      for (int axis = 0; axis < 3; ++axis) {
-        layout.block(x.data(), axis)[i] = particle.position[axis] + 0.0;
-        layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
+bool Simulation::Impl::find_divergence(StepStatus status) {
+  constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
+  const auto found = [&](int id, const char* quantity) {
+    divergence = {status, id, step_count + 1, t(step_count + 1), settings->h, quantity};
+    return true;
+  };
+  if (status != StepStatus::kNotFinite) return found(-1, "");
+  if (!particles) {
+    for (std::size_t i = 0; i < x_next.size(); ++i)
+      if (!std::isfinite(x_next[i])) {
+        const int id = static_cast<int>(i) / dimension;
+        return found(id, dimension == 3 ? kNames[i % 3] : "component");
       }
-    }
-    for (const int i : initial.pinned)
-      for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
-  }
-
-  double t() const { return static_cast<double>(step_count) * h; }
-  void restart() { integrator->restart(t(), h, x.data()); }
-
-  // Why the step failed, and where the next state is not finite; false when all of it is finite.
-  bool find_divergence(StepStatus status) {
-    constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
-    const auto found = [&](int id, const char* quantity) {
-      divergence = {status, id,      step_count + 1, static_cast<double>(step_count + 1) * h,
-                    h,      quantity};
-      return true;
-    };
-    if (status != StepStatus::kNotFinite) return found(-1, "");
-    if (!particles) {
-      for (std::size_t i = 0; i < x_next.size(); ++i)
-        if (!std::isfinite(x_next[i])) {
-          const int id = static_cast<int>(i) / dimension;
-          return found(id, dimension == 3 ? kNames[i % 3] : "component");
-        }
-      return false;
-    }
-    for (int i = 0; i < particles->layout().n(); ++i)
-      for (int block = 0; block < 6; ++block)
-        if (!std::isfinite(particles->layout().block(x_next.data(), block)[i]))
-          return found(i, kNames[block]);
     return false;
   }
-};
-
+  for (int i = 0; i < particles->layout().n(); ++i)
+    for (int block = 0; block < 6; ++block)
+      if (!std::isfinite(particles->layout().block(x_next.data(), block)[i]))
+        return found(i, kNames[block]);
+  return false;
+}
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
     : impl_(std::make_unique<Impl>()) {
   check(spec);
   Impl& s = *impl_;
   s.name = spec.name;
   s.duration = spec.duration;
-  s.h = options.dt > 0 ? options.dt : spec.dt;
-  if (!(s.h > 0) || !std::isfinite(s.h))
-    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
-                                    "its step size dt is " + shortest(s.h), "give dt > 0 in s"});
+  const auto settings = std::make_shared<Settings>();
+  s.settings = settings;
+  settings->h = options.dt > 0 ? options.dt : spec.dt;
+  if (!(settings->h > 0) || !std::isfinite(settings->h))
+    throw Error(ErrorKind::kScene,
+                {"scene '" + spec.name + "'", spec.place,
+                 "its step size dt is " + shortest(settings->h), "give dt > 0 in s"});
 
   // Parameters of the scene's integrator hold for no other one.
   const bool own = options.integrator.empty();
-  const IntegratorPlugin& plugin =
+  settings->integrator =
       registry.integrator(own ? spec.integrator : options.integrator, spec.place);
-  std::map<std::string, Value> given = options.integrator_given;
-  if (own) given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
-  s.integrator_plugin = plugin;
-  s.integrator_params =
-      Params("integrator '" + plugin.name + "'", plugin.params, given, spec.place);
-  s.integrator = made(plugin.make(s.integrator_params), plugin);
+  settings->given = options.integrator_given;
+  if (own) settings->given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
 
-  if (spec.particles)
+  if (spec.particles) {
+    settings->pinned = spec.particles->pinned;
+    std::ranges::sort(settings->pinned);
+    const auto repeated = std::ranges::unique(settings->pinned);
+    settings->pinned.erase(repeated.begin(), repeated.end());
     s.compile_particles(spec, registry, options.threads);
-  else
+  } else {
     s.compile_field(spec, registry);
+  }
   if (!s.particles) s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
-  placed(spec.place, [&] { s.integrator->prepare(*s.system); });
+  s.make_integrator(*settings, spec.place);
   reset();
 }
 
@@ -216,7 +190,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 bool Simulation::step() {
   Impl& s = *impl_;
-  const StepStatus status = s.integrator->step(*s.system, s.t(), s.h, s.x.data(), s.x_next.data());
+  const StepStatus status = s.integrator->step(*s.system, t(), h(), s.x.data(), s.x_next.data());
   if (status != StepStatus::kDone && s.find_divergence(status)) {
     s.restart();
     return false;
@@ -227,7 +201,8 @@ bool Simulation::step() {
 }
 
 void Simulation::reset() {
-  impl_->step_count = 0;
+  impl_->step_count = impl_->n0 = 0;
+  impl_->t0 = 0;
   if (impl_->particles)
     impl_->place_particles();
   else
@@ -236,22 +211,23 @@ void Simulation::reset() {
 }
 
 const Divergence& Simulation::divergence() const { return impl_->divergence; }
-double Simulation::t() const { return impl_->t(); }
-double Simulation::h() const { return impl_->h; }
+double Simulation::t() const { return impl_->t(impl_->step_count); }
+double Simulation::t(std::int64_t step) const { return impl_->t(step); }
+double Simulation::h() const { return impl_->settings->h; }
 std::int64_t Simulation::step_count() const { return impl_->step_count; }
 
 std::int64_t Simulation::steps_for(double duration) const {
   // The quotient may miss a whole number by a rounding error: 0.3 / 0.1 is 2.9999999999999996.
-  const double quotient = duration / impl_->h;
+  const double quotient = (duration - impl_->t0) / h();
   const double slack = std::max(std::min(1e-12 * quotient, 1e-3), 4e-16 * quotient);
   const double steps = std::ceil(quotient - slack);
   constexpr double kMost = 9e18;
-  return static_cast<std::int64_t>(std::clamp(steps, 0.0, kMost));
+  return impl_->n0 + static_cast<std::int64_t>(std::clamp(steps, 0.0, kMost));
 }
 
 const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
-const PluginInfo& Simulation::integrator_plugin() const { return impl_->integrator_plugin; }
+const PluginInfo& Simulation::integrator_plugin() const { return impl_->settings->integrator; }
 const Params& Simulation::integrator_params() const { return impl_->integrator_params; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }

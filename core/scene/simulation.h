@@ -11,6 +11,7 @@
 
 #include "core/plugin/registry.h"
 #include "core/scene/scene_spec.h"
+#include "core/scene/snapshot.h"
 
 namespace sim {
 
@@ -51,10 +52,10 @@ class Simulation {
   bool step();
   const Divergence& divergence() const;
 
-  // Back to t = 0 with the initial bits.
-  void reset();
+  void reset();  // to t = 0 with the initial bits; changed settings (integrator, dt, pins) stay
 
   double t() const;
+  double t(std::int64_t step) const;  // of that step, if nothing is changed in between
   double h() const;
   std::int64_t step_count() const;
   std::int64_t steps_for(double duration) const;  // the fewest steps that reach it
@@ -65,10 +66,9 @@ class Simulation {
   const Params& integrator_params() const;
   IntegratorInfo integrator_info() const;
   const Integrator& integrator() const;
-
-  // For studies: the right-hand side and the bits of X, in a layout that only the system knows.
-  OdeSystem& ode();
-  std::span<const double> state() const;
+  const Settings& settings() const;
+  OdeSystem& ode();                       // for studies: the right-hand side, and
+  std::span<const double> state() const;  // X, in a layout that only the system knows
 
   bool second_order() const;  // has particles with masses, velocities and energy
   bool flat() const;          // a flat ODE state: no particles
@@ -80,11 +80,25 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
-  // Nothing takes or adds energy: gravity and springs only, without drag. The total must stay.
-  bool conserves_energy() const;
-  Energy energy() const;       // second order only
-  std::uint64_t hash() const;  // of the bits of the state and the step count
+  bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
+  Energy energy() const;          // second order only
+  std::uint64_t hash() const;     // of the bits of the state and the step count
 
+  // From a snapshot of this system, taken with whatever settings, it goes on bit for bit.
+  Snapshot snapshot() const;
+  void restore(const Snapshot& snapshot);
+
+  // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or what a plugin throws,
+  // and then leaves everything as it was. A particle that is pinned or unpinned is at rest.
+  void set_position(int i, const Vec3& x);
+  void set_velocity(int i, const Vec3& v);
+  void set_component(int i, double value);
+  void set_pinned(int i, bool hold);
+  bool pinned(int i) const;
+  void set_dt(double new_h);  // t goes on from where it is
+  void set_integrator(const IntegratorPlugin& plugin, const std::map<std::string, Value>& given);
+
+  std::vector<ForceShare> forces_on(int particle) const;       // a pinned one feels them too
   std::vector<Link> links(int particle) const;                 // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 

@@ -35,55 +35,6 @@ TEST_CASE("the report of a run is short and fits a terminal") {
   check_width(outcome.out + outcome.err);
 }
 
-TEST_CASE("an adaptive run says what chose its steps and what they took") {
-  const Outcome outcome =
-      run_sim({"scenes/cloth.lua", "dopri5", "0.3", "--tol", "1e-5", "-T", "1"});
-  CHECK(outcome.code == 0);
-  const auto lines = lines_of(outcome.out);
-  CHECK(lines[3] == "integrator  dopri5, order 5, 6 evaluations a step, tol = 1e-05");
-  CHECK(lines[4] == "step        chosen by the error; 4 states, one every 0.3 s, to t = 1.2 s");
-  CHECK(outcome.out.find(" steps of its own, ") != std::string::npos);
-  CHECK(outcome.out.find(" rejected; ") != std::string::npos);
-  check_width(outcome.out + outcome.err);
-
-  const auto effort = [](const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"scenes/cloth.lua", "--json", "-q", "-n", "10"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome one = run_sim(words);
-    INFO(one.err);
-    REQUIRE(one.code == 0);
-    return read_json(one.out);
-  };
-  const Json loose = effort({"-i", "dopri5"}), tight = effort({"-i", "dopri5", "--tol=1e-9"}),
-             same = effort({"-i", "dopri5:tol=1e-9"}),
-             fixed = effort({"-i", "dopri5", "--fixed-step"}), rk4 = effort({"--fixed-step"});
-  const auto steps = [](const Json& run, const char* key) {
-    return run.at("systems").list[0].at("effort").at(key).number;
-  };
-  CHECK(steps(tight, "steps") > 2 * steps(loose, "steps"));
-  CHECK(steps(tight, "steps") == steps(same, "steps"));
-  CHECK(steps(tight, "evaluations") >= 6 * steps(tight, "steps"));
-  CHECK(steps(fixed, "steps") == 10);
-  CHECK(steps(fixed, "evaluations") == 60);
-  CHECK(steps(rk4, "evaluations") == 40);
-  CHECK(tight.at("systems").list[0].at("integrator_params").at("tol").text == "1e-09");
-}
-
-TEST_CASE("a solution that ends in the run is an error, not a hang") {
-  const TemporaryFolder folder;
-  write_text(folder.path() / "blowup.lua",
-             "local sim = require 'sim'\n"
-             "return sim.scene { state = {1}, duration = 2, dt = 0.1,\n"
-             "  field = sim.field.lua { function(t, x) return { x[1] * x[1] } end },\n"
-             "  integrator = sim.integrator.dopri5 { tol = 1e-8 } }\n");
-  const Outcome outcome = run_sim({"blowup.lua"}, {.folder = folder.path()});
-  CHECK(outcome.code == 4);
-  CHECK(outcome.err.find("sim: error: diverged") != std::string::npos);
-  CHECK(outcome.err.find("no step is small enough for the tolerance in step 1") !=
-        std::string::npos);
-  CHECK(outcome.err.find("--tol") != std::string::npos);
-}
-
 TEST_CASE("the positional integrator and step read like the options") {
   const Outcome words = run_sim({"scenes/sample.lua", "r", "0.005", "-n", "50", "--dump", "-q"});
   const Outcome options =

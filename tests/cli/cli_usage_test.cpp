@@ -30,8 +30,6 @@ TEST_CASE("numbers of the command line are read strictly") {
   for (const std::string option : {"--dt", "-d", "--time", "-T"})
     for (const std::string value : {"nan", "inf", "-inf", "1e400", "-1", "0.1x", "x", "1,5", " 1"})
       check_error({option, value, "--dump=out.csv"}, 2, "'" + value + "'");
-  for (const std::string value : {"nan", "inf", "-1", "0", "1e-6x", "1e-400"})
-    check_error({"-i", "dopri5", "--tol", value, "--dump=out.csv"}, 2, "'" + value + "'");
   check_error({"--dt", "0"}, 2, "above 0");
   check_error({"scenes/cloth.lua", "r", "nan", "--energy=out.csv"}, 2, "'nan'");
   check_error({"scenes/cloth.lua", "r", "0"}, 2, "above 0");

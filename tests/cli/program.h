@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -25,6 +26,8 @@ struct Outcome {
 };
 
 struct ProgramOptions {
+  std::string program = SIM_BINARY;
+  std::string input{};             // on standard input
   std::filesystem::path folder{};  // to start in; empty = here
   std::vector<std::pair<std::string, std::string>> environment{};
   std::size_t close_after = 0;  // stop reading standard output after that many bytes; 0 = never
@@ -35,12 +38,24 @@ struct ProgramOptions {
 
 namespace program_detail {
 
+// A file without a name that holds the text.
+inline int input_of(const std::string& text) {
+  const int file = memfd_create("input", MFD_CLOEXEC);
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = write(file, text.data() + done, text.size() - done);
+    if (count <= 0) throw std::runtime_error("no input");
+    done += static_cast<std::size_t>(count);
+  }
+  lseek(file, 0, SEEK_SET);
+  return file;
+}
+
 [[noreturn]] inline void become(const std::vector<std::string>& arguments,
-                                const ProgramOptions& options, int out, int err) {
-  std::vector<char*> argv{const_cast<char*>(SIM_BINARY)};
+                                const ProgramOptions& options, int in, int out, int err) {
+  std::vector<char*> argv{const_cast<char*>(options.program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  dup2(open("/dev/null", O_RDONLY), 0);
+  dup2(in, 0);
   dup2(out, 1);
   dup2(err, 2);
   if (options.without_err) close(2);
@@ -49,7 +64,7 @@ namespace program_detail {
   for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);
   signal(SIGPIPE, SIG_DFL);
   if (!options.folder.empty() && chdir(options.folder.c_str()) != 0) _exit(125);
-  execv(SIM_BINARY, argv.data());
+  execv(options.program.c_str(), argv.data());
   _exit(126);
 }
 
@@ -60,9 +75,11 @@ inline Outcome run_sim(const std::vector<std::string>& arguments,
                        const ProgramOptions& options = {}) {
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+  const int in = program_detail::input_of(options.input);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("no child");
-  if (child == 0) program_detail::become(arguments, options, out[1], err[1]);
+  if (child == 0) program_detail::become(arguments, options, in, out[1], err[1]);
+  close(in);
   close(out[1]);
   close(err[1]);
 

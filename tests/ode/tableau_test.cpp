@@ -1,6 +1,5 @@
-#include "core/ode/embedded_pair.h"
+#include "core/ode/order_conditions.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 
 using namespace sim;
@@ -41,38 +40,6 @@ TEST_CASE("a wrong sign or a wrong weight costs the order", "[ode]") {
   Tableau<7> swapped = kDormandPrince;
   std::swap(swapped.b[2], swapped.b[3]);
   CHECK(order_conditions(swapped) == 1);
-}
-
-TEST_CASE("a wrong digit costs an embedded pair its orders", "[ode]") {
-  EmbeddedPair<6, 0, 1> pair{
-      .method = {},
-      .error = {71.0 / 57600, 0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525,
-                -1.0 / 40},
-      .dense = {{{-12715105075.0 / 11282082432, 0, 87487479700.0 / 32700410799,
-                  -10690763975.0 / 1880347072, 701980252875.0 / 199316789632,
-                  -1453857185.0 / 822651844, 69997945.0 / 29380423}}}};
-  for (std::size_t i = 0; i < 6; ++i) {
-    std::copy_n(kDormandPrince.a[i].begin(), 6, pair.method.a[i].begin());
-    pair.method.b[i] = kDormandPrince.b[i];
-    pair.method.c[i] = kDormandPrince.c[i];
-  }
-  CHECK(order_conditions(pair.method) == 5);
-  CHECK(embedded_order(pair) == 4);
-  CHECK(dense_order(pair) == 4);
-  for (std::size_t i : {0, 2, 3, 4, 5, 6}) {
-    EmbeddedPair<6, 0, 1> wrong = pair;
-    wrong.error[i] += 1e-9;
-    CHECK(embedded_order(wrong) == 0);
-    wrong = pair;
-    wrong.dense[0][i] *= 1 + 1e-9;
-    CHECK(dense_order(wrong) == 0);
-  }
-  // The cubic of Hermite alone; and a pair of weights that are the same is no pair.
-  EmbeddedPair<6, 0, 1> plain = pair;
-  plain.dense = {};
-  CHECK(dense_order(plain) == 3);
-  plain.error = {};
-  CHECK(embedded_order(plain) == 5);
 }
 
 TEST_CASE("the trees of each order are all there", "[ode]") {

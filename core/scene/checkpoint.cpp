@@ -1,0 +1,293 @@
+#include "core/scene/checkpoint.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "core/base/error.h"
+#include "core/base/hash.h"
+
+namespace sim {
+namespace {
+
+constexpr std::string_view kMagic = "SIMSNAP\n";
+constexpr std::uint64_t kVersion = 1;
+
+[[noreturn]] void refuse(const std::string& file, const std::string& why,
+                         const std::string& remedy) {
+  throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
+}
+
+void add_text(StateHash& hash, std::string_view text) {
+  hash.add(static_cast<std::uint64_t>(text.size()));
+  for (const char c : text) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+}
+
+void add_vector(StateHash& hash, const Vec3& v) {
+  for (int axis = 0; axis < 3; ++axis) hash.add(v[axis]);
+}
+
+void add_part(StateHash& hash, const PartSpec& part) {
+  add_text(hash, part.plugin);
+  for (const auto& [name, value] : part.given) {
+    add_text(hash, name);
+    add_text(hash, to_text(value));
+  }
+  for (const GridLinks& grid : part.links.grids) {
+    for (const int number : {grid.first, grid.rows, grid.cols, grid.di, grid.dj})
+      hash.add(static_cast<std::uint64_t>(number));
+    hash.add(grid.rest);
+  }
+  for (const LinkSpec& tie : part.links.ties) {
+    hash.add(static_cast<std::uint64_t>(tie.a));
+    hash.add(static_cast<std::uint64_t>(tie.b));
+    hash.add(tie.stiffness);
+    hash.add(tie.rest);
+  }
+}
+
+std::uint64_t hash_of(std::string_view bytes) {
+  StateHash hash;
+  for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
+    std::uint64_t word;
+    std::memcpy(&word, bytes.data(), 8);
+    hash.add(word);
+  }
+  for (const char c : bytes) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  return hash.value();
+}
+
+// Whole numbers and doubles as 8 bytes; texts and lists after their length.
+class Writer {
+ public:
+  void integer(std::uint64_t value) {
+    char word[8];
+    std::memcpy(word, &value, 8);
+    bytes_.append(word, 8);
+  }
+  void number(double value) { integer(std::bit_cast<std::uint64_t>(value)); }
+  void text(std::string_view value) {
+    integer(value.size());
+    bytes_.append(value);
+  }
+  void numbers(const std::vector<double>& values) {
+    integer(values.size());
+    bytes_.append(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+  }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  Reader(std::string_view bytes, const std::string& file) : rest_(bytes), file_(file) {}
+
+  std::uint64_t integer() {
+    std::uint64_t value;
+    std::memcpy(&value, take(8).data(), 8);
+    return value;
+  }
+  double number() { return std::bit_cast<double>(integer()); }
+  std::size_t length(std::size_t size) {  // of a list with entries of so many bytes at least
+    const std::uint64_t count = integer();
+    if (count > rest_.size() / size) refuse(file_, "the file is damaged", "make it again");
+    return static_cast<std::size_t>(count);
+  }
+  std::string text() { return std::string(take(length(1))); }
+  std::vector<double> numbers() {
+    std::vector<double> values(length(8));
+    const std::string_view bytes = take(8 * values.size());
+    if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    return values;
+  }
+  bool empty() const { return rest_.empty(); }
+
+ private:
+  std::string_view take(std::size_t count) {
+    if (count > rest_.size()) refuse(file_, "the file is damaged", "make it again");
+    const std::string_view bytes = rest_.substr(0, count);
+    rest_.remove_prefix(count);
+    return bytes;
+  }
+
+  std::string_view rest_;
+  const std::string& file_;
+};
+
+// The alternatives of Value that can be written down, by their place in it.
+void write_value(Writer& out, const Value& value) {
+  out.integer(value.index());
+  if (const auto* flag = std::get_if<bool>(&value)) {
+    out.integer(*flag);
+  } else if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    out.integer(static_cast<std::uint64_t>(*integer));
+  } else if (const auto* number = std::get_if<double>(&value)) {
+    out.number(*number);
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    out.text(*text);
+  } else if (const auto* v = std::get_if<Vec3>(&value)) {
+    for (int axis = 0; axis < 3; ++axis) out.number((*v)[axis]);
+  } else if (std::holds_alternative<OdeFunction>(value)) {
+    throw Error(ErrorKind::kCheckpoint,
+                {"cannot save", "", "the integrator has a function among its parameters", ""});
+  }
+}
+
+Value read_value(Reader& in, const std::string& file) {
+  switch (in.integer()) {
+    case 0:
+      return {};
+    case 1:
+      return in.integer() != 0;
+    case 2:
+      return static_cast<std::int64_t>(in.integer());
+    case 3:
+      return in.number();
+    case 4:
+      return in.text();
+    case 5: {
+      Vec3 v;
+      for (int axis = 0; axis < 3; ++axis) v[axis] = in.number();
+      return v;
+    }
+    default:
+      refuse(file, "the file is damaged", "make it again");
+  }
+}
+
+bool all_finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+std::uint64_t scene_identity(const SystemSpec& spec) {
+  StateHash hash;
+  if (spec.particles) {
+    const int n = spec.particles->count();
+    hash.add(static_cast<std::uint64_t>(n));
+    for (int i = 0; i < n; ++i) {
+      const ParticleSpec particle = spec.particles->at(i);
+      hash.add(particle.mass);
+      add_vector(hash, particle.position);
+      add_vector(hash, particle.velocity);
+    }
+    for (const PartSpec& force : spec.forces) add_part(hash, force);
+  }
+  if (spec.first_order) {
+    hash.add(static_cast<std::uint64_t>(spec.first_order->dimension));
+    hash.add(std::span<const double>(spec.first_order->state));
+    add_part(hash, spec.first_order->field);
+  }
+  return hash.value();
+}
+
+Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
+                              double start_energy) {
+  const Snapshot snapshot = simulation.snapshot();
+  const Settings& settings = *snapshot.settings;
+  return {simulation.name(), scene_identity(spec), settings.integrator.name,
+          settings.given,    settings.h,           snapshot.t0,
+          snapshot.step,     snapshot.n0,          start_energy,
+          settings.pinned,   snapshot.x,           snapshot.memory};
+}
+
+void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
+            Registry& registry) {
+  const std::string where = "system '" + saved.name + "'";
+  if (saved.identity != scene_identity(spec) || saved.x.size() != simulation.state().size())
+    refuse(where, "the checkpoint is of another scene, or of one that was changed since",
+           "give the scene and the --set it was made with");
+  const bool ordered = std::ranges::is_sorted(saved.pinned) &&
+                       (saved.pinned.empty() || (saved.pinned.front() >= 0 &&
+                                                 saved.pinned.back() < simulation.particles()));
+  if (!ordered || !(saved.h > 0) || !std::isfinite(saved.h) || !std::isfinite(saved.t0) ||
+      saved.step < 0 || saved.n0 < 0 || saved.n0 > saved.step || !all_finite(saved.x))
+    refuse(where, "its contents make no sense", "make the checkpoint again");
+  if (!saved.pinned.empty() && !simulation.second_order())
+    refuse(where, "its contents make no sense", "make the checkpoint again");
+  const auto settings = std::make_shared<const Settings>(
+      Settings{registry.integrator(saved.integrator), saved.given, saved.h, saved.pinned});
+  simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
+}
+
+std::string encode(const Checkpoint& checkpoint) {
+  static_assert(std::endian::native == std::endian::little);
+  Writer out;
+  out.bytes() = kMagic;
+  out.integer(kVersion);
+  out.text(checkpoint.scene);
+  out.integer(checkpoint.seed);
+  out.integer(checkpoint.settings.size());
+  for (const auto& [name, value] : checkpoint.settings) {
+    out.text(name);
+    out.text(value);
+  }
+  out.integer(checkpoint.systems.size());
+  for (const Checkpoint::System& system : checkpoint.systems) {
+    out.text(system.name);
+    out.integer(system.identity);
+    out.text(system.integrator);
+    out.integer(system.given.size());
+    for (const auto& [name, value] : system.given) {
+      out.text(name);
+      write_value(out, value);
+    }
+    for (const double number : {system.h, system.t0, system.start_energy}) out.number(number);
+    for (const std::int64_t number : {system.step, system.n0})
+      out.integer(static_cast<std::uint64_t>(number));
+    out.integer(system.pinned.size());
+    for (const int id : system.pinned) out.integer(static_cast<std::uint64_t>(id));
+    out.numbers(system.x);
+    out.numbers(system.memory);
+  }
+  out.integer(hash_of(out.bytes()));
+  return std::move(out.bytes());
+}
+
+Checkpoint decode(std::string_view bytes, const std::string& file) {
+  if (!bytes.starts_with(kMagic))
+    refuse(file, "it is no checkpoint", "give a file that --snap or .snap wrote");
+  Reader head(bytes.substr(kMagic.size()), file);
+  if (const std::uint64_t version = head.integer(); version != kVersion)
+    refuse(file,
+           "it is of version " + std::to_string(version) + ", not " + std::to_string(kVersion),
+           "make it again with this program");
+  std::uint64_t hash = 0;
+  if (bytes.size() >= kMagic.size() + 16) std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
+  if (bytes.size() < kMagic.size() + 16 || hash != hash_of(bytes.substr(0, bytes.size() - 8)))
+    refuse(file, "the file is damaged or cut off", "make it again");
+
+  Reader in(bytes.substr(kMagic.size() + 8, bytes.size() - kMagic.size() - 16), file);
+  Checkpoint checkpoint;
+  checkpoint.scene = in.text();
+  checkpoint.seed = in.integer();
+  for (std::size_t left = in.length(16); left > 0; --left) {
+    std::string name = in.text();
+    checkpoint.settings[std::move(name)] = in.text();
+  }
+  for (std::size_t systems = in.length(16); systems > 0; --systems) {
+    Checkpoint::System& system = checkpoint.systems.emplace_back();
+    system.name = in.text();
+    system.identity = in.integer();
+    system.integrator = in.text();
+    for (std::size_t left = in.length(16); left > 0; --left) {
+      std::string name = in.text();
+      system.given[std::move(name)] = read_value(in, file);
+    }
+    for (double* number : {&system.h, &system.t0, &system.start_energy}) *number = in.number();
+    for (std::int64_t* number : {&system.step, &system.n0})
+      *number = static_cast<std::int64_t>(in.integer());
+    for (std::size_t left = in.length(8); left > 0; --left)
+      system.pinned.push_back(static_cast<int>(in.integer()));
+    system.x = in.numbers();
+    system.memory = in.numbers();
+  }
+  if (!in.empty()) refuse(file, "the file is damaged", "make it again");
+  return checkpoint;
+}
+
+}  // namespace sim

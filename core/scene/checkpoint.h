@@ -1,0 +1,50 @@
+// A file from which a run goes on bit for bit.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+struct Checkpoint {
+  struct System {
+    std::string name;
+    std::uint64_t identity = 0;  // of what the scene says, see scene_identity
+    std::string integrator;
+    std::map<std::string, Value> given;  // its parameters
+    double h = 0, t0 = 0;                // s
+    std::int64_t step = 0, n0 = 0;
+    double start_energy = 0;  // J, from where the drift counts
+    std::vector<int> pinned;
+    std::vector<double> x, memory;
+  };
+  std::string scene;                            // as it was asked for
+  std::map<std::string, std::string> settings;  // --set
+  std::uint64_t seed = 0;
+  std::vector<System> systems;
+};
+
+// Hash of the particles, the forces or the field, and the initial state. What a function written in
+// Lua computes is not in it.
+std::uint64_t scene_identity(const SystemSpec& spec);
+
+Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
+                              double start_energy);
+
+// Puts the simulation where the checkpoint was made, with the integrator, step size and pins of
+// then. Throws Error{kCheckpoint} when it is of another scene; then nothing has changed.
+void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
+            Registry& registry);
+
+// Little-endian: magic, version, contents, hash of all before it.
+std::string encode(const Checkpoint& checkpoint);
+
+// Throws Error{kCheckpoint} for what is no checkpoint, cut off, damaged or of another version.
+Checkpoint decode(std::string_view bytes, const std::string& file);
+
+}  // namespace sim

@@ -1,0 +1,28 @@
+// Where two states of one scene differ.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+struct Difference {
+  int id = 0;            // the particle, or the component of a flat state
+  std::string quantity;  // "x", ... "vz", or "component"
+  double a = 0, b = 0;   // m, m/s or the unit of the state
+
+  double absolute() const;
+  double relative() const;     // to the larger of the two
+  std::uint64_t ulps() const;  // doubles from the one to the other; of -0 and 0 none
+};
+
+// The first number, by particle, whose bits differ. The simulations are of the same scene.
+std::optional<Difference> first_difference(const Simulation& a, const Simulation& b);
+
+// The number that differs most; of one position, velocity or component. Nothing when all are equal.
+std::optional<Difference> largest_difference(const Simulation& a, const Simulation& b);
+
+}  // namespace sim

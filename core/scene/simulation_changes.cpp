@@ -1,0 +1,181 @@
+// What changes a simulation between its steps, and what brings it back.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/text.h"
+#include "core/particles/springs.h"
+#include "core/scene/simulation_impl.h"
+
+namespace sim {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what, const std::string& why,
+                         const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {what, "", why, remedy});
+}
+
+void check_particle(const Simulation& simulation, int i) {
+  const int n = simulation.particles();
+  if (i >= 0 && i < n) return;
+  if (n == 0) refuse("no such particle", "a flat state has components, not particles", "");
+  refuse("no such particle", std::to_string(i) + " is none of the " + std::to_string(n),
+         "ids run from 0 to " + std::to_string(n - 1));
+}
+
+void check_finite(const Vec3& v, const std::string& what) {
+  if (!v.allFinite())
+    refuse("bad " + what, "a number of it is not finite", "give three finite numbers");
+}
+
+}  // namespace
+
+void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
+  const bool other_pins = wanted->pinned != settings->pinned;
+  if (other_pins) particles->set_masses(masses(), wanted->pinned);
+  try {
+    make_integrator(*wanted, {});
+  } catch (...) {
+    if (other_pins) particles->set_masses(masses(), settings->pinned);
+    throw;
+  }
+  settings = std::move(wanted);
+}
+
+Snapshot Simulation::snapshot() const {
+  const Impl& s = *impl_;
+  return {s.settings,
+          s.step_count,
+          s.n0,
+          s.t0,
+          {s.x.data(), s.x.data() + s.x.size()},
+          s.integrator->memory()};
+}
+
+void Simulation::restore(const Snapshot& snapshot) {
+  Impl& s = *impl_;
+  if (snapshot.x.size() != s.x.size())
+    throw Error(ErrorKind::kInternal, {"a snapshot of another system", name(), "", ""});
+  if (snapshot.settings != s.settings) s.adopt(snapshot.settings);
+  s.step_count = snapshot.step;
+  s.n0 = snapshot.n0;
+  s.t0 = snapshot.t0;
+  std::ranges::copy(snapshot.x, s.x.data());
+  s.restart();
+  if (!snapshot.memory.empty()) s.integrator->recall(snapshot.memory);
+}
+
+void Simulation::set_position(int i, const Vec3& x) {
+  check_particle(*this, i);
+  check_finite(x, "position");
+  Impl& s = *impl_;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (s.particles)
+      s.particles->layout().block(s.x.data(), axis)[i] = x[axis] + 0.0;
+    else
+      s.x[static_cast<std::size_t>(3 * i + axis)] = x[axis];
+  }
+  s.restart();
+}
+
+void Simulation::set_velocity(int i, const Vec3& v) {
+  check_particle(*this, i);
+  check_finite(v, "velocity");
+  Impl& s = *impl_;
+  if (!s.particles) refuse("no velocity to set", "a first-order scene has none", "");
+  if (pinned(i))
+    refuse("no velocity to set", "particle " + std::to_string(i) + " is pinned", "unpin it first");
+  for (int axis = 0; axis < 3; ++axis)
+    s.particles->layout().block(s.x.data(), 3 + axis)[i] = v[axis] + 0.0;
+  s.restart();
+}
+
+void Simulation::set_component(int i, double value) {
+  if (second_order() || i < 0 || i >= components())
+    refuse("no such component", std::to_string(i) + " is none of this state", "");
+  if (!std::isfinite(value)) refuse("bad component", "it is not finite", "give a finite number");
+  impl_->x[static_cast<std::size_t>(i)] = value;
+  impl_->restart();
+}
+
+bool Simulation::pinned(int i) const {
+  return std::ranges::binary_search(impl_->settings->pinned, i);
+}
+
+void Simulation::set_pinned(int i, bool hold) {
+  check_particle(*this, i);
+  Impl& s = *impl_;
+  if (!s.particles) refuse("nothing to pin", "a first-order scene has no masses", "");
+  if (pinned(i) == hold) return;
+  auto wanted = std::make_shared<Settings>(*s.settings);
+  if (hold)
+    wanted->pinned.insert(std::ranges::lower_bound(wanted->pinned, i), i);
+  else
+    std::erase(wanted->pinned, i);
+  s.adopt(std::move(wanted));
+  for (int axis = 0; axis < 3; ++axis) s.particles->layout().block(s.x.data(), 3 + axis)[i] = 0;
+  s.restart();
+}
+
+void Simulation::set_dt(double new_h) {
+  if (!(new_h > 0) || !std::isfinite(new_h))
+    refuse("bad step size", "dt is " + shortest(new_h), "give a number of seconds > 0");
+  Impl& s = *impl_;
+  auto wanted = std::make_shared<Settings>(*s.settings);
+  wanted->h = new_h;
+  s.t0 = t();
+  s.n0 = s.step_count;
+  s.settings = std::move(wanted);
+  s.restart();
+}
+
+void Simulation::set_integrator(const IntegratorPlugin& plugin,
+                                const std::map<std::string, Value>& given) {
+  auto wanted = std::make_shared<Settings>(*impl_->settings);
+  wanted->integrator = plugin;
+  wanted->given = given;
+  impl_->adopt(std::move(wanted));
+  impl_->restart();
+}
+
+const Settings& Simulation::settings() const { return *impl_->settings; }
+
+// Springs are told apart by their families, everything else by its plugin.
+std::vector<ForceShare> Simulation::forces_on(int i) const {
+  check_particle(*this, i);
+  const Impl& s = *impl_;
+  std::vector<ForceShare> shares;
+  if (!s.particles) return shares;
+  const ParticleView view = s.particles->view(t(), s.x.data());
+  const double mass = s.initial.at(i).mass;
+  for (std::size_t f = 0; f < s.force_names.size(); ++f) {
+    const Force& force = *s.particles->forces()[f];
+    if (const auto affine = force.affine()) {
+      shares.push_back(
+          {s.force_names[f], mass * affine->acceleration - affine->damping * view.velocity(i)});
+    } else if (force.springs()) {
+      const auto first = static_cast<std::ptrdiff_t>(shares.size());
+      std::vector<Link> links;
+      force.links(i, links);
+      for (const Link& link : links) {
+        const Vec3 pull = spring_force(view.position(i) - view.position(link.to), link.stiffness,
+                                       link.stiffness * link.rest);
+        const auto share =
+            std::find_if(shares.begin() + first, shares.end(),
+                         [&](const ForceShare& other) { return other.name == link.family; });
+        if (share == shares.end())
+          shares.push_back({link.family, pull});
+        else
+          share->force += pull;
+      }
+    } else {
+      const auto n = static_cast<std::size_t>(view.n);
+      Array sum(3 * n);
+      force.accumulate(view, {i, i + 1}, {sum.data(), sum.data() + n, sum.data() + 2 * n});
+      const auto at = static_cast<std::size_t>(i);
+      shares.push_back({s.force_names[f], {sum[at], sum[n + at], sum[2 * n + at]}});
+    }
+  }
+  return shares;
+}
+
+}  // namespace sim

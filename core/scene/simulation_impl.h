@@ -1,0 +1,67 @@
+// The inside of a Simulation, shared by the files that build, step and change it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/base/error.h"
+#include "core/base/team.h"
+#include "core/particles/field_system.h"
+#include "core/particles/particle_system.h"
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+// Adds what is known here to an error thrown by a plugin: its place in the scene.
+template <class Make>
+auto placed(const Place& place, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    ErrorText text = error.text();
+    if (!text.where.empty()) throw;
+    text.where = place;
+    throw Error(error.kind(), text);
+  }
+}
+
+struct Simulation::Impl {
+  std::string name;
+  double duration = 0;
+  std::int64_t step_count = 0, n0 = 0;  // t = t0 + (step_count - n0) h
+  double t0 = 0;
+  Divergence divergence;
+
+  std::shared_ptr<const Settings> settings;
+  Params integrator_params;
+  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<Team> team;
+  std::unique_ptr<OdeSystem> system;
+  ParticleSystem* particles = nullptr;   // the system, in a second-order scene
+  std::vector<std::string> force_names;  // of its plugins, in the order of its forces
+  int dimension = 3;
+  ParticlesSpec initial;               // of a second-order scene: a grid takes no room
+  std::vector<double> initial_values;  // of a first-order scene
+  Array x, x_next;
+
+  double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
+
+  void compile_field(const SystemSpec& spec, Registry& registry);
+  void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
+  std::vector<double> masses() const;  // kg, as if none were pinned
+  void place_particles();              // x := the initial state
+
+  // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
+  // before the next step.
+  void make_integrator(const Settings& wanted, const Place& place);
+  void restart() { integrator->restart(t(step_count), settings->h, x.data()); }
+  // Steps with these settings from now on; as before when it throws.
+  void adopt(std::shared_ptr<const Settings> wanted);
+
+  // Why the step failed, and where the next state is not finite; false when all of it is finite.
+  bool find_divergence(StepStatus status);
+};
+
+}  // namespace sim

@@ -1,0 +1,41 @@
+// What a simulation needs to go on bit for bit from where it was, and the parts of a force.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/plugin/registry.h"
+
+namespace sim {
+
+// How a system is stepped, apart from its state. Never changed once a snapshot shares it.
+struct Settings {
+  IntegratorPlugin integrator;
+  std::map<std::string, Value> given;  // parameters of the integrator
+  double h = 0;                        // s
+  std::vector<int> pinned;             // ids, ascending
+};
+
+// The state after `step` steps. With a step size that changed at step n0 and time t0 the time of
+// step n is t0 + (n - n0) h: nothing accumulates.
+struct Snapshot {
+  std::shared_ptr<const Settings> settings;
+  std::int64_t step = 0, n0 = 0;
+  double t0 = 0;               // s
+  std::vector<double> x;       // X, in the layout of the system
+  std::vector<double> memory;  // Integrator::memory()
+
+  double t() const { return t0 + static_cast<double>(step - n0) * settings->h; }
+  std::size_t bytes() const { return sizeof *this + (x.size() + memory.size()) * sizeof(double); }
+};
+
+// What one force, or one family of springs, does to one particle.
+struct ForceShare {
+  std::string name;  // of the family, or of the plugin
+  Vec3 force;        // N
+};
+
+}  // namespace sim
