@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/base/text.h"
+
 namespace sim {
 namespace {
 
@@ -34,7 +36,7 @@ std::string Reader::words(int index) {
   lua_getinfo(L_, ">S", &info);
   if (std::strcmp(info.what, "C") == 0 || std::strcmp(info.source, kLanguageSource) == 0)
     return "function";
-  return "function at " + lua_place(info.source, info.linedefined);
+  return "function at " + chunk_place(lua_place(info.source, info.linedefined));
 }
 
 Data Reader::read(int index) {
@@ -170,6 +172,17 @@ void push_data(lua_State* L, const Data& data) {
     }
   };
   std::visit(Push{L}, data.value);
+}
+
+Place chunk_place(const Place& place) {
+  const std::size_t last = place.rfind(':');
+  if (last == Place::npos || last == 0) return place;
+  const std::size_t first = place.rfind(':', last - 1);
+  if (first == Place::npos) return place;
+  const auto line = parse_integer(std::string_view(place).substr(last + 1));
+  const auto begin = parse_integer(std::string_view(place).substr(first + 1, last - first - 1));
+  if (!line || !begin) return place;
+  return place.substr(0, first) + ":" + std::to_string(*begin + *line - 1);
 }
 
 }  // namespace sim

@@ -15,4 +15,8 @@ Data to_data(lua_State* L, int index, std::size_t most,
 // Pushes the value; words become text.
 void push_data(lua_State* L, const Data& data);
 
+// A chunk of a prompt is named FILE:LINE after where it begins, so that Lua's own FILE:LINE in it
+// is FILE:BEGIN:LINE. This makes FILE:LINE of it again, and leaves other places as they are.
+Place chunk_place(const Place& place);
+
 }  // namespace sim

@@ -19,19 +19,6 @@ constexpr const char* kKeywords[] = {"and",   "break", "do",       "else", "else
                                      "local", "nil",   "not",      "or",   "repeat", "return",
                                      "then",  "true",  "until",    "while"};
 
-// A chunk is named FILE:LINE, after where it begins, so that Lua's own FILE:LINE of an error is
-// FILE:BEGIN:LINE. This makes FILE:LINE of it again.
-Place merged(const Place& place) {
-  const std::size_t last = place.rfind(':');
-  if (last == Place::npos || last == 0) return place;
-  const std::size_t first = place.rfind(':', last - 1);
-  if (first == Place::npos) return place;
-  const auto line = parse_integer(std::string_view(place).substr(last + 1));
-  const auto begin = parse_integer(std::string_view(place).substr(first + 1, last - first - 1));
-  if (!line || !begin) return place;
-  return place.substr(0, first) + ":" + std::to_string(*begin + *line - 1);
-}
-
 std::string chunk_name(const std::string& where, int line) {
   return "=" + where + ":" + std::to_string(line);
 }
@@ -78,7 +65,7 @@ struct Prompt::Impl {
     } catch (const Error& error) {
       if (pending) std::rethrow_exception(std::exchange(pending, nullptr));
       ErrorText text = error.text();
-      text.where = merged(text.where);
+      text.where = chunk_place(text.where);
       throw Error(error.kind(), text);
     }
     if (pending) std::rethrow_exception(std::exchange(pending, nullptr));
@@ -113,7 +100,8 @@ int Prompt::Impl::call_host(lua_State* L) {
     }
   }
   if (failed) {
-    if (failed->where.empty()) failed->where = calling_place(L);
+    const Place caller = chunk_place(calling_place(L));
+    failed->where = failed->where.empty() ? caller : caller + ": " + failed->where;
     raise(L, kind, *failed);
   }
   if (result.nil()) return 0;
