@@ -104,22 +104,6 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
       .str();
 }
 
-std::string system_facts(const Simulation& system) {
-  std::string text;
-  if (system.flat()) {
-    text = counted(system.components(), "number") + ", first order";
-  } else if (!system.second_order()) {
-    text = counted(system.particles(), "point") + ", first order";
-  } else {
-    text = counted(system.particles(), "particle");
-    if (system.pinned_count() > 0)
-      text += " (" + std::to_string(system.pinned_count()) + " pinned)";
-    text += ", " + counted(spring_count(system), "spring");
-  }
-  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
-         brief(system.duration()) + " s";
-}
-
 std::string scene_text(const LoadedScene& scene, const std::string& name) {
   std::string text = "scene " + name + '\n';
   std::vector<std::vector<std::string>> rows;
@@ -184,6 +168,22 @@ std::string remedy_for(const std::string& name, const std::vector<std::string>& 
 }
 
 }  // namespace
+
+std::string system_facts(const Simulation& system) {
+  std::string text;
+  if (system.flat()) {
+    text = counted(system.components(), "number") + ", first order";
+  } else if (!system.second_order()) {
+    text = counted(system.particles(), "point") + ", first order";
+  } else {
+    text = counted(system.particles(), "particle");
+    if (system.pinned_count() > 0)
+      text += " (" + std::to_string(system.pinned_count()) + " pinned)";
+    text += ", " + counted(spring_count(system), "spring");
+  }
+  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
+         brief(system.duration()) + " s";
+}
 
 int describe(const DescribeRequest& request, const Environment& environment, Registry& registry,
              Console& console) {

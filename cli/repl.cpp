@@ -30,6 +30,7 @@ int interact(Session& session, Console& console) {
   session.tell(session.banner());
   std::string entry;  // lines that belong together, for the history
   while (!session.exit_code) {
+    bool running = false;
     try {
       SessionSignals::clear();
       const auto text = editor.read(session.prompt());
@@ -38,11 +39,13 @@ int interact(Session& session, Console& console) {
         break;
       }
       entry += entry.empty() ? *text : "\n" + *text;
+      running = true;
       const bool complete = take_lines(session, *text, "prompt");
       if (!complete) continue;
     } catch (const Interrupted&) {
       if (SessionSignals::caught() == SIGTERM) return 128 + SIGTERM;
       session.forget_unfinished();
+      if (running) session.tell("\r\x1b[Kstopped\n");
       session.tell_position();
     } catch (const ClosedPipe&) {
       return report_exception(console.err);

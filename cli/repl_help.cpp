@@ -155,7 +155,8 @@ Completions arguments_of(Session& session, const std::string& command) {
 // Names of Lua, and those behind sim.force., sim.field. and sim. that only look like fields.
 std::vector<std::string> lua_names(Session& session, const std::string& path) {
   std::vector<std::string> names = session.lua().completions(path);
-  const std::pair<std::string, PluginKind> parts[] = {{"sim.force.", PluginKind::kForce},
+  const std::pair<std::string, PluginKind> parts[] = {{"sim.integrator.", PluginKind::kIntegrator},
+                                                      {"sim.force.", PluginKind::kForce},
                                                       {"sim.field.", PluginKind::kField}};
   for (const auto& [prefix, kind] : parts)
     if (path.starts_with(prefix))

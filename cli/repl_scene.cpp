@@ -61,8 +61,12 @@ LiveScene::LiveScene(const SceneRequest& request, const Environment& environment
 Track LiveScene::track(std::size_t system) {
   Simulation& simulation = scene_.systems[system];
   Track track(scene_.spec.systems[system], simulation, simulation.step_count(), 1, 1);
-  track.set_start(timelines_[system].start_energy(simulation));
+  track.set_start(start_energy(system));
   return track;
+}
+
+double LiveScene::start_energy(std::size_t system) const {
+  return timelines_[system].start_energy(scene_.systems[system]);
 }
 
 void LiveScene::share_budget() {
@@ -200,13 +204,13 @@ void LiveScene::go_to(double t) {
 bool LiveScene::undo() {
   std::vector<std::int64_t> steps;
   for (const Simulation& each : scene_.systems) steps.push_back(each.step_count());
-  if (!timeline().undo(system())) return false;
+  if (!timelines_[current_].undo(system())) return false;
   travel(steps);
   return true;
 }
 
 void LiveScene::edit(const std::function<void(Simulation&)>& change) {
-  timeline().edit(system(), change);
+  timelines_[current_].edit(system(), change);
 }
 
 // --- Settings and the file --------------------------------------------------------------------
@@ -360,8 +364,7 @@ std::optional<LiveScene::FirstDifference> LiveScene::diff(const std::string& a,
 
 void LiveScene::save(const std::string& file) {
   std::vector<double> starts;
-  for (std::size_t i = 0; i < timelines_.size(); ++i)
-    starts.push_back(timelines_[i].start_energy(scene_.systems[i]));
+  for (std::size_t i = 0; i < timelines_.size(); ++i) starts.push_back(start_energy(i));
   save_checkpoint(file, request_, scene_, starts, std::cout);
 }
 

@@ -15,7 +15,7 @@
 
 namespace sim::cli {
 
-// What became different, in words.
+// In words.
 struct Change {
   std::string what, before, after;
 };
@@ -33,10 +33,10 @@ class LiveScene {
   const LoadedScene& scene() const { return scene_; }
   std::size_t current() const { return current_; }  // the system that particles are meant of
   Simulation& system() { return scene_.systems[current_]; }
-  Timeline& timeline() { return timelines_[current_]; }
   const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
-  Track track(std::size_t system);  // drift counted from the start
+  double start_energy(std::size_t system) const;  // J, from where its drift counts
+  Track track(std::size_t system);                // with that start
 
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
   // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole

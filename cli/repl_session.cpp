@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "cli/describe.h"
 #include "cli/format.h"
 #include "cli/repl_commands.h"
 #include "cli/repl_help.h"
@@ -195,7 +196,8 @@ std::string Session::position() {
     text += "step " + std::to_string(system.step_count()) + "  t = " + brief(system.t()) + " s";
     if (system.second_order()) {
       const Energy energy = system.energy();
-      text += "  energy " + brief(energy.total(), 5) + " J";
+      const double drift = energy.total() - live_.start_energy(i);
+      text += "  energy " + brief(energy.total(), 5) + " J  drift " + brief(drift, 4) + " J";
     }
     text += "  " + system.integrator_plugin().name + ", dt = " + brief(system.h()) + " s\n";
   }
@@ -219,8 +221,12 @@ std::string Session::prompt() const {
 
 std::string Session::banner() {
   std::string text = "sim " + build_facts().version + ", " + live_.scene().spec.file + "\n";
+  std::vector<std::vector<std::string>> rows;
+  for (const Simulation& system : live_.scene().systems)
+    rows.push_back({system.name(), system_facts(system)});
   told_ = position();
-  return text + told_ + "Lua, or a command: .help lists them, NAME? explains, Tab completes\n";
+  return text + aligned(rows, "") +
+         "Lua, or a command: .help lists them, NAME? explains, Tab completes\n";
 }
 
 }  // namespace sim::cli

@@ -57,7 +57,7 @@ Answer energy(Call& call) {
   const Simulation& system = live.system();
   if (!system.second_order()) call.wrong("a first-order system has no energy");
   const Energy now = system.energy();
-  const double drift = now.total() - live.timeline().start_energy(system);
+  const double drift = now.total() - live.start_energy(live.current());
   Data value(std::vector<std::pair<Data, Data>>{{"step", std::int64_t{system.step_count()}},
                                                 {"t", system.t()},
                                                 {"kinetic", now.kinetic},

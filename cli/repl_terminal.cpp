@@ -144,9 +144,10 @@ void abandon_line() {
   rl_callback_sigcleanup();
   rl_free_line_state();
 #endif
+  std::FILE* const out = rl_outstream ? rl_outstream : stdout;
+  std::fputs("^C\n", out);
+  std::fflush(out);
   rl_callback_handler_remove();
-  std::fputs("^C\n", rl_outstream ? rl_outstream : stdout);
-  std::fflush(rl_outstream ? rl_outstream : stdout);
 }
 
 }  // namespace
@@ -164,6 +165,7 @@ LineEditor::LineEditor(std::string history_file, Completer completer)
   rl_completion_word_break_hook = word_breaks;
   rl_outstream = ::isatty(STDOUT_FILENO) ? stdout : stderr;
   rl_bind_key('\t', tab);
+  rl_variable_bind("show-all-if-ambiguous", "on");
   history_write_timestamps = 1;
   history_comment_char = '#';
 #else

@@ -53,6 +53,8 @@ struct Prompt::Impl {
   static int index_sim(lua_State* L);
   static DataFunction reference(lua_State* L, int index);
   void open(lua_State* L);
+  bool push_of_language(lua_State* L, const std::string& name) const;
+  static void push_both(lua_State* L);
   void load_chunk(lua_State* L, const std::string& chunk, const std::string& name);
 
   // Lua, entered from outside or from a host function.
@@ -149,6 +151,38 @@ int Prompt::Impl::index_sim(lua_State* L) {
          "neither the scene language nor the prompt has it", "did you mean 'sim." + near + "'?"});
 }
 
+// Pushes the table of that name, or nothing and says so.
+bool Prompt::Impl::push_of_language(lua_State* L, const std::string& name) const {
+  lua_pushcfunction(L, [](lua_State* state) {
+    lua_gettable(state, 1);
+    return 1;
+  });
+  lua_rawgeti(L, LUA_REGISTRYINDEX, language);
+  lua_pushstring(L, name.c_str());
+  if (lua_pcall(L, 2, 1, 0) == LUA_OK && lua_istable(L, -1)) return true;
+  lua_pop(L, 1);
+  return false;
+}
+
+// Of a function and a table makes one table that is called and indexed as they are.
+void Prompt::Impl::push_both(lua_State* L) {
+  lua_newtable(L);
+  lua_newtable(L);
+  lua_rotate(L, -4, 2);  // the new tables come first: table, metatable, function, language
+  lua_setfield(L, -3, "__index");
+  lua_pushcclosure(
+      L,
+      [](lua_State* state) {  // without the table that is called
+        lua_pushvalue(state, lua_upvalueindex(1));
+        lua_replace(state, 1);
+        lua_call(state, lua_gettop(state) - 1, LUA_MULTRET);
+        return lua_gettop(state);
+      },
+      1);
+  lua_setfield(L, -2, "__call");
+  lua_setmetatable(L, -2);
+}
+
 DataFunction Prompt::Impl::reference(lua_State* L, int index) {
   lua_getfield(L, LUA_REGISTRYINDEX, "sim.prompt");
   const std::weak_ptr<SceneSession> session = static_cast<Impl*>(lua_touserdata(L, -1))->session;
@@ -213,20 +247,23 @@ Prompt::Prompt(const SceneOptions& options, std::function<void(const std::string
 
 Prompt::~Prompt() = default;
 
+// A name that the scene language has too stands for both: sim.integrator("rk4") calls the host,
+// sim.integrator.rk4 {} is of the language.
 void Prompt::define(const std::string& name, Host host) {
   Impl& self = *impl_;
   self.hosts.push_back(std::move(host));
   self.names.push_back(name);
   self.enter({}, [&](lua_State* L) {
+    lua_rawgeti(L, LUA_REGISTRYINDEX, self.sim);
+    lua_pushstring(L, name.c_str());
     lua_pushlightuserdata(L, &self);
     lua_pushlightuserdata(L, &self.hosts.back());
     lua_pushcclosure(L, Impl::call_host, 2);
-    lua_rawgeti(L, LUA_REGISTRYINDEX, self.sim);
-    lua_pushstring(L, name.c_str());
-    lua_pushvalue(L, -3);
+    lua_pushvalue(L, -1);
+    lua_setglobal(L, name.c_str());
+    if (self.push_of_language(L, name)) self.push_both(L);
     lua_rawset(L, -3);
     lua_pop(L, 1);
-    lua_setglobal(L, name.c_str());
   });
 }
 
@@ -305,7 +342,8 @@ std::vector<std::string> Prompt::completions(const std::string& path) {
     for (int depth = 0; depth < 4 && (lua_istable(L, -1) || depth == 0); ++depth) {
       if (lua_istable(L, -1))
         for (lua_pushnil(L); lua_next(L, -2); lua_pop(L, 1))
-          if (lua_type(L, -2) == LUA_TSTRING) found.insert(lua_tostring(L, -2));
+          if (lua_type(L, -2) == LUA_TSTRING)
+            found.insert(lua_tostring(L, -2) + std::string(lua_isfunction(L, -1) ? "(" : ""));
       if (!lua_getmetatable(L, -1)) break;
       lua_pushliteral(L, "__index");
       lua_rawget(L, -2);

@@ -41,7 +41,8 @@ class Prompt {
   DataFunction compile(const std::string& expression, const std::string& where, int line);
   Data call(const DataFunction& function);
 
-  // Names that continue "a.b.c" or "a.b:c", with what stands before the last dot. Runs nothing.
+  // Names that continue "a.b.c" or "a.b:c", with what stands before the last dot, and "(" behind
+  // those of functions. Runs nothing.
   std::vector<std::string> completions(const std::string& path);
 
  private:

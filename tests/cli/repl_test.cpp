@@ -138,6 +138,9 @@ TEST_CASE("repl: settings of the scene") {
              ".integrator dopri5:tol=1e-8\n.integrator\nsim.integrator(\"dopri5\", {tol = 1e-7})\n"
              "sim.integrator().tol\n.dt 0.001\n.step\n.t\n") ==
       "0.005\n0.004\n0.004\nrk4\nrk4\ndopri5 tol=1e-08\n1e-07\n0.005\n");
+  // The scene language has sim.integrator too.
+  CHECK(output("sim.integrator.dopri5 { tol = 1e-8 }\nsim.integrator(\"verlet\")\n"
+               "sim.integrator().name\n") == "<sim.integrator>\n\"verlet\"\n");
   // t does not accumulate: t0 + (n - n0) h.
   CHECK(output(".step 3\n.dt 0.01\n.step 3\n.t\n") == "0.045\n");
   CHECK(output(".set\n") ==

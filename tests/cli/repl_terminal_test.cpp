@@ -1,0 +1,190 @@
+// Sessions at a terminal: editing, completion, history, Ctrl-C, paste; and the one in README.md.
+#include <catch2/catch.hpp>
+#include <regex>
+
+#include "tests/cli/terminal.h"
+#include "tests/support/temporary.h"
+
+using namespace sim_test;
+
+namespace {
+
+std::string command_in(const TemporaryFolder& folder) {
+  return "XDG_STATE_HOME=" + folder.path().string() + " INPUTRC=/dev/null " + SIM_REPL_BINARY +
+         "; echo exit $?; sleep 100";
+}
+
+bool skipped() {
+  if (Tmux::installed()) return false;
+  WARN("no tmux: the terminal is not tested");
+  return true;
+}
+
+// The lines of README.md between "```" fences that begin with this one.
+std::vector<std::string> readme_block(const std::string& first) {
+  std::vector<std::string> block;
+  bool inside = false;
+  for (const std::string& line : lines_of(read_text(std::string(SIM_SOURCE_DIR) + "/README.md"))) {
+    if (inside && line == "```") return block;
+    inside = inside || line == first;
+    if (inside) block.push_back(line);
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("repl: the session in README.md is what happens") {
+  const std::vector<std::string> block = readme_block("$ ./dev repl");
+  REQUIRE(block.size() > 10);
+  const std::regex prompt("(\\S+ [0-9.e+-]+ s> |\\.\\.\\. )(.*)");
+  TemporaryFolder folder;
+  PlainTerminal terminal(SIM_REPL_BINARY, {}, folder.path().string());
+  std::string expected, said;
+  for (std::size_t i = 1; i < block.size(); ++i) {
+    std::smatch match;
+    if (std::regex_match(block[i], match, prompt)) {
+      said += terminal.wait_for(match[1].str());
+      terminal.type(match[2].str() + "\r");
+    }
+    expected += block[i] + "\n";
+  }
+  said += terminal.wait_for("s> ");
+  // The banner names the file where it is.
+  said.erase(0, said.find("\ncloth ") + 1);
+  said.erase(said.rfind('\n') + 1);
+  CHECK(said == expected);
+}
+
+TEST_CASE("repl: a terminal that cannot do anything still works") {
+  TemporaryFolder folder;
+  PlainTerminal terminal(SIM_REPL_BINARY, {"scenes/circle.lua"}, folder.path().string());
+  CHECK(terminal.wait_for("circle 0 s> ").starts_with("sim "));
+  terminal.type("1 + 1\r");
+  CHECK(terminal.wait_for("circle 0 s> ") == "1 + 1\n2\ncircle 0 s> ");
+  terminal.type("error(\"x\")\r");
+  CHECK(terminal.wait_for("s> ").find("sim: error: Lua error: prompt:1: x\n") != std::string::npos);
+  terminal.type(".step\r");
+  CHECK(terminal.wait_for("s> ").find("step 1  t = 0.01 s  trapezoid, dt = 0.01 s\n") !=
+        std::string::npos);
+  terminal.type("\x03");
+  CHECK(terminal.wait_for("s> ").find("^C") != std::string::npos);
+  terminal.type("\x04");
+  terminal.wait_for("\nnever");
+}
+
+TEST_CASE("repl: lines that go on, completion, paste") {
+  if (skipped()) return;
+  TemporaryFolder folder;
+  Tmux tmux(command_in(folder), folder.path() / "tmux");
+  REQUIRE(tmux.shows("cloth 0 s>"));
+  tmux.enter("for i = 41, 42 do");
+  REQUIRE(tmux.shows("\n..."));
+  tmux.enter("print(i .. \"!\")");
+  tmux.enter("end");
+  CHECK(tmux.shows("\n41!\n42!\n"));
+
+  // A function of Lua, a command, an integrator, a file; and what there is to choose from.
+  tmux.type("sim.posi");
+  tmux.key("Tab");
+  CHECK(tmux.shows("> sim.position("));
+  tmux.enter("12)");
+  CHECK(tmux.shows("{0.5, 0.0, 0.125}"));
+  tmux.type(".integ");
+  tmux.key("Tab");
+  tmux.type("verl");
+  tmux.key("Tab");
+  CHECK(tmux.shows("> .integrator verlet"));
+  tmux.key("Enter");
+  CHECK(tmux.shows("verlet, dt = 0.005 s"));
+  write_text(folder.path() / "a_long_name.csv", "");
+  tmux.type(".dump " + folder.path().string() + "/a_lo");
+  tmux.key("Tab");
+  CHECK(tmux.shows("/a_long_name.csv"));
+  tmux.key("C-c");
+  tmux.type("mode = {alpha = 1, beta = 2}");
+  tmux.key("Enter");
+  tmux.type("mode.");
+  tmux.key("Tab");
+  CHECK(tmux.shows("mode.alpha  mode.beta"));
+  tmux.key("C-c");
+  CHECK(tmux.shows("mode.^C"));
+  tmux.type("sim.force.");
+  tmux.key("Tab");
+  CHECK(tmux.shows("sim.force.gravity  sim.force.spring"));
+  tmux.key("C-c");
+
+  tmux.paste("pasted = {\n  123,\n}\npasted\n.step 3\n");
+  CHECK(tmux.shows("pasted = {\n  123,\n}"));
+  CHECK_FALSE(tmux.screen().find("{123}") != std::string::npos);  // nothing runs before Enter
+  tmux.key("Enter");
+  CHECK(tmux.shows("\n{123}\nstep 3  t = 0.015 s"));
+  tmux.key("C-d");
+  CHECK(tmux.shows("exit 0"));
+}
+
+TEST_CASE("repl: history from one session to the next") {
+  if (skipped()) return;
+  TemporaryFolder folder;
+  {
+    Tmux tmux(command_in(folder), folder.path() / "tmux");
+    REQUIRE(tmux.shows("cloth 0 s>"));
+    tmux.enter("remembered = {");
+    tmux.enter("77 }");
+    tmux.enter("\"second entry\"");
+    REQUIRE(tmux.shows("\n\"second entry\""));
+  }  // killed: what was typed is kept all the same
+  Tmux tmux(command_in(folder), folder.path() / "another");
+  REQUIRE(tmux.shows("cloth 0 s>"));
+  tmux.key("Up");
+  CHECK(tmux.shows("> \"second entry\""));
+  tmux.key("Up");
+  CHECK(tmux.shows("> remembered = {\n77 }"));
+  tmux.key("Enter");
+  tmux.enter("remembered");
+  CHECK(tmux.shows("\n{77}\n"));
+  tmux.key("C-r");
+  tmux.type("second");
+  CHECK(tmux.shows("(reverse-i-search)`second': \"second entry\""));
+  tmux.key("Enter");
+  CHECK(tmux.shows("\n\"second entry\"\n"));
+}
+
+TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the session") {
+  if (skipped()) return;
+  TemporaryFolder folder;
+  Tmux tmux(command_in(folder), folder.path() / "tmux");
+  REQUIRE(tmux.shows("cloth 0 s>"));
+  tmux.type("half a li");
+  tmux.key("C-c");
+  REQUIRE(tmux.shows("half a li^C"));
+  tmux.enter("x = {");
+  REQUIRE(tmux.shows("\n..."));
+  tmux.key("C-c");
+  tmux.enter("\"alive 1\"");
+  CHECK(tmux.shows("\n\"alive 1\""));
+
+  tmux.enter(".step 1000000000");
+  CHECK(tmux.shows(" steps/s   "));
+  CHECK(tmux.screen().find(" x real time   drift ") != std::string::npos);
+  tmux.key("C-c");
+  CHECK(tmux.shows("\nstopped\nstep "));
+  CHECK(tmux.screen().find("steps/s") == std::string::npos);  // the line of progress is gone
+  tmux.enter("s = steps() return s > 100 and s < 1e9 and t() == s * 0.005");
+  CHECK(tmux.shows("\ntrue\n"));
+
+  tmux.enter("while true do pcall(step, 10) end");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  tmux.key("C-c");
+  tmux.enter("\"alive 2\"");
+  CHECK(tmux.shows("\n\"alive 2\""));
+  tmux.enter("while true do pcall(function() while true do end end) end");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  tmux.key("C-c");
+  tmux.enter("\"alive 3\"");
+  CHECK(tmux.shows("\n\"alive 3\""));
+  tmux.enter(".until false");
+  tmux.key("C-c");
+  tmux.enter("quit");
+  CHECK(tmux.shows("exit 0"));
+}
