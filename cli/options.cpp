@@ -33,7 +33,8 @@ constexpr const char* kFooter =
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  6 checkpoint, 7 plugin, 130 or 143 interrupted, 141 the reader of a pipe has gone\n";
+    "  6 checkpoint, 7 plugin, 130 or 143 interrupted,\n"
+    "  141 the reader of a pipe has gone\n";
 
 constexpr std::int64_t kMostThreads = 1024;
 constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double

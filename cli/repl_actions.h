@@ -14,7 +14,7 @@ Answer back(Call& call);
 Answer go_to(Call& call);
 Answer undo(Call& call);
 Answer t(Call& call);
-Answer steps(Call& call);
+Answer taken(Call& call);
 Answer branch(Call& call);
 Answer switch_to(Call& call);
 Answer diff(Call& call);

@@ -16,7 +16,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr std::size_t kUseWidth = 36;
+constexpr std::size_t kUseWidth = 24;
 
 std::string use_of(const Command& command) {
   return std::string(".") + command.name + (*command.arguments ? " " : "") + command.arguments;
@@ -92,9 +92,9 @@ std::string help_list() {
     text += wrapped("  " + left(use_of(command), kUseWidth) + command.help, kUseWidth + 2) + "\n";
   }
   return text +
-         "\nA command may be shortened while it is clear, and is also a function: sim.step(100).\n"
-         "NAME? tells about a command, a function of the scene language or a plugin. _ is the\n"
-         "last value. Tab completes, Ctrl-R searches, Ctrl-C stops a run, Ctrl-D ends.\n";
+         "\nA command may be shortened while it is clear; each is a function: sim.step(9)\n"
+         "NAME? tells about a command, a function of the scene language or a plugin.\n"
+         "_ is the last value. Tab completes, Ctrl-R searches, Ctrl-C stops, Ctrl-D ends.\n";
 }
 
 std::string help_on(Session& session, const std::string& asked) {

@@ -18,8 +18,8 @@ constexpr const char* kAbout =
     "A scene at a prompt of Lua and commands; .help lists them.";
 
 constexpr const char* kFooter =
-    "Without a terminal: no prompt, no banner; the first error ends with its exit code.\n"
-    "The history of lines is in $XDG_STATE_HOME/sim/history (~/.local/state if not set).\n"
+    "Without a terminal: no prompt, no banner; the first error ends with its code.\n"
+    "Lines are kept in $XDG_STATE_HOME/sim/history (~/.local/state if not set).\n"
     "Exit codes, environment: as sim --help says.\n";
 
 constexpr std::int64_t kMostThreads = 1024;

@@ -79,7 +79,7 @@ Answer t(Call& call) {
   return {call.session.live().system().t()};
 }
 
-Answer steps(Call& call) {
+Answer taken(Call& call) {
   call.take(0, 0);
   return {std::int64_t{call.session.live().system().step_count()}};
 }

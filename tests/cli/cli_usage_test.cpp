@@ -72,7 +72,7 @@ TEST_CASE("misspelt names are told with the nearest one") {
   check_error({"--integrater", "rk4"}, 2, "did you mean '--integrator'?");
   check_error({"--ener"}, 2, "did you mean '--energy'?");
   check_error({"--tool", "1e-6"}, 2, "unknown option");
-  check_error({"--snap", "x"}, 2, "unknown option");
+  check_error({"--snap", "-"}, 2, "a checkpoint needs a file");
   check_error({"-i", "rk44"}, 2, "did you mean 'rk4'?");
   check_error({"scenes/cloth.lua", "trapezoit"}, 2, "did you mean 'trapezoid'?");
   check_error({"list", "force"}, 2, "did you mean 'forces'?");

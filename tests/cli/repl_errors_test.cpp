@@ -28,7 +28,7 @@ TEST_CASE("repl: the first error ends a script with its code and its line") {
        "name; did you mean '.step'?"},
       {".s\n", 2,
        "sim: error: unclear command '.s': stdin:1: it is short for more than one; say "
-       ".step, .steps, .switch, "},
+       ".step, .switch, "},
       {".step -1\n", 2,
        "sim: error: bad use of .step: stdin:1: expected a number of steps, a whole "
        "number from 0 on, got -1; write .step [N]"},
@@ -154,8 +154,8 @@ TEST_CASE("repl: a command that fails leaves the state as it was") {
 TEST_CASE("repl: a diverging run keeps the last good state, and one can go back from there") {
   const Outcome outcome = session(
       ".integrator euler\n.dt 0.05\nok, why = pcall(step, 10000)\nok\n"
-      "n = steps()\nn > 10\nposition(12)[1] == position(12)[1]\n"
-      ".back 5\nsteps() == n - 5\n");
+      "n = taken()\nn > 10\nposition(12)[1] == position(12)[1]\n"
+      ".back 5\ntaken() == n - 5\n");
   CHECK(outcome.code == 0);
   CHECK(outcome.out == "false\ntrue\ntrue\ntrue\n");
 }
@@ -182,7 +182,10 @@ TEST_CASE("repl: the command line is checked before anything is read") {
   }
   CHECK(session("", {"nowhere"}).code == 5);
   CHECK(session("", {"--plugin-path", "/nowhere"}).code == 5);
-  CHECK(session("", {"--help"}).out.starts_with("simrepl "));
+  const std::vector<std::string> help = lines_of(session("", {"--help"}).out);
+  CHECK(help.front().starts_with("simrepl "));
+  for (const std::string& line : help) CHECK(line.size() <= 80);
+  for (const std::string& line : lines_of(session("?\n").out)) CHECK(line.size() <= 80);
   CHECK(session("", {"--version"}).out.starts_with("sim "));
   CHECK(session("1\n", {"scenes/circle.lua", "rk4", "0.001"}).out == "1\n");
 }

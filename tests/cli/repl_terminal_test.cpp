@@ -170,7 +170,7 @@ TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the sessi
   tmux.key("C-c");
   CHECK(tmux.shows("\nstopped\nstep "));
   CHECK(tmux.screen().find("steps/s") == std::string::npos);  // the line of progress is gone
-  tmux.enter("s = steps() return s > 100 and s < 1e9 and t() == s * 0.005");
+  tmux.enter("s = taken() return s > 100 and s < 1e9 and t() == s * 0.005");
   CHECK(tmux.shows("\ntrue\n"));
 
   tmux.enter("while true do pcall(step, 10) end");

@@ -52,7 +52,7 @@ TEST_CASE("repl: values of Lua are printed") {
 TEST_CASE("repl: steps, runs and times, as sim takes them") {
   const std::string hash = hash_of_run({});
   CHECK(output(".step 400\n.hash\n") == hash);
-  CHECK(output("sim.step(399)\nstep()\n.hash\n.t\n.steps\n") == hash + "2.0\n400\n");
+  CHECK(output("sim.step(399)\nstep()\n.hash\n.t\n.taken\n") == hash + "2.0\n400\n");
   const Outcome run = session(".run\n.hash\n");
   CHECK(run.out == hash);
   CHECK(run.err == "trusted: energy rose by 0 % of 6.12 J at most; it fell by 4.45 J, unchecked\n");
@@ -61,11 +61,11 @@ TEST_CASE("repl: steps, runs and times, as sim takes them") {
   CHECK(output(".goto 3\n.back 200\n.hash\n.goto 1\n.goto 2\n.hash\n") == hash + hash);
   CHECK(output("sim.goto_time(2.001)\nback(0)\n.hash\n") == hash);
   CHECK(output(".step 500\n.reset\n.t\n.step 400\n.hash\n") == "0.0\n" + hash);
-  CHECK(output(".step 7\n.step 0\n.steps\n") == "7\n");
+  CHECK(output(".step 7\n.step 0\n.taken\n") == "7\n");
 
-  const Outcome until = session(".until t() >= 0.0999\n.steps\n.until false or t() > 0.12\n.t\n");
+  const Outcome until = session(".until t() >= 0.0999\n.taken\n.until false or t() > 0.12\n.t\n");
   CHECK(until.out == "20\n0.125\n");
-  CHECK(output("run_until(function() return steps() >= 30 end)\nsteps()\n") == "30\n");
+  CHECK(output("run_until(function() return taken() >= 30 end)\ntaken()\n") == "30\n");
   CHECK(output(".sw\n", {"-e", "t()"}) == "0.0\n");
 }
 
@@ -205,7 +205,7 @@ TEST_CASE("repl: branches") {
         "101\n1\n\"x\"\n");
   CHECK(output(".branch a\n.step 10\n.diff a\n") == "no difference between a and main\n");
   CHECK(output(tree + ".step 10\n.switch main\n.hash\n.integrator\n.switch euler\n.integrator\n"
-                      ".steps\n") == hash_of_run({"-n", "120"}) + "rk4\neuler\n110\n");
+                      ".taken\n") == hash_of_run({"-n", "120"}) + "rk4\neuler\n110\n");
   CHECK(session(".branch main\n").code == 2);
   CHECK(session(".switch eule\n").code == 2);
 }
@@ -275,15 +275,15 @@ TEST_CASE("repl: help, time, read and the end") {
   CHECK(output("sim.force.spring?\n").starts_with("force spring\n"));
   CHECK(output(".ener\n") == output(".energy\n"));
 
-  const Outcome timed = session(".time x = 1\n.time .step 100\n.steps\n");
+  const Outcome timed = session(".time x = 1\n.time .step 100\n.taken\n");
   CHECK(timed.out == "100\n");
   CHECK(std::regex_match(timed.err, std::regex("[0-9.e-]+ s\n[0-9.e-]+ s: 100 steps, [0-9.e-]+ us "
                                                "a step, [0-9.e+]+ x real time\n")));
-  CHECK(output("time(function() step(3) end) < 10, steps()\n") == "true\n3\n");
+  CHECK(output("time(function() step(3) end) < 10, taken()\n") == "true\n3\n");
 
   TemporaryFolder folder;
   const std::string file = (folder.path() / "a.lua").string();
-  write_text(file, "#!/usr/bin/simrepl\n-- a comment\n.step 3\nx = {\n  1 }\nx, steps()\n");
+  write_text(file, "#!/usr/bin/simrepl\n-- a comment\n.step 3\nx = {\n  1 }\nx, taken()\n");
   CHECK(output(".read " + file + "\n") == "{1}\n3\n");
   CHECK(output("", {"-f", file, "-e", "2"}) == "{1}\n3\n2\n");
   CHECK(output("", {"-e", "2", "-f", file}) == "2\n{1}\n3\n");
