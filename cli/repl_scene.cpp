@@ -83,6 +83,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   bool repeats = false, moved = false;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
+    system.stop_when(SessionSignals::any);
     tracks.emplace_back(scene.spec.systems[i], system, targets[i], 1, 1);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
     tracks.back().sample();
@@ -104,6 +105,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
       throw in_step(error, scene.systems[next]);
     }
     if (!good) {
+      SessionSignals::check();
       tracks[next].mark_diverged();
       break;
     }

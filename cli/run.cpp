@@ -180,12 +180,16 @@ bool Run::step(Simulation& system) {
 int Run::go() {
   const Interrupts interrupts;
   report_.header(tracks_, request_.scene.threads);
-  for (Track& track : tracks_) measure(track);
+  for (Track& track : tracks_) {
+    track.system().stop_when(SessionSignals::any);
+    measure(track);
+  }
 
   const auto begin = std::chrono::steady_clock::now();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
     if (!step(track->system())) {
+      if (track->system().divergence().status == StepStatus::kStopped) break;
       track->mark_diverged();
       break;
     }

@@ -42,9 +42,11 @@ StepStatus EmbeddedRungeKutta::step(OdeSystem& system, double t, double h, const
     close_step(system);
   }
   phase_ = Phase::kRunning;
-  while (t_ + h_ < t + h)
+  while (t_ + h_ < t + h) {
+    if (system.stopped()) return StepStatus::kStopped;  // goes on from here, with the same bits
     if (const StepStatus status = advance(system, x_next); status != StepStatus::kDone)
       return status;
+  }
   interpolate(system, t + h, x_next);
   return all_finite({x_next, x_.size()}) ? StepStatus::kDone : StepStatus::kNotFinite;
 }

@@ -21,7 +21,7 @@ Effort sum(const Effort& a, const Effort& b) {
 // Whether every number of a state is finite says the state, not the solver: its residual may
 // overflow before that.
 StepStatus judged(StepStatus status, std::span<const double> x_next) {
-  if (status == StepStatus::kNotConverged) return status;
+  if (status == StepStatus::kNotConverged || status == StepStatus::kStopped) return status;
   if (!all_finite(x_next)) return StepStatus::kNotFinite;
   return status == StepStatus::kNotFinite ? StepStatus::kNotConverged : status;
 }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
@@ -52,6 +54,13 @@ class OdeSystem {
 
   // df/dX; by differences unless the system knows better. The system outlives it.
   virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }
+
+  // Asked between the parts of steps that may take long: true ends such a step with kStopped.
+  void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }
+  bool stopped() const { return stop_ && stop_(); }
+
+ private:
+  std::function<bool()> stop_;
 };
 
 }  // namespace sim

@@ -9,7 +9,8 @@ enum class StepStatus {
   kDone,
   kNotFinite,     // a number of x_next is not finite
   kStepTooSmall,  // the tolerance cannot be met with steps that change t
-  kNotConverged   // the equations of an implicit step were not solved
+  kNotConverged,  // the equations of an implicit step were not solved
+  kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
 };
 
 // What the steps since prepare() took.

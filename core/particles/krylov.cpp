@@ -32,7 +32,7 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   std::ranges::fill(p_.span(), 0.0);
   double rz = matrix.precondition(r_.data(), z_.data()), beta = 0;
   const double goal = eta * eta * rz;
-  while (rz > goal && result.iterations < most_) {
+  while (rz > goal && result.iterations < most_ && !matrix.stopped()) {
     const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
     if (!(curvature > 0)) {
       result.definite = false;
@@ -60,12 +60,13 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
   double norm = std::sqrt(dot(r_, r_));
   const double goal = eta * norm;
   double cosine[kRestart], sine[kRestart], g[kRestart + 1];
-  while (norm > goal && result.iterations < most_) {
+  while (norm > goal && result.iterations < most_ && !matrix.stopped()) {
     // The basis v_0 = r / |r|, v_j+1 = A D^-1 v_j made orthogonal to those before.
     scale(basis_[0], 1 / norm, r_);
     g[0] = norm;
     int used = 0;
-    while (used < kRestart && std::fabs(g[used]) > goal && result.iterations < most_) {
+    while (used < kRestart && std::fabs(g[used]) > goal && result.iterations < most_ &&
+           !matrix.stopped()) {
       double* const h = h_[used];
       Array& next = basis_[static_cast<std::size_t>(used) + 1];
       matrix.precondition(basis_[static_cast<std::size_t>(used)].data(), z_.data());

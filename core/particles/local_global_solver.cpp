@@ -94,6 +94,7 @@ StepStatus LocalGlobalSolver::solve(double t, double tau, const double* r, doubl
   equation_.evaluate();
   const double first = norm();
   for (int iteration = 0; iteration < iterations_; ++iteration) {
+    if (system_->stopped()) return StepStatus::kStopped;
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < row_of_.size(); ++i)
         if (row_of_[i] >= 0) x_[row_of_[i]] = -g[axis][i];

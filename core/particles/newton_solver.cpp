@@ -110,6 +110,7 @@ StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y)
       eta = std::min(searched ? 0.1 * eta : 0.1, 0.9 * (now / previous) * (now / previous));
     eta = single ? options_.tolerance : std::max(eta, 0.5 * goal / now);
     find_direction(eta);
+    if (system_->stopped()) return StepStatus::kStopped;
     ++effort_.newton;
     previous = now;
     equation_.place(1);

@@ -40,6 +40,7 @@ class StageMatrix {
   const Stiffness& stiffness() const noexcept { return stiffness_; }
   const OtherJacobian& others() const noexcept { return others_; }
   double tau() const noexcept { return tau_; }
+  bool stopped() const { return system_->stopped(); }
   Mat3 diagonal(int i) const;  // the block of D
 
   // Chooses the point; the arrays of the view must stay as they are until the last use.

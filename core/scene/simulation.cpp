@@ -192,12 +192,16 @@ bool Simulation::step() {
   Impl& s = *impl_;
   const StepStatus status = s.integrator->step(*s.system, t(), h(), s.x.data(), s.x_next.data());
   if (status != StepStatus::kDone && s.find_divergence(status)) {
-    s.restart();
+    if (status != StepStatus::kStopped) s.restart();
     return false;
   }
   std::swap(s.x, s.x_next);
   ++s.step_count;
   return true;
+}
+
+void Simulation::stop_when(std::function<bool()> stop) {
+  impl_->system->stop_when(std::move(stop));
 }
 
 void Simulation::reset() {

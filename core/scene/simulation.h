@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/plugin/registry.h"
+#include "core/scene/divergence.h"
 #include "core/scene/scene_spec.h"
 #include "core/scene/snapshot.h"
 
@@ -28,16 +30,6 @@ struct Energy {
   double total() const { return kinetic + potential; }
 };
 
-// Why a step could not be taken, or where it left the finite numbers. The state is the last good
-// one, before that step.
-struct Divergence {
-  StepStatus status = StepStatus::kDone;
-  int particle = 0;       // or the component of a flat state; -1 when the status says all
-  std::int64_t step = 0;  // the step that failed, counted from 1
-  double t = 0, h = 0;    // s, time at the end of that step
-  std::string quantity;   // "x", "vy", or "component"
-};
-
 class Simulation {
  public:
   // Compiles one system. Throws Error{kScene} or Error{kPlugin}; nothing throws afterwards but a
@@ -50,6 +42,9 @@ class Simulation {
   // One step of size h. False when it fails: the state and the time stay as they were before the
   // step, and divergence() says why and where.
   bool step();
+  // Asked during steps that may take long; when it says true they fail with kStopped, and the next
+  // call takes the same step.
+  void stop_when(std::function<bool()> stop);
   const Divergence& divergence() const;
 
   void reset();  // to t = 0 with the initial bits; changed settings (integrator, dt, pins) stay

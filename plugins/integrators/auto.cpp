@@ -48,9 +48,12 @@ class Automatic final : public sim::Integrator {
     for (std::int64_t n = 0; n < steps; ++n) {
       double* const to = (steps - n) % 2 == 1 ? x_next : between_.data();
       const sim::StepStatus status =
-          method_->step(system, t + static_cast<double>(n) * inner, inner, from, to);
+          n > 0 && system.stopped()
+              ? sim::StepStatus::kStopped
+              : method_->step(system, t + static_cast<double>(n) * inner, inner, from, to);
       if (status != sim::StepStatus::kDone) {
         if (to != x_next) std::copy(to, to + between_.size(), x_next);
+        if (n > 0) method_->restart(t, inner, x);  // of the state before
         return status;
       }
       from = to;

@@ -1,0 +1,21 @@
+// What went wrong in a step.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/ode/outcome.h"
+
+namespace sim {
+
+// Why a step could not be taken, or where it left the finite numbers. The state is the last good
+// one, before that step.
+struct Divergence {
+  StepStatus status = StepStatus::kDone;
+  int particle = 0;       // or the component of a flat state; -1 when the status says all
+  std::int64_t step = 0;  // the step that failed, counted from 1
+  double t = 0, h = 0;    // s, time at the end of that step
+  std::string quantity;   // "x", "vy", or "component"
+};
+
+}  // namespace sim
