@@ -74,11 +74,21 @@ void LiveScene::share_budget() {
     timeline.set_budget(budget_ / (timelines_.size() * (branches_.size() + 1)));
 }
 
+// The condition of .until may look, but not change what is being run.
+void LiveScene::check_idle() const {
+  if (running_) usage_error("a run is going on", "its condition asks for a change", "only look");
+}
+
 // --- Time -------------------------------------------------------------------------------------
 
 LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                                       const std::vector<std::int64_t>& targets,
                                       const Condition* until) {
+  struct Running {
+    bool& flag;
+    ~Running() { flag = false; }
+  } const running{running_};
+  running_ = true;
   std::vector<Track> tracks;
   bool repeats = false, moved = false;
   for (std::size_t i = 0; i < targets.size(); ++i) {
@@ -121,6 +131,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
 }
 
 LiveScene::Outcome LiveScene::step(std::int64_t steps) {
+  check_idle();
   std::vector<std::int64_t> targets;
   for (const Simulation& system : scene_.systems) {
     check_steps(static_cast<double>(system.step_count()) + static_cast<double>(steps));
@@ -139,10 +150,12 @@ std::vector<std::int64_t> LiveScene::targets_after(double seconds) const {
 }
 
 LiveScene::Outcome LiveScene::run(double seconds) {
+  check_idle();
   return advance(scene_, timelines_, targets_after(seconds));
 }
 
 LiveScene::Outcome LiveScene::run_until(const Condition& until) {
+  check_idle();
   double most = kLongestUnknown;
   for (const Simulation& system : scene_.systems)
     if (system.duration() > 0) most = std::max(most, kMostDurations * system.duration());
@@ -157,6 +170,7 @@ LiveScene::Outcome LiveScene::run_until(const Condition& until) {
 }
 
 void LiveScene::reset() {
+  check_idle();
   for (std::size_t i = 0; i < timelines_.size(); ++i) {
     scene_.systems[i].reset();
     timelines_[i] = Timeline(scene_.systems[i], budget_);
@@ -174,6 +188,7 @@ void LiveScene::travel(const std::vector<std::int64_t>& steps) {
 }
 
 void LiveScene::back(std::int64_t steps) {
+  check_idle();
   std::vector<std::int64_t> targets;
   for (std::size_t i = 0; i < timelines_.size(); ++i) {
     const std::int64_t now = scene_.systems[i].step_count(), first = timelines_[i].first();
@@ -191,6 +206,7 @@ void LiveScene::back(std::int64_t steps) {
 }
 
 void LiveScene::go_to(double t) {
+  check_idle();
   std::vector<std::int64_t> targets;
   for (std::size_t i = 0; i < timelines_.size(); ++i) {
     if (t < timelines_[i].first_t())
@@ -204,6 +220,7 @@ void LiveScene::go_to(double t) {
 }
 
 bool LiveScene::undo() {
+  check_idle();
   std::vector<std::int64_t> steps;
   for (const Simulation& each : scene_.systems) steps.push_back(each.step_count());
   if (!timelines_[current_].undo(system())) return false;
@@ -212,6 +229,7 @@ bool LiveScene::undo() {
 }
 
 void LiveScene::edit(const std::function<void(Simulation&)>& change) {
+  check_idle();
   timelines_[current_].edit(system(), change);
 }
 
@@ -248,6 +266,7 @@ void LiveScene::apply_choices(LoadedScene& scene) const {
 
 std::vector<Change> LiveScene::reload(
     const std::optional<std::pair<std::string, std::string>>& setting) {
+  check_idle();
   SceneRequest request = request_;
   if (setting) request.settings[setting->first] = setting->second;
   LoadedScene fresh = load(request, environment_, registry_);
@@ -316,6 +335,7 @@ LiveScene::Branch LiveScene::branch_named(const std::string& name) {
 }
 
 void LiveScene::add_branch(const std::string& name) {
+  check_idle();
   if (name == branch_ || branches_.contains(name))
     usage_error("branch '" + name + "' exists", "two cannot have one name",
                 ".switch " + name + " goes there");
@@ -324,6 +344,7 @@ void LiveScene::add_branch(const std::string& name) {
 }
 
 void LiveScene::switch_to(const std::string& name) {
+  check_idle();
   const Branch there = branch_named(name);
   branches_[branch_] = present();
   branches_.erase(name);
@@ -371,6 +392,7 @@ void LiveScene::save(const std::string& file) {
 }
 
 void LiveScene::resume(const std::string& file) {
+  check_idle();
   const Checkpoint saved = read_checkpoint(file);
   SceneRequest request = request_;
   complete(request, saved);

@@ -41,8 +41,7 @@ class LiveScene {
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
   // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
   // steps behind. `until` ends it, and is asked before the first step too.
-  // No verdict on what only ran again, with changes by hand in it.
-  using Outcome = std::optional<Verdict>;
+  using Outcome = std::optional<Verdict>;  // none on what only ran again, with changes by hand
   Outcome step(std::int64_t steps);
   Outcome run(double seconds);
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
@@ -88,6 +87,7 @@ class LiveScene {
                   const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
   std::vector<std::int64_t> targets_after(double seconds) const;
   void travel(const std::vector<std::int64_t>& steps);
+  void check_idle() const;  // throws Error{kUsage} inside a run
   void share_budget();
   void apply_choices(LoadedScene& scene) const;
   Branch present();
@@ -98,7 +98,7 @@ class LiveScene {
   Registry& registry_;
   std::size_t budget_;
   std::ostream& err_;
-  bool progress_;
+  bool progress_, running_ = false;
   LoadedScene scene_;
   std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
   std::vector<Timeline> timelines_;

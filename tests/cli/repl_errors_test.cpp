@@ -99,6 +99,21 @@ TEST_CASE("repl: the first error ends a script with its code and its line") {
   }
 }
 
+TEST_CASE("repl: the condition of a run may look but not touch") {
+  for (const char* touch : {"step()", "run(1)", "reset()", "back()", "goto_time(0)", "undo()",
+                            "dt(1)", "pin(3)", "set(\"n\", 4)", "reload()", "integrator(\"rk4\")",
+                            "branch(\"b\")", "switch(\"main\")", "run_until(t)"}) {
+    INFO(touch);
+    const Outcome outcome =
+        session(std::string(".step 3\nrun_until(function() ") + touch + " end)\n");
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.starts_with("sim: error: a run is going on: stdin:2"));
+    CHECK(session(std::string(".step\n.branch a\nok = pcall(run_until, function() ") + touch +
+                  " end)\nstep(2)\ntaken()\n")
+              .out == "3\n");
+  }
+}
+
 TEST_CASE("repl: the place in a file that is read") {
   TemporaryFolder folder;
   const std::string file = (folder.path() / "a.lua").string();

@@ -92,6 +92,10 @@ TEST_CASE("changes by hand are made again, and discarded by a change before them
     CHECK(sim.hash() == end);
     CHECK(sim.t() == t);
     CHECK_FALSE(sim.pinned(0));
+    go(20);
+    while (sim.step_count() < 150) REQUIRE(timeline.step(sim));
+    CHECK(sim.hash() == end);
+    CHECK(sim.t() == t);
 
     go(90);
     timeline.edit(sim, [](Simulation& s) { s.set_position(7, {0, 0, 0}); });
