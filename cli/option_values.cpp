@@ -1,5 +1,6 @@
 #include "cli/option_values.h"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -51,6 +52,20 @@ ParticleChoice particle_choice(const std::string& option, const std::string& tex
   const std::string id = colon == std::string::npos ? text : text.substr(colon + 1);
   return {colon == std::string::npos ? "" : text.substr(0, colon),
           integer_between(option, id, 0, std::numeric_limits<std::int64_t>::max())};
+}
+
+std::vector<std::string> names_list(const std::string& option, const std::string& text) {
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string name = text.substr(begin, end - begin);
+    if (name.empty()) fail(option, text, "a name is missing", "write it like euler,rk4");
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      fail(option, text, "'" + name + "' stands there twice", "keep one of them");
+    names.push_back(name);
+    begin = end + 1;
+  }
+  return names;
 }
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts) {

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <set>
 #include <vector>
 
 #include "cli/option_values.h"
@@ -53,6 +55,8 @@ struct Texts {
   std::vector<std::string> set, plugin_path, load;
   bool fixed_step = false, json = false, quiet = false, version = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
+  std::string study_scene, at, integrators;
+  std::vector<std::string> order_words;
 };
 
 // An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
@@ -84,17 +88,22 @@ class Parser {
   CLI::Option* values(const std::string& names, std::vector<std::string>& texts,
                       const std::string& type, const std::string& doc);
   CLI::App* verb(const std::string& name, const std::string& doc);
+  CLI::App* study(const std::string& name, const std::string& doc);
 
   void check_words() const;
   void check_verb(const CLI::App& chosen) const;
   SceneRequest scene_request(const std::string& scene) const;
   RunRequest run_request() const;
   AdjacencyRequest adjacency_request() const;
+  StabilityRequest stability_request() const;
+  OrderRequest order_request() const;
+  ShowProgress show_progress() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_;
   std::vector<CLI::Option*> run_only_;
+  std::map<const CLI::App*, std::set<std::string>> taken_;  // options of a run that a verb takes
 };
 
 CLI::Option* Parser::value(const std::string& names, std::string& text, const std::string& type,
@@ -112,6 +121,15 @@ CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
   app->fallthrough()->allow_extras();
   app->footer("It takes --json, --set, --seed, --plugin-path and --load, as in sim --help.\n");
   app->get_formatter()->column_width(26);
+  return app;
+}
+
+// A verb that runs a scene itself, again and again.
+CLI::App* Parser::study(const std::string& name, const std::string& doc) {
+  CLI::App* app = verb(name, doc);
+  app->add_option("--integrators", texts_.integrators, "only these; all that fit if not given")
+      ->type_name("A,B,..");
+  taken_[app] = {"--progress"};
   return app;
 }
 
@@ -162,6 +180,17 @@ Parser::Parser() {
   describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
   describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
   doctor_ = verb("doctor", "is everything there that a run needs?");
+  stability_ = study("stability", "SCENE: fastest vibration, largest stable steps");
+  stability_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
+      ->type_name("");
+  stability_->add_option("--at", t.at, "look at the state of the run at that time, in s")
+      ->type_name("S");
+  order_ = study("order", "[INTEGRATOR] [SCENE]: observed order of convergence");
+  order_->add_option("WORDS", t.order_words, "an integrator, a scene, or both")
+      ->type_name("")
+      ->expected(0, 2);
+  taken_[order_].insert("--time");
+  taken_[stability_].insert({"--integrator", "--dt"});
 }
 
 // Words that no option or argument wanted.
@@ -186,6 +215,8 @@ void Parser::check_words() const {
 void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
+    const auto taken = taken_.find(&chosen);
+    if (taken != taken_.end() && taken->second.contains(option->get_name())) continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -245,11 +276,39 @@ RunRequest Parser::run_request() const {
   if (!t.resume.empty()) request.resume = t.resume;
   request.json = t.json;
   request.quiet = t.quiet;
-  if (t.progress == "on") request.progress = ShowProgress::kOn;
-  if (t.progress == "off") request.progress = ShowProgress::kOff;
-  if (t.progress != "on" && t.progress != "off" && t.progress != "auto")
-    usage_error("bad value", "--progress '" + t.progress + "'", "it is auto, on or off",
+  request.progress = show_progress();
+  return request;
+}
+
+ShowProgress Parser::show_progress() const {
+  if (texts_.progress == "on") return ShowProgress::kOn;
+  if (texts_.progress == "off") return ShowProgress::kOff;
+  if (texts_.progress != "auto")
+    usage_error("bad value", "--progress '" + texts_.progress + "'", "it is auto, on or off",
                 "leave it out for auto");
+  return ShowProgress::kAuto;
+}
+
+StabilityRequest Parser::stability_request() const {
+  StabilityRequest request;
+  request.scene = scene_request(texts_.study_scene);
+  request.json = texts_.json;
+  request.scene.options.integrator = texts_.integrator;
+  if (!texts_.dt.empty()) request.scene.options.dt = positive_number("--dt", texts_.dt);
+  if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
+  request.integrators = names_list("--integrators", texts_.integrators);
+  request.progress = show_progress();
+  return request;
+}
+
+OrderRequest Parser::order_request() const {
+  OrderRequest request;
+  request.scene = scene_request("");
+  request.words = texts_.order_words;
+  request.integrators = names_list("--integrators", texts_.integrators);
+  if (!texts_.time.empty()) request.time = positive_number("--time", texts_.time);
+  request.json = texts_.json;
+  request.progress = show_progress();
   return request;
 }
 
@@ -295,6 +354,10 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       usage_error("argument missing", "sim describe", "it needs a name",
                   "'sim list' shows all names");
     line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+  } else if (chosen.front() == stability_) {
+    line.request = stability_request();
+  } else if (chosen.front() == order_) {
+    line.request = order_request();
   } else {
     line.request = DoctorRequest{line.libraries, texts_.json};
   }

@@ -8,7 +8,9 @@
 #include "cli/describe.h"
 #include "cli/doctor.h"
 #include "cli/list.h"
+#include "cli/order.h"
 #include "cli/run.h"
+#include "cli/stability.h"
 
 namespace sim::cli {
 
@@ -18,7 +20,8 @@ struct Message {
 };
 
 struct CommandLine {
-  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest>
+  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
+               StabilityRequest, OrderRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

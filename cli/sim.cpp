@@ -45,6 +45,12 @@ struct Dispatch {
   int verb(const DescribeRequest& request, const Environment& env, sim::Registry& registry) const {
     return describe(request, env, registry, console);
   }
+  int verb(const StabilityRequest& request, const Environment& env, sim::Registry& registry) const {
+    return stability(request, env, registry, console);
+  }
+  int verb(const OrderRequest& request, const Environment& env, sim::Registry& registry) const {
+    return order(request, env, registry, console);
+  }
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
+#include "core/particles/loads.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -32,6 +33,8 @@ void check(const SystemSpec& spec) {
   for (const int id : spec.particles->pinned)
     if (outside(id))
       refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
+  if (!spec.loads.empty() && static_cast<int>(spec.loads.size()) != n)
+    refuse("there are " + std::to_string(spec.loads.size()) + " loads", spec.place);
   for (const PartSpec& force : spec.forces) {
     for (const LinkSpec& tie : force.links.ties)
       if (outside(tie.a) || outside(tie.b) || tie.a == tie.b)
@@ -86,6 +89,10 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(
         placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
     force_names.push_back(plugin.name);
+  }
+  if (!spec.loads.empty()) {
+    forces.push_back(std::make_unique<Loads>(spec.loads));
+    force_names.push_back("load");
   }
   team = std::make_unique<Team>(useful_threads(threads, n));
   auto compiled = placed(spec.place, [&] {

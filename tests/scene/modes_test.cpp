@@ -19,25 +19,6 @@ constexpr double kAmplitude = 1e-3;  // m; small against the spacing, so that no
 
 double shape(int mode, int j) { return std::sin(mode * j * std::numbers::pi / (kFree + 1)); }
 
-// Pinned ends at x = 0 and 11, particles of 0.1 kg between, springs of 100 N/m, all in one mode.
-sim::SystemSpec make_row(int mode) {
-  sim::SystemSpec spec;
-  spec.name = "row";
-  spec.integrator = "rk4";
-  spec.dt = 0.002;
-  spec.particles.emplace();
-  spec.particles->pinned = {0, kFree + 1};
-  sim::PartSpec springs = make_springs("link", 100);
-  for (int j = 0; j <= kFree + 1; ++j) {
-    const bool end = j == 0 || j == kFree + 1;
-    spec.particles->list.push_back(
-        {.position = {j + (end ? 0 : kAmplitude * shape(mode, j)), 0, 0}, .mass = 0.1});
-    if (j > 0) springs.links.ties.push_back({.a = j - 1, .b = j, .rest = 1});
-  }
-  spec.forces = {springs};
-  return spec;
-}
-
 // omega q - i v of the mode, q and v its amplitude and speed: turns as exp(i omega t).
 Complex amplitude(const sim::Simulation& simulation, int mode, double omega) {
   double q = 0, v = 0;
@@ -63,7 +44,8 @@ TEST_CASE("modes of a chain turn and grow as R(i h omega) says") {
       Complex term = 1, taylor = 1;
       for (int i = 1; i <= order; ++i) taylor += term *= Complex(0, h * omega) / double(i);
 
-      sim::Simulation simulation(make_row(mode), registry, {.integrator = method, .dt = h});
+      sim::Simulation simulation(make_row(mode, kAmplitude), registry,
+                                 {.integrator = method, .dt = h});
       const Complex start = amplitude(simulation, mode, omega);
       CHECK(std::abs(start - omega * kAmplitude) <= 1e-12 * omega);
       REQUIRE(run(simulation, n));
@@ -81,7 +63,7 @@ TEST_CASE("modes of a chain turn and grow as R(i h omega) says") {
 TEST_CASE("every integrator grows or decays as its amplification says") {
   sim::Registry registry = make_registry();
   const double omega = 62.60180466431455;
-  const sim::SystemSpec row = make_row(kFree);
+  const sim::SystemSpec row = make_row(kFree, kAmplitude);
   for (const std::string& method : methods_with_order(row, registry)) {
     sim::Simulation probe(row, registry, fixed_steps(method, 0.01, registry));
     const auto radius = [&](double h_omega, double h_gamma) {

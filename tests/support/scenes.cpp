@@ -1,6 +1,8 @@
 #include "tests/support/scenes.h"
 
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace sim_test {
 
@@ -102,6 +104,22 @@ sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int
   }
   spec.forces = {make_gravity(), springs};
   if (drag > 0) spec.forces.push_back(make_drag(drag));
+  return spec;
+}
+
+sim::SystemSpec make_row(int mode, double amplitude) {
+  constexpr int kFree = 10;
+  sim::SystemSpec spec = make_system("row");
+  spec.particles.emplace();
+  spec.particles->pinned = {0, kFree + 1};
+  sim::PartSpec springs = make_springs("link", 100);
+  for (int j = 0; j <= kFree + 1; ++j) {
+    const bool end = j == 0 || j == kFree + 1;
+    const double shift = amplitude * std::sin(mode * j * std::numbers::pi / (kFree + 1));
+    spec.particles->list.push_back({.position = {j + (end ? 0 : shift), 0, 0}, .mass = 0.1});
+    if (j > 0) springs.links.ties.push_back({.a = j - 1, .b = j, .rest = 1});
+  }
+  spec.forces = {springs};
   return spec;
 }
 

@@ -41,6 +41,11 @@ sim::SystemSpec make_elastic_pendulum(double drag = 0);
 sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int> pinned,
                            double drag);
 
+// The linear chain of linear_chain.csv: 10 particles of 0.1 kg, 1 m apart along x between two
+// pinned ones, springs of 100 N/m at rest length; displaced along x by amplitude * sin(mode j pi /
+// 11).
+sim::SystemSpec make_row(int mode = 1, double amplitude = 0);
+
 // One free particle of `mass` kg under gravity.
 sim::SystemSpec make_falling(double mass, double drag);
 

@@ -1,0 +1,85 @@
+#include "core/study/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "core/base/error.h"
+
+namespace sim::study {
+namespace {
+
+// Parameters given to the integrator of the run hold for no other one.
+RunOptions options_for(const Problem& problem, const std::string& name) {
+  RunOptions options = problem.options;
+  const std::string& own =
+      options.integrator.empty() ? problem.spec->integrator : options.integrator;
+  Registry& registry = *problem.registry;
+  if (!name.empty() && registry.integrator(name).name != registry.integrator(own).name) {
+    options.integrator = name;
+    options.integrator_given.clear();
+  }
+  return options;
+}
+
+bool all_finite(std::span<const double> x) {
+  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+Simulation Problem::simulation(const std::string& name, double dt) const {
+  RunOptions run = options_for(*this, name);
+  if (dt > 0) run.dt = dt;
+  return Simulation(*spec, *registry, run);
+}
+
+std::unique_ptr<Integrator> Problem::integrator(const std::string& name) const {
+  const RunOptions run = options_for(*this, name);
+  const IntegratorPlugin& plugin =
+      registry->integrator(run.integrator.empty() ? spec->integrator : run.integrator);
+  std::map<std::string, Value> given = run.integrator_given;
+  if (run.integrator.empty())
+    given.insert(spec->integrator_given.begin(), spec->integrator_given.end());
+  return plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, spec->place));
+}
+
+std::vector<Method> fitting_methods(const Problem& problem, const std::vector<std::string>& names) {
+  std::vector<std::string> wanted = names;
+  if (wanted.empty()) wanted = problem.registry->names(PluginKind::kIntegrator);
+  std::vector<Method> methods;
+  for (const std::string& name : wanted) {
+    try {
+      const IntegratorPlugin& plugin = problem.registry->integrator(name, "on the command line");
+      const auto has = [&](auto what) {
+        return std::any_of(plugin.params.begin(), plugin.params.end(), what);
+      };
+      if (names.empty() && has([](const Param& param) { return param.required; })) continue;
+      const Simulation trial = problem.simulation(plugin.name);
+      methods.push_back({plugin.name, trial.integrator_info(),
+                         has([](const Param& param) { return param.name == "tol"; })});
+    } catch (const Error& error) {
+      if (names.empty()) continue;
+      throw Error(ErrorKind::kUsage, error.text());
+    }
+  }
+  return methods;
+}
+
+const ParticleSystem* particles_of(Simulation& system) {
+  return dynamic_cast<const ParticleSystem*>(&system.ode());
+}
+
+StepMap::StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator)
+    : system_(&system), integrator_(std::move(integrator)) {
+  integrator_->prepare(system);
+}
+
+bool StepMap::step(double t, double h, const double* x, double* x_next) {
+  integrator_->restart(t, h, x);
+  const StepStatus status = integrator_->step(*system_, t, h, x, x_next);
+  return status == StepStatus::kDone ||
+         (status == StepStatus::kNotFinite && all_finite({x_next, system_->size()}));
+}
+
+}  // namespace sim::study

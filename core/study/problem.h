@@ -1,0 +1,59 @@
+// What a study works on: one system of a scene, to be run again and again with other methods and
+// steps.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/particles/particle_system.h"
+#include "core/scene/simulation.h"
+
+namespace sim::study {
+
+struct Problem {
+  const SystemSpec* spec = nullptr;
+  Registry* registry = nullptr;
+  RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
+
+  Simulation simulation(const std::string& integrator = "", double dt = 0) const;
+
+  // The integrator alone, not yet prepared; parameters as a run of that name would have them.
+  std::unique_ptr<Integrator> integrator(const std::string& name) const;
+};
+
+// Told what is being done and how much of it is done (0 .. 1); answers false to end the study,
+// which then returns what it has.
+using Watch = std::function<bool(std::string_view what, double done)>;
+
+struct Method {
+  std::string name;
+  IntegratorInfo info;
+  bool has_tolerance = false;  // has a parameter `tol`
+};
+
+// The integrators that fit the problem, sorted by name; of those in `names` when it is not empty.
+// Throws Error{kUsage} for a name that no plugin has, or when a named one does not fit.
+std::vector<Method> fitting_methods(const Problem& problem, const std::vector<std::string>& names);
+
+// The system of particles that a second-order simulation steps; null in a first-order one.
+const ParticleSystem* particles_of(Simulation& system);
+
+// Single steps from any state, beside the run: nothing is kept from one step to the next.
+class StepMap {
+ public:
+  StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator);
+
+  // x_next := one step of size h from x at t, both system.size() doubles; false when it fails.
+  bool step(double t, double h, const double* x, double* x_next);
+
+  const Integrator& integrator() const { return *integrator_; }
+
+ private:
+  OdeSystem* system_;
+  std::unique_ptr<Integrator> integrator_;
+};
+
+}  // namespace sim::study

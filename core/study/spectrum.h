@@ -1,0 +1,48 @@
+// How fast a system vibrates: the extreme eigenvalues of its Jacobian, and where their modes are.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/study/problem.h"
+
+namespace sim::study {
+
+// An eigenvalue lambda of J = df/dX, as the oscillator q'' = -omega^2 q - damping q'.
+struct Vibration {
+  double omega = 0;    // |lambda|, rad/s
+  double damping = 0;  // -2 Re lambda, 1/s
+};
+
+struct Spectrum {
+  Vibration fastest;
+  double residual = 0;  // |J u - lambda u| / |lambda u| of it
+  double growth = 0;    // of the fastest growing mode, 1/s: no step size helps there; 0 = none
+  double bound = 0;     // omega is not above it while no spring is below half its rest length;
+                        // infinity where nothing bounds it, or in a first-order system
+  int products = 0;     // of J with a vector
+  std::vector<Vibration> vibrations;  // all that were found, fastest first
+
+  // The fastest mode as a direction of X: a pair that spans its plane (displacement and velocity;
+  // real and imaginary part in a first-order system, where the second one may be all zero).
+  std::vector<double> shape, partner;
+  std::vector<double> weights;  // of each number of X where modes are orthogonal: masses, or 1
+  std::vector<std::pair<int, double>> particles;         // share of the motion, largest first
+  std::vector<std::pair<std::string, double>> families;  // share of the elastic energy
+};
+
+// At the present state of the system. Arnoldi (1951), Quart. Appl. Math. 9, 17-29, with full
+// reorthogonalisation, at most `products` long: matrix-free, and exact for small systems. In a
+// system of particles it works on M^-1/2 K M^-1/2, where it is the method of Lanczos.
+Spectrum spectrum(Simulation& system, int products = 80);
+
+// The bound alone, by Gershgorin discs around the particles: no product at all.
+double omega_bound(Simulation& system);
+
+// Share of the elastic energy of a small displacement (3 numbers a particle) that each family
+// takes.
+std::vector<std::pair<std::string, double>> family_shares(const Simulation& system,
+                                                          const std::vector<double>& displacement);
+
+}  // namespace sim::study

@@ -1,0 +1,124 @@
+#include "core/study/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::study {
+namespace {
+
+// Slope and offset of y over x by least squares.
+ObservedOrder fit(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto n = static_cast<double>(x.size());
+  double mx = 0, my = 0, sxx = 0, sxy = 0, rest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    mx += x[i] / n;
+    my += y[i] / n;
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sxx += (x[i] - mx) * (x[i] - mx);
+    sxy += (x[i] - mx) * (y[i] - my);
+  }
+  ObservedOrder result;
+  result.slope = sxy / sxx;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double off = y[i] - my - result.slope * (x[i] - mx);
+    rest += off * off;
+  }
+  result.standard_error = std::sqrt(rest / (n - 2) / sxx);
+  result.constant = std::exp(my - result.slope * mx);
+  result.points = static_cast<int>(x.size());
+  return result;
+}
+
+}  // namespace
+
+double Yardstick::floor() const {
+  double most = 0;
+  for (int k = 0; k <= last; ++k)
+    most = std::max(most, reference->error[static_cast<std::size_t>(k)]);
+  return 10 * most;
+}
+
+std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
+                             double tolerance, const Yardstick& yardstick,
+                             const std::function<bool()>& go_on) {
+  const Reference& reference = *yardstick.reference;
+  const int intervals = static_cast<int>(reference.points.size()) - 1;
+  bool told = false;
+  const auto watched = [&] {
+    told = told || !go_on();
+    return !told;
+  };
+  TrajectoryPlan plan{yardstick.time, intervals, steps, tolerance, yardstick.energy};
+  const Trajectory run = run_trajectory(problem, method, plan, watched);
+  if (told) return {};
+
+  Point point;
+  point.dt = yardstick.time / static_cast<double>(steps);
+  point.tolerance = tolerance;
+  point.finished = run.finished;
+  point.energy = run.energy_error;
+  point.seconds = run.seconds;
+  point.steps = run.effort.steps > 0 ? run.effort.steps : run.steps;
+  point.effort = run.effort;
+  const auto last =
+      std::min<std::size_t>(static_cast<std::size_t>(yardstick.last) + 1, run.points.size());
+  for (std::size_t k = 0; k < last; ++k) {
+    const Distance d = distance(run.points[k], reference.points[k]);
+    point.rms = std::max(point.rms, d.rms);
+    if (k + 1 < last) continue;
+    point.rms_end = d.rms;
+    point.most_end = d.most;
+    point.worst = d.where;
+  }
+  if (!std::isfinite(point.rms)) point.finished = false;
+
+  plan.energy = false;
+  std::vector<double> seconds;
+  for (int repeat = 0; repeat < yardstick.repeats && point.finished; ++repeat) {
+    seconds.push_back(run_trajectory(problem, method, plan, watched).seconds);
+    if (told) return {};
+  }
+  std::sort(seconds.begin(), seconds.end());
+  if (!seconds.empty()) {
+    point.seconds = seconds[seconds.size() / 2];
+    point.spread = seconds.back() - seconds.front();
+  }
+  return point;
+}
+
+// The longest row of points whose local orders lie within 0.3; of two the finer one.
+std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
+                                            const Yardstick& yardstick) {
+  constexpr double kSpread = 0.3;
+  std::vector<double> x, y;
+  for (const Point& point : points) {
+    const bool fits =
+        point.finished && point.rms > 10 * yardstick.floor() && point.rms < 1e-2 * yardstick.size;
+    if (!fits) continue;
+    x.push_back(std::log(point.tolerance > 0 ? yardstick.time / static_cast<double>(point.steps)
+                                             : point.dt));
+    y.push_back(std::log(point.rms));
+  }
+  std::size_t best_begin = 0, best_length = 0;
+  for (std::size_t begin = 0; begin + 2 < x.size(); ++begin) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t end = begin + 1; end < x.size(); ++end) {
+      const double local = (y[end] - y[end - 1]) / (x[end] - x[end - 1]);
+      low = std::min(low, local);
+      high = std::max(high, local);
+      if (!(high - low < kSpread)) break;
+      if (end - begin + 1 < best_length) continue;
+      best_begin = begin;
+      best_length = end - begin + 1;
+    }
+  }
+  if (best_length < 3) return {};
+  const auto part = [&](const std::vector<double>& v) {
+    const auto first = v.begin() + static_cast<std::ptrdiff_t>(best_begin);
+    return std::vector<double>(first, first + static_cast<std::ptrdiff_t>(best_length));
+  };
+  return fit(part(x), part(y));
+}
+
+}  // namespace sim::study

@@ -1,0 +1,52 @@
+// A run as a study sees it: where the free coordinates are at equal intervals of time, and what it
+// took to get there.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/study/problem.h"
+
+namespace sim::study {
+
+struct Trajectory {
+  double time = 0;  // s, of the whole
+  // [k] = the coordinates at k time / intervals: 3 a free particle in m, or all components of a
+  // first-order state. Ends early where the run failed.
+  std::vector<std::vector<double>> points;
+  std::int64_t steps = 0;   // taken
+  Effort effort;            // evaluations are filled in for methods that do not count
+  double energy_error = 0;  // largest |E + W - E0| over the energy in play; second order only
+  double seconds = 0;       // of stepping alone
+  bool finished = false;
+};
+
+struct TrajectoryPlan {
+  double time = 0;         // s
+  int intervals = 20;      // at least 1
+  std::int64_t steps = 0;  // a multiple of `intervals`
+  double tolerance = 0;    // of methods that have one; 0 = their own
+  bool energy = false;     // watch it: not in runs that are timed
+};
+
+// Ends early, unfinished, when `watch` says so.
+Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
+                          const std::function<bool()>& go_on);
+
+// The free coordinates of the present state, as in Trajectory::points.
+std::vector<double> coordinates(Simulation& system);
+
+// Those of a list of all coordinates, as SystemSpec::exact gives them. Throws Error{kScene} when it
+// has another length.
+std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all);
+
+struct Distance {
+  double rms = 0, most = 0;  // over the coordinates, in their unit
+  int where = 0;             // the coordinate of `most`
+};
+Distance distance(const std::vector<double>& a, const std::vector<double>& b);
+
+// The diagonal of the box around the initial state, in m; the size of a flat state. 1 for a point.
+double scene_size(const Simulation& system);
+
+}  // namespace sim::study

@@ -1,0 +1,120 @@
+// The studies as a user runs them: sim stability, sim order.
+#include <catch2/catch.hpp>
+#include <csignal>
+
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+
+namespace sim_test {
+namespace {
+
+const Json& named(const Json& list, const std::string& name) {
+  for (const Json& each : list.list)
+    if (each.at("name").text == name) return each;
+  throw std::runtime_error("nothing is called " + name);
+}
+
+TEST_CASE("sim stability tells the largest steps of the cloth") {
+  const Outcome outcome = run_sim({"stability", "scenes/cloth.lua", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  CHECK(study.at("omega_max").number == Approx(192.678).epsilon(1e-3));
+  CHECK(study.at("damping").number == Approx(2));
+  for (const char* name : {"euler", "trapezoid", "rk4", "verlet"}) {
+    const Json& each = named(study.at("integrators"), name);
+    CHECK(each.at("measured_dt").number == Approx(each.at("predicted_dt").number).epsilon(0.02));
+  }
+  CHECK(named(study.at("integrators"), "rk4").at("predicted_dt").number ==
+        Approx(1.474e-2).epsilon(0.01));
+  CHECK(named(study.at("integrators"), "rk4").at("energy").list.size() == 4);
+}
+
+TEST_CASE("sim stability says 0 where no step is stable") {
+  const Outcome outcome =
+      run_sim({"stability", "scenes/pendulum1.lua", "--integrators", "euler,trapezoid", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  CHECK(study.at("integrators").list.size() == 2);
+  for (const Json& each : study.at("integrators").list) {
+    CHECK(each.at("predicted_dt").number == 0);
+    CHECK(each.at("predicted_dt").kind == Json::Kind::kNumber);
+    CHECK(each.at("measured_dt").number == 0);
+    CHECK(each.at("limit").text == "none stable");
+  }
+  const Outcome words = run_sim({"stability", "scenes/pendulum1.lua", "--integrators", "euler"});
+  CHECK(words.out.find("euler has no stable step here") != std::string::npos);
+}
+
+TEST_CASE("a world is studied system by system") {
+  const Outcome outcome =
+      run_sim({"stability", "scenes/sample.lua", "--integrators", "rk4", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json systems = JsonReader(outcome.out).read().at("systems");
+  REQUIRE(systems.list.size() == 3);
+  CHECK(systems.list[0].at("system").text == "circle");
+}
+
+TEST_CASE("sim order names the order that a method has") {
+  const Outcome outcome = run_sim({"order", "rk4", "scenes/circle.lua", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  CHECK(study.at("reference").at("how").text == "exact solution");
+  const Json& rk4 = study.at("integrators").list.front();
+  CHECK(rk4.at("observed").number == Approx(4).margin(0.1));
+  CHECK(rk4.at("points").list.size() > 4);
+
+  const Outcome words = run_sim({"order", "--integrators=verlet,rk4", "scenes/pendulum1.lua"});
+  CHECK(words.code == 0);
+  CHECK(words.out.find("local order") == std::string::npos);
+  CHECK(run_sim({"order", "verlet", "scenes/pendulum1.lua"}).out.find("local order") !=
+        std::string::npos);
+}
+
+TEST_CASE("tables of the studies fit 100 columns") {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"stability"},
+                                                {"stability", "-s", "structural=1e12"},
+                                                {"order", "scenes/pendulum1.lua"}}) {
+    std::istringstream lines(run_sim(words).out);
+    for (std::string line; std::getline(lines, line);) {
+      INFO(line);
+      CHECK(line.size() <= 100);
+    }
+  }
+}
+
+TEST_CASE("wrong words for a study are usage errors") {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"stability", "--integrators", "rk5"},
+      {"stability", "--integrators", "rk4,,euler"},
+      {"stability", "--integrators", "rk4,rk4"},
+      {"stability", "scenes/circle.lua", "--integrators", "verlet"},
+      {"stability", "--at", "-1"},
+      {"stability", "--time", "1"},
+      {"stability", "a.lua", "b.lua"},
+      {"stability", "--at", "20", "-i", "euler"},
+      {"order", "rk5", "scenes/circle.lua"},
+      {"order", "rk4", "scenes/circle.lua", "x"},
+      {"order", "rk4", "--integrators", "euler"},
+      {"order", "--time", "0"}};
+  for (const auto& words : wrong) {
+    const Outcome outcome = run_sim(words);
+    INFO(words[0] << ' ' << words[1] << ": " << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.rfind("sim: error: ", 0) == 0);
+    CHECK(outcome.out.empty());
+  }
+  CHECK(run_sim({"stability", "scenes/nothing.lua"}).code == 5);
+}
+
+TEST_CASE("a study ends on Ctrl-C with what it has") {
+  ProgramOptions options;
+  options.signal = SIGINT;
+  options.signal_at = "%";  // the bar
+  const Outcome outcome = run_sim({"order", "--progress", "on", "-s", "n=24"}, options);
+  CHECK(outcome.code == 130);
+  CHECK(outcome.out.find("system      cloth") != std::string::npos);
+  CHECK(outcome.err.find("interrupted: ") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace sim_test

@@ -1,0 +1,72 @@
+// The order of convergence as it is observed.
+#include "core/study/order.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+
+namespace {
+
+sim::study::Watch no_watch() {
+  return [](std::string_view, double) { return true; };
+}
+
+std::unique_ptr<sim::study::OrderStudy> study_of(const sim::SystemSpec& spec, double time,
+                                                 const std::vector<std::string>& names = {}) {
+  sim::Registry registry = make_registry();
+  return sim::study::order({&spec, &registry}, {time, names}, no_watch());
+}
+
+}  // namespace
+
+TEST_CASE("methods keep their order on a circle with an exact solution") {
+  sim::SystemSpec spec = make_circle();
+  spec.exact = [](double t) { return std::vector<double>{std::cos(t), std::sin(t), 0}; };
+  const auto study = study_of(spec, 1, {"euler", "trapezoid", "rk4"});
+  CHECK(study->reference.how == "exact solution");
+  for (const auto& each : study->methods) {
+    INFO(each.method.name);
+    CHECK(each.observed.value().slope == Approx(each.method.info.order).margin(0.1));
+    CHECK(each.observed.value().points >= 3);
+    CHECK(sim::study::keeps_order(each));
+  }
+}
+
+TEST_CASE("methods keep their order against a reference, with drag too") {
+  for (const double drag : {0.0, 0.5}) {
+    const auto study = study_of(make_elastic_pendulum(drag), 1);
+    CHECK(study->reference.how.find(" against ") != std::string::npos);
+    CHECK(study->yardstick.floor() < 1e-9);
+    for (const auto& each : study->methods) {
+      INFO(each.method.name << " drag " << drag);
+      CHECK(sim::study::keeps_order(each));
+    }
+  }
+}
+
+TEST_CASE("the order is fitted where local orders agree, and not where they do not") {
+  sim::study::Reference reference;
+  reference.error = {1e-14};
+  sim::study::Yardstick yardstick{&reference, 1, 1, 0, false, 0};
+  std::vector<sim::study::Point> points;
+  const auto add = [&](double dt, double error) {
+    sim::study::Point point;
+    point.dt = dt;
+    point.rms = error;
+    point.finished = true;
+    points.push_back(point);
+  };
+  for (const double dt : {0.1, 0.05, 0.025, 0.0125}) add(dt, 0.5 * dt * dt * dt);
+  const auto cubic = sim::study::observed_order(points, yardstick);
+  CHECK(cubic.value().slope == Approx(3));
+  CHECK(cubic.value().constant == Approx(0.5));
+  points[1].rms *= 3;
+  points[2].rms /= 3;
+  CHECK_FALSE(sim::study::observed_order(points, yardstick).has_value());
+  points.clear();
+  for (const double dt : {0.1, 0.05, 0.025, 0.0125}) add(dt, 1e-13);  // all below the floor
+  CHECK_FALSE(sim::study::observed_order(points, yardstick).has_value());
+}

@@ -1,0 +1,128 @@
+// The largest stable steps, as methods say them and as they are measured.
+#include "core/study/stability.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/study/step_limit.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::MethodStability;
+
+namespace {
+
+sim::study::Watch no_watch() {
+  return [](std::string_view, double) { return true; };
+}
+
+sim::study::Stability study_of(const sim::SystemSpec& spec,
+                               const std::vector<std::string>& integrators = {}) {
+  sim::Registry registry = make_registry();
+  return sim::study::stability({&spec, &registry}, {.integrators = integrators}, no_watch());
+}
+
+const MethodStability& method_of(const sim::study::Stability& study, const std::string& name) {
+  for (const MethodStability& each : study.methods)
+    if (each.method.name == name) return each;
+  throw std::runtime_error("no method " + name);
+}
+
+}  // namespace
+
+TEST_CASE("steps of the 8 x 8 cloth with drag: predicted and measured") {
+  const auto study = study_of(make_cloth(8), {"euler", "trapezoid", "rk4", "verlet"});
+  const std::vector<std::pair<std::string, double>> expected = {
+      {"euler", 5.387e-5}, {"trapezoid", 1.8327e-3}, {"rk4", 1.474e-2}, {"verlet", 1.035e-2}};
+  for (const auto& [name, dt] : expected) {
+    INFO(name);
+    const MethodStability& each = method_of(study, name);
+    CHECK(each.predicted.value() == Approx(dt).epsilon(0.01));
+    CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("steps of a chain without drag agree within 2 %, and some methods have none") {
+  const auto study = study_of(make_row());
+  int stable = 0;
+  for (const MethodStability& each : study.methods) {
+    INFO(each.method.name);
+    if (!each.predicted || !each.measured || std::isinf(*each.predicted)) continue;
+    CHECK(*each.measured == Approx(*each.predicted).epsilon(0.02));
+    stable += *each.predicted > 0;
+  }
+  CHECK(stable >= 3);
+  const double omega = 62.60180466431455;
+  CHECK(method_of(study, "rk4").measured.value() ==
+        Approx(2.8284271247461901 / omega).epsilon(1e-4));
+  CHECK(method_of(study, "verlet").measured.value() == Approx(2 / omega).epsilon(1e-4));
+  for (const char* name : {"euler", "trapezoid"}) {
+    CHECK(method_of(study, name).predicted.value() == 0);
+    CHECK(method_of(study, name).measured.value() == 0);
+  }
+}
+
+TEST_CASE("a scene in motion is held still for the measurement") {
+  const auto study = study_of(make_elastic_pendulum(), {"rk4", "verlet"});
+  for (const MethodStability& each : study.methods)
+    CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(1e-3));
+}
+
+TEST_CASE("the energy goes wrong towards the limit, by the order of the method first") {
+  sim::SystemSpec spec = make_elastic_pendulum();
+  spec.duration = 10;
+  const auto study = study_of(spec, {"verlet", "rk4"});
+  for (const MethodStability& each : study.methods) {
+    REQUIRE(each.energy.size() == 4);
+    CHECK(each.energy[1].error > 2 * each.energy[0].error);
+    CHECK(each.energy[2].error > 2 * each.energy[1].error);
+    CHECK(each.energy[0].dt == Approx(0.25 * each.measured.value()));
+  }
+  const auto& verlet = method_of(study, "verlet").energy;
+  CHECK(verlet[1].error / verlet[0].error == Approx(4).margin(1));
+}
+
+TEST_CASE("a method that says nothing of its stability is not predicted") {
+  class Silent final : public sim::Integrator {
+   public:
+    sim::IntegratorInfo info() const noexcept override { return {.order = 1, .evaluations = 1}; }
+    void prepare(sim::OdeSystem&) override {}
+    sim::StepStatus step(sim::OdeSystem&, double, double, const double*, double*) override {
+      return sim::StepStatus::kDone;
+    }
+  };
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(make_row(), registry);
+  const auto spectrum = sim::study::spectrum(simulation);
+  CHECK_FALSE(sim::study::predicted_step(Silent(), spectrum).has_value());
+}
+
+TEST_CASE("the largest stable step of a radius") {
+  const auto limit = [](auto radius) {
+    return sim::study::largest_stable_step(radius, 1, 0, 1e-9);
+  };
+  CHECK(limit([](double h) { return h < 2.5 ? 0.9 : 1.1; }) == Approx(2.5).epsilon(1e-5));
+  CHECK(limit([](double) { return 1.0; }) == HUGE_VAL);
+  CHECK(limit([](double h) { return 1 + h * h; }) == 0);
+  CHECK(limit([](double h) { return 1 + std::pow(h, 4); }) == 0);  // not the tolerance's doing
+  // Of two intervals of stability the first one counts.
+  CHECK(limit([](double h) { return h < 1 || (h > 2 && h < 3) ? 0.5 : 2.0; }) ==
+        Approx(1).epsilon(1e-5));
+}
+
+TEST_CASE("a study ends when told to, and keeps what it has") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_cloth(4);
+  int calls = 0;
+  const auto study = sim::study::stability({&spec, &registry}, {},
+                                           [&](std::string_view, double) { return ++calls < 3; });
+  CHECK_FALSE(study.complete);
+  CHECK(study.methods.size() == 2);
+  CHECK(study.spectrum.fastest.omega > 0);
+}
+
+TEST_CASE("unknown and unfitting integrators are refused by name") {
+  CHECK_THROWS_AS(study_of(make_row(), {"rk5"}), sim::Error);
+  CHECK_THROWS_AS(study_of(make_circle(), {"verlet"}), sim::Error);
+}
