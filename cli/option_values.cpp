@@ -54,6 +54,20 @@ ParticleChoice particle_choice(const std::string& option, const std::string& tex
           integer_between(option, id, 0, std::numeric_limits<std::int64_t>::max())};
 }
 
+Budget budget(const std::string& option, const std::string& text) {
+  std::string digits = text;
+  const auto drop = [&](char unit) {
+    if (digits.ends_with(unit)) digits.pop_back();
+    while (digits.ends_with(' ')) digits.pop_back();
+  };
+  const bool relative = text.ends_with('%');
+  drop(relative ? '%' : 'm');
+  const std::optional<double> value = parse_number(digits);
+  if (!value || !(*value > 0))
+    fail(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
+  return {relative ? *value / 100 : *value, !relative};
+}
+
 std::vector<std::string> names_list(const std::string& option, const std::string& text) {
   std::vector<std::string> names;
   for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/adjacency.h"
+#include "cli/tradeoff.h"
 
 namespace sim::cli {
 
@@ -16,6 +17,7 @@ double non_negative_number(const std::string& option, const std::string& text);
 std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
                              std::int64_t high);
 ParticleChoice particle_choice(const std::string& option, const std::string& text);
+Budget budget(const std::string& option, const std::string& text);  // "1%", "1e-3 m", "1e-3"
 std::vector<std::string> names_list(const std::string& option, const std::string& text);  // a,b,c
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 

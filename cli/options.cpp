@@ -55,7 +55,7 @@ struct Texts {
   std::vector<std::string> set, plugin_path, load;
   bool fixed_step = false, json = false, quiet = false, version = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
-  std::string study_scene, at, integrators;
+  std::string study_scene, at, integrators, budget, csv, svg;
   std::vector<std::string> order_words;
 };
 
@@ -97,11 +97,12 @@ class Parser {
   AdjacencyRequest adjacency_request() const;
   StabilityRequest stability_request() const;
   OrderRequest order_request() const;
+  TradeoffRequest tradeoff_request() const;
   ShowProgress show_progress() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_, *tradeoff_;
   std::vector<CLI::Option*> run_only_;
   std::map<const CLI::App*, std::set<std::string>> taken_;  // options of a run that a verb takes
 };
@@ -185,6 +186,14 @@ Parser::Parser() {
       ->type_name("");
   stability_->add_option("--at", t.at, "look at the state of the run at that time, in s")
       ->type_name("S");
+  tradeoff_ = study("tradeoff", "SCENE: speed against accuracy, and which to take");
+  tradeoff_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
+      ->type_name("");
+  tradeoff_->add_option("--budget", t.budget, "error allowed: 1% of the size, or \"1e-3 m\"")
+      ->type_name("E");
+  tradeoff_->add_option("--csv", t.csv, "table of every point, .csv or .jsonl")->type_name("FILE");
+  tradeoff_->add_option("--svg", t.svg, "plot of error against cost")->type_name("FILE");
+  taken_[tradeoff_].insert("--time");
   order_ = study("order", "[INTEGRATOR] [SCENE]: observed order of convergence");
   order_->add_option("WORDS", t.order_words, "an integrator, a scene, or both")
       ->type_name("")
@@ -312,6 +321,23 @@ OrderRequest Parser::order_request() const {
   return request;
 }
 
+TradeoffRequest Parser::tradeoff_request() const {
+  const Texts& t = texts_;
+  TradeoffRequest request;
+  request.scene = scene_request(t.study_scene);
+  if (!t.budget.empty()) request.budget = budget("--budget", t.budget);
+  if (!t.time.empty()) request.time = positive_number("--time", t.time);
+  request.integrators = names_list("--integrators", t.integrators);
+  if (!t.csv.empty()) request.csv = parse_target("--csv", t.csv);
+  if (!t.svg.empty()) request.svg = t.svg;
+  request.json = t.json;
+  request.progress = show_progress();
+  if (request.csv && request.csv->standard_output() && request.json)
+    usage_error("two kinds of data for standard output", "--json with --csv -",
+                "the study and the table would mix", "give the table a file");
+  return request;
+}
+
 AdjacencyRequest Parser::adjacency_request() const {
   if (texts_.adjacency_scene.empty() || texts_.adjacency_particle.empty())
     usage_error("argument missing", "sim adjacency", "it needs a scene and a particle",
@@ -356,6 +382,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
   } else if (chosen.front() == stability_) {
     line.request = stability_request();
+  } else if (chosen.front() == tradeoff_) {
+    line.request = tradeoff_request();
   } else if (chosen.front() == order_) {
     line.request = order_request();
   } else {

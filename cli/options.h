@@ -11,6 +11,7 @@
 #include "cli/order.h"
 #include "cli/run.h"
 #include "cli/stability.h"
+#include "cli/tradeoff.h"
 
 namespace sim::cli {
 
@@ -21,7 +22,7 @@ struct Message {
 
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest>
+               StabilityRequest, OrderRequest, TradeoffRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

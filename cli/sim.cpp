@@ -51,6 +51,9 @@ struct Dispatch {
   int verb(const OrderRequest& request, const Environment& env, sim::Registry& registry) const {
     return order(request, env, registry, console);
   }
+  int verb(const TradeoffRequest& request, const Environment& env, sim::Registry& registry) const {
+    return tradeoff(request, env, registry, console);
+  }
 };
 
 }  // namespace

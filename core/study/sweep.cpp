@@ -73,9 +73,11 @@ std::optional<Point> measure(const Problem& problem, const Method& method, std::
   }
   if (!std::isfinite(point.rms)) point.finished = false;
 
+  // Five short runs or three long ones.
   plan.energy = false;
   std::vector<double> seconds;
-  for (int repeat = 0; repeat < yardstick.repeats && point.finished; ++repeat) {
+  const int repeats = run.seconds > 0.02 ? std::min(yardstick.repeats, 3) : yardstick.repeats;
+  for (int repeat = 0; repeat < repeats && point.finished; ++repeat) {
     seconds.push_back(run_trajectory(problem, method, plan, watched).seconds);
     if (told) return {};
   }

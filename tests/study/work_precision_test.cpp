@@ -1,0 +1,144 @@
+// Work against precision: what is recommended keeps its budget.
+#include "core/study/work_precision.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/study/trajectory.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::Point;
+using sim::study::WorkPrecision;
+
+namespace {
+
+sim::study::Watch no_watch() {
+  return [](std::string_view, double) { return true; };
+}
+
+std::unique_ptr<WorkPrecision> study_of(const sim::SystemSpec& spec,
+                                        const sim::study::WorkPrecisionOptions& options) {
+  sim::Registry registry = make_registry();
+  return sim::study::work_precision({&spec, &registry}, options, no_watch());
+}
+
+// A chain of n beads let go from the side, as scripts/scenes/pendulum.lua.
+sim::SystemSpec make_pendulum(int n, double drag) {
+  std::vector<sim::Vec3> points;
+  for (int i = 0; i < n; ++i) points.push_back({0.25 * i, 0, 0});
+  return make_chain(points, {0}, drag);
+}
+
+std::vector<double> end_of(const sim::SystemSpec& spec, const std::string& integrator, double dt,
+                           double time) {
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = dt});
+  REQUIRE(run(simulation, simulation.steps_for(time)));
+  return sim::study::coordinates(simulation);
+}
+
+}  // namespace
+
+TEST_CASE("the recommended step keeps its budget") {
+  struct Case {
+    const char* name;
+    sim::SystemSpec spec;
+    double time;
+    std::vector<double> budgets;  // of the size
+  };
+  const std::vector<Case> cases = {{"pendulum", make_pendulum(4, 0.1), 1, {1e-3}},
+                                   {"cloth", make_cloth(8), 0.5, {1e-4}},
+                                   {"elastic pendulum", make_elastic_pendulum(), 2, {1e-2, 1e-6}}};
+  for (const auto& [name, spec, time, budgets] : cases)
+    for (const double budget : budgets) {
+      INFO(name << ", budget " << budget);
+      const auto study = study_of(spec, {.time = time, .budget = budget, .repeats = 0});
+      REQUIRE(study->recommended.has_value());
+      const Point& point = study->at(*study->recommended);
+      const std::string& method = study->curves[study->recommended->curve].method.name;
+      CHECK(point.rms <= 0.5 * study->budget);
+      CHECK(study->comparable == Approx(time));
+      if (point.tolerance > 0) continue;
+      // Against a run of another method that has nothing to do with the study.
+      const std::string other = method == "rk4" ? "verlet" : "rk4";
+      const double rms = sim::study::distance(end_of(spec, method, point.dt, time),
+                                              end_of(spec, other, time / 40000, time))
+                             .rms;
+      CHECK(rms <= study->budget);
+      CHECK(rms <= 1.01 * point.rms + 1e-8);
+    }
+}
+
+TEST_CASE("the front rises in cost and falls in error, and nothing beats it") {
+  const auto study = study_of(make_cloth(5), {.time = 0.5, .repeats = 0});
+  REQUIRE(study->front.size() > 3);
+  for (std::size_t i = 1; i < study->front.size(); ++i) {
+    CHECK(study->cost(study->front[i]) >= study->cost(study->front[i - 1]));
+    CHECK(study->at(study->front[i]).rms < study->at(study->front[i - 1]).rms);
+  }
+  for (const auto& curve : study->curves)
+    for (std::size_t p = 0; p < curve.points.size(); ++p)
+      for (const auto place : study->front) {
+        const Point& point = curve.points[p];
+        if (!point.finished || point.rms <= study->yardstick.floor()) continue;
+        CHECK_FALSE((point.rms < study->at(place).rms && curve.cost[p] < study->cost(place)));
+      }
+  // Work-precision of the fourth order, to a percent (256 evaluations of pefrl in 1 s).
+  CHECK(study->cheapest.has_value());
+}
+
+TEST_CASE("measured errors are those of the literature") {
+  // 8 x 8 cloth with drag to t = 1 s: rms 1.1e-5 m for pefrl at 1/64 s, 3.0e-4 m for verlet at
+  // 1/128 s at the end.
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_cloth(8);
+  const sim::study::Problem problem{&spec, &registry};
+  const auto reference = sim::study::reference(problem, 1, 1, no_watch());
+  CHECK(reference.error.back() < 1e-11);
+  const sim::study::Yardstick yardstick{&reference, 1, 1, 1, false, 0};
+  const auto error = [&](const char* name, int steps) {
+    const auto methods = sim::study::fitting_methods(problem, {name});
+    return sim::study::measure(problem, methods[0], steps, 0, yardstick, [] { return true; })
+        ->rms_end;
+  };
+  CHECK(error("verlet", 128) == Approx(3.0e-4).epsilon(0.05));
+  CHECK(error("pefrl", 64) == Approx(1.1e-5).epsilon(0.05));
+}
+
+TEST_CASE("a chaotic scene is compared only as long as that makes sense") {
+  const auto study = study_of(make_pendulum(10, 0), {.time = 20, .budget = 1e-3, .repeats = 0});
+  CHECK(study->comparable < 20);
+  CHECK(study->comparable > 0.5);
+  CHECK(study->growth.most.back() > 1e6);
+  for (const auto& curve : study->curves)
+    for (const Point& point : curve.points)
+      if (point.finished && curve.method.name == "rk4" && point.dt < 5e-3)
+        CHECK(point.rms < study->size);
+}
+
+TEST_CASE("a pendulum with drag forgets where it started") {
+  const auto study = study_of(make_elastic_pendulum(5), {.time = 3, .repeats = 0});
+  CHECK(study->growth.most.back() < 1);
+  CHECK(study->growth.mean.front() == Approx(1));
+}
+
+TEST_CASE("a budget in metres is taken as it is") {
+  const auto study = study_of(make_elastic_pendulum(),
+                              {.time = 1, .budget = 1e-3, .budget_in_metres = true, .repeats = 0});
+  CHECK(study->budget == 1e-3);
+  CHECK(study->size == Approx(std::sqrt(0.6 * 0.6 + 0.9 * 0.9 + 0.3 * 0.3)));
+}
+
+TEST_CASE("a study of work ends when told to, and keeps what it has") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_elastic_pendulum();
+  for (const int most : {1, 3, 40, 60}) {
+    int calls = 0;
+    const auto study =
+        sim::study::work_precision({&spec, &registry}, {.time = 1, .repeats = 0},
+                                   [&](std::string_view, double) { return ++calls < most; });
+    CHECK_FALSE(study->complete);
+    for (const auto& curve : study->curves) CHECK(curve.cost.size() == curve.points.size());
+  }
+}
