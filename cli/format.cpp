@@ -1,22 +1,9 @@
 #include "cli/format.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
-#include "core/base/text.h"
-
 namespace sim::cli {
-
-std::string brief(double value, int digits) {
-  if (value == 0) return "0";
-  std::array<char, 64> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                 std::chars_format::general, digits)
-                       .ptr;
-  return {buffer.data(), end};
-}
 
 std::string left(std::string_view text, std::size_t width) {
   std::string padded(text);

@@ -7,10 +7,9 @@
 #include <string_view>
 #include <vector>
 
-namespace sim::cli {
+#include "core/base/text.h"
 
-// Six significant digits: "0.176777", "1.2e-07"; "0" for either zero.
-std::string brief(double value, int digits = 6);
+namespace sim::cli {
 
 // Padded with spaces to the width; longer text stays whole.
 std::string left(std::string_view text, std::size_t width);

@@ -35,7 +35,7 @@ constexpr const char* kFooter =
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  6 checkpoint, 7 plugin, 130 or 143 interrupted,\n"
+    "  6 checkpoint, 7 plugin, 8 a --check failed, 130 or 143 interrupted,\n"
     "  141 the reader of a pipe has gone\n";
 
 constexpr std::int64_t kMostThreads = 1024;
@@ -50,10 +50,10 @@ constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 struct Texts {
   std::string scene, integrator_word, dt_word;
   std::string integrator, dt, tol, time, steps, seed, threads, debug_particle, energy, dump, every;
-  std::string snap, resume;
+  std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
-  bool fixed_step = false, json = false, quiet = false, version = false;
+  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string study_scene, at, integrators, budget, csv, svg;
   std::vector<std::string> order_words;
@@ -162,6 +162,7 @@ Parser::Parser() {
       value("--resume", t.resume, "FILE",
             "goes on from one, bit for bit; --time and --steps\n"
             "count from the start of the first run"),
+      value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
@@ -199,6 +200,10 @@ Parser::Parser() {
       ->type_name("")
       ->expected(0, 2);
   taken_[order_].insert("--time");
+  stability_
+      ->add_flag("--extremes", t.extremes,
+                 "no scene, but a spring at all extremes of stiffness, mass,\ndt and offset")
+      ->disable_flag_override();
   taken_[stability_].insert({"--integrator", "--dt"});
 }
 
@@ -285,6 +290,7 @@ RunRequest Parser::run_request() const {
   if (!t.resume.empty()) request.resume = t.resume;
   request.json = t.json;
   request.quiet = t.quiet;
+  if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
   request.progress = show_progress();
   return request;
 }
@@ -302,8 +308,12 @@ StabilityRequest Parser::stability_request() const {
   StabilityRequest request;
   request.scene = scene_request(texts_.study_scene);
   request.json = texts_.json;
-  request.scene.options.integrator = texts_.integrator;
-  if (!texts_.dt.empty()) request.scene.options.dt = positive_number("--dt", texts_.dt);
+  request.scene.integrator = parse_integrator(texts_.integrator);
+  if (!texts_.dt.empty()) request.scene.dt = positive_number("--dt", texts_.dt);
+  request.extremes = texts_.extremes;
+  if (texts_.extremes && !texts_.study_scene.empty())
+    usage_error("two things to study", "--extremes and '" + texts_.study_scene + "'",
+                "--extremes has a scene of its own", "keep one of them");
   if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
   request.integrators = names_list("--integrators", texts_.integrators);
   request.progress = show_progress();

@@ -168,7 +168,7 @@ int order(const OrderRequest& request, const Environment& environment, Registry&
   std::vector<std::string> texts;
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
-    const study::Problem problem{&spec, &registry, scene_request.options};
+    const study::Problem problem{&spec, &registry, run_options(scene_request, spec, registry)};
     const auto result =
         study::order(problem, {request.time.value_or(0), integrators}, progress.watch());
     texts.push_back(request.json ? json_of(*result) : text_of(*result));

@@ -94,7 +94,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
-    tracks.emplace_back(scene.spec.systems[i], system, targets[i], 1, 1);
+    tracks.emplace_back(scene.spec.systems[i], system, targets[i], 1, 1, &registry_);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
     tracks.back().sample();
   }

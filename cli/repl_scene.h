@@ -9,7 +9,7 @@
 
 #include "cli/report.h"
 #include "cli/scene.h"
-#include "cli/verdict.h"
+#include "cli/track.h"
 #include "core/scene/difference.h"
 #include "core/scene/timeline.h"
 

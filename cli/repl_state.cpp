@@ -69,7 +69,8 @@ Answer energy(Call& call) {
             LiveScene& scene = call.session.live();
             if (mode == Mode::kText)
               return captured([&](std::ostream& out) {
-                std::vector<Track> tracks{scene.track(scene.current())};
+                std::vector<Track> tracks;
+                tracks.push_back(scene.track(scene.current()));
                 Report report(&out, scene.scene());
                 out << report.columns(tracks);
                 report.row(tracks.front());

@@ -13,7 +13,7 @@ namespace {
 Answer judged(Call& call, const LiveScene::Outcome& outcome) {
   if (call.spoken && outcome)
     put(call.session.console().err,
-        std::string(trust_name(outcome->trust)) + ": " + outcome->reason + "\n");
+        std::string(study::trust_name(outcome->trust)) + ": " + outcome->reason + "\n");
   return {};
 }
 

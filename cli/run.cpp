@@ -7,8 +7,10 @@
 
 #include "cli/checkpoint_file.h"
 #include "cli/format.h"
+#include "cli/postmortem.h"
 #include "cli/report.h"
 #include "cli/signals.h"
+#include "cli/study_progress.h"
 #include "cli/summary.h"
 #include "cli/tables.h"
 #include "core/base/error.h"
@@ -83,7 +85,7 @@ class Run {
  public:
   // start_energies in J: where the drift of each system counts from; empty = from here.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
-      Console& console);
+      Registry& registry, Console& console);
 
   int go();
 
@@ -92,9 +94,11 @@ class Run {
   bool step(Simulation& system);
   void measure(Track& track, bool last = false);
   int conclude(int caught);
+  void explain();
 
   const RunRequest& request_;
   LoadedScene& scene_;
+  Registry& registry_;
   Console& console_;
   std::vector<Track> tracks_;
   std::optional<DumpTable> dump_;
@@ -102,6 +106,8 @@ class Run {
   Report report_;
   Progress progress_;
   double seconds_ = 0;
+  std::string explanation_;       // of what diverged, for people
+  std::string explanation_json_;  // ... for machines
 };
 
 std::ostream* report_stream(const RunRequest& request, Console& console) {
@@ -115,9 +121,10 @@ bool shows_progress(const RunRequest& request, const Console& console) {
 }
 
 Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
-         Console& console)
+         Registry& registry, Console& console)
     : request_(request),
       scene_(scene),
+      registry_(registry),
       console_(console),
       report_(report_stream(request, console), scene),
       progress_(console.err, shows_progress(request, console)) {
@@ -129,7 +136,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> 
     const std::int64_t steps = steps_of(request, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps, frame_stride,
-                         request.every && !tables ? frame_stride : tenth);
+                         request.every && !tables ? frame_stride : tenth, &registry);
     if (scene.systems[i].step_count() > steps)
       throw Error(ErrorKind::kUsage,
                   {"nothing to run", "--resume",
@@ -210,6 +217,21 @@ int Run::go() {
   return conclude(caught);
 }
 
+// Runs the first system that diverged once more, to see why, and what works instead.
+void Run::explain() {
+  const auto diverged = std::find_if(tracks_.begin(), tracks_.end(), [](Track& track) {
+    return track.verdict().trust == Trust::kDiverged;
+  });
+  const auto index = static_cast<std::size_t>(diverged - tracks_.begin());
+  const SystemSpec& spec = scene_.spec.systems[index];
+  StudyProgress progress(request_.progress, console_);
+  const study::PostMortem found =
+      study::post_mortem({&spec, &registry_, run_options(request_.scene, spec, registry_)},
+                         diverged->system().step_count() + 1, diverged->end(), progress.watch());
+  explanation_ = post_mortem_text(found, diverged->system().name(), request_.scene);
+  explanation_json_ = post_mortem_json(found);
+}
+
 // Tables first, then the report, then the error of a divergence, then the verdict.
 int Run::conclude(int caught) {
   if (dump_) dump_->commit();
@@ -222,17 +244,27 @@ int Run::conclude(int caught) {
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle)
     print_adjacency(scene_, *request_.debug_particle, request_.json, words(request_, console_));
+  const Verdict verdict = overall_verdict(tracks_);
+  if (verdict.trust == Trust::kDiverged && !request_.quiet) explain();
   if (request_.json)
-    console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_) << '\n';
+    console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_,
+                                 explanation_json_)
+                 << '\n';
   flush_or_throw(console_.out, "standard output");
 
-  const Verdict verdict = overall_verdict(tracks_);
+  const bool adaptive = scene_.systems.front().integrator_info().adaptive;
   if (verdict.trust == Trust::kDiverged)
     print_error(console_.err, "diverged: " + scene_.spec.file + ": " + verdict.reason +
-                                  "; try a smaller --dt or another --integrator");
+                                  (adaptive ? "; try another --tol or --integrator"
+                                            : "; try a smaller --dt or another --integrator"));
+  console_.err << explanation_;
   if (!request_.quiet || verdict.trust != Trust::kTrusted)
-    console_.err << trust_name(verdict.trust) << ": " << verdict.reason << '\n' << std::flush;
+    console_.err << study::trust_name(verdict.trust) << ": " << verdict.reason << '\n'
+                 << std::flush;
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
+  if (request_.checks && !caught)
+    for (Track& track : tracks_)
+      check(*request_.checks, track.verdict().figures, track.system().name());
   return caught ? 128 + caught : 0;
 }
 
@@ -269,7 +301,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
   if (!request.quiet) print_notes(scene, console);
-  return Run(request, scene, start_energies, console).go();
+  return Run(request, scene, start_energies, registry, console).go();
 }
 
 }  // namespace sim::cli

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/adjacency.h"
+#include "cli/check.h"
 #include "cli/console.h"
 #include "cli/output.h"
 #include "cli/scene.h"
@@ -21,12 +22,14 @@ struct RunRequest {
   std::optional<Target> energy, dump;
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
   std::optional<std::string> snap, resume;  // files of checkpoints
+  std::optional<Checks> checks;
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// The exit code: 0, 4 (diverged, tables kept) or 130 / 143 (interrupted, tables kept). Throws Error
-// for everything else; then files that existed before are as they were.
+// The exit code: 0, 4 (diverged, tables kept) or 130 / 143 (interrupted, tables kept). Throws
+// Error{kCheck} for a check that failed, tables kept, and Error for everything else; then files
+// that existed before are as they were.
 int run(const RunRequest& request, const Environment& environment, Registry& registry,
         Console& console);
 

@@ -7,6 +7,7 @@
 #include "core/lua/scene_file.h"
 
 namespace sim::cli {
+
 bool LoadedScene::has_second_order() const {
   return std::any_of(systems.begin(), systems.end(),
                      [](const Simulation& system) { return system.second_order(); });
@@ -18,19 +19,24 @@ std::vector<std::string> LoadedScene::names() const {
   return names;
 }
 
-LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
+RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry) {
   const IntegratorChoice& choice = request.integrator;
-  RunOptions options{.integrator = choice.name, .dt = request.dt, .threads = request.threads};
-  if (!choice.name.empty())
-    options.integrator_given = integrator_values(choice, choice.name, registry);
+  const std::string& name = choice.name.empty() ? system.integrator : choice.name;
+  return {.integrator = choice.name,
+          .integrator_given = integrator_values(choice, name, registry),
+          .dt = request.dt,
+          .threads = request.threads};
+}
+
+LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
+  // What is wrong on the command line is said before any file is looked at.
+  if (!request.integrator.name.empty())
+    integrator_values(request.integrator, request.integrator.name, registry);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {environment.scene_folders, request.settings, request.seed});
-  for (const SystemSpec& system : scene.spec.systems) {
-    if (choice.name.empty())
-      options.integrator_given = integrator_values(choice, system.integrator, registry);
-    scene.systems.emplace_back(system, registry, options);
-  }
+  for (const SystemSpec& system : scene.spec.systems)
+    scene.systems.emplace_back(system, registry, run_options(request, system, registry));
   return scene;
 }
 

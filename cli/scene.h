@@ -22,6 +22,10 @@ struct SceneRequest {
   int threads = 1;
 };
 
+// The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does
+// not exist or does not take what is said of it.
+RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry);
+
 struct LoadedScene {
   SceneSpec spec;
   std::vector<Simulation> systems;  // in the order of spec.systems

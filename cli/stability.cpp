@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cli/extremes.h"
 #include "cli/format.h"
 #include "cli/study_progress.h"
 #include "core/study/stability.h"
@@ -175,12 +176,13 @@ std::string json_of(const Stability& result) {
 
 int stability(const StabilityRequest& request, const Environment& environment, Registry& registry,
               Console& console) {
+  if (request.extremes) return extremes(request, registry, console);
   const LoadedScene scene = load(request.scene, environment, registry);
   StudyProgress progress(request.progress, console);
   std::vector<std::string> texts;
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
-    const study::Problem problem{&spec, &registry, request.scene.options};
+    const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
     const Stability result =
         study::stability(problem, {request.at, request.integrators}, progress.watch());
     texts.push_back(request.json ? json_of(result) : text_of(result));

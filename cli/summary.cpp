@@ -1,6 +1,7 @@
 #include "cli/summary.h"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <vector>
 
@@ -33,6 +34,17 @@ std::string effort_json(const Simulation& system) {
   return object.str();
 }
 
+std::string figures_json(const study::Figures& figures) {
+  JsonObject object;
+  object.number("energy", figures.energy)
+      .number("dt_share", figures.dt_share)
+      .flag("dt_share_at_most", figures.at_most)
+      .number("strain", figures.strain.a < 0 ? std::nan("") : figures.strain.strain)
+      .number("step_error", figures.step_error)
+      .number("momentum", figures.momentum);
+  return object.str();
+}
+
 std::string system_json(Track& track) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
@@ -62,26 +74,28 @@ std::string system_json(Track& track) {
   }
   if (track.has_exact()) object.number("error", track.deviation().error);
   return object.text("hash", hash_text(system))
-      .text("verdict", trust_name(verdict.trust))
+      .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason)
+      .json("figures", figures_json(verdict.figures))
       .str();
 }
 
 }  // namespace
 
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
-                         double seconds) {
+                         double seconds, const std::string& post_mortem) {
   std::vector<std::string> systems;
   for (Track& track : tracks) systems.push_back(system_json(track));
   const Verdict verdict = overall_verdict(tracks);
-  return JsonObject()
-      .text("scene", scene.spec.file)
+  JsonObject object;
+  object.text("scene", scene.spec.file)
       .json("systems", json_array(systems))
       .integer("threads", threads)
       .number("seconds", seconds)
-      .text("verdict", trust_name(verdict.trust))
-      .text("reason", verdict.reason)
-      .str();
+      .text("verdict", study::trust_name(verdict.trust))
+      .text("reason", verdict.reason);
+  if (!post_mortem.empty()) object.json("postmortem", post_mortem);
+  return object.str();
 }
 
 std::string hash_text(const Simulation& system) {

@@ -9,11 +9,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr std::int64_t kSamples = 200;
-
-std::size_t state_size(const Simulation& system) {
-  return static_cast<std::size_t>(system.flat() ? system.components() : 3 * system.particles());
-}
+constexpr std::int64_t kSamples = 100;
 
 std::string step_t_h(std::int64_t step, double t, double h) {
   return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
@@ -36,7 +32,7 @@ int fastest_particle(const Simulation& system) {
 }  // namespace
 
 Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
-             std::int64_t frame_stride, std::int64_t row_stride)
+             std::int64_t frame_stride, std::int64_t row_stride, Registry* registry)
     : spec_(&spec),
       system_(&system),
       steps_(steps),
@@ -45,7 +41,7 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
       first_step_(system.step_count()),
       first_t_(system.t()),
-      monitor_(system.conserves_energy()) {
+      monitor_(spec, system, steps - system.step_count(), registry) {
   if (system.second_order()) start_ = energy();
   if (has_exact()) deviation();
 }
@@ -59,12 +55,12 @@ bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
 
 void Track::sample() {
   const std::int64_t step = system_->step_count();
+  if (step > first_step_) monitor_.advance();
   if (step % sample_stride_ != 0 && step != steps_) return;
-  if (has_exact()) {
-    const Deviation now = deviation();
-    monitor_.watch_error(now.error, now.size);
-  }
-  if (system_->second_order() && energy_is_finite()) monitor_.watch(energy());
+  if (!system_->second_order())
+    monitor_.look(nullptr);
+  else if (energy_is_finite())
+    monitor_.look(&energy());
 }
 
 bool Track::energy_is_finite() {
@@ -85,21 +81,6 @@ const Energy& Track::energy() {
   return energy_;
 }
 
-Track::Deviation Track::deviation() const {
-  const std::vector<double> exact = spec_->exact(system_->t());
-  if (exact.size() != state_size(*system_)) return {std::nan(""), 0};
-  Deviation result;
-  for (std::size_t i = 0; i < exact.size(); ++i) {
-    const int index = static_cast<int>(i);
-    const double value =
-        system_->flat() ? system_->component(index) : system_->position(index / 3)[index % 3];
-    const double error = std::abs(value - exact[i]);
-    if (!(error <= result.error)) result.error = error;
-    result.size = std::max(result.size, std::abs(exact[i]));
-  }
-  return result;
-}
-
 void Track::mark_diverged() {
   const Divergence& where = system_->divergence();
   if (where.status != StepStatus::kNotFinite) {
@@ -115,7 +96,7 @@ void Track::mark_diverged() {
               step_t_h(where.step, where.t, where.h);
 }
 
-Verdict Track::verdict() const {
+Verdict Track::verdict() {
   if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
   Verdict verdict = monitor_.verdict();
   if (energy_unknown_)
@@ -130,10 +111,10 @@ Verdict Track::verdict() const {
   return verdict;
 }
 
-Verdict overall_verdict(std::span<const Track> tracks) {
+Verdict overall_verdict(std::span<Track> tracks) {
   Verdict worst;
-  for (const Track& track : tracks) worst.trust = std::max(worst.trust, track.verdict().trust);
-  for (const Track& track : tracks) {
+  for (Track& track : tracks) worst.trust = std::max(worst.trust, track.verdict().trust);
+  for (Track& track : tracks) {
     const Verdict verdict = track.verdict();
     if (verdict.trust != worst.trust) continue;
     if (!worst.reason.empty()) worst.reason += "; ";

@@ -6,18 +6,21 @@
 #include <string>
 #include <utility>
 
-#include "cli/verdict.h"
 #include "core/scene/simulation.h"
+#include "core/study/verdict.h"
 
 namespace sim::cli {
+
+using study::Trust;
+using study::Verdict;
 
 class Track {
  public:
   // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
   // steps, reports a row every `row_stride`, both at the start and at the end too. Throws what the
-  // exact solution throws at t = 0.
+  // exact solution throws at t = 0. The registry is for the verdict, see study::Monitor.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
-        std::int64_t row_stride);
+        std::int64_t row_stride, Registry* registry = nullptr);
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
 
@@ -33,7 +36,7 @@ class Track {
   // for the `last` state of a run that stops early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
-  void sample();  // looks at energy and error about 200 times a run
+  void sample();  // looks at energy and error about 100 times a run
 
   // Second order only. False when the energy of the present, finite state is not a finite number;
   // remembered for the verdict.
@@ -42,15 +45,11 @@ class Track {
   const Energy& start_energy() const { return start_; }
   double drift() { return energy().total() - start_.total(); }  // J
 
-  // Largest difference to the exact solution over the numbers of the state, and its size.
-  struct Deviation {
-    double error = 0, size = 0;
-  };
-  Deviation deviation() const;
+  study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
 
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says
-  Verdict verdict() const;
+  Verdict verdict();
 
  private:
   bool take(std::int64_t& taken, std::int64_t stride, bool last);
@@ -63,13 +62,13 @@ class Track {
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to
-  Monitor monitor_;
+  study::Monitor monitor_;
   bool energy_unknown_ = false;  // beyond the range of numbers from the start
   bool interrupted_ = false;
   std::string diverged_;  // the reason
 };
 
 // The verdict on all systems of a run: the worst one's, with the names where there are several.
-Verdict overall_verdict(std::span<const Track> tracks);
+Verdict overall_verdict(std::span<Track> tracks);
 
 }  // namespace sim::cli

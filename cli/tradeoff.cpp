@@ -99,7 +99,8 @@ std::string table_text(const WorkPrecision& study) {
             right(order_text(curve), 7) +
             right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 11) +
             right(brief(study.cost(place), 6), 9) + right(brief(point.rms, 3), 11) +
-            right(brief(point.rms / study.size, 2), 10) + right(brief(point.energy, 2), 9) +
+            right(brief(point.rms / study.size, 2), 10) +
+            right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 9) +
             right(brief(1e3 * point.seconds, 3), 10) +
             right(brief(study.time / point.seconds, 2), 9) + '\n';
   }
@@ -317,7 +318,7 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     options.budget = request.budget.value;
     options.budget_in_metres = request.budget.in_metres;
     options.integrators = request.integrators;
-    const study::Problem problem{&spec, &registry, request.scene.options};
+    const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
     const auto study = study::work_precision(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(*study) : text_of(*study));
     if (table) table->add(*study);

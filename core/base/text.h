@@ -12,6 +12,9 @@ namespace sim {
 // The shortest decimal that reads back as the same double ("0.1", "1e-09", "nan", "inf").
 std::string shortest(double value);
 
+// For people: "0.176777", "1.2e-07"; "0" for either zero.
+std::string brief(double value, int digits = 6);
+
 // Appends shortest(value) to out without a temporary.
 void append_number(std::string& out, double value);
 

@@ -1,26 +1,36 @@
 // Energy against what the forces allow: gravity and springs keep it, drag may only take.
 #pragma once
 
+#include <cstdint>
+
 #include "core/study/problem.h"
 
 namespace sim::study {
 
-// E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2. It is 0 for the
-// exact motion; looked at at equal intervals of time, W by Simpson's rule, so at every second look.
+// E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
+// motion. W by Simpson's rule over two steps; after an odd number of them only E is looked at,
+// which must not have risen.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
   explicit EnergyBalance(Simulation& system);
 
-  void look();  // at the present state
+  void advance();  // after every step; in large systems most calls do nothing, or they would cost
+
+  void look() { look(system_->energy()); }  // at the present state
+  void look(const Energy& now);             // ... whose energy is known
 
   // No force but gravity, springs and drag, so that E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damping_ > 0; }
+  // J, how well W is known: twice what Simpson's rule and the trapezoidal rule differ by; infinite
+  // after fewer than six steps with drag.
+  double uncertainty() const;
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
   double taken() const { return taken_; }      // W, J
   double in_play() const { return in_play_; }  // largest kinetic energy + change of potential, J
+  double rise() const { return rise_; }        // largest E - E(0), J
 
  private:
   double power() const;  // of the drag, W
@@ -29,9 +39,11 @@ class EnergyBalance {
   double damping_ = 0;  // kg/s
   bool complete_ = true;
   Energy start_;
-  double last_t_ = 0, last_power_ = 0, middle_power_ = 0;
-  bool odd_ = false;
-  double taken_ = 0, error_ = 0, in_play_ = 0;
+  std::int64_t stride_ = 1, steps_ = 0, pairs_ = 0;
+  double t_[2] = {}, power_[2] = {};  // where the last pair ended, and one further
+  bool open_ = false;                 // a pair has begun
+  double taken_ = 0, taken_by_trapezoids_ = 0;
+  double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 
 }  // namespace sim::study

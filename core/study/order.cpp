@@ -66,7 +66,7 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
 }
 
 bool keeps_order(const MethodOrder& method) {
-  const double slack = method.method.info.order >= 6 ? 0.3 : 0.15;
+  const double slack = adaptive(method.method) ? 0.7 : method.method.info.order >= 6 ? 0.3 : 0.15;
   return method.observed && method.observed->slope > method.method.info.order - slack;
 }
 

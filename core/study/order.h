@@ -36,7 +36,8 @@ struct OrderOptions {
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch);
 
-// Within 0.15 of the order it claims, 0.3 from order 6 on; more is no fault.
+// Within 0.15 of the order it claims, 0.3 from order 6 on, 0.7 where a tolerance chooses the steps;
+// more is no fault.
 bool keeps_order(const MethodOrder& method);
 
 }  // namespace sim::study

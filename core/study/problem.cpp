@@ -44,6 +44,10 @@ std::unique_ptr<Integrator> Problem::integrator(const std::string& name) const {
   return plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, spec->place));
 }
 
+std::unique_ptr<Integrator> Problem::integrator(const Simulation& like) const {
+  return registry->integrator(like.integrator_plugin().name).make(like.integrator_params());
+}
+
 std::vector<Method> fitting_methods(const Problem& problem, const std::vector<std::string>& names) {
   std::vector<std::string> wanted = names;
   if (wanted.empty()) wanted = problem.registry->names(PluginKind::kIntegrator);

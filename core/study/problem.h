@@ -22,6 +22,7 @@ struct Problem {
 
   // The integrator alone, not yet prepared; parameters as a run of that name would have them.
   std::unique_ptr<Integrator> integrator(const std::string& name) const;
+  std::unique_ptr<Integrator> integrator(const Simulation& like) const;
 };
 
 // Told what is being done and how much of it is done (0 .. 1); answers false to end the study,

@@ -302,6 +302,27 @@ double omega_bound(Simulation& system) {
   return std::sqrt(most);
 }
 
+double smallest_damping(Simulation& system) {
+  const ParticleSystem* particles = particles_of(system);
+  if (!particles) return 0;
+  const ParticleView view = particles->view(system.t(), system.state().data());
+  double heaviest = 0;
+  for (int i = 0; i < view.n; ++i)
+    if (view.free(i)) heaviest = std::max(heaviest, view.mass[i]);
+  return heaviest > 0 ? particles->motion().damping / heaviest : 0;
+}
+
+Vibration fastest_vibration(Simulation& system, int products) {
+  const bool second = system.second_order();
+  Action action(system);
+  if (action.size() == 0) return {};
+  const Ritz ritz = arnoldi(action, products);
+  if (ritz.values.size() == 0) return {std::nan(""), std::nan("")};
+  const Eigen::Index first = fastest(ritz.values, second);
+  const VectorXd u = (ritz.basis * ritz.coefficients.col(first)).real();
+  return vibration(ritz.values[first], second, second ? action.damping(u) : 0);
+}
+
 Spectrum spectrum(Simulation& system, int products) {
   Spectrum result;
   result.bound = omega_bound(system);

@@ -62,7 +62,7 @@ double shortest_spring(const Simulation& system) {
 
 double largest_stable_step(const std::function<double(double h)>& radius, double rate,
                            double damping, double tolerance) {
-  constexpr double kLeast = 1e-3, kMost = 1e4;  // in units of 1 / rate
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // in units of 1 / rate
   if (!(rate > 0)) return kUnlimited;
   // An explicit method without stability of its own lives on damping: Euler has h = damping/rate^2.
   const double help = damping > 0 ? std::clamp(damping / rate, 1e-6, 1.0) : 1.0;
@@ -72,6 +72,34 @@ double largest_stable_step(const std::function<double(double h)>& radius, double
   // Growth from the smallest steps on, too slow to be seen there, moves with the tolerance.
   const double looser = first_crossing(radius, from, most, 4 * tolerance);
   return looser > 1.1 * limit ? 0 : limit;
+}
+
+StepShare step_share(const Integrator& integrator, const Vibration& mode, double h) {
+  constexpr double kAbove = 1 + 1e-12, kFactor = 1.1;
+  const auto radius = [&](double s) {
+    return integrator.amplification(s * h * mode.omega, s * h * mode.damping);
+  };
+  const double now = radius(1);
+  if (std::isnan(now)) return {now, now};
+  double stable = 1, unstable = 1;
+  if (now <= kAbove) {
+    while (radius(unstable) <= kAbove) {
+      stable = unstable;
+      unstable *= kFactor;
+      if (unstable > 1e3) return {0, now};
+    }
+  } else {
+    while (!(radius(stable) <= kAbove)) {
+      unstable = stable;
+      stable /= kFactor;
+      if (stable < 1e-4) return {kUnlimited, now};
+    }
+  }
+  while (unstable - stable > 1e-3 * stable) {
+    const double middle = 0.5 * (stable + unstable);
+    (radius(middle) <= kAbove ? stable : unstable) = middle;
+  }
+  return {1 / stable, now};
 }
 
 std::optional<double> predicted_step(const Integrator& integrator, const Spectrum& spectrum) {

@@ -13,12 +13,20 @@
 namespace sim::study {
 
 // The largest h, in s, such that radius <= 1 + tolerance on all of (0, h]; 0 when no step is stable
-// or the limit is only the tolerance's doing, infinity when none up to 1e4 / rate is unstable.
+// or the limit is only the tolerance's doing, infinity when none up to 1e3 / rate is unstable.
 // For a radius that is measured, so that the tolerance is far above rounding; sim::stable_step does
 // it for one that is computed. `rate` is of the size of the fastest eigenvalue, in 1/s, as is
 // `damping`.
 double largest_stable_step(const std::function<double(double h)>& radius, double rate,
                            double damping, double tolerance);
+
+// A step of h as a share of the largest stable one near it: 0 when any step up to 1000 h is stable,
+// infinity when none down to 1e-4 h is. Cheap, and good to 1 %; not a number where it is not known.
+struct StepShare {
+  double share = 0;
+  double radius = 0;  // of the step h itself
+};
+StepShare step_share(const Integrator& integrator, const Vibration& mode, double h);
 
 // From Integrator::amplification over the vibrations; nothing when the method does not know its
 // own.

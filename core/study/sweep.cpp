@@ -89,10 +89,11 @@ std::optional<Point> measure(const Problem& problem, const Method& method, std::
   return point;
 }
 
-// The longest row of points whose local orders lie within 0.3; of two the finer one.
+// The longest row of points whose local orders agree; of two the finer one.
 std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
                                             const Yardstick& yardstick) {
-  constexpr double kSpread = 0.3;
+  // Steps that a tolerance chooses vary more than halved ones.
+  const double spread = !points.empty() && points.front().tolerance > 0 ? 1.5 : 0.3;
   std::vector<double> x, y;
   for (const Point& point : points) {
     const bool fits =
@@ -109,7 +110,7 @@ std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
       const double local = (y[end] - y[end - 1]) / (x[end] - x[end - 1]);
       low = std::min(low, local);
       high = std::max(high, local);
-      if (!(high - low < kSpread)) break;
+      if (!(high - low < spread)) break;
       if (end - begin + 1 < best_length) continue;
       best_begin = begin;
       best_length = end - begin + 1;

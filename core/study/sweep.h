@@ -16,7 +16,7 @@ struct Point {
   double rms = 0;                // m, the largest along the way: what "error" means elsewhere
   double most_end = 0;           // m, of any coordinate at the end
   int worst = 0;                 // the particle (or component) of most_end
-  double energy = 0;             // largest |E + W - E0| over the energy in play
+  double energy = 0;             // as Trajectory::energy_error
   std::int64_t steps = 0;
   Effort effort;
   double seconds = 0, spread = 0;  // of stepping: median and range of the repeats
@@ -49,7 +49,7 @@ struct ObservedOrder {
 
 // Points in the order of falling dt (or tolerance). Uses those above 10 times the floor and below
 // 1e-2 of the scene whose local orders differ by less than 0.3, three at least; nothing otherwise.
-// For adaptive methods h is the mean step, time / internal steps.
+// For adaptive methods h is the mean step, time / internal steps, and 1.5 is allowed.
 std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
                                             const Yardstick& yardstick);
 

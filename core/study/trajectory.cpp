@@ -99,7 +99,9 @@ Trajectory run_trajectory(const Problem& problem, const Method& method, const Tr
       const auto begin = Clock::now();
       for (; done < next && good; ++done) {
         good = system.step();
-        if (good && balance) balance->look();
+        if (!good || !balance) continue;
+        balance->advance();
+        balance->look();
       }
       result.seconds += std::chrono::duration<double>(Clock::now() - begin).count();
     }
@@ -110,8 +112,10 @@ Trajectory run_trajectory(const Problem& problem, const Method& method, const Tr
   result.effort = system.integrator().effort();
   if (result.effort.evaluations == 0)
     result.effort.evaluations = result.steps * system.integrator_info().evaluations;
-  if (balance && balance->in_play() > 0)
-    result.energy_error = good ? std::abs(balance->error()) / balance->in_play() : HUGE_VAL;
+  if (balance && !good) result.energy_error = HUGE_VAL;
+  if (balance && good && balance->complete() && balance->in_play() > 0 &&
+      balance->uncertainty() <= 0.5 * std::abs(balance->error()))
+    result.energy_error = std::abs(balance->error()) / balance->in_play();
   return result;
 }
 

@@ -2,6 +2,7 @@
 // took to get there.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -14,10 +15,12 @@ struct Trajectory {
   // [k] = the coordinates at k time / intervals: 3 a free particle in m, or all components of a
   // first-order state. Ends early where the run failed.
   std::vector<std::vector<double>> points;
-  std::int64_t steps = 0;   // taken
-  Effort effort;            // evaluations are filled in for methods that do not count
-  double energy_error = 0;  // largest |E + W - E0| over the energy in play; second order only
-  double seconds = 0;       // of stepping alone
+  std::int64_t steps = 0;  // taken
+  Effort effort;           // evaluations are filled in for methods that do not count
+  // Largest |E + W - E0| over the energy in play; not a number in a first-order system, or where W
+  // is not known well enough to tell.
+  double energy_error = std::nan("");
+  double seconds = 0;  // of stepping alone
   bool finished = false;
 };
 

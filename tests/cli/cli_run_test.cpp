@@ -79,7 +79,7 @@ TEST_CASE("a run that leaves the finite numbers stops and keeps its last frame")
   CHECK(outcome.code == 4);
   const auto words = lines_of(outcome.err);
   REQUIRE(words.size() > 2);
-  CHECK(words[words.size() - 2].rfind("sim: error: diverged: ", 0) == 0);
+  CHECK(outcome.err.find("\nsim: error: diverged: ") != std::string::npos);
   CHECK(words.back().rfind("diverged: particle ", 0) == 0);
   const Json summary = read_json(outcome.out);
   const auto steps = static_cast<long>(summary.at("systems").list[0].at("steps").number);
@@ -126,8 +126,45 @@ TEST_CASE("verdicts say what was seen") {
              "local sim = require 'sim'\nreturn sim.scene { name = 's', state = { 1 }, dt = 0.1,\n"
              "  integrator = 'rk4', duration = 1, field = sim.field.lua { function(t, x)\n"
              "    return { -x[1] } end } }\n");
-  CHECK(run_sim({"s.lua"}, {.folder = folder.path()}).err ==
-        "trusted: all numbers stayed finite (nothing else was checked)\n");
+  CHECK(run_sim({"s.lua"}, {.folder = folder.path()}).err == "trusted: dt 3.6 % of limit\n");
+}
+
+TEST_CASE("a run that diverged is explained, with a step that works") {
+  const Outcome outcome = run_sim({"-i", "euler"});
+  CHECK(outcome.code == 4);
+  for (const char* words : {"what happened in cloth\n", "% of the largest stable one at the start",
+                            " spring ", " a step", "on particle ", "sim scenes/cloth.lua -i euler"})
+    CHECK(outcome.err.find(words) != std::string::npos);
+  const auto at = outcome.err.find("works     --dt ");
+  REQUIRE(at != std::string::npos);
+  std::istringstream said(outcome.err.substr(at));
+  std::string word, dt;
+  said >> word >> word >> dt;
+  const Outcome again = run_sim({"-i", "euler", "-d", dt});
+  CHECK(again.err.rfind("trusted: ", 0) == 0);
+
+  const Outcome machine = run_sim({"-i", "euler", "--json"});
+  const Json post_mortem = JsonReader(machine.out).read().at("postmortem");
+  CHECK(post_mortem.at("dt_share").number == Approx(92.8).epsilon(0.01));
+  CHECK(post_mortem.at("smaller").at("verdict").text == "trusted");
+  // Quiet runs do not try anything.
+  CHECK(run_sim({"-i", "euler", "-q"}).err.find("what happened") == std::string::npos);
+}
+
+TEST_CASE("--check turns a limit into exit code 8") {
+  CHECK(run_sim({"--check", "energy=1%,strain=100%,dt=90%", "-q"}).code == 0);
+  for (const char* limit : {"energy=1e-9%", "strain=1%", "dt=0.1"}) {
+    const Outcome outcome = run_sim({"--check", limit, "-q"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 8);
+    CHECK(outcome.err.rfind("sim: error: check failed: cloth, ", 0) == 0);
+  }
+  // What cannot be told has not been kept; a run that diverged is worse than that.
+  CHECK(run_sim({"scenes/circle.lua", "--check", "energy=1%", "-q"}).code == 8);
+  CHECK(run_sim({"-i", "euler", "--check", "energy=1%", "-q"}).code == 4);
+  for (const char* wrong :
+       {"energy", "energy=", "energy=-1%", "speed=1%", "dt=1%,dt=2%", "dt=nan", ",", "dt=90%,"})
+    CHECK(run_sim({"--check", wrong}).code == 2);
 }
 
 TEST_CASE("an exact solution of the wrong size is an error of the scene") {

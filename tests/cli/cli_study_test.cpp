@@ -47,6 +47,21 @@ TEST_CASE("sim stability says 0 where no step is stable") {
   CHECK(words.out.find("euler has no stable step here") != std::string::npos);
 }
 
+TEST_CASE("sim stability --extremes maps every cell, and none is silently wrong") {
+  const Outcome outcome =
+      run_sim({"stability", "--extremes", "--integrators", "rk4,euler", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json all = JsonReader(outcome.out).read();
+  for (const Json& each : all.at("integrators").list) {
+    CHECK(each.at("silently_wrong").number == 0);
+    CHECK(each.at("cells").list.size() == 7 * 7 * 6 + 5 * 6);
+  }
+  const Outcome words = run_sim({"stability", "--extremes", "--integrators", "rk4"});
+  CHECK(words.out.find("rk4: ") != std::string::npos);
+  CHECK(words.out.find(" 0 silently wrong") != std::string::npos);
+  CHECK(run_sim({"stability", "scenes/cloth.lua", "--extremes"}).code == 2);
+}
+
 TEST_CASE("a world is studied system by system") {
   const Outcome outcome =
       run_sim({"stability", "scenes/sample.lua", "--integrators", "rk4", "--json"});

@@ -53,7 +53,7 @@ class PlainTerminal {
 
   // What it said since the last call, up to `end`; without carriage returns. Gives up after 20 s.
   std::string wait_for(const std::string& end) {
-    const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(90);
     while (!text_.ends_with(end)) {
       pollfd ready{terminal_, POLLIN, 0};
       poll(&ready, 1, 100);

@@ -1,0 +1,101 @@
+// Why a run diverged, and what is said to work does.
+#include "core/study/postmortem.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::PostMortem;
+using sim::study::Trust;
+
+namespace {
+
+sim::study::Watch no_watch() {
+  return [](std::string_view, double) { return true; };
+}
+
+PostMortem examine(const sim::SystemSpec& spec, const std::string& integrator, double dt,
+                   double time) {
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{&spec, &registry, {.integrator = integrator, .dt = dt}};
+  return sim::study::post_mortem(problem, std::lround(time / dt), time, no_watch());
+}
+
+// As a user would run it.
+bool runs(const sim::SystemSpec& spec, const std::string& integrator, double dt, double time) {
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = dt});
+  const double start = simulation.energy().total();
+  if (!run(simulation, simulation.steps_for(time))) return false;
+  return simulation.energy().total() <= start + 0.1;
+}
+
+}  // namespace
+
+TEST_CASE("euler on the cloth: the first spring, and a step and a method that really work") {
+  const sim::SystemSpec cloth = make_cloth(8);
+  const PostMortem found = examine(cloth, "euler", 0.005, 1);
+  CHECK(found.limit_share == Approx(0.005 / 5.387e-5).epsilon(0.01));
+  REQUIRE(found.spring.has_value());
+  CHECK(std::abs(found.spring->strain) > 1);
+  CHECK_FALSE(found.family.empty());
+  CHECK(found.since > 5);
+  CHECK(found.t == Approx(0.005 * static_cast<double>(found.since)));
+  CHECK(found.growth > 1.2);
+  CHECK(found.growth < 4);
+  // Structural, shear, flex, gravity and drag, by size.
+  REQUIRE(found.forces.size() == 5);
+  for (std::size_t i = 1; i < 5; ++i) CHECK(found.forces[i].second <= found.forces[i - 1].second);
+
+  REQUIRE(found.smaller.has_value());
+  CHECK(found.smaller->verdict.trust == Trust::kTrusted);
+  CHECK(runs(cloth, "euler", found.smaller->dt, 1));
+  REQUIRE(found.other.has_value());
+  CHECK(found.other->integrator != "euler");
+  CHECK(runs(cloth, found.other->integrator, 0.005, 1));
+  // One step further the same spring was still in its range.
+  sim::Registry registry = make_registry();
+  sim::Simulation before(cloth, registry, {.integrator = "euler", .dt = 0.005});
+  REQUIRE(run(before, found.since - 1));
+  CHECK(std::abs(sim::study::worst_spring(before).strain) < 1);
+}
+
+TEST_CASE("a method without a stable step on a pendulum is replaced") {
+  const PostMortem found = examine(make_elastic_pendulum(), "euler", 0.1, 20);
+  CHECK(std::isinf(found.limit_share));
+  REQUIRE(found.other.has_value());
+  CHECK(runs(make_elastic_pendulum(), found.other->integrator, found.other->dt, 20));
+}
+
+TEST_CASE("forces on a particle are those of its springs, its weight and its drag") {
+  sim::SystemSpec spec = make_row();
+  spec.particles->list[5].position.x() = 5.2;
+  spec.particles->list[5].velocity = {0, 3, 0};
+  spec.forces.push_back(make_gravity());
+  spec.forces.push_back(make_drag(0.5));
+  spec.integrator = "euler";
+  // So large a step that the springs are gone after the first.
+  const PostMortem found = examine(spec, "euler", 10, 20);
+  REQUIRE(found.spring.has_value());
+  CHECK(found.since == 1);
+  REQUIRE(found.forces.size() == 3);
+  for (const auto& [name, force] : found.forces)
+    if (name == "gravity") CHECK(force == Approx(0.1 * kGravity));
+}
+
+TEST_CASE("a post-mortem of what cannot be tried in time says so, and is quick") {
+  const PostMortem found = examine(make_cloth(8), "rk4", 1000, 1e6);
+  CHECK_FALSE(found.complete);
+  CHECK_FALSE(found.smaller.has_value());
+}
+
+TEST_CASE("a first-order system has no springs, but a remedy") {
+  sim::SystemSpec spec = make_circle();
+  spec.exact = [](double t) { return std::vector<double>{std::cos(t), std::sin(t), 0}; };
+  const PostMortem found = examine(spec, "euler", 100, 3e4);
+  CHECK_FALSE(found.spring.has_value());
+  // What misses the exact solution is no remedy.
+  if (found.other) CHECK(found.other->verdict.trust == Trust::kTrusted);
+}

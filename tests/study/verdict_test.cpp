@@ -1,0 +1,146 @@
+// The verdict on runs of which it is known how far they can be trusted.
+#include "core/study/verdict.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/study/spectrum.h"
+#include "core/study/step_limit.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::Trust;
+using sim::study::Verdict;
+
+namespace {
+
+// Runs to `time` as sim does, with a look now and then.
+Verdict verdict_of(const sim::SystemSpec& spec, const std::string& integrator, double dt,
+                   double time, int looks = 100) {
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = dt});
+  const std::int64_t steps = simulation.steps_for(time);
+  sim::study::Monitor monitor(spec, simulation, steps, &registry);
+  const std::int64_t stride = std::max<std::int64_t>(1, steps / looks);
+  for (std::int64_t i = 0; i <= steps; ++i) {
+    if (i > 0) {
+      REQUIRE(simulation.step());
+      monitor.advance();
+    }
+    if (i % stride != 0 && i != steps) continue;
+    const sim::Energy energy = simulation.energy();
+    monitor.look(&energy);
+  }
+  return monitor.verdict();
+}
+
+std::string text(const Verdict& verdict) {
+  return std::string(sim::study::trust_name(verdict.trust)) + ": " + verdict.reason;
+}
+
+}  // namespace
+
+TEST_CASE("the verdict on the cloth with drag") {
+  const sim::SystemSpec cloth = make_cloth(8);
+  CHECK(verdict_of(cloth, "euler", 0.005, 2).trust == Trust::kDiverged);
+  for (const auto& [integrator, dt] :
+       {std::pair{"rk4", 0.005}, {"trapezoid", 0.001}, {"verlet", 0.005}, {"pefrl", 0.01}}) {
+    const Verdict verdict = verdict_of(cloth, integrator, dt, 2);
+    INFO(integrator << ' ' << dt << ' ' << text(verdict));
+    CHECK(verdict.trust == Trust::kTrusted);
+    CHECK(verdict.figures.energy < 0.01);
+    CHECK(verdict.figures.dt_share < 1);
+    CHECK(std::abs(verdict.figures.strain.strain) < 0.5);
+    CHECK(verdict.figures.step_error < 1e-4);
+  }
+}
+
+// Nothing explodes: drag takes what the unstable mode gains. Only the balance shows it, or the
+// step.
+TEST_CASE("rk4 just above its limit is suspect, and wrong by 100 % in energy") {
+  for (const double dt : {0.0149, 0.0155, 0.016}) {
+    const Verdict verdict = verdict_of(make_cloth(8), "rk4", dt, 2);
+    INFO(dt << ' ' << text(verdict));
+    CHECK(verdict.trust == Trust::kSuspect);
+    CHECK(verdict.figures.dt_share > 1);
+  }
+  CHECK(verdict_of(make_cloth(8), "rk4", 0.0155, 2).figures.energy > 1);
+}
+
+TEST_CASE("a run without drag near the limit is not trusted") {
+  const sim::SystemSpec cloth = make_cloth(8, {.drag = 0});
+  CHECK(verdict_of(cloth, "rk4", 0.9 * 0.01468, 2).trust != Trust::kTrusted);
+  CHECK(verdict_of(cloth, "verlet", 0.9 * 0.01038, 2).trust != Trust::kTrusted);
+  CHECK(verdict_of(cloth, "pefrl", 0.002, 2).trust == Trust::kTrusted);
+}
+
+TEST_CASE("a method without a stable step is suspect when its growth shows") {
+  const sim::SystemSpec pendulum = make_elastic_pendulum();
+  const Verdict slow = verdict_of(pendulum, "trapezoid", 0.002, 2);
+  CHECK(slow.trust == Trust::kTrusted);
+  CHECK(slow.figures.dt_share > 1);
+  CHECK(verdict_of(pendulum, "euler", 0.002, 2).trust == Trust::kSuspect);
+}
+
+TEST_CASE("long runs and few looks change no verdict") {
+  for (const double time : {0.05, 2.0, 200.0})
+    for (const int looks : {3, 20, 100}) {
+      const Verdict verdict = verdict_of(make_cloth(4), "rk4", 0.005, time, looks);
+      INFO(time << ' ' << looks << ' ' << text(verdict));
+      CHECK(verdict.trust == Trust::kTrusted);
+    }
+}
+
+TEST_CASE("energy that is lost is found, with drag and without") {
+  // Long steps of RK4 take energy out of the spring.
+  CHECK(verdict_of(make_elastic_pendulum(), "rk4", 0.2, 40).trust == Trust::kSuspect);
+  CHECK(verdict_of(make_elastic_pendulum(0.01), "rk4", 0.2, 40).trust == Trust::kSuspect);
+}
+
+TEST_CASE("momentum holds where nothing holds the particles") {
+  sim::SystemSpec spec = make_row(3, 0.1);
+  spec.particles->pinned.clear();
+  spec.particles->list[2].velocity = {1, 2, 3};
+  spec.forces.push_back(make_gravity());
+  const Verdict verdict = verdict_of(spec, "rk4", 0.002, 1);
+  INFO(text(verdict));
+  CHECK(verdict.trust == Trust::kTrusted);
+  CHECK(verdict.figures.momentum < 1e-12);
+  CHECK(std::isnan(verdict_of(make_row(3, 0.1), "rk4", 0.002, 1).figures.momentum));
+}
+
+TEST_CASE("the worst spring is found in runs and nets, stretched and pressed") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_row();
+  spec.particles->list[4].position.x() = 4.4;
+  spec.particles->list[5].position.x() = 5.3;
+  sim::Simulation stretched(spec, registry);
+  const auto worst = sim::study::worst_spring(stretched);
+  CHECK(worst.a == 3);
+  CHECK(worst.b == 4);
+  CHECK(worst.strain == Approx(0.4));
+  CHECK(sim::study::family_of(stretched, 3, 4) == "link");
+  spec.forces.front().links.ties.push_back({.a = 0, .b = 9, .rest = 10});
+  spec.forces.front().links.ties.push_back({.a = 1, .b = 8, .rest = 70});
+  sim::Simulation pressed(spec, registry);
+  CHECK(sim::study::worst_spring(pressed).strain == Approx(-0.9));
+  spec.forces.clear();
+  sim::Simulation none(spec, registry);
+  CHECK(sim::study::worst_spring(none).a == -1);
+}
+
+TEST_CASE("a few products know the fastest vibration, and the bound is above it") {
+  sim::Registry registry = make_registry();
+  sim::Simulation cloth(make_cloth(8), registry);
+  const auto quick = sim::study::fastest_vibration(cloth, 6);
+  CHECK(quick.omega == Approx(192.678).epsilon(2e-3));
+  CHECK(quick.omega <= 192.679);
+  CHECK(quick.damping == Approx(2).epsilon(1e-6));
+  CHECK(sim::study::smallest_damping(cloth) == Approx(2));
+  CHECK(sim::study::omega_bound(cloth) > 192.678);
+  const auto share = [&](double h) {
+    return sim::study::step_share(cloth.integrator(), {192.678, 2}, h).share;
+  };
+  CHECK(share(0.005) == Approx(0.005 / 1.474e-2).epsilon(0.01));
+  CHECK(share(0.05) == Approx(0.05 / 1.474e-2).epsilon(0.01));
+}
