@@ -1,10 +1,13 @@
 #include "cli/adjacency.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "cli/format.h"
 #include "core/base/text.h"
+#include "core/ode/stability.h"
+#include "core/study/spectrum.h"
 
 namespace sim::cli {
 namespace {
@@ -68,6 +71,29 @@ void print_text(const Simulation& system, const SystemSpec& spec, int particle, 
         << left(row.rest, rest) << " m  " << row.neighbours << '\n';
 }
 
+// A spring in the present state.
+struct SpringState {
+  double length = 0, strain = 0, force = 0;  // m, length / rest - 1, N
+  double dt_limit = 0;                       // s; 0: no step is stable, infinity: any is
+};
+
+// The two ends alone vibrate with omega^2 = k (1/m_i + 1/m_j), where a pinned end counts nothing.
+SpringState state_of(Simulation& system, int particle, const Link& link) {
+  const ParticleSystem& particles = *study::particles_of(system);
+  const ParticleView view = particles.view(system.t(), system.state().data());
+  SpringState state;
+  state.length = (view.position(particle) - view.position(link.to)).stableNorm();
+  state.strain = state.length / link.rest - 1;
+  state.force = link.stiffness * (state.length - link.rest);
+  const double inverse_mass = 1 / view.mass[particle] + 1 / view.mass[link.to];
+  const auto radius = [&](double h_omega, double h_gamma) {
+    return system.integrator().amplification(h_omega, h_gamma);
+  };
+  state.dt_limit = stable_step(radius, std::sqrt(link.stiffness * inverse_mass),
+                               study::smallest_damping(system));
+  return state;
+}
+
 std::string json_text(const Simulation& system, int particle, bool world) {
   std::vector<std::string> springs;
   for (const Link& link : sorted_links(system, particle)) {
@@ -122,6 +148,28 @@ void print_adjacency(const LoadedScene& scene, const ParticleChoice& choice, boo
       out << json_text(system, particle, scene.spec.world) << '\n';
     } else {
       print_text(system, scene.spec.systems[i], particle, out);
+    }
+  }
+}
+
+void print_spring_states(LoadedScene& scene, const ParticleChoice& choice, std::ostream& out) {
+  constexpr std::size_t kNumber = 14;
+  for (Simulation& system : scene.systems) {
+    if (!chosen(system, choice)) continue;
+    const int particle = static_cast<int>(choice.id);
+    out << "particle " << particle << " at t = " << brief(system.t()) << " s\n"
+        << right("to", 7) << "  " << left("family", 12) << right("length [m]", kNumber)
+        << right("strain", kNumber) << right("force [N]", kNumber)
+        << right("stable dt [s]", kNumber) << '\n';
+    for (const Link& link : sorted_links(system, particle)) {
+      const SpringState state = state_of(system, particle, link);
+      const std::string limit = std::isnan(state.dt_limit)   ? "-"
+                                : std::isinf(state.dt_limit) ? "any"
+                                                             : brief(state.dt_limit, 4);
+      out << right(std::to_string(link.to), 7) << "  " << left(link.family, 12)
+          << right(brief(state.length), kNumber)
+          << right(brief(100 * state.strain, 3) + " %", kNumber)
+          << right(brief(state.force, 4), kNumber) << right(limit, kNumber) << '\n';
     }
   }
 }

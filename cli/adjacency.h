@@ -26,9 +26,13 @@ struct AdjacencyRequest {
 void check_particle(const LoadedScene& scene, const ParticleChoice& choice);
 
 // Scene, particle and one row a family: k, rest length, neighbours in ascending order. JSON: one
-// object a line, with length in m and force = k (length - rest) in N, positive when stretched.
+// object a line, with length in m, force = k (length - rest) in N, positive when stretched.
 void print_adjacency(const LoadedScene& scene, const ParticleChoice& choice, bool json,
                      std::ostream& out);
+
+// How each spring of the particle is in the present state: length, strain, force in N, positive
+// when stretched, and the largest step that is stable for this spring and its two ends alone.
+void print_spring_states(LoadedScene& scene, const ParticleChoice& choice, std::ostream& out);
 
 int adjacency(const AdjacencyRequest& request, const Environment& environment, Registry& registry,
               Console& console);

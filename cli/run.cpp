@@ -242,8 +242,11 @@ int Run::conclude(int caught) {
     save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
   }
   report_.footer(tracks_, seconds_);
-  if (request_.debug_particle)
-    print_adjacency(scene_, *request_.debug_particle, request_.json, words(request_, console_));
+  if (request_.debug_particle) {
+    std::ostream& out = words(request_, console_);
+    if (!request_.json) print_spring_states(scene_, *request_.debug_particle, out);
+    print_adjacency(scene_, *request_.debug_particle, request_.json, out);
+  }
   const Verdict verdict = overall_verdict(tracks_);
   if (verdict.trust == Trust::kDiverged && !request_.quiet) explain();
   if (request_.json)

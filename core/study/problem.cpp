@@ -61,7 +61,8 @@ std::vector<Method> fitting_methods(const Problem& problem, const std::vector<st
       if (names.empty() && has([](const Param& param) { return param.required; })) continue;
       const Simulation trial = problem.simulation(plugin.name);
       methods.push_back({plugin.name, trial.integrator_info(),
-                         has([](const Param& param) { return param.name == "tol"; })});
+                         has([](const Param& param) { return param.name == "tol"; }),
+                         static_cast<bool>(plugin.make_from_others)});
     } catch (const Error& error) {
       if (names.empty()) continue;
       throw Error(ErrorKind::kUsage, error.text());

@@ -33,6 +33,7 @@ struct Method {
   std::string name;
   IntegratorInfo info;
   bool has_tolerance = false;  // has a parameter `tol`
+  bool chooses = false;        // among other methods, as `auto` does
 };
 
 // The integrators that fit the problem, sorted by name; of those in `names` when it is not empty.

@@ -73,10 +73,11 @@ std::optional<Point> measure(const Problem& problem, const Method& method, std::
   }
   if (!std::isfinite(point.rms)) point.finished = false;
 
-  // Five short runs or three long ones.
+  // Many short runs, few long ones.
   plan.energy = false;
   std::vector<double> seconds;
-  const int repeats = run.seconds > 0.02 ? std::min(yardstick.repeats, 3) : yardstick.repeats;
+  const int most = run.seconds > 0.5 ? 0 : run.seconds > 0.02 ? 3 : yardstick.repeats;
+  const int repeats = std::min(yardstick.repeats, most);
   for (int repeat = 0; repeat < repeats && point.finished; ++repeat) {
     seconds.push_back(run_trajectory(problem, method, plan, watched).seconds);
     if (told) return {};

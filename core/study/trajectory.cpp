@@ -113,7 +113,9 @@ Trajectory run_trajectory(const Problem& problem, const Method& method, const Tr
   if (result.effort.evaluations == 0)
     result.effort.evaluations = result.steps * system.integrator_info().evaluations;
   if (balance && !good) result.energy_error = HUGE_VAL;
-  if (balance && good && balance->complete() && balance->in_play() > 0 &&
+  // Between the states of an adaptive run drag is not looked at.
+  const bool seen = balance && !(method.info.adaptive && balance->has_drag());
+  if (seen && good && balance->complete() && balance->in_play() > 0 &&
       balance->uncertainty() <= 0.5 * std::abs(balance->error()))
     result.energy_error = std::abs(balance->error()) / balance->in_play();
   return result;

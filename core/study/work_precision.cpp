@@ -14,7 +14,7 @@ namespace {
 constexpr int kIntervals = 20;
 constexpr double kMostEvaluations = 5e4;  // of one run; fewer in large scenes
 constexpr int kImplicitCost = 50;         // evaluations that an implicit step is taken for at first
-constexpr double kMostSeconds = 2;        // after a run of that length none with smaller steps
+constexpr double kMostSeconds = 0.5;      // after a run of that length none with smaller steps
 
 // 20 intervals of 1, 2, 3, 4, 6, 8, 11, 16, ... steps: a factor of about sqrt 2.
 std::vector<std::int64_t> step_counts(double most) {
@@ -61,7 +61,7 @@ void price(std::vector<Curve>& curves) {
   std::vector<double> each;
   for (const Curve& curve : curves)
     for (const Point& point : curve.points)
-      if (!curve.method.info.implicit && point.seconds > 0 && point.effort.evaluations > 0)
+      if (!curve.method.info.implicit && point.finished && point.effort.evaluations >= 200)
         each.push_back(point.seconds / static_cast<double>(point.effort.evaluations));
   std::sort(each.begin(), each.end());
   const double second = each.empty() ? 0 : each[each.size() / 2];
@@ -140,7 +140,10 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   study->size = scene_size(system);
   study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
   study->complete = false;
-  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  // What chooses among the others would only show them twice.
+  if (options.integrators.empty())
+    std::erase_if(methods, [](const Method& method) { return method.chooses; });
 
   study->reference = reference(problem, study->time, kIntervals, watch);
   if (study->reference.points.empty()) return study;

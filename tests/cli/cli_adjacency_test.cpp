@@ -1,4 +1,5 @@
 // --debug-particle and sim adjacency: the springs of one particle, exactly.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -30,6 +31,15 @@ TEST_CASE("with a length of the run the springs come before and after it") {
   CHECK(outcome.out.rfind(kParticle12) > 200);
   CHECK(outcome.out.substr(outcome.out.rfind(kParticle12)) == kParticle12);
   CHECK(outcome.out.find("     step") != std::string::npos);
+  // At the end each spring's state, too: k = 100 N/m between free particles of 1/64 kg stands 25
+  // ms.
+  const auto lines = lines_of(outcome.out);
+  const auto state = std::find_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.rfind("      4  structural", 0) == 0;
+  });
+  REQUIRE(state != lines.end());
+  CHECK(state->find(" %") != std::string::npos);
+  CHECK(state->ends_with("0.02516"));
 }
 
 TEST_CASE("the springs as JSON, with the tension of the present state") {
