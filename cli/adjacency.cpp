@@ -86,10 +86,7 @@ SpringState state_of(Simulation& system, int particle, const Link& link) {
   state.strain = state.length / link.rest - 1;
   state.force = link.stiffness * (state.length - link.rest);
   const double inverse_mass = 1 / view.mass[particle] + 1 / view.mass[link.to];
-  const auto radius = [&](double h_omega, double h_gamma) {
-    return system.integrator().amplification(h_omega, h_gamma);
-  };
-  state.dt_limit = stable_step(radius, std::sqrt(link.stiffness * inverse_mass),
+  state.dt_limit = stable_step(system.integrator(), std::sqrt(link.stiffness * inverse_mass),
                                study::smallest_damping(system));
   return state;
 }

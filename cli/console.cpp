@@ -4,18 +4,24 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
+#include <iostream>
 #include <new>
 #include <string>
 
 namespace sim::cli {
 
-void occupy_standard_streams() {
+Console standard_console() {
   int descriptor = 0;
   do {
     descriptor = ::open("/dev/null", O_RDONLY);
   } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
   if (descriptor >= 0) ::close(descriptor);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::ios::sync_with_stdio(false);
+  std::cin.tie(nullptr);
+  return {std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
 }
 
 void put(std::ostream& stream, std::string_view text) {

@@ -18,9 +18,10 @@ struct Console {
 // Thrown when the reader of a pipe has gone away: nobody is left to be told.
 struct ClosedPipe : std::exception {};
 
-// A standard stream that was closed must not become a file that is opened later. Writing to what
-// stands in for it fails.
-void occupy_standard_streams();
+// The standard streams of a program that begins: called once, first of all in main. One that was
+// closed must not become a file that is opened later; writing to what stands in for it fails. A
+// closed pipe is met as a failed write, so that half-written files are cleaned up.
+Console standard_console();
 
 // Writes and flushes; what goes wrong stays in the stream's state and in errno.
 void put(std::ostream& stream, std::string_view text);

@@ -12,10 +12,7 @@ std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry
     if (param.required) return {};
   const auto method = registry.integrator(info.name).make(
       Params("integrator '" + info.name + "'", info.params, {}, {}));
-  const auto radius = [&](double h_omega, double h_gamma) {
-    return method->amplification(h_omega, h_gamma);
-  };
-  return IntegratorFacts{method->info(), stable_step(radius, 1, 0), stable_step(radius, 0, 1)};
+  return IntegratorFacts{method->info(), stable_step(*method, 1, 0), stable_step(*method, 0, 1)};
 }
 
 void add_facts(JsonObject& object, const IntegratorFacts& facts) {

@@ -1,9 +1,4 @@
 // sim: runs scenes and answers questions about them.
-#include <unistd.h>
-
-#include <csignal>
-#include <iostream>
-
 #include "cli/console.h"
 #include "cli/environment.h"
 #include "cli/options.h"
@@ -59,16 +54,11 @@ struct Dispatch {
 }  // namespace
 
 int main(int argc, char** argv) {
-  occupy_standard_streams();
-  // A closed pipe is met as a failed write, so that half-written files are cleaned up.
-  std::signal(SIGPIPE, SIG_IGN);
-  std::ios::sync_with_stdio(false);
-  std::cin.tie(nullptr);
-  Console console{std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
+  Console console = standard_console();
   try {
     const CommandLine line = parse_command_line(argc, argv);
     return std::visit(Dispatch{line, console}, line.request);
   } catch (...) {
-    return report_exception(std::cerr);
+    return report_exception(console.err);
   }
 }

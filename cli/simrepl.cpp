@@ -1,21 +1,11 @@
 // simrepl: a scene at a prompt.
-#include <unistd.h>
-
-#include <csignal>
-#include <iostream>
-
 #include "cli/console.h"
 #include "cli/environment.h"
 #include "cli/repl.h"
 
 int main(int argc, char** argv) {
   using namespace sim::cli;
-  occupy_standard_streams();
-  // A closed pipe is met as a failed write, so that half-written files are cleaned up.
-  std::signal(SIGPIPE, SIG_IGN);
-  std::ios::sync_with_stdio(false);
-  std::cin.tie(nullptr);
-  Console console{std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
+  Console console = standard_console();
   try {
     const ReplCommandLine line = parse_repl_command_line(argc, argv);
     if (!line.message.empty()) {
@@ -27,6 +17,6 @@ int main(int argc, char** argv) {
     sim::Registry registry = open_registry(environment, line.libraries);
     return repl(line, environment, registry, console);
   } catch (...) {
-    return report_exception(std::cerr);
+    return report_exception(console.err);
   }
 }

@@ -180,12 +180,8 @@ void EmbeddedRungeKutta::derivative(OdeSystem& system, double t, const Stage& st
   ++effort_.evaluations;
 }
 
-// x + h sum_j weights_j k_j over the weights that are not zero.
 Stage EmbeddedRungeKutta::form(const double* x, double h, std::span<const double> weights) {
-  std::size_t used = 0;
-  for (std::size_t j = 0; j < weights.size(); ++j)
-    if (weights[j] != 0) terms_[used++] = {h * weights[j], k_[j].data()};
-  return {x, {terms_.data(), used}};
+  return weighted(x, h, weights, k_, terms_);
 }
 
 std::vector<double> EmbeddedRungeKutta::memory() const {

@@ -29,13 +29,8 @@ class StageByStage final : public Stepper {
   }
 
  private:
-  // x + h sum_j weights_j k_j over the nonzero weights.
   Stage form(const double* x, double h, const double* weights, int count) {
-    std::size_t used = 0;
-    for (int j = 0; j < count; ++j)
-      if (weights[j] != 0)
-        terms_[used++] = {h * weights[j], k_[static_cast<std::size_t>(j)].data()};
-    return {x, {terms_.data(), used}};
+    return weighted(x, h, {weights, static_cast<std::size_t>(count)}, k_, terms_);
   }
 
   OdeSystem* system_;
@@ -45,6 +40,14 @@ class StageByStage final : public Stepper {
 };
 
 }  // namespace
+
+Stage weighted(const double* x, double scale, std::span<const double> weights,
+               std::span<const Array> k, std::span<Stage::Term> terms) {
+  std::size_t used = 0;
+  for (std::size_t j = 0; j < weights.size(); ++j)
+    if (weights[j] != 0) terms[used++] = {scale * weights[j], k[j].data()};
+  return {x, terms.first(used)};
+}
 
 // Eight numbers at a time, whose sums stay in registers while the terms go by.
 void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/base/array.h"
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
@@ -23,6 +24,11 @@ struct Stage {
   const double* x;
   std::span<const Term> terms;
 };
+
+// x + scale sum_j weights_j k_j over the weights that are not zero; the terms are put into `terms`,
+// which has room for as many as there are weights and outlives the stage.
+Stage weighted(const double* x, double scale, std::span<const double> weights,
+               std::span<const Array> k, std::span<Stage::Term> terms);
 
 // out[i] := stage for begin <= i < end; the terms are added in order, whatever the range.
 void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/exponential.h"
+#include "core/ode/integrator.h"
 
 namespace sim {
 namespace {
@@ -91,6 +92,12 @@ double stable_step(const Amplification& radius, double omega, double gamma) {
     (excess(middle) <= kAbove ? stable : h) = middle;
   }
   return stable;
+}
+
+double stable_step(const Integrator& integrator, double omega, double gamma) {
+  return stable_step(
+      [&](double h_omega, double h_gamma) { return integrator.amplification(h_omega, h_gamma); },
+      omega, gamma);
 }
 
 }  // namespace sim

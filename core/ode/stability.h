@@ -8,6 +8,8 @@
 
 namespace sim {
 
+class Integrator;
+
 // The eigenvalues z = h lambda of q'' = -omega^2 q - gamma q':
 //   z = -h gamma / 2 +- sqrt((h gamma)^2 / 4 - (h omega)^2)
 struct OscillatorPair {
@@ -29,5 +31,6 @@ using Amplification = std::function<double(double h_omega, double h_gamma)>;
 // The largest h such that every step of at most h has a radius <= 1; 0 when there is none, infinity
 // when there is no bound, not a number when the radius is not known. omega in rad/s, gamma in 1/s.
 double stable_step(const Amplification& radius, double omega, double gamma);
+double stable_step(const Integrator& integrator, double omega, double gamma);
 
 }  // namespace sim

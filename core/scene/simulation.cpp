@@ -79,6 +79,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   x = Array(Layout(n).size());
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
+  std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.force(part.plugin, part.place);
     const std::string owner = "force '" + plugin.name + "'";
@@ -88,11 +89,11 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     const Params params(owner, plugin.params, part.given, part.place);
     forces.push_back(
         placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
-    force_names.push_back(plugin.name);
+    names.push_back(plugin.name);
   }
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
-    force_names.push_back("load");
+    names.push_back("load");
   }
   team = std::make_unique<Team>(useful_threads(threads, n));
   auto compiled = placed(spec.place, [&] {
@@ -100,7 +101,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
                                             *team);
   });
   particles = compiled.get();
-  particles->name_forces(force_names);
+  particles->name_forces(std::move(names));
   system = std::move(compiled);
 }
 

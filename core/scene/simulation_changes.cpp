@@ -147,11 +147,11 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
   if (!s.particles) return shares;
   const ParticleView view = s.particles->view(t(), s.x.data());
   const double mass = s.initial.at(i).mass;
-  for (std::size_t f = 0; f < s.force_names.size(); ++f) {
-    const Force& force = *s.particles->forces()[f];
+  for (const auto& each : s.particles->forces()) {
+    const Force& force = *each;
     if (const auto affine = force.affine()) {
-      shares.push_back(
-          {s.force_names[f], mass * affine->acceleration - affine->damping * view.velocity(i)});
+      shares.push_back({s.particles->name_of(force),
+                        mass * affine->acceleration - affine->damping * view.velocity(i)});
     } else if (force.springs()) {
       const auto first = static_cast<std::ptrdiff_t>(shares.size());
       std::vector<Link> links;
@@ -172,7 +172,7 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       Array sum(3 * n);
       force.accumulate(view, {i, i + 1}, {sum.data(), sum.data() + n, sum.data() + 2 * n});
       const auto at = static_cast<std::size_t>(i);
-      shares.push_back({s.force_names[f], {sum[at], sum[n + at], sum[2 * n + at]}});
+      shares.push_back({s.particles->name_of(force), {sum[at], sum[n + at], sum[2 * n + at]}});
     }
   }
   return shares;

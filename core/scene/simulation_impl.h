@@ -39,8 +39,7 @@ struct Simulation::Impl {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Team> team;
   std::unique_ptr<OdeSystem> system;
-  ParticleSystem* particles = nullptr;   // the system, in a second-order scene
-  std::vector<std::string> force_names;  // of its plugins, in the order of its forces
+  ParticleSystem* particles = nullptr;  // the system, in a second-order scene
   int dimension = 3;
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene

@@ -14,34 +14,11 @@ constexpr double kGone = 1;        // strain at which a spring is out of its ran
 constexpr double kMostWork = 5e7;  // particle-steps of all runs that are tried
 constexpr int kLooks = 100;        // of the monitor in a run
 
-// The forces on one particle by what the scene calls them.
-std::vector<std::pair<std::string, double>> forces_on(Simulation& system, const SystemSpec& spec,
-                                                      int i) {
-  const ParticleSystem& particles = *particles_of(system);
-  const ParticleView view = particles.view(system.t(), system.state().data());
+// How large each share of the force on one particle is.
+std::vector<std::pair<std::string, double>> largest_forces(const Simulation& system, int i) {
   std::vector<std::pair<std::string, double>> forces;
-  for (std::size_t k = 0; k < particles.forces().size(); ++k) {
-    const Force& force = *particles.forces()[k];
-    Vec3 sum = Vec3::Zero();
-    if (const auto affine = force.affine()) {
-      if (view.free(i))
-        sum = view.mass[i] * affine->acceleration - affine->damping * view.velocity(i);
-    } else if (const Springs* springs = force.springs()) {
-      springs->at(i, [&](int j, double stiffness, double rest) {
-        sum += spring_force(view.position(i) - view.position(j), stiffness, stiffness * rest);
-      });
-    } else {
-      std::vector<double> out(3 * static_cast<std::size_t>(view.n), 0.0);
-      double* const x = out.data();
-      force.accumulate(view, {i, i + 1}, {x, x + view.n, x + 2 * view.n});
-      sum = {x[i], x[i + view.n], x[i + 2 * view.n]};
-    }
-    const auto families = force.families();
-    const std::string name = !families.empty()        ? families.front().first
-                             : k < spec.forces.size() ? spec.forces[k].plugin
-                                                      : "load";
-    forces.emplace_back(name, sum.stableNorm());
-  }
+  for (const ForceShare& share : system.forces_on(i))
+    forces.emplace_back(share.name, share.force.stableNorm());
   std::stable_sort(forces.begin(), forces.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
   return forces;
@@ -80,7 +57,7 @@ void find_first_spring(Simulation& system, const SystemSpec& spec, std::int64_t 
       result.since = system.step_count();
       result.t = system.t();
       result.particle = mobile_end(system, worst);
-      result.forces = forces_on(system, spec, result.particle);
+      result.forces = largest_forces(system, result.particle);
       first = strain;
     }
     if (result.spring) last = strain;

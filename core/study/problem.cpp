@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 
 namespace sim::study {
 namespace {
@@ -20,10 +21,6 @@ RunOptions options_for(const Problem& problem, const std::string& name) {
     options.integrator_given.clear();
   }
   return options;
-}
-
-bool all_finite(std::span<const double> x) {
-  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
 }
 
 }  // namespace

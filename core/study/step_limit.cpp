@@ -110,10 +110,7 @@ std::optional<double> predicted_step(const Integrator& integrator, const Spectru
     if (mode.omega == last.omega && mode.damping == last.damping) continue;
     last = mode;
     if (mode.damping < 0) continue;  // grows by itself
-    const auto radius = [&](double h_omega, double h_gamma) {
-      return integrator.amplification(h_omega, h_gamma);
-    };
-    limit = std::min(limit, stable_step(radius, mode.omega, mode.damping));
+    limit = std::min(limit, stable_step(integrator, mode.omega, mode.damping));
   }
   return limit;
 }

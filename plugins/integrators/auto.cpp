@@ -31,7 +31,10 @@ class Automatic final : public sim::Integrator {
     return method_ ? method_->info() : sim::IntegratorInfo{};
   }
 
-  void prepare(sim::OdeSystem& system) override { system_ = &system; }
+  void prepare(sim::OdeSystem& system) override {
+    system_ = &system;
+    splits_ = system.split_stepper({{0, 1}, {1}}) != nullptr;
+  }
 
   void restart(double t, double h, const double* x) override {
     const sim::FastestMode fastest = sim::fastest_mode(*system_, t, x);
@@ -103,15 +106,6 @@ class Automatic final : public sim::Integrator {
     between_ = sim::Array(system_->size());
   }
 
-  // Particles whose forces depend on positions and drag alone can be split.
-  bool splits() const { return system_->split_stepper({{0, 1}, {1}}) != nullptr; }
-
-  double stable(const sim::FastestMode& fastest) const {
-    return sim::stable_step(
-        [&](double h_omega, double h_gamma) { return method_->amplification(h_omega, h_gamma); },
-        fastest.rate, std::max(0.0, fastest.damping));
-  }
-
   void choose(double h, const sim::FastestMode& fastest) {
     const auto number = [](double value) {
       char text[32];
@@ -129,14 +123,14 @@ class Automatic final : public sim::Integrator {
     if (h * fastest.rate > kStiffest) {
       take(kStiff);
       what += ": explicit steps would be of " + number(1 / fastest.rate) + " s or less";
-    } else if (tol_ < kFine || !splits()) {
+    } else if (tol_ < kFine || !splits_) {
       take(tol_ < kFine ? kAccurate : kAdaptive);
-      what += splits() ? ", accuracy " : ", first order or forces of velocity, accuracy ";
+      what += splits_ ? ", accuracy " : ", first order or forces of velocity, accuracy ";
       what += number(tol_);
     } else {
       const bool backwards = h * fastest.damping <= kMostDamping;
       take(tol_ < kCoarse && backwards ? kPefrl : kVerlet);
-      const double limit = stable(fastest);
+      const double limit = sim::stable_step(*method_, fastest.rate, std::max(0.0, fastest.damping));
       longest_ = std::min(h, kShareOfLimit * limit);
       if (std::isfinite(limit)) what += ", stable up to " + number(limit) + " s";
     }
@@ -149,6 +143,7 @@ class Automatic final : public sim::Integrator {
   double tol_;
   sim::OtherIntegrator other_;
   sim::OdeSystem* system_ = nullptr;
+  bool splits_ = false;  // particles whose forces depend on positions and drag alone
   std::unique_ptr<sim::Integrator> method_;
   Choice choice_ = kNone;
   std::string name_, reason_;
