@@ -34,8 +34,8 @@ int mobile_end(Simulation& system, const StrainedSpring& spring) {
 
 // Runs again with an eye on the worst spring. It has gone when its strain passes 100 %, and ten
 // times what it was at the start.
-void find_first_spring(Simulation& system, const SystemSpec& spec, std::int64_t steps,
-                       const Watch& watch, PostMortem& result) {
+void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watch,
+                       PostMortem& result) {
   const double at_start = std::abs(worst_spring(system).strain);
   const double gone = std::max(kGone, 10 * at_start);
   double first = 0, last = 0;
@@ -167,7 +167,7 @@ PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
   const Spectrum modes = spectrum(system);
   const auto limit = predicted_step(system.integrator(), modes);
   result.limit_share = !limit ? std::nan("") : *limit == 0 ? HUGE_VAL : result.dt / *limit;
-  find_first_spring(system, *problem.spec, steps, watch, result);
+  find_first_spring(system, steps, watch, result);
   if (!result.complete || !(time > 0)) return result;
   try_smaller(problem, limit.value_or(0), time, watch, result);
   try_others(problem, modes, time, watch, result);
