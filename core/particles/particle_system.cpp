@@ -175,12 +175,14 @@ void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings& rings = rings_[static_cast<std::size_t>(rank)];
-    rings.clear();
-    kernels_.warm_up(rings.runs(), q, std::max(0, part.begin - reach_), part.begin);
+    if (team_->size() > 1) {  // a single rank finds its rings as its last sweep left them: empty
+      rings.clear();
+      kernels_.warm_up(rings, q, std::max(0, part.begin - reach_), part.begin);
+    }
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
-      kernels_.rk(rings.runs(), motion_, sweep, tile.begin, tile.end);
+      kernels_.rk(rings, motion_, sweep, tile.begin, tile.end);
     }
   });
 }

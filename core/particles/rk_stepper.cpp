@@ -75,8 +75,8 @@ bool RkStepper::step(double t, double h, const double* x, double* x_next) {
   Script& script = scripts_[x < x_next];
   if (!script.fits(h, x, x_next)) write(script, h, x, x_next);
   const RkSweep sweep = system_->kernels().rk;
-  const auto piece = [&](std::span<SweepRun> runs, int s, int begin, int end) {
-    return sweep(runs, system_->motion(), script.stages[static_cast<std::size_t>(s)], begin, end);
+  const auto piece = [&](Rings& rings, int s, int begin, int end) {
+    return sweep(rings, system_->motion(), script.stages[static_cast<std::size_t>(s)], begin, end);
   };
   if (!system_->has_other_forces())
     return sweeps_.run([&](int s) { return script.stages[static_cast<std::size_t>(s)].q; }, piece);

@@ -100,8 +100,8 @@ void SplitStepper::write(double h, const double* x, double* x_next) {
 bool SplitStepper::step(double t, double h, const double* x, double* x_next) {
   write(h, x, x_next);
   const KickSweep sweep = system_->kernels().kick;
-  const auto piece = [&](std::span<SweepRun> runs, int s, int begin, int end) {
-    return sweep(runs, system_->motion(), stages_[static_cast<std::size_t>(s)], begin, end);
+  const auto piece = [&](Rings& rings, int s, int begin, int end) {
+    return sweep(rings, system_->motion(), stages_[static_cast<std::size_t>(s)], begin, end);
   };
   known_ = closes_;
   if (!system_->has_other_forces())

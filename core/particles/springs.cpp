@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/base/inverse_sqrt.h"
@@ -67,19 +68,16 @@ double length(const Vec3& d) {
   return scale > 0 && std::isfinite(scale) ? scale * (d / scale).norm() : scale;
 }
 
-Vec3 spring_force(const Vec3& d, double k, double k_rest) {
+double spring_factor(const Vec3& d, double k, double k_rest) {
   const double inverse = inverse_sqrt(square_of(d[0], d[1], d[2]));
-  if (inverse == inverse) {
-    const double s = std::fma(k_rest, inverse, -k);
-    return {s * d[0], s * d[1], s * d[2]};
-  }
-  if (k_rest == 0) return -k * d;
+  if (inverse == inverse) return std::fma(k_rest, inverse, -k);
+  if (k_rest == 0) return -k;
   // d = scale u with components of u in [-1, 1], one of them 1 or -1, so that |u| is harmless.
   const double scale = d.cwiseAbs().maxCoeff();
-  if (scale == 0) return Vec3::Zero();
+  if (scale == 0) return 0;
   const Vec3 u = d / scale;
-  const double size = std::sqrt((u[0] * u[0] + u[1] * u[1]) + u[2] * u[2]);
-  return ((k_rest - k * (scale * size)) / size) * u;
+  const double s = k_rest / std::sqrt((u[0] * u[0] + u[1] * u[1]) + u[2] * u[2]) / scale - k;
+  return s <= std::numeric_limits<double>::max() || s != s ? s : 0;
 }
 
 Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(n) {

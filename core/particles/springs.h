@@ -13,10 +13,14 @@
 
 namespace sim {
 
-// Force on a from a spring to b, d = x_a - x_b:  f = -k (|d| - rest) d / |d| = (k rest / |d| - k)
-// d. Exactly 0 for d = 0 and rest > 0, exactly -k d for rest = 0, for any size of d. The same bits
-// as the vector code where |d|^2 is in its range.
-Vec3 spring_force(const Vec3& d, double k, double k_rest);
+// The force on a from a spring to b is s d with d = x_a - x_b:
+//   f = -k (|d| - rest) d / |d| = s d,  s = k rest / |d| - k
+// s = 0 for rest > 0 where d = 0 or 1/|d| overflows, exactly -k for rest = 0 and any size of d. The
+// same bits as the vector code where |d|^2 is in its range.
+double spring_factor(const Vec3& d, double k, double k_rest);
+inline Vec3 spring_force(const Vec3& d, double k, double k_rest) {
+  return spring_factor(d, k, k_rest) * d;
+}
 
 // Where |d|^2 is far from underflow and overflow.
 inline constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;

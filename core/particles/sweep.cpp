@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "core/base/inverse_sqrt.h"
 #include "core/base/simd_targets.h"
@@ -13,33 +14,34 @@ constexpr std::array<std::int64_t, 16> kLaneNumberTable = {0, 1, 2,  3,  4,  5, 
                                                            8, 9, 10, 11, 12, 13, 14, 15};
 constexpr const std::int64_t* kLaneNumbers = kLaneNumberTable.data();
 
+void add(double s, const Vec3& d, int lane, double (*sum)[8]) {
+  for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = std::fma(s, d[axis], sum[axis][lane]);
+}
+
 // The forces of all runs on a block in which some distance is too large or too small for the fast
-// path; the cursors are past the block already. Same order of sums and, for the ordinary springs,
-// the same bits.
-void careful_block(std::span<SweepRun> runs, const double* const q[3], int i, int lanes,
-                   double (*sum)[8]) {
-  for (SweepRun& run : runs) {
-    const std::int64_t part = run.size + 8;
-    const std::int64_t cursor = (run.cursor ? run.cursor : run.size) - lanes;
+// path. Same order of sums and, for the ordinary springs, the same bits.
+void careful_block(std::span<const SweepRun> runs, std::int64_t turn, const double* const q[3],
+                   int i, int lanes, double (*sum)[8]) {
+  const auto distance = [&](std::int64_t a, std::int64_t b) -> Vec3 {
+    return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
+  };
+  for (const SweepRun& run : runs) {
+    const std::int64_t to = turn & run.mask;
     for (int lane = 0; lane < lanes; ++lane) {
       const int a = i + lane;
       if (!(run.owners[a >> 3] >> (a & 7) & 1)) continue;
-      const std::int64_t b = a + run.stride;
       const double k = run.ks ? run.ks[a] : run.k;
       const double k_rest = run.ks ? k * run.rests[a] : run.k_rest;
-      const Vec3 f =
-          spring_force({q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]}, k, k_rest);
-      for (int axis = 0; axis < 3; ++axis) {
-        double* const ring = run.ring + axis * part;
-        ring[cursor + lane] = f[axis];
-        if (cursor < 8) ring[run.size + cursor + lane] = f[axis];
-        sum[axis][lane] += f[axis];
-      }
+      const Vec3 d = distance(a, a + run.stride);
+      const double s = spring_factor(d, k, k_rest);
+      run.ring[to + lane] = s;
+      if (to < 8) run.ring[run.mask + 1 + to + lane] = s;
+      add(s, d, lane, sum);
     }
     for (int lane = 0; lane < lanes; ++lane) {
-      const std::int64_t from = cursor + lane - run.stride;
-      for (int axis = 0; axis < 3; ++axis)
-        sum[axis][lane] -= run.ring[axis * part + (from < 0 ? from + run.size : from)];
+      const std::int64_t b = i + lane;
+      const double s = run.ring[(turn + lane - run.stride) & run.mask];
+      if (s != 0) add(s, distance(b, b - run.stride), lane, sum);
     }
   }
 }
@@ -48,11 +50,10 @@ void careful_block(std::span<SweepRun> runs, const double* const q[3], int i, in
 void careful_net(const Net& net, const double* const q[3], int i, int lanes, double (*sum)[8]) {
   for (int lane = 0; lane < lanes; ++lane) {
     const int a = i + lane;
-    Vec3 total = Vec3::Zero();
     net.at(a, [&](int b, double k, double rest) {
-      total += spring_force({q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]}, k, k * rest);
+      const Vec3 d{q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
+      add(spring_factor(d, k, k * rest), d, lane, sum);
     });
-    for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = total[axis];
   }
 }
 
@@ -76,21 +77,24 @@ SweepKernels sweep_kernels() {
 }
 
 Rings::Rings(std::span<const SpringRun* const> runs) {
+  constexpr std::int64_t kVector = 8;
+  const bool shuffles = simd_level() == SimdLevel::kAvx512;
+  const auto entries = [](const SpringRun& run) {
+    return static_cast<std::int64_t>(
+        std::bit_ceil(static_cast<std::uint64_t>(run.stride + kVector)));
+  };
   std::size_t total = 0;
+  for (const SpringRun* run : runs) total += static_cast<std::size_t>(entries(*run) + kVector);
+  memory_ = Array(total);
+  double* next = memory_.data();
   for (const SpringRun* run : runs) {
-    const std::int64_t size = (run->stride + 7) / 8 * 8 + 8;
     const auto streamed = [&](const Array& values) {
       return run->uniform ? nullptr : values.data() + SpringRun::kPad;
     };
+    const std::int64_t back = shuffles && run->stride < kVector ? kVector : run->stride;
     runs_.push_back({run->owners.data(), streamed(run->ks), streamed(run->rests), run->k,
-                     run->k * run->rest, run->stride, size, 0, run->stride % 8 != 0, nullptr});
-    total += 3 * static_cast<std::size_t>(size + 8);
-  }
-  memory_ = Array(total);
-  double* next = memory_.data();
-  for (SweepRun& run : runs_) {
-    run.ring = next;
-    next += 3 * (run.size + 8);
+                     run->k * run->rest, run->stride, back, entries(*run) - 1, next});
+    next += entries(*run) + kVector;
   }
 }
 

@@ -12,28 +12,30 @@
 
 namespace sim {
 
-// Each spring is evaluated once, by its lower end a. The force waits in a ring until the sweep
-// comes to a + stride. After a whole sweep all that is left in a ring is zero, for the last
-// particles own no springs: the next sweep goes on where this one stopped.
+// Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,
+// waits in a ring until the sweep comes to b = a + stride.
 struct SweepRun {
   const std::uint8_t* owners;
   const double *ks, *rests;  // null in a uniform run
   double k, k_rest;
   std::int64_t stride;
-  std::int64_t size;    // of the ring, a multiple of 8, at least stride + 8
-  std::int64_t cursor;  // where the next block goes, a multiple of 8
-  bool runs_over;       // a load of what arrives may run over the end of the ring
-  double* ring;         // three parts (x, y, z) of size + 8: the first 8 stand again at the end
+  std::int64_t back;  // from where a block's factors go to where what arrives at it is loaded
+  std::int64_t mask;  // entries of the ring less 1; a power of two of them, at least stride + 8
+  double* ring;       // the first 8 entries stand again behind the end
 };
 
-// The rings of one sweep over the runs of several forces.
+// The rings of one sweep over the runs of several forces. After a whole sweep all that is left in
+// a ring is zero, for the last particles own no springs: the next sweep goes on where this one
+// stopped.
 class Rings {
  public:
   Rings() = default;
   explicit Rings(std::span<const SpringRun* const> runs);
 
-  std::span<SweepRun> runs() { return runs_; }
+  std::span<const SweepRun> runs() const { return runs_; }
   void clear();
+
+  std::int64_t turn = 0;  // where the next block goes in every ring, without its wraps
 
  private:
   std::vector<SweepRun> runs_;
@@ -51,14 +53,14 @@ struct Motion {
 
 // Sweeps [begin, end), begin a multiple of 8, on from where the rings stand. False when a number
 // of v_next, or of q_next in a stage that has v_next, may not be finite.
-using RkSweep = bool (*)(std::span<SweepRun> runs, const Motion& motion, const RkStage& stage,
-                         int begin, int end);
+using RkSweep = bool (*)(Rings& rings, const Motion& motion, const RkStage& stage, int begin,
+                         int end);
 
-using KickSweep = bool (*)(std::span<SweepRun> runs, const Motion& motion, const KickStage& stage,
-                           int begin, int end);
+using KickSweep = bool (*)(Rings& rings, const Motion& motion, const KickStage& stage, int begin,
+                           int end);
 
 // Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at end.
-using WarmUp = void (*)(std::span<SweepRun> runs, const double* const q[3], int begin, int end);
+using WarmUp = void (*)(Rings& rings, const double* const q[3], int begin, int end);
 
 // Adds the forces of the net on particles [begin, end), begin a multiple of 8. points holds the
 // positions q once more, four doubles a particle: the far end of a spring is then on one cache

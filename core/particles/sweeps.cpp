@@ -36,7 +36,7 @@ Sweeps::Sweeps(ParticleSystem& system, int stages)
 void Sweeps::start(int rank, int stage, int begin, const double* const* q) {
   if (wavefront_.ranks() == 1 || !q) return;
   rings(rank, stage).clear();
-  warm_up_(rings(rank, stage).runs(), q, std::max(0, begin - system_->reach()), begin);
+  warm_up_(rings(rank, stage), q, std::max(0, begin - system_->reach()), begin);
 }
 
 bool Sweeps::finite() const {

@@ -17,7 +17,7 @@ class Sweeps {
   Sweeps(ParticleSystem& system, int stages);
 
   // Runs all stages of a step. q(stage) is the array of three positions a stage reads, or null
-  // where it evaluates no forces; sweep(runs, stage, begin, end) does a piece and says whether it
+  // where it evaluates no forces; sweep(rings, stage, begin, end) does a piece and says whether it
   // is finite. False when one was not.
   template <class Q, class Sweep>
   bool run(const Q& q, const Sweep& sweep) {
@@ -26,7 +26,7 @@ class Sweeps {
         system_->team(),
         [&](int rank, int stage, int begin) { start(rank, stage, begin, q(stage)); },
         [&](int rank, int stage, int begin, int end) {
-          if (!sweep(rings(rank, stage).runs(), stage, begin, end))
+          if (!sweep(rings(rank, stage), stage, begin, end))
             finite_[static_cast<std::size_t>(rank)] = 0;
         });
     return finite();
@@ -46,7 +46,7 @@ class Sweeps {
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
         const int end = std::min(begin + kGatherTile, part.end);
         system_->gather(view, {begin, end}, sink);
-        if (!sweep(rings(rank, stage).runs(), stage, begin, end))
+        if (!sweep(rings(rank, stage), stage, begin, end))
           finite_[static_cast<std::size_t>(rank)] = 0;
       }
     });

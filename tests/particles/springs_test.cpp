@@ -247,6 +247,11 @@ TEST_CASE("a spring of length 0 gives no force, one of rest length 0 exactly -k 
   const Vec3 d(0.1, -0.7, 1e-30);
   CHECK(spring_force(d, 3.0, 0.0) == Vec3(-3.0 * d));
   CHECK(spring_force(Vec3(1e-200, 0, 0), 3.0, 0.0) == Vec3(-3e-200, 0, 0));
+  // So short that 1/|d| overflows.
+  CHECK(spring_factor(Vec3(0, 1e-310, 0), 3.0, 0.5) == 0);
+  std::vector<Vec3> tiny(16, Vec3(0, 0, 0));
+  tiny[8] = {1e-310, 0, 0};
+  for (const Vec3& f : system_forces(chain(16, false), tiny)) CHECK(f.norm() == 0);
   CHECK(length(Vec3(3e200, 4e200, 0)) == Approx(5e200));
   CHECK(length(Vec3(3e-200, 4e-200, 0)) == Approx(5e-200));
 }
