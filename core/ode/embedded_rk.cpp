@@ -20,11 +20,9 @@ IntegratorInfo EmbeddedRungeKutta::info() const noexcept {
 }
 
 void EmbeddedRungeKutta::prepare(OdeSystem& system) {
-  for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_}) *array = Array(system.size());
-  k_.clear();
-  for (std::size_t i = 0; i < plan_.c.size(); ++i) k_.emplace_back(system.size());
+  for (Array* array : {&x_, &x_next_, &error_, &zero_}) *array = Array(system.size());
+  stepper_ = system.embedded_stepper(plan_);
   weights_.resize(plan_.c.size());
-  terms_.resize(plan_.c.size());
   effort_ = {};
   phase_ = Phase::kFresh;
 }
@@ -33,21 +31,21 @@ StepStatus EmbeddedRungeKutta::step(OdeSystem& system, double t, double h, const
                                     double* x_next) {
   if (phase_ == Phase::kFresh && !begin(system, t, x)) {
     const double euler[] = {1};
-    system.combine(form(x, h, euler), x_next);  // shows where f is not finite
+    combine(x, h, euler, x_next);  // shows where f is not finite
     return StepStatus::kNotFinite;
   }
   if (phase_ == Phase::kRecalled) {
-    derivative(system, t_, {x_.data(), {}}, k_[0].data());
-    evaluate_stages(system);
-    close_step(system);
+    stepper_->start(t_, x_.data());
+    ++effort_.evaluations;
+    try_step();
+    if (!estimate_needs_last()) close_step();
   }
   phase_ = Phase::kRunning;
   while (t_ + h_ < t + h) {
     if (system.stopped()) return StepStatus::kStopped;  // goes on from here, with the same bits
-    if (const StepStatus status = advance(system, x_next); status != StepStatus::kDone)
-      return status;
+    if (const StepStatus status = advance(x_next); status != StepStatus::kDone) return status;
   }
-  interpolate(system, t + h, x_next);
+  interpolate(t + h, x_next);
   return all_finite({x_next, x_.size()}) ? StepStatus::kDone : StepStatus::kNotFinite;
 }
 
@@ -56,11 +54,10 @@ bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
   t_ = t;
   h_ = 0;
   std::copy(x, x + x_.size(), x_.data());
-  std::copy(x, x + x_.size(), x_next_.data());
-  derivative(system, t, {x_.data(), {}}, k_.front().data());
-  if (!all_finite(k_.front().span())) return false;
+  ++effort_.evaluations;
+  if (!stepper_->start(t, x_.data())) return false;
   controller_.state = {.h = starting_step(system)};
-  std::copy(k_.front().data(), k_.front().data() + x_.size(), last().data());
+  std::copy(x, x + x_.size(), x_next_.data());
   return true;
 }
 
@@ -68,15 +65,19 @@ bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
 // Euler's method tells how large the second derivative is.
 double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
   const double* const x = x_.data();
-  const double size = scaled_norm(x, x, x), slope = scaled_norm(k_[0].data(), x, x);
+  double* const k = error_.data();
+  const double first[] = {1};
+  combine(zero_.data(), 1, first, k);
+  const double size = scaled_norm(x, x, x), slope = scaled_norm(k, x, x);
   double h = size < 1e-5 || slope < 1e-5 ? 1e-6 : 0.01 * size / slope;
   if (!(h > 0) || !std::isfinite(h)) h = 1e-6;
 
-  const Stage::Term euler{h, k_[0].data()};
-  derivative(system, t_ + h, {x, {&euler, 1}}, k_[1].data());
-  const Stage::Term less{-1, k_[0].data()};
-  system.combine({k_[1].data(), {&less, 1}}, error_.data());
-  const double curvature = scaled_norm(error_.data(), x, x) / h;
+  Array y(x_.size()), there(x_.size());
+  const Stage::Term euler{h, k}, less{-1, k};
+  system.eval(t_ + h, {x, {&euler, 1}}, y.data(), there.data());
+  ++effort_.evaluations;
+  system.combine({there.data(), {&less, 1}}, there.data());
+  const double curvature = scaled_norm(there.data(), x, x) / h;
 
   const double most = std::max(slope, curvature);
   if (!std::isfinite(most)) return 1e-3 * h;
@@ -86,10 +87,10 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
 }
 
 // The step after the present one, tried until its error is within the tolerance.
-StepStatus EmbeddedRungeKutta::advance(OdeSystem& system, double* x_failed) {
+StepStatus EmbeddedRungeKutta::advance(double* x_failed) {
   t_ += h_;
   std::swap(x_, x_next_);
-  std::swap(k_.front(), last());
+  if (h_ > 0) stepper_->shift();
   extra_ready_ = false;
   for (;;) {
     h_ = controller_.state.h = std::min(controller_.state.h, tolerance_.max_step);
@@ -97,12 +98,8 @@ StepStatus EmbeddedRungeKutta::advance(OdeSystem& system, double* x_failed) {
       std::copy(x_next_.data(), x_next_.data() + x_.size(), x_failed);
       return all_finite(x_next_.span()) ? StepStatus::kStepTooSmall : StepStatus::kNotFinite;
     }
-    evaluate_stages(system);
-    double error = scaled_error(system);
-    if (error <= 1 && !estimate_needs_last()) {
-      close_step(system);
-      if (!all_finite(last().span())) error = std::nan("");
-    }
+    double error = try_step();
+    if (error <= 1 && !estimate_needs_last() && !close_step()) error = std::nan("");
     if (controller_.accept(error)) break;
     ++effort_.rejected;
   }
@@ -110,26 +107,22 @@ StepStatus EmbeddedRungeKutta::advance(OdeSystem& system, double* x_failed) {
   return StepStatus::kDone;
 }
 
-// k_1 .. k_(S-1), x_next and, where the error needs it, k_S.
-void EmbeddedRungeKutta::evaluate_stages(OdeSystem& system) {
-  for (int i = 1; i < plan_.stages; ++i) evaluate(system, i);
-  system.combine(form(x_.data(), h_, plan_.method.b), x_next_.data());
-  if (estimate_needs_last()) close_step(system);
+// x_next and the error of the step, not a number where the step left the finite numbers.
+double EmbeddedRungeKutta::try_step() {
+  const bool finite = stepper_->step(t_, h_, x_.data(), x_next_.data());
+  effort_.evaluations += plan_.stages - 1;
+  if (estimate_needs_last()) close_step();
+  return finite ? scaled_error() : std::nan("");
 }
 
-void EmbeddedRungeKutta::close_step(OdeSystem& system) {
-  derivative(system, t_ + h_, {x_next_.data(), {}}, last().data());
+bool EmbeddedRungeKutta::close_step() {
+  ++effort_.evaluations;
+  return stepper_->close(t_ + h_, x_next_.data());
 }
 
-void EmbeddedRungeKutta::evaluate(OdeSystem& system, int stage) {
-  const auto i = static_cast<std::size_t>(stage);
-  derivative(system, t_ + plan_.c[i] * h_, form(x_.data(), h_, plan_.a[i]), k_[i].data());
-}
-
-double EmbeddedRungeKutta::scaled_error(OdeSystem& system) {
-  if (!all_finite(x_next_.span())) return std::nan("");
+double EmbeddedRungeKutta::scaled_error() {
   const auto norm = [&](const std::vector<double>& weights) {
-    system.combine(form(zero_.data(), h_, weights), error_.data());
+    combine(zero_.data(), h_, weights, error_.data());
     return scaled_norm(error_.data(), x_.data(), x_next_.data());
   };
   const double fine = norm(plan_.error);
@@ -162,26 +155,25 @@ double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
 }
 
 // out := the state at t, which lies in the present step.
-void EmbeddedRungeKutta::interpolate(OdeSystem& system, double t, double* out) {
+void EmbeddedRungeKutta::interpolate(double t, double* out) {
   const double theta = (t - t_) / h_;
   if (theta >= 1) {
     std::copy(x_next_.data(), x_next_.data() + x_.size(), out);
     return;
   }
-  for (int i = plan_.stages + 1; !extra_ready_ && i < static_cast<int>(k_.size()); ++i)
-    evaluate(system, i);
+  if (!extra_ready_) {
+    stepper_->extend(t_, h_, x_.data());
+    effort_.evaluations += static_cast<int>(plan_.c.size()) - plan_.stages - 1;
+  }
   extra_ready_ = true;
   dense_weights(plan_.stages, plan_.method.b, plan_.dense, theta, weights_);
-  system.combine(form(x_.data(), h_, weights_), out);
+  combine(x_.data(), h_, weights_, out);
 }
 
-void EmbeddedRungeKutta::derivative(OdeSystem& system, double t, const Stage& stage, double* k) {
-  system.eval(t, stage, y_.data(), k);
-  ++effort_.evaluations;
-}
-
-Stage EmbeddedRungeKutta::form(const double* x, double h, std::span<const double> weights) {
-  return weighted(x, h, weights, k_, terms_);
+// out := base + h sum_i weights_i k_i
+void EmbeddedRungeKutta::combine(const double* base, double h, std::span<const double> weights,
+                                 double* out) {
+  stepper_->combine(x_.data(), h, weights, base, out);
 }
 
 std::vector<double> EmbeddedRungeKutta::memory() const {

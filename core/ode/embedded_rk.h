@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/array.h"
-#include "core/ode/embedded_pair.h"
+#include "core/ode/embedded_stepper.h"
 #include "core/ode/integrator.h"
 #include "core/ode/stability.h"
 #include "core/ode/step_controller.h"
@@ -13,28 +13,6 @@ namespace sim {
 struct Tolerance {
   double atol = 1e-6, rtol = 1e-6;
   double max_step = std::numeric_limits<double>::infinity();  // s
-};
-
-// An EmbeddedPair at run time; a row of weights has one for every stage.
-struct EmbeddedPlan {
-  using Row = std::vector<double>;
-
-  template <int S, int X, int D>
-  explicit EmbeddedPlan(const EmbeddedPair<S, X, D>& pair)
-      : stages(S), method(plan_of(pair.method)) {
-    const auto all = order::all_stages(pair);
-    c.assign(all.c.begin(), all.c.end());
-    for (const auto& row : all.a) a.emplace_back(row.begin(), row.end());
-    error.assign(pair.error.begin(), pair.error.end());
-    if (pair.coarse != decltype(pair.coarse){})
-      coarse.assign(pair.coarse.begin(), pair.coarse.end());
-    for (const auto& row : pair.dense) dense.emplace_back(row.begin(), row.end());
-  }
-
-  int stages;  // without f(t + h, x_next), which stands behind them, and those of dense output
-  ExplicitPlan method;
-  Row c, error, coarse;
-  std::vector<Row> a, dense;
 };
 
 // The steps lie where the error puts them, whatever the interval h at which states are asked for: a
@@ -65,18 +43,15 @@ class EmbeddedRungeKutta final : public Integrator {
 
   bool begin(OdeSystem& system, double t, const double* x);
   double starting_step(OdeSystem& system);
-  StepStatus advance(OdeSystem& system, double* x_failed);
-  void evaluate_stages(OdeSystem& system);
-  void close_step(OdeSystem& system);
-  void evaluate(OdeSystem& system, int stage);
-  double scaled_error(OdeSystem& system);
+  StepStatus advance(double* x_failed);
+  double try_step();
+  bool close_step();
+  double scaled_error();
   double scaled_norm(const double* values, const double* x, const double* y) const;
-  void interpolate(OdeSystem& system, double t, double* out);
-  void derivative(OdeSystem& system, double t, const Stage& stage, double* k);
-  Stage form(const double* x, double h, std::span<const double> weights);
+  void interpolate(double t, double* out);
+  void combine(const double* base, double h, std::span<const double> weights, double* out);
 
   bool estimate_needs_last() const { return plan_.error.back() != 0; }
-  Array& last() { return k_[static_cast<std::size_t>(plan_.stages)]; }  // f(t + h, x_next)
 
   EmbeddedPlan plan_;
   int order_;
@@ -84,14 +59,13 @@ class EmbeddedRungeKutta final : public Integrator {
   StepController controller_;
   Effort effort_;
 
-  // The present step: from x_ at t_ to x_next_ at t_ + h_, with its stages k_.
+  // The present step: from x_ at t_ to x_next_ at t_ + h_.
   Phase phase_ = Phase::kFresh;
   double t_ = 0, h_ = 0;
   bool extra_ready_ = false;  // the stages of dense output are there
-  Array x_, x_next_, y_, error_, zero_;
-  std::vector<Array> k_;
+  std::unique_ptr<EmbeddedStepper> stepper_;
+  Array x_, x_next_, error_, zero_;
   std::vector<double> weights_;
-  std::vector<Stage::Term> terms_;
 };
 
 }  // namespace sim

@@ -39,6 +39,54 @@ class StageByStage final : public Stepper {
   std::vector<Stage::Term> terms_;
 };
 
+// Likewise the stages of an embedded pair, each as long as X.
+class StagesOfPair final : public EmbeddedStepper {
+ public:
+  StagesOfPair(OdeSystem& system, const EmbeddedPlan& plan)
+      : system_(&system), plan_(plan), y_(system.size()), terms_(plan.c.size()) {
+    for (std::size_t i = 0; i < plan.c.size(); ++i) k_.emplace_back(system.size());
+  }
+
+  bool start(double t, const double* x) override { return derivative(t, {x, {}}, k_.front()); }
+
+  bool step(double t, double h, const double* x, double* x_next) override {
+    for (int i = 1; i < plan_.stages; ++i) evaluate(t, h, x, i);
+    system_->combine(weighted(x, h, plan_.method.b, k_, terms_), x_next);
+    return all_finite({x_next, system_->size()});
+  }
+
+  bool close(double t, const double* x) override { return derivative(t, {x, {}}, end()); }
+
+  void extend(double t, double h, const double* x) override {
+    for (int i = plan_.stages + 1; i < static_cast<int>(k_.size()); ++i) evaluate(t, h, x, i);
+  }
+
+  void combine(const double* /*x*/, double h, std::span<const double> weights, const double* base,
+               double* out) override {
+    system_->combine(weighted(base, h, weights, k_, terms_), out);
+  }
+
+  void shift() override { std::swap(k_.front(), end()); }
+
+ private:
+  Array& end() { return k_[static_cast<std::size_t>(plan_.stages)]; }
+
+  bool derivative(double t, const Stage& stage, Array& k) {
+    system_->eval(t, stage, y_.data(), k.data());
+    return all_finite(k.span());
+  }
+  void evaluate(double t, double h, const double* x, int stage) {
+    const auto i = static_cast<std::size_t>(stage);
+    derivative(t + plan_.c[i] * h, weighted(x, h, plan_.a[i], k_, terms_), k_[i]);
+  }
+
+  OdeSystem* system_;
+  EmbeddedPlan plan_;
+  Array y_;
+  std::vector<Array> k_;
+  std::vector<Stage::Term> terms_;
+};
+
 }  // namespace
 
 Stage weighted(const double* x, double scale, std::span<const double> weights,
@@ -49,27 +97,12 @@ Stage weighted(const double* x, double scale, std::span<const double> weights,
   return {x, terms.first(used)};
 }
 
-// Eight numbers at a time, whose sums stay in registers while the terms go by.
-void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end) {
-  constexpr std::size_t kLanes = 8;
-  const double* const x = stage.x;
-  std::size_t i = begin;
-  for (; i + kLanes <= end; i += kLanes) {
-    double sum[kLanes];
-    for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] = x[i + lane];
-    for (const auto& [c, k] : stage.terms)
-      for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += c * k[i + lane];
-    for (std::size_t lane = 0; lane < kLanes; ++lane) out[i + lane] = sum[lane];
-  }
-  for (; i < end; ++i) {
-    double sum = x[i];
-    for (const auto& [c, k] : stage.terms) sum += c * k[i];
-    out[i] = sum;
-  }
-}
-
 std::unique_ptr<Stepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
   return std::make_unique<StageByStage>(*this, plan);
+}
+
+std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan& plan) {
+  return std::make_unique<StagesOfPair>(*this, plan);
 }
 
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {

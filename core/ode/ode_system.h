@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/array.h"
+#include "core/ode/embedded_stepper.h"
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
@@ -30,8 +31,10 @@ struct Stage {
 Stage weighted(const double* x, double scale, std::span<const double> weights,
                std::span<const Array> k, std::span<Stage::Term> terms);
 
-// out[i] := stage for begin <= i < end; the terms are added in order, whatever the range.
-void combine_range(const Stage& stage, double* out, std::size_t begin, std::size_t end);
+// out[i] := stage for begin <= i < end; the terms are added in order, whatever the range and the
+// instruction set.
+using CombineRange = void (*)(const Stage& stage, double* out, std::size_t begin, std::size_t end);
+CombineRange combine_range();  // the one for this machine
 
 // The right-hand side. Pure: the same (t, X) gives the same bits, whatever the number of threads.
 // Every array has size() doubles and is aligned to 64 bytes.
@@ -50,6 +53,9 @@ class OdeSystem {
   // Explicit Runge-Kutta methods leave the order of work to the system, which knows what of a stage
   // must be complete before what of the next. By default stage after stage, each over all of X.
   virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan);
+
+  // Likewise the stages of an embedded pair.
+  virtual std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan);
 
   // Splitting methods need the structure q' = v, v' = a(t, q) - gamma v; null without it.
   virtual std::unique_ptr<Stepper> split_stepper(const SplitPlan& /*plan*/) { return nullptr; }

@@ -22,10 +22,11 @@ class FieldSystem final : public OdeSystem {
     field_->eval(t, {y, size_}, {dydt, size_});
   }
 
-  void combine(const Stage& stage, double* out) override { combine_range(stage, out, 0, size_); }
+  void combine(const Stage& stage, double* out) override { combine_range_(stage, out, 0, size_); }
 
  private:
   std::size_t size_;
+  CombineRange combine_range_ = combine_range();
   std::unique_ptr<Field> field_;
 };
 

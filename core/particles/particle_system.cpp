@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/particles/embedded_rk_stepper.h"
 #include "core/particles/local_global_solver.h"
 #include "core/particles/newton_solver.h"
 #include "core/particles/particle_jacobian.h"
@@ -154,8 +155,8 @@ void ParticleSystem::combine(const Stage& stage, double* out) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     for (int block = 0; block < 6; ++block) {
       const auto first = static_cast<std::size_t>(layout_.block(stage.x, block) - stage.x);
-      combine_range(stage, out, first + static_cast<std::size_t>(part.begin),
-                    first + static_cast<std::size_t>(part.end));
+      combine_range_(stage, out, first + static_cast<std::size_t>(part.begin),
+                     first + static_cast<std::size_t>(part.end));
     }
   });
 }
@@ -197,6 +198,10 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
 
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   return std::make_unique<RkStepper>(*this, plan);
+}
+
+std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
+  return std::make_unique<EmbeddedRkStepper>(*this, plan);
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {

@@ -45,6 +45,7 @@ class ParticleSystem final : public OdeSystem {
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
+  std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) override;
   std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<Jacobian> jacobian() override;
@@ -87,6 +88,7 @@ class ParticleSystem final : public OdeSystem {
   bool needs_velocities_ = false;
   int reach_ = 0;
   SweepKernels kernels_ = sweep_kernels();
+  CombineRange combine_range_ = combine_range();
   Team* team_;
   std::vector<Rings> rings_;  // of eval(), one a rank
 };

@@ -4,11 +4,16 @@
 
 namespace sim {
 
-RkStepper::RkStepper(ParticleSystem& system, const ExplicitPlan& plan)
-    : system_(&system), plan_(plan), stages_(plan.stages), sweeps_(system, plan.stages) {
+RkStepper::RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span<Array> kept)
+    : system_(&system),
+      plan_(plan),
+      stages_(plan.stages),
+      sweeps_(system, plan.stages),
+      first_known_(!kept.empty()),
+      kept_(kept) {
   if (stages_ > Row::kMost) throw std::logic_error("a tableau has more stages than a row holds");
   const Layout half(system.layout().n(), 3);
-  for (int s = 1; s + 1 < stages_; ++s) kept_.emplace_back(half.size());
+  for (int s = 1; s + 1 < stages_ && kept.empty(); ++s) own_.emplace_back(half.size());
   if (stages_ > 1) positions_ = Array(half.size());
   if (system.has_other_forces()) forces_ = Array(half.size());
   if (system.needs_velocities() && stages_ > 1)
@@ -31,8 +36,9 @@ void RkStepper::write(Script& script, double h, const double* x, double* x_next)
                                   : half.block(positions_.data(), axis);
   };
   const auto acceleration = [&](int s, int axis) {
+    if (!kept_.empty()) return half.block(kept_[static_cast<std::size_t>(s)].data(), axis);
     return s == 0 ? layout.block(x_next, 3 + axis)
-                  : half.block(kept_[static_cast<std::size_t>(s - 1)].data(), axis);
+                  : half.block(own_[static_cast<std::size_t>(s - 1)].data(), axis);
   };
   const auto add = [&](Row& row, double coef, int s) {
     if (coef == 0) return;
@@ -46,10 +52,10 @@ void RkStepper::write(Script& script, double h, const double* x, double* x_next)
     for (int axis = 0; axis < 3; ++axis) {
       stage.q0[axis] = layout.block(x, axis);
       stage.v0[axis] = layout.block(x, 3 + axis);
-      stage.q[axis] = s == 0 ? stage.q0[axis] : positions(s, axis);
+      stage.q[axis] = s > 0 ? positions(s, axis) : first_known_ ? nullptr : stage.q0[axis];
       stage.q_next[axis] = positions(s + 1, axis);
       if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
-      if (s < last) stage.a[axis] = acceleration(s, axis);
+      if (s < last || !kept_.empty()) stage.a[axis] = acceleration(s, axis);
       if (s == last)
         stage.v_next[axis] = layout.block(x_next, 3 + axis);
       else if (system_->needs_velocities())
@@ -78,8 +84,11 @@ bool RkStepper::step(double t, double h, const double* x, double* x_next) {
   const auto piece = [&](Rings& rings, int s, int begin, int end) {
     return sweep(rings, system_->motion(), script.stages[static_cast<std::size_t>(s)], begin, end);
   };
-  if (!system_->has_other_forces())
-    return sweeps_.run([&](int s) { return script.stages[static_cast<std::size_t>(s)].q; }, piece);
+  const auto positions = [&](int s) -> const double* const* {
+    const RkStage& stage = script.stages[static_cast<std::size_t>(s)];
+    return stage.q[0] ? stage.q : nullptr;
+  };
+  if (!system_->has_other_forces()) return sweeps_.run(positions, piece);
 
   // Other forces may read any particle: each stage is complete before the next.
   const Layout half(system_->layout().n(), 3);
@@ -96,8 +105,8 @@ bool RkStepper::step(double t, double h, const double* x, double* x_next) {
       view.vy = at(velocities_[s % 2], 1);
       view.vz = at(velocities_[s % 2], 2);
     }
-    finite = sweeps_.run_alone(s, view, {at(forces_, 0), at(forces_, 1), at(forces_, 2)}, stage.q,
-                               piece);
+    finite = sweeps_.run_alone(s, view, {at(forces_, 0), at(forces_, 1), at(forces_, 2)},
+                               positions(s), piece);
   }
   return finite;
 }

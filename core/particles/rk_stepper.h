@@ -17,7 +17,9 @@ namespace sim {
 //   q_next = q + h v + h^2 sum_j (b A)_j a_j,  v_next = v + h sum_j b_j a_j
 class RkStepper final : public Stepper {
  public:
-  RkStepper(ParticleSystem& system, const ExplicitPlan& plan);
+  // Where `kept` has arrays, the accelerations of all stages are left there, and that of stage 0 is
+  // found there.
+  RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span<Array> kept = {});
 
   bool step(double t, double h, const double* x, double* x_next) override;
 
@@ -35,13 +37,14 @@ class RkStepper final : public Stepper {
   };
 
   void write(Script& script, double h, const double* x, double* x_next);
-  void run_plain(const Script& script, double t);
 
   ParticleSystem* system_;
   ExplicitPlan plan_;
   int stages_;
   Sweeps sweeps_;
-  std::vector<Array> kept_;       // accelerations of stages 1 ..; those of stage 0 lie in x_next
+  bool first_known_;
+  std::vector<Array> own_;        // accelerations of stages 1 ..; those of stage 0 lie in x_next
+  std::span<Array> kept_;         // or all of them
   Array positions_;               // of every other stage; the rest lie in x_next
   Array velocities_[2], forces_;  // for forces that are neither affine nor springs in runs
   Script scripts_[2];

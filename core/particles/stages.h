@@ -21,7 +21,7 @@ struct Row {
 // One stage of a Runge-Kutta method on particles: a = the acceleration at the positions q and the
 // velocity v0 + v_now, and from it the positions of the next stage and the final velocity.
 struct RkStage {
-  const double* q[3];   // positions of this stage
+  const double* q[3];   // positions of this stage, or null where `a` is known already
   const double* q0[3];  // at the start of the step
   const double* v0[3];
   const double* force[3];  // forces gathered before, or null

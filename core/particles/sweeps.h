@@ -33,19 +33,19 @@ class Sweeps {
   }
 
   // One stage, complete on every rank when it returns; before each piece the other forces at `view`
-  // are gathered into `sink`.
+  // are gathered into `sink`, unless q is null.
   template <class Sweep>
-  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const double* const q[3],
+  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const double* const* q,
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
-    system_->pack_all(view);
+    if (q) system_->pack_all(view);
     system_->team().run([&](int rank) {
       if (rank >= wavefront_.ranks()) return;
       const Part part = part_of(view.n, 8, rank, wavefront_.ranks());
       start(rank, stage, part.begin, q);
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
         const int end = std::min(begin + kGatherTile, part.end);
-        system_->gather(view, {begin, end}, sink);
+        if (q) system_->gather(view, {begin, end}, sink);
         if (!sweep(rings(rank, stage), stage, begin, end))
           finite_[static_cast<std::size_t>(rank)] = 0;
       }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/team.h"
+#include "core/ode/embedded_pair.h"
 #include "core/ode/tableau.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs.h"
@@ -28,6 +29,13 @@ ExplicitPlan three_eighths() {
   return plan_of(4, {0, 0, 0, 0, 1.0 / 3, 0, 0, 0, -1.0 / 3, 1, 0, 0, 1, -1, 1, 0},
                  {0.125, 0.375, 0.375, 0.125}, {0, 1.0 / 3, 2.0 / 3, 1});
 }
+
+// Stages in every relation to each other that a pair may have; accurate it is not.
+constexpr EmbeddedPair<3, 2> kPair{
+    .method = {.a = {{{}, {0.5}, {-0.25, 1}}}, .b = {0.2, 0.3, 0.5}, .c = {0, 0.5, 0.75}},
+    .error = {0.1, -0.2, 0.3, -0.2},
+    .extra_a = {{{0.1, 0.2, -0.1, 0.1}, {0.3, -0.1, 0.1, 0.2, 0.1}}},
+    .extra_c = {0.3, 0.6}};
 
 class ClothSprings final : public Force {
  public:
@@ -97,6 +105,28 @@ class Runner {
                                                std::move(forces), x_.data(), team_);
   }
 
+  // What a pair gives in some steps: each state, and a combination of all stages of the step.
+  std::vector<double> run_pair(int steps, bool fused) {
+    const EmbeddedPlan plan(kPair);
+    const auto stepper =
+        fused ? system_->embedded_stepper(plan) : system_->OdeSystem::embedded_stepper(plan);
+    const double h = 0.01, weights[] = {1, -2, 0.5, 3, 0, -1.5};
+    std::vector<double> values;
+    Array sum(layout_.size());
+    REQUIRE(stepper->start(0, x_.data()));
+    for (int i = 0; i < steps; ++i) {
+      REQUIRE(stepper->step(h * i, h, x_.data(), next_.data()));
+      REQUIRE(stepper->close(h * (i + 1), next_.data()));
+      stepper->extend(h * i, h, x_.data());
+      stepper->combine(x_.data(), h, weights, next_.data(), sum.data());
+      stepper->shift();
+      append(next_, values);
+      append(sum, values);
+      std::swap(x_, next_);
+    }
+    return values;
+  }
+
   // The positions and velocities after some steps, fused or stage by stage.
   std::vector<double> run(const ExplicitPlan& plan, int steps, bool fused) {
     const auto stepper =
@@ -106,13 +136,17 @@ class Runner {
       std::swap(x_, next_);
     }
     std::vector<double> values;
-    for (int block = 0; block < 6; ++block)
-      values.insert(values.end(), layout_.block(x_.data(), block),
-                    layout_.block(x_.data(), block) + layout_.n());
+    append(x_, values);
     return values;
   }
 
  private:
+  void append(const Array& state, std::vector<double>& values) const {
+    for (int block = 0; block < 6; ++block)
+      values.insert(values.end(), layout_.block(state.data(), block),
+                    layout_.block(state.data(), block) + layout_.n());
+  }
+
   Team team_;
   Layout layout_;
   Array x_, next_;
@@ -134,6 +168,20 @@ const Scene kScenes[] = {
     {5}, {8}, {12, true}, {9, false, true}, {8, true, true, true}, {7, false, false, true}};
 
 }  // namespace
+
+TEST_CASE("the stages of a pair on particles are those of its definition", "[particles]") {
+  for (const Scene& scene : kScenes) {
+    INFO(scene.n << " x " << scene.n);
+    const std::vector<double> fused = Runner(scene, 1).run_pair(4, true);
+    const std::vector<double> plain = Runner(scene, 1).run_pair(4, false);
+    const double size =
+        std::fabs(*std::max_element(plain.begin(), plain.end(), [](double a, double b) {
+          return std::fabs(a) < std::fabs(b);
+        }));
+    CHECK(worst_difference(fused, plain) < 1e-13 * size);
+    CHECK(fused == Runner(scene, 3).run_pair(4, true));
+  }
+}
 
 TEST_CASE("the fused step is the step of the tableau", "[particles]") {
   for (const Scene& scene : kScenes)
