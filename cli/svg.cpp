@@ -12,7 +12,8 @@ namespace {
 constexpr double kWidth = 900, kHeight = 560;
 constexpr double kLeft = 80, kRight = 190, kTop = 40, kBottom = 55;
 
-// Pairs of a mark and a dash, so that neighbours in the list differ in both.
+// Neighbours in the list differ in mark, dash and colour; no two of the first 36 share mark and
+// colour.
 constexpr std::array<const char*, 4> kDashes = {"", "7 3", "2 3", "9 3 2 3"};
 constexpr int kMarks = 6;
 constexpr std::array<const char*, 6> kColours = {"#000000", "#b04a00", "#00609c",
@@ -144,7 +145,7 @@ std::string svg(const Chart& chart) {
   double legend = kTop + 8;
   for (std::size_t i = 0; i < chart.curves.size(); ++i) {
     const ChartCurve& curve = chart.curves[i];
-    const std::string colour = kColours[i % kColours.size()];
+    const std::string colour = kColours[(i + i / kMarks) % kColours.size()];
     const std::string stroke = "fill=\"none\" stroke=\"" + colour + "\" stroke-dasharray=\"" +
                                kDashes[(i + i / kMarks) % kDashes.size()] + "\"";
     std::string path, marks;
