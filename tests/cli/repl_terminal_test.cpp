@@ -156,6 +156,7 @@ TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the sessi
   Tmux tmux(command_in(folder), folder.path() / "tmux");
   REQUIRE(tmux.shows("cloth 0 s>"));
   tmux.type("half a li");
+  REQUIRE(tmux.shows("half a li"));  // else Ctrl-C overtakes it
   tmux.key("C-c");
   REQUIRE(tmux.shows("half a li^C"));
   tmux.enter("x = {");
