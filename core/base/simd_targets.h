@@ -20,6 +20,19 @@ const char* simd_name(SimdLevel level);  // "sse2", "avx2", "avx512"
 // All levels give the same bits.
 SimdLevel simd_level();
 
+// The one of three that simd_level() asks for.
+template <class T>
+T for_simd_level(T sse2, T avx2, T avx512) {
+  switch (simd_level()) {
+    case SimdLevel::kAvx512:
+      return avx512;
+    case SimdLevel::kAvx2:
+      return avx2;
+    default:
+      return sse2;
+  }
+}
+
 // What the machine itself can do, whatever the environment says.
 SimdLevel best_simd_level();
 

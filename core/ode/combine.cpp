@@ -7,14 +7,7 @@
 namespace sim {
 
 CombineRange combine_range() {
-  switch (simd_level()) {
-    case SimdLevel::kAvx512:
-      return avx512::combine;
-    case SimdLevel::kAvx2:
-      return avx2::combine;
-    default:
-      return sse2::combine;
-  }
+  return for_simd_level(sse2::combine, avx2::combine, avx512::combine);
 }
 
 }  // namespace sim

@@ -20,7 +20,7 @@ IntegratorInfo EmbeddedRungeKutta::info() const noexcept {
 }
 
 void EmbeddedRungeKutta::prepare(OdeSystem& system) {
-  for (Array* array : {&x_, &x_next_, &error_, &zero_}) *array = Array(system.size());
+  for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_}) *array = Array(system.size());
   stepper_ = system.embedded_stepper(plan_);
   weights_.resize(plan_.c.size());
   effort_ = {};
@@ -72,12 +72,12 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
   double h = size < 1e-5 || slope < 1e-5 ? 1e-6 : 0.01 * size / slope;
   if (!(h > 0) || !std::isfinite(h)) h = 1e-6;
 
-  Array y(x_.size()), there(x_.size());
+  double* const there = x_next_.data();
   const Stage::Term euler{h, k}, less{-1, k};
-  system.eval(t_ + h, {x, {&euler, 1}}, y.data(), there.data());
+  system.eval(t_ + h, {x, {&euler, 1}}, y_.data(), there);
   ++effort_.evaluations;
-  system.combine({there.data(), {&less, 1}}, there.data());
-  const double curvature = scaled_norm(there.data(), x, x) / h;
+  system.combine({there, {&less, 1}}, there);
+  const double curvature = scaled_norm(there, x, x) / h;
 
   const double most = std::max(slope, curvature);
   if (!std::isfinite(most)) return 1e-3 * h;

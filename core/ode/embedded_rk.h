@@ -64,7 +64,7 @@ class EmbeddedRungeKutta final : public Integrator {
   double t_ = 0, h_ = 0;
   bool extra_ready_ = false;  // the stages of dense output are there
   std::unique_ptr<EmbeddedStepper> stepper_;
-  Array x_, x_next_, error_, zero_;
+  Array x_, x_next_, y_, error_, zero_;
   std::vector<double> weights_;
 };
 

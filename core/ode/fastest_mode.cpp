@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstdint>
 
 #include "core/base/array.h"
+#include "core/base/noise.h"
 
 namespace sim {
 namespace {
@@ -43,18 +43,14 @@ class Balanced {
     for (std::size_t k = 0; k < scale_.size(); ++k) out[k] = scale_[k] > 0 ? out[k] / scale_[k] : 0;
   }
 
-  // Numbers in (-1/2, 1/2) without a pattern, the same every time.
   void fill(std::span<double> values) {
-    for (double& value : values) {
-      random_ = random_ * 6364136223846793005u + 1442695040888963407u;
-      value = static_cast<double>(random_ >> 11) * 0x1p-53 - 0.5;
-    }
+    for (double& value : values) value = noise_.next();
   }
 
  private:
   std::unique_ptr<Jacobian> jacobian_;
   Array scale_, scaled_;
-  std::uint64_t random_ = 1;
+  Noise noise_;
   bool moves_ = false;
 };
 

@@ -54,15 +54,9 @@ void EmbeddedRkStepper::combine(const double* x, double h, std::span<const doubl
   // The positions are the first half of a state, the velocities the second.
   const Stage q{base, std::span(q_terms_).first(q_count)};
   const Stage v{base + half.size(), std::span(v_terms_).first(v_count)};
-  system_->team().run([&](int rank) {
-    const Part part = part_of(half.n(), 8, rank, system_->team().size());
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto first = static_cast<std::size_t>(half.block(out, axis) - out);
-      const auto begin = first + static_cast<std::size_t>(part.begin);
-      const auto end = first + static_cast<std::size_t>(part.end);
-      combine_range_(q, out, begin, end);
-      combine_range_(v, out + half.size(), begin, end);
-    }
+  system_->for_ranges(3, [&](std::size_t begin, std::size_t end) {
+    combine_range_(q, out, begin, end);
+    combine_range_(v, out + half.size(), begin, end);
   });
 }
 

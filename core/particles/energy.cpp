@@ -12,14 +12,7 @@ using RunEnergies = bool (*)(const SpringRun&, const double* const q[3], int beg
                              double (&lanes)[8]);
 
 RunEnergies run_energies() {
-  switch (simd_level()) {
-    case SimdLevel::kAvx512:
-      return avx512::run_energies;
-    case SimdLevel::kAvx2:
-      return avx2::run_energies;
-    default:
-      return sse2::run_energies;
-  }
+  return for_simd_level(sse2::run_energies, avx2::run_energies, avx512::run_energies);
 }
 
 }  // namespace

@@ -25,10 +25,15 @@ class Layout {
   int n() const noexcept { return n_; }
   std::size_t size() const noexcept { return stride_ * static_cast<std::size_t>(blocks_); }
 
+  // Where coordinate `block` (0 .. 5) begins in a state, after its padding.
+  std::size_t offset(int block) const noexcept {
+    return static_cast<std::size_t>(block) * stride_ + kPad;
+  }
+
   // The values of coordinate `block` (0 .. 5) in a state.
   template <class T>
   T* block(T* state, int block) const noexcept {
-    return state + static_cast<std::size_t>(block) * stride_ + kPad;
+    return state + offset(block);
   }
 
   // Those of three coordinates, from block `first` on.

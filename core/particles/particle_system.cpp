@@ -151,14 +151,14 @@ void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink)
 }
 
 void ParticleSystem::combine(const Stage& stage, double* out) {
-  team_->run([&](int rank) {
-    const Part part = part_of(layout_.n(), 8, rank, team_->size());
-    for (int block = 0; block < 6; ++block) {
-      const auto first = static_cast<std::size_t>(layout_.block(stage.x, block) - stage.x);
-      combine_range_(stage, out, first + static_cast<std::size_t>(part.begin),
-                     first + static_cast<std::size_t>(part.end));
-    }
-  });
+  for_ranges(6,
+             [&](std::size_t begin, std::size_t end) { combine_range_(stage, out, begin, end); });
+}
+
+void ParticleSystem::start(Rings& rings, int ranks, const double* const q[3], int begin) const {
+  if (ranks == 1) return;  // finds its rings as its last sweep left them: empty
+  rings.clear();
+  kernels_.warm_up(rings, q, std::max(0, begin - reach_), begin);
 }
 
 void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
@@ -176,10 +176,7 @@ void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings& rings = rings_[static_cast<std::size_t>(rank)];
-    if (team_->size() > 1) {  // a single rank finds its rings as its last sweep left them: empty
-      rings.clear();
-      kernels_.warm_up(rings, q, std::max(0, part.begin - reach_), part.begin);
-    }
+    start(rings, team_->size(), q, part.begin);
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});

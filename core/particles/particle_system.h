@@ -50,11 +50,25 @@ class ParticleSystem final : public OdeSystem {
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<Jacobian> jacobian() override;
 
+  // Calls f(begin, end) for parts of the first `blocks` coordinates of a state, on all threads.
+  template <class F>
+  void for_ranges(int blocks, const F& f) const {
+    team_->run([&](int rank) {
+      const Part part = part_of(layout_.n(), 8, rank, team_->size());
+      for (int block = 0; block < blocks; ++block) {
+        const auto first = layout_.offset(block);
+        f(first + static_cast<std::size_t>(part.begin), first + static_cast<std::size_t>(part.end));
+      }
+    });
+  }
+
   // For steppers: what a sweep over the springs needs.
   Team& team() const noexcept { return *team_; }
   const Motion& motion() const noexcept { return motion_; }
   const SweepKernels& kernels() const noexcept { return kernels_; }
   Rings make_rings() const { return Rings(runs_); }
+  // Makes the rings of one of `ranks` ready for a sweep that starts at `begin`.
+  void start(Rings& rings, int ranks, const double* const q[3], int begin) const;
   // How far below and above a block of 8 a sweep reads positions; a multiple of 8.
   int reach() const noexcept { return reach_; }
 

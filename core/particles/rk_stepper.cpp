@@ -9,7 +9,6 @@ RkStepper::RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span
       plan_(plan),
       stages_(plan.stages),
       sweeps_(system, plan.stages),
-      first_known_(!kept.empty()),
       kept_(kept) {
   if (stages_ > Row::kMost) throw std::logic_error("a tableau has more stages than a row holds");
   const Layout half(system.layout().n(), 3);
@@ -52,7 +51,7 @@ void RkStepper::write(Script& script, double h, const double* x, double* x_next)
     for (int axis = 0; axis < 3; ++axis) {
       stage.q0[axis] = layout.block(x, axis);
       stage.v0[axis] = layout.block(x, 3 + axis);
-      stage.q[axis] = s > 0 ? positions(s, axis) : first_known_ ? nullptr : stage.q0[axis];
+      stage.q[axis] = s > 0 ? positions(s, axis) : !kept_.empty() ? nullptr : stage.q0[axis];
       stage.q_next[axis] = positions(s + 1, axis);
       if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
       if (s < last || !kept_.empty()) stage.a[axis] = acceleration(s, axis);

@@ -42,7 +42,6 @@ class RkStepper final : public Stepper {
   ExplicitPlan plan_;
   int stages_;
   Sweeps sweeps_;
-  bool first_known_;
   std::vector<Array> own_;        // accelerations of stages 1 ..; those of stage 0 lie in x_next
   std::span<Array> kept_;         // or all of them
   Array positions_;               // of every other stage; the rest lie in x_next

@@ -14,14 +14,10 @@ namespace {
 constexpr int kTile = 512;  // particles, fixed, so that sums do not depend on the number of threads
 
 BlockKernels block_kernels() {
-  switch (simd_level()) {
-    case SimdLevel::kAvx512:
-      return {avx512::invert_blocks, avx512::multiply_blocks, avx512::advance, avx512::turn};
-    case SimdLevel::kAvx2:
-      return {avx2::invert_blocks, avx2::multiply_blocks, avx2::advance, avx2::turn};
-    default:
-      return {sse2::invert_blocks, sse2::multiply_blocks, sse2::advance, sse2::turn};
-  }
+  return for_simd_level<BlockKernels>(
+      {sse2::invert_blocks, sse2::multiply_blocks, sse2::advance, sse2::turn},
+      {avx2::invert_blocks, avx2::multiply_blocks, avx2::advance, avx2::turn},
+      {avx512::invert_blocks, avx512::multiply_blocks, avx512::advance, avx512::turn});
 }
 
 // The six blocks of an array in Layout(n, 6).

@@ -49,14 +49,10 @@ namespace sim {
 namespace {
 
 StiffKernels stiff_kernels() {
-  switch (simd_level()) {
-    case SimdLevel::kAvx512:
-      return {avx512::linearise_run, avx512::stiff_product, avx512::stiff_diagonal};
-    case SimdLevel::kAvx2:
-      return {avx2::linearise_run, avx2::stiff_product, avx2::stiff_diagonal};
-    default:
-      return {sse2::linearise_run, sse2::stiff_product, sse2::stiff_diagonal};
-  }
+  return for_simd_level<StiffKernels>(
+      {sse2::linearise_run, sse2::stiff_product, sse2::stiff_diagonal},
+      {avx2::linearise_run, avx2::stiff_product, avx2::stiff_diagonal},
+      {avx512::linearise_run, avx512::stiff_product, avx512::stiff_diagonal});
 }
 
 }  // namespace

@@ -14,6 +14,10 @@ constexpr std::array<std::int64_t, 16> kLaneNumberTable = {0, 1, 2,  3,  4,  5, 
                                                            8, 9, 10, 11, 12, 13, 14, 15};
 constexpr const std::int64_t* kLaneNumbers = kLaneNumberTable.data();
 
+Vec3 difference(const double* const q[3], std::int64_t a, std::int64_t b) {
+  return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
+}
+
 void add(double s, const Vec3& d, int lane, double (*sum)[8]) {
   for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = std::fma(s, d[axis], sum[axis][lane]);
 }
@@ -22,9 +26,6 @@ void add(double s, const Vec3& d, int lane, double (*sum)[8]) {
 // path. Same order of sums and, for the ordinary springs, the same bits.
 void careful_block(std::span<const SweepRun> runs, std::int64_t turn, const double* const q[3],
                    int i, int lanes, double (*sum)[8]) {
-  const auto distance = [&](std::int64_t a, std::int64_t b) -> Vec3 {
-    return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
-  };
   for (const SweepRun& run : runs) {
     const std::int64_t to = turn & run.mask;
     for (int lane = 0; lane < lanes; ++lane) {
@@ -32,7 +33,7 @@ void careful_block(std::span<const SweepRun> runs, std::int64_t turn, const doub
       if (!(run.owners[a >> 3] >> (a & 7) & 1)) continue;
       const double k = run.ks ? run.ks[a] : run.k;
       const double k_rest = run.ks ? k * run.rests[a] : run.k_rest;
-      const Vec3 d = distance(a, a + run.stride);
+      const Vec3 d = difference(q, a, a + run.stride);
       const double s = spring_factor(d, k, k_rest);
       run.ring[to + lane] = s;
       if (to < 8) run.ring[run.mask + 1 + to + lane] = s;
@@ -41,7 +42,7 @@ void careful_block(std::span<const SweepRun> runs, std::int64_t turn, const doub
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int64_t b = i + lane;
       const double s = run.ring[(turn + lane - run.stride) & run.mask];
-      if (s != 0) add(s, distance(b, b - run.stride), lane, sum);
+      if (s != 0) add(s, difference(q, b, b - run.stride), lane, sum);
     }
   }
 }
@@ -51,7 +52,7 @@ void careful_net(const Net& net, const double* const q[3], int i, int lanes, dou
   for (int lane = 0; lane < lanes; ++lane) {
     const int a = i + lane;
     net.at(a, [&](int b, double k, double rest) {
-      const Vec3 d{q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
+      const Vec3 d = difference(q, a, b);
       add(spring_factor(d, k, k * rest), d, lane, sum);
     });
   }
@@ -66,19 +67,14 @@ void careful_net(const Net& net, const double* const q[3], int i, int lanes, dou
 namespace sim {
 
 SweepKernels sweep_kernels() {
-  switch (simd_level()) {
-    case SimdLevel::kAvx512:
-      return {avx512::net_forces, avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up};
-    case SimdLevel::kAvx2:
-      return {avx2::net_forces, avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up};
-    default:
-      return {sse2::net_forces, sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up};
-  }
+  return for_simd_level<SweepKernels>(
+      {sse2::net_forces, sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up},
+      {avx2::net_forces, avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up},
+      {avx512::net_forces, avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up});
 }
 
 Rings::Rings(std::span<const SpringRun* const> runs) {
   constexpr std::int64_t kVector = 8;
-  const bool shuffles = simd_level() == SimdLevel::kAvx512;
   const auto entries = [](const SpringRun& run) {
     return static_cast<std::int64_t>(
         std::bit_ceil(static_cast<std::uint64_t>(run.stride + kVector)));
@@ -91,9 +87,8 @@ Rings::Rings(std::span<const SpringRun* const> runs) {
     const auto streamed = [&](const Array& values) {
       return run->uniform ? nullptr : values.data() + SpringRun::kPad;
     };
-    const std::int64_t back = shuffles && run->stride < kVector ? kVector : run->stride;
     runs_.push_back({run->owners.data(), streamed(run->ks), streamed(run->rests), run->k,
-                     run->k * run->rest, run->stride, back, entries(*run) - 1, next});
+                     run->k * run->rest, run->stride, entries(*run) - 1, next});
     next += entries(*run) + kVector;
   }
 }

@@ -19,7 +19,6 @@ struct SweepRun {
   const double *ks, *rests;  // null in a uniform run
   double k, k_rest;
   std::int64_t stride;
-  std::int64_t back;  // from where a block's factors go to where what arrives at it is loaded
   std::int64_t mask;  // entries of the ring less 1; a power of two of them, at least stride + 8
   double* ring;       // the first 8 entries stand again behind the end
 };

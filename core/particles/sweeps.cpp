@@ -22,7 +22,6 @@ int useful_ranks(const ParticleSystem& system, int stages) {
 
 Sweeps::Sweeps(ParticleSystem& system, int stages)
     : system_(&system),
-      warm_up_(system.kernels().warm_up),
       stages_(stages),
       one_pass_(one_pass(system)),
       wavefront_(system.layout().n(), system.reach(), stages, useful_ranks(system, stages),
@@ -32,11 +31,8 @@ Sweeps::Sweeps(ParticleSystem& system, int stages)
   finite_.resize(static_cast<std::size_t>(wavefront_.ranks()));
 }
 
-// A single rank finds its rings as its last sweep left them: empty.
 void Sweeps::start(int rank, int stage, int begin, const double* const* q) {
-  if (wavefront_.ranks() == 1 || !q) return;
-  rings(rank, stage).clear();
-  warm_up_(rings(rank, stage), q, std::max(0, begin - system_->reach()), begin);
+  if (q) system_->start(rings(rank, stage), wavefront_.ranks(), q, begin);
 }
 
 bool Sweeps::finite() const {

@@ -61,7 +61,6 @@ class Sweeps {
   bool finite() const;
 
   ParticleSystem* system_;
-  WarmUp warm_up_;
   int stages_;
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
   Wavefront wavefront_;

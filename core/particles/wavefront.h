@@ -10,10 +10,10 @@
 namespace sim {
 
 // A stage at particle i reads what the stage before wrote, from i - reach to i + reach only, and
-// may write over what the stage before read. So stage s may run over the particles while stage s -
-// 1 is `reach` ahead, and the data of all stages stay in cache. Rank r of a team takes the
-// particles from m_r + s reach on at stage s: cut at that slant, it never waits for the rank below,
-// and that one finds what it needs when it gets there.
+// may write over what that one read. So a stage may run over the particles while the one before is
+// `reach` ahead, and the data of all stages stay in cache. Rank r of a team takes the particles
+// from m_r + s reach on at stage s: cut at that slant, it never waits for the rank below, and that
+// one finds what it needs when it gets there.
 class Wavefront {
  public:
   static constexpr int kMostStages = 32;

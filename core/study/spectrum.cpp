@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/base/array.h"
+#include "core/base/noise.h"
 #include "core/particles/springs.h"
 
 namespace sim::study {
@@ -102,12 +103,8 @@ class Action {
 // Neighbours against each other, as stiff modes are, and a little of everything else.
 VectorXd start_vector(Eigen::Index size) {
   VectorXd u(size);
-  std::uint64_t state = 1;
-  for (Eigen::Index i = 0; i < size; ++i) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    const double noise = static_cast<double>(state >> 11) / 9007199254740992.0 - 0.5;
-    u[i] = (i % 2 == 0 ? 1 : -1) + noise;
-  }
+  Noise noise;
+  for (Eigen::Index i = 0; i < size; ++i) u[i] = (i % 2 == 0 ? 1 : -1) + noise.next();
   return u.normalized();
 }
 
