@@ -64,8 +64,8 @@ void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoin
       refuse(file, "it is of '" + systems[i].name + "', not of '" + system.name() + "'",
              "it was made of " + saved.scene);
     const IntegratorChoice& choice = request.integrator;
-    const bool chosen =
-        !choice.name.empty() || !choice.params.empty() || choice.tol || choice.fixed_step;
+    const bool chosen = !choice.name.empty() || !choice.params.empty() || choice.tol ||
+                        choice.precision || choice.fixed_step;
     if (chosen && !same_method(system.settings(), systems[i].integrator, systems[i].given))
       refuse(
           file,

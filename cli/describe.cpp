@@ -31,6 +31,7 @@ std::string facts_text(const IntegratorFacts& facts) {
 }
 
 std::string bounds_text(const Param& param) {
+  if (!param.choices.empty()) return join(param.choices, " or ");
   const bool low = std::isfinite(param.min), high = std::isfinite(param.max);
   if (low && high) return "from " + brief(param.min) + " to " + brief(param.max);
   if (low) return "at least " + brief(param.min);

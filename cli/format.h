@@ -25,8 +25,6 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t width
 std::string aligned(const std::vector<std::vector<std::string>>& rows,
                     std::string_view indent = "  ");
 
-std::string join(std::span<const std::string> texts, std::string_view between);
-
 // A field of a CSV row: in quotes where the text needs it.
 std::string csv_field(std::string_view text);
 

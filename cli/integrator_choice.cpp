@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/format.h"
+#include "cli/option_values.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -39,12 +40,12 @@ Value value_of(const std::string& text, const Param& param) {
   return text;
 }
 
-// Integrators that have a tolerance; those that cannot be opened are passed over.
-std::vector<std::string> tolerant(Registry& registry) {
+// Integrators that have the parameter; those that cannot be opened are passed over.
+std::vector<std::string> names_with(const std::string& param, Registry& registry) {
   std::vector<std::string> names;
   for (const std::string& name : registry.names(PluginKind::kIntegrator)) {
     try {
-      if (has_param(registry.integrator(name), "tol")) names.push_back(name);
+      if (has_param(registry.integrator(name), param)) names.push_back(name);
     } catch (const Error&) {
       continue;
     }
@@ -76,6 +77,28 @@ IntegratorChoice parse_integrator(const std::string& text) {
   }
 }
 
+std::vector<IntegratorChoice> parse_integrators(const std::string& option,
+                                                const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::string& word : comma_list(option, text)) {
+    const bool goes_on = word.find(':') == std::string::npos && word.find('=') != std::string::npos;
+    if (goes_on && !parts.empty())
+      parts.back() += ',' + word;
+    else
+      parts.push_back(std::move(word));
+  }
+  check_once(option, parts);
+  std::vector<IntegratorChoice> choices;
+  for (const std::string& part : parts) choices.push_back(parse_integrator(part));
+  return choices;
+}
+
+std::string IntegratorChoice::text() const {
+  std::string out = name;
+  for (const auto& [param, value] : params) out += (out == name ? ":" : ",") + param + "=" + value;
+  return out;
+}
+
 std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
                                                const std::string& name, Registry& registry) {
   try {
@@ -89,15 +112,17 @@ std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
     }
     // One that always takes steps of one size needs not be told to.
     if (choice.fixed_step && has_param(plugin, "fixed_step")) given["fixed_step"] = true;
-    if (choice.tol) {
-      if (!has_param(plugin, "tol"))
-        fail("no tolerance to set", "--tol", owner + " has none",
-             "choose one that has: " + join(tolerant(registry), ", "));
-      if (given.count("tol"))
-        fail("given twice", "--tol and --integrator " + name + ":tol=", "only one of them can hold",
-             "keep one of them");
-      given["tol"] = *choice.tol;
-    }
+    const auto set = [&](const std::string& param, const std::string& what, const Value& value) {
+      if (!has_param(plugin, param))
+        fail("no " + what + " to set", "--" + param, owner + " has none",
+             "choose one that has: " + join(names_with(param, registry), ", "));
+      if (given.count(param))
+        fail("given twice", "--" + param + " and --integrator " + name + ":" + param + "=",
+             "only one of them can hold", "keep one of them");
+      given[param] = value;
+    };
+    if (choice.tol) set("tol", "tolerance", *choice.tol);
+    if (choice.precision) set("precision", "precision", *choice.precision);
     const Params checked(owner, plugin.params, given, "on the command line");
     const bool fixed = has_param(plugin, "fixed_step") && checked.flag("fixed_step");
     for (const char* unused : {"tol", "atol", "rtol"})

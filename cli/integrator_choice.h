@@ -1,10 +1,11 @@
 // The integrator of a run as the command line says it: -i NAME:PARAM=VALUE,..., --tol,
-// --fixed-step.
+// --precision, --fixed-step.
 #pragma once
 
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/plugin/registry.h"
 #include "core/scene/snapshot.h"
@@ -15,11 +16,17 @@ struct IntegratorChoice {
   std::string name = {};                           // empty = the scene's own
   std::map<std::string, std::string> params = {};  // as text
   std::optional<double> tol = {};
+  std::optional<std::string> precision = {};
   bool fixed_step = false;
+
+  std::string text() const;  // NAME:PARAM=VALUE,.. as it was given
 };
 
 // "NAME" or "NAME:PARAM=VALUE,PARAM=VALUE". Throws Error{kUsage}.
 IntegratorChoice parse_integrator(const std::string& text);
+
+// Several of them between commas; PARAM=VALUE without a name belongs to the one before.
+std::vector<IntegratorChoice> parse_integrators(const std::string& option, const std::string& text);
 
 // The values that the choice gives to the parameters of integrator `name`. Throws Error{kUsage}:
 // unknown integrator or parameter, bad value, a tolerance where none is used.

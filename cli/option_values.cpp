@@ -68,17 +68,27 @@ Budget budget(const std::string& option, const std::string& text) {
   return {relative ? *value / 100 : *value, !relative};
 }
 
-std::vector<std::string> names_list(const std::string& option, const std::string& text) {
-  std::vector<std::string> names;
+std::vector<std::string> comma_list(const std::string& option, const std::string& text) {
+  std::vector<std::string> words;
   for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string name = text.substr(begin, end - begin);
     if (name.empty()) fail(option, text, "a name is missing", "write it like euler,rk4");
-    if (std::find(names.begin(), names.end(), name) != names.end())
-      fail(option, text, "'" + name + "' stands there twice", "keep one of them");
-    names.push_back(name);
+    words.push_back(name);
     begin = end + 1;
   }
+  return words;
+}
+
+void check_once(const std::string& option, const std::vector<std::string>& words) {
+  for (auto word = words.begin(); word != words.end(); ++word)
+    if (std::find(words.begin(), word, *word) != word)
+      fail(option, join(words, ","), "'" + *word + "' stands there twice", "keep one of them");
+}
+
+std::vector<std::string> names_list(const std::string& option, const std::string& text) {
+  std::vector<std::string> names = comma_list(option, text);
+  check_once(option, names);
   return names;
 }
 

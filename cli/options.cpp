@@ -49,7 +49,8 @@ constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 // Everything as text, as CLI11 found it.
 struct Texts {
   std::string scene, integrator_word, dt_word;
-  std::string integrator, dt, tol, time, steps, seed, threads, debug_particle, energy, dump, every;
+  std::string integrator, dt, tol, precision, time, steps, seed, threads, debug_particle, energy,
+      dump, every;
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
@@ -149,6 +150,7 @@ Parser::Parser() {
             "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
       value("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
       value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
+      value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
       app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
           ->disable_flag_override(),
       value("-T,--time", t.time, "S", "simulated time in s; the scene's if not given"),
@@ -269,6 +271,7 @@ RunRequest Parser::run_request() const {
   request.scene = scene_request(t.scene);
   request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
   if (!t.tol.empty()) request.scene.integrator.tol = positive_number("--tol", t.tol);
+  if (!t.precision.empty()) request.scene.integrator.precision = t.precision;
   request.scene.integrator.fixed_step = t.fixed_step;
   if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
     request.scene.dt = positive_number("--dt", dt);
@@ -337,7 +340,7 @@ TradeoffRequest Parser::tradeoff_request() const {
   request.scene = scene_request(t.study_scene);
   if (!t.budget.empty()) request.budget = budget("--budget", t.budget);
   if (!t.time.empty()) request.time = positive_number("--time", t.time);
-  request.integrators = names_list("--integrators", t.integrators);
+  request.integrators = parse_integrators("--integrators", t.integrators);
   if (!t.csv.empty()) request.csv = parse_target("--csv", t.csv);
   if (!t.svg.empty()) request.svg = t.svg;
   request.json = t.json;

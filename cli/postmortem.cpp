@@ -42,7 +42,7 @@ std::string remedies_text(const PostMortem& result) {
 
 std::string look_text(const PostMortem& result, const SceneRequest& request) {
   std::string command =
-      "sim " + request.scene + " -i " + result.integrator + " -d " + shortest(result.dt);
+      "sim " + request.scene + " -i " + result.choice + " -d " + shortest(result.dt);
   for (const auto& [name, value] : request.settings) command += " -s " + name + "=" + value;
   const std::string steps = std::to_string(std::max<std::int64_t>(result.since - 1, 0));
   return command + " -n " + steps + " --every " + steps + " --dump=before.csv";

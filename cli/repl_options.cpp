@@ -28,8 +28,8 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 }  // namespace
 
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
-  std::string scene, integrator_word, dt_word, integrator, dt, tol, seed, threads, history, mode,
-      resume;
+  std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
+      history, mode, resume;
   std::vector<std::string> set, plugin_path, load, codes, files;
   bool version = false;
   CLI::App app{kAbout, "simrepl"};
@@ -55,6 +55,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   value("-i,--integrator", integrator, "NAME[:PARAM=VALUE,...]", "instead of the scene's own");
   value("-d,--dt", dt, "S", "step size in s");
   value("--tol", tol, "T", "tolerance of an adaptive integrator");
+  value("--precision", precision, "P", "of a step: double, or single for half the time");
   values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
   value("--resume", resume, "FILE", "goes on from a checkpoint");
   value("--mode", mode, "MODE", "text, json or csv: how values are printed");
@@ -90,6 +91,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   request.settings = settings(set);
   request.integrator = parse_integrator(once(integrator, integrator_word));
   if (!tol.empty()) request.integrator.tol = positive_number("--tol", tol);
+  if (!precision.empty()) request.integrator.precision = precision;
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(

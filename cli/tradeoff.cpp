@@ -87,7 +87,7 @@ std::string order_text(const Curve& curve) {
 
 std::string table_text(const WorkPrecision& study) {
   std::size_t width = 13;
-  for (const Curve& curve : study.curves) width = std::max(width, curve.method.name.size() + 3);
+  for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 3);
   std::string text = "  " + left("integrator", width - 2) + right("order", 7) +
                      right("dt or tol", 11) + right("cost", 9) + right("error [m]", 11) +
                      right("of size", 10) + right("energy", 9) + right("ms", 10) +
@@ -95,7 +95,7 @@ std::string table_text(const WorkPrecision& study) {
   for (const PlaceOf place : rows(study)) {
     const Curve& curve = curve_of(study, place);
     const Point& point = study.at(place);
-    text += (on_front(study, place) ? "* " : "  ") + left(curve.method.name, width - 2) +
+    text += (on_front(study, place) ? "* " : "  ") + left(curve.method.label, width - 2) +
             right(order_text(curve), 7) +
             right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 11) +
             right(brief(study.cost(place), 6), 9) + right(brief(point.rms, 3), 11) +
@@ -107,17 +107,16 @@ std::string table_text(const WorkPrecision& study) {
   for (const Curve& curve : study.curves)
     if (std::none_of(curve.points.begin(), curve.points.end(),
                      [&](const Point& point) { return study::stable(point, study.size); }))
-      text += "  " + curve.method.name + ": unstable at every step down to " +
+      text += "  " + curve.method.label + ": unstable at every step down to " +
               (curve.points.empty() ? "none" : brief(curve.points.back().dt, 3)) + " s\n";
   return text +
          "* on the front: nothing is cheaper and closer. order: claimed/observed. cost: "
-         "evaluations "
-         "of f;\nimplicit methods at what their time is worth. error: rms position, largest along "
-         "the way.\n";
+         "evaluations of\nf; implicit methods and single precision at what their time is worth. "
+         "error: rms position,\nlargest along the way.\n";
 }
 
 std::string choice_text(const WorkPrecision& study, PlaceOf place) {
-  return curve_of(study, place).method.name + " " + settings_text(study.at(place));
+  return curve_of(study, place).method.label + " " + settings_text(study.at(place));
 }
 
 std::string recommendation(const WorkPrecision& study) {
@@ -179,7 +178,7 @@ std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>
   if (!place) return "null";
   const Point& point = study.at(*place);
   JsonObject object;
-  object.text("integrator", curve_of(study, *place).method.name).number("dt", point.dt);
+  object.text("integrator", curve_of(study, *place).method.label).number("dt", point.dt);
   if (point.tolerance > 0) object.number("tol", point.tolerance);
   return object.number("error", point.rms).number("evaluations", study.cost(*place)).str();
 }
@@ -192,7 +191,7 @@ std::string json_of(const WorkPrecision& study) {
     for (std::size_t p = 0; p < curve.points.size(); ++p)
       points.push_back(point_json(study, {c, p}).str());
     curves.push_back(JsonObject()
-                         .text("name", curve.method.name)
+                         .text("name", curve.method.label)
                          .integer("order", curve.method.info.order)
                          .number("observed", curve.observed ? curve.observed->slope : std::nan(""))
                          .number("limit", curve.limit.value_or(std::nan("")))
@@ -247,14 +246,14 @@ class PointTable {
       const std::string rest = point_json(study, place).str();
       out += JsonObject()
                  .text("system", study.system)
-                 .text("integrator", curve.method.name)
+                 .text("integrator", curve.method.label)
                  .integer("order", curve.method.info.order)
                  .str();
       out.back() = ',';
       out.append(rest, 1) += '\n';
       return;
     }
-    out += csv_field(study.system) + ',' + csv_field(curve.method.name) + ',' +
+    out += csv_field(study.system) + ',' + csv_field(curve.method.label) + ',' +
            std::to_string(curve.method.info.order);
     const auto number = [&](double value) {
       out += ',';
@@ -281,13 +280,13 @@ class PointTable {
 std::string plot(const WorkPrecision& study) {
   Chart chart;
   chart.title = study.system + " to t = " + brief(study.time) + " s: error against cost";
-  chart.x_name = "evaluations of f (implicit methods at what their time is worth)";
+  chart.x_name = "evaluations of f (implicit, single: at what their time is worth)";
   chart.y_name = "rms error of positions [m], largest along the way";
   chart.lines.push_back({study.budget, "budget"});
   chart.lines.push_back({study.yardstick.reference ? study.yardstick.floor() : 0, "floor"});
   for (const Curve& curve : study.curves) {
     ChartCurve& drawn = chart.curves.emplace_back();
-    drawn.name = curve.method.name;
+    drawn.name = curve.method.label;
     for (std::size_t p = 0; p < curve.points.size(); ++p)
       if (study::stable(curve.points[p], study.size) &&
           curve.points[p].rms > study.yardstick.floor())
@@ -317,7 +316,9 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     options.time = request.time.value_or(0);
     options.budget = request.budget.value;
     options.budget_in_metres = request.budget.in_metres;
-    options.integrators = request.integrators;
+    for (const IntegratorChoice& choice : request.integrators)
+      options.integrators.push_back(
+          {choice.name, integrator_values(choice, choice.name, registry), choice.text()});
     const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
     const auto study = study::work_precision(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(*study) : text_of(*study));

@@ -1,4 +1,4 @@
-// An array of doubles on a cache line, zeroed, of fixed size.
+// An array of numbers on a cache line, zeroed, of fixed size.
 #pragma once
 
 #include <cstddef>
@@ -10,32 +10,35 @@
 
 namespace sim {
 
-class Array {
+template <class Number>
+class ArrayOf {
  public:
-  Array() = default;
-  explicit Array(std::size_t size)
-      : data_(static_cast<double*>(std::aligned_alloc(64, bytes(size)))), size_(size) {
+  ArrayOf() = default;
+  explicit ArrayOf(std::size_t size)
+      : data_(static_cast<Number*>(std::aligned_alloc(64, bytes(size)))), size_(size) {
     if (!data_) throw std::bad_alloc();
     std::memset(data_.get(), 0, bytes(size));
   }
 
   std::size_t size() const noexcept { return size_; }
-  double* data() noexcept { return data_.get(); }
-  const double* data() const noexcept { return data_.get(); }
-  double& operator[](std::size_t i) noexcept { return data_.get()[i]; }
-  double operator[](std::size_t i) const noexcept { return data_.get()[i]; }
-  std::span<double> span() noexcept { return {data_.get(), size_}; }
-  std::span<const double> span() const noexcept { return {data_.get(), size_}; }
+  Number* data() noexcept { return data_.get(); }
+  const Number* data() const noexcept { return data_.get(); }
+  Number& operator[](std::size_t i) noexcept { return data_.get()[i]; }
+  Number operator[](std::size_t i) const noexcept { return data_.get()[i]; }
+  std::span<Number> span() noexcept { return {data_.get(), size_}; }
+  std::span<const Number> span() const noexcept { return {data_.get(), size_}; }
 
  private:
   struct Free {
-    void operator()(double* p) const noexcept { std::free(p); }
+    void operator()(Number* p) const noexcept { std::free(p); }
   };
   // aligned_alloc wants a multiple of the alignment, and something to point at.
-  static std::size_t bytes(std::size_t size) { return (size * sizeof(double) / 64 + 1) * 64; }
+  static std::size_t bytes(std::size_t size) { return (size * sizeof(Number) / 64 + 1) * 64; }
 
-  std::unique_ptr<double, Free> data_;
+  std::unique_ptr<Number, Free> data_;
   std::size_t size_ = 0;
 };
+
+using Array = ArrayOf<double>;
 
 }  // namespace sim

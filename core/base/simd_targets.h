@@ -4,7 +4,8 @@
 //   #include "core/base/simd_targets.inc"
 //
 // puts the content of SIM_KERNEL into the namespaces sse2, avx2 and avx512, each compiled for its
-// instruction set, on top of the vector type of core/base/simd.inc.
+// instruction set, on top of the vector type of core/base/simd.inc. With SIM_SINGLE defined as 1
+// the vectors are of floats, and the namespaces sse2::single, avx2::single and avx512::single.
 #pragma once
 
 #include <optional>

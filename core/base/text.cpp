@@ -90,6 +90,15 @@ std::string suggestion(std::string_view name, std::span<const std::string> known
   return list;
 }
 
+std::string join(std::span<const std::string> texts, std::string_view between) {
+  std::string out;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (i > 0) out += between;
+    out += texts[i];
+  }
+  return out;
+}
+
 std::string json_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {

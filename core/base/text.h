@@ -31,6 +31,8 @@ std::string nearest(std::string_view name, std::span<const std::string> known);
 // "did you mean 'X'?" for the nearest known name, else "known: A, B, C".
 std::string suggestion(std::string_view name, std::span<const std::string> known);
 
+std::string join(std::span<const std::string> texts, std::string_view between);
+
 // The text as a JSON string, quotes included.
 std::string json_string(std::string_view text);
 

@@ -10,10 +10,13 @@ namespace sim {
 class ExplicitRungeKutta final : public Integrator {
  public:
   template <int S>
-  ExplicitRungeKutta(const Tableau<S>& method, int order) : order_(order), plan_(plan_of(method)) {}
+  ExplicitRungeKutta(const Tableau<S>& method, int order, Precision precision = Precision::kDouble)
+      : order_(order), plan_(plan_of(method)) {
+    plan_.precision = precision;
+  }
 
   IntegratorInfo info() const noexcept override {
-    return {.order = order_, .evaluations = plan_.stages};
+    return {.order = order_, .evaluations = plan_.stages, .precision = plan_.precision};
   }
 
   void prepare(OdeSystem& system) override {
@@ -26,6 +29,8 @@ class ExplicitRungeKutta final : public Integrator {
     ++steps_;
     return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
+
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }
 
   Effort effort() const override { return {.steps = steps_, .evaluations = steps_ * plan_.stages}; }
 

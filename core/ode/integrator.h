@@ -17,6 +17,7 @@ struct IntegratorInfo {
   bool adaptive = false;            // takes steps of its own size inside one of size h
   bool symplectic = false;          // without damping
   bool implicit = false;            // solves equations in each step
+  Precision precision = Precision::kDouble;
 };
 
 class Integrator {

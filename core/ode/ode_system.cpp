@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/ode/dense_solver.h"
 
@@ -98,6 +99,10 @@ Stage weighted(const double* x, double scale, std::span<const double> weights,
 }
 
 std::unique_ptr<Stepper> OdeSystem::explicit_stepper(const ExplicitPlan& plan) {
+  if (plan.precision == Precision::kSingle)
+    throw Error(ErrorKind::kScene,
+                {"single precision does not fit", "",
+                 "it is for particles under springs, gravity and drag", "use double"});
   return std::make_unique<StageByStage>(*this, plan);
 }
 

@@ -52,6 +52,7 @@ class OdeSystem {
 
   // Explicit Runge-Kutta methods leave the order of work to the system, which knows what of a stage
   // must be complete before what of the next. By default stage after stage, each over all of X.
+  // Throws Error{kScene} for a precision that the system has not.
   virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan);
 
   // Likewise the stages of an embedded pair.

@@ -7,11 +7,15 @@
 
 namespace sim {
 
+// In which numbers a step is computed. States are doubles all the same.
+enum class Precision { kDouble, kSingle };
+
 // An explicit Runge-Kutta step:
 //   y_i = x + h sum_{j<i} a_ij k_j,  k_i = f(t + c_i h, y_i),  x_next = x + h sum_i b_i k_i
 struct ExplicitPlan {
   int stages = 0;
   std::vector<double> a, b, c;  // a row by row, stages * stages
+  Precision precision = Precision::kDouble;
 
   double a_at(int i, int j) const { return a[static_cast<std::size_t>(i * stages + j)]; }
 };
@@ -25,6 +29,7 @@ struct ExplicitPlan {
 // such method would be of first order. t is where the drifts so far have led.
 struct SplitPlan {
   std::vector<double> drift, kick;
+  Precision precision = Precision::kDouble;
 
   // The last acceleration of a step is the first of the next: no drift lies between.
   bool closes() const { return drift.front() == 0 && drift.back() == 0 && kick.size() > 1; }

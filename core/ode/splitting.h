@@ -11,14 +11,17 @@ namespace sim {
 class Splitting final : public Integrator {
  public:
   template <int M>
-  explicit Splitting(const Composition<M>& method)
-      : plan_(method.plan()), order_(order_conditions(method)) {}
+  explicit Splitting(const Composition<M>& method, Precision precision = Precision::kDouble)
+      : plan_(method.plan()), order_(order_conditions(method)) {
+    plan_.precision = precision;
+  }
 
   IntegratorInfo info() const noexcept override {
     return {.order = order_,
             .evaluations = static_cast<int>(plan_.kick.size()) - (plan_.closes() ? 1 : 0),
             .needs_second_order = true,
-            .symplectic = true};
+            .symplectic = true,
+            .precision = plan_.precision};
   }
 
   void prepare(OdeSystem& system) override {

@@ -34,7 +34,7 @@ class EmbeddedRkStepper final : public EmbeddedStepper {
   EmbeddedPlan plan_;
   CombineRange combine_range_ = combine_range();
   std::vector<Array> a_;
-  RkStepper stepper_;
+  RkStepper<double> stepper_;
   Array y_;  // the state of a stage of dense output
   std::vector<double> of_acceleration_;
   std::vector<Stage::Term> q_terms_, v_terms_;

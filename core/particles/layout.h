@@ -6,16 +6,16 @@
 
 namespace sim {
 
-// X = x | y | z | vx | vy | vz, each of `stride` doubles of which the first kPad and those after
-// the n values are padding; padding is finite and never changes.
+// X = x | y | z | vx | vy | vz, each of `stride` numbers of which the first `pad` and those after
+// the n values, `pad` at least, are padding; padding is finite and never changes.
 class Layout {
  public:
   static constexpr int kPad = 8;
 
   Layout() = default;
-  explicit Layout(int n, int blocks = 6) : n_(n), blocks_(blocks) {
-    const auto rows = (static_cast<std::size_t>(n) + 7) / 8 * 8;
-    stride_ = rows + 2 * kPad;
+  explicit Layout(int n, int blocks = 6, int pad = kPad) : n_(n), blocks_(blocks), pad_(pad) {
+    const auto grain = static_cast<std::size_t>(pad);
+    stride_ = (static_cast<std::size_t>(n) + grain - 1) / grain * grain + 2 * grain;
     // Large arrays must not start a multiple of 4 KiB apart, or their lines compete for few cache
     // sets and loads wait for stores that only look like their own.
     if (n >= 1024)
@@ -27,7 +27,7 @@ class Layout {
 
   // Where coordinate `block` (0 .. 5) begins in a state, after its padding.
   std::size_t offset(int block) const noexcept {
-    return static_cast<std::size_t>(block) * stride_ + kPad;
+    return static_cast<std::size_t>(block) * stride_ + static_cast<std::size_t>(pad_);
   }
 
   // The values of coordinate `block` (0 .. 5) in a state.
@@ -43,7 +43,7 @@ class Layout {
   }
 
  private:
-  int n_ = 0, blocks_ = 0;
+  int n_ = 0, blocks_ = 0, pad_ = kPad;
   std::size_t stride_ = 0;
 };
 

@@ -1,8 +1,11 @@
 #include "core/particles/particle_system.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/particles/embedded_rk_stepper.h"
 #include "core/particles/local_global_solver.h"
 #include "core/particles/newton_solver.h"
@@ -21,6 +24,37 @@ double sum_over_tiles(int n, Sum sum_of) {
   for (int begin = 0; begin < n; begin += kEnergyTile)
     sum += sum_of(Tile{begin, std::min(begin + kEnergyTile, n)});
   return sum;
+}
+
+// Throws unless the forces and masses can be had in single precision, with room for what a step
+// makes of them.
+void check_single(const ParticleSystem& system) {
+  const auto refuse = [](const std::string& why) {
+    throw Error(ErrorKind::kScene, {"single precision does not fit", "", why, "use double"});
+  };
+  if (!system.nets().empty())
+    refuse("springs that are not in runs of equal id differences are double precision only");
+  for (const Force* force : system.other_forces())
+    refuse("force '" + system.name_of(*force) + "' is double precision only");
+
+  constexpr double kLeast = 1e-20, kMost = 1e20;
+  const auto check = [&](double value, const std::string& what) {
+    const double size = std::fabs(value);
+    if (size != 0 && !(size >= kLeast && size <= kMost))
+      refuse(what + " of " + shortest(value) + " is not between 1e-20 and 1e20");
+  };
+  const Motion& motion = system.motion();
+  for (const double g : motion.gravity) check(g, "an acceleration");
+  check(motion.damping, "a drag");
+  for (const double mass : system.masses())
+    if (std::isfinite(mass)) check(mass, "a mass");
+  for (const SpringRun* run : system.runs())
+    for (int a = 0; a + run->stride < system.layout().n(); ++a) {
+      if (!run->owns(a)) continue;
+      check(run->k_of(a), "a stiffness");
+      check(run->k_of(a) * run->rest_of(a), "stiffness times rest length");
+      if (run->uniform) break;
+    }
 }
 
 }  // namespace
@@ -43,7 +77,7 @@ ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vec
     } else if (const Springs* springs = force->springs()) {
       for (const SpringRun& run : springs->runs()) {
         runs_.push_back(&run);
-        reach_ = std::max(reach_, (run.stride + 7) / 8 * 8 + 8);
+        reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
       }
       if (!springs->net().empty()) nets_.push_back(&springs->net());
     } else {
@@ -52,7 +86,7 @@ ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vec
     }
   }
   if (!nets_.empty()) points_ = Array(4 * mass_.size());
-  for (int rank = 0; rank < team.size(); ++rank) rings_.push_back(make_rings());
+  for (int rank = 0; rank < team.size(); ++rank) rings_.emplace_back(runs_);
 }
 
 void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
@@ -62,7 +96,7 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
 
   // Free particles of one mass share a constant; otherwise every particle has its own.
   const std::size_t n = mass_.size();
-  free_.assign(n / 8 + 1, 0);
+  free_.assign(n / 8 + 2, 0);
   pinned_count_ = 0;
   motion_.inverse_mass = 0;
   bool uniform = true;
@@ -78,7 +112,7 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
   motion_.free = free_.data();
   motion_.inverse_masses = nullptr;
   if (!uniform) {
-    inverse_mass_.assign(n + Layout::kPad, 0);
+    inverse_mass_.assign(n + SpringRun::kPad, 0);
     for (std::size_t i = 0; i < n; ++i) inverse_mass_[i] = 1 / mass_[i];
     motion_.inverse_masses = inverse_mass_.data();
   }
@@ -146,7 +180,7 @@ void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink)
   for (double* values : {sink.x, sink.y, sink.z})
     std::fill(values + tile.begin, values + tile.end, 0.0);
   const double* const q[3] = {view.x, view.y, view.z};
-  for (const Net* net : nets_) kernels_.net(*net, q, points_.data(), tile.begin, tile.end, sink);
+  for (const Net* net : nets_) net_forces_(*net, q, points_.data(), tile.begin, tile.end, sink);
   for (const Force* force : other_forces_) force->accumulate(view, tile, sink);
 }
 
@@ -155,15 +189,9 @@ void ParticleSystem::combine(const Stage& stage, double* out) {
              [&](std::size_t begin, std::size_t end) { combine_range_(stage, out, begin, end); });
 }
 
-void ParticleSystem::start(Rings& rings, int ranks, const double* const q[3], int begin) const {
-  if (ranks == 1) return;  // finds its rings as its last sweep left them: empty
-  rings.clear();
-  kernels_.warm_up(rings, q, std::max(0, begin - reach_), begin);
-}
-
 void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
   // The other forces are gathered where the acceleration will stand.
-  RkStage sweep{};
+  RkStage<double> sweep{};
   const double* const q[3] = {view.x, view.y, view.z};
   const double* const v[3] = {view.vx, view.vy, view.vz};
   for (int axis = 0; axis < 3; ++axis) {
@@ -175,8 +203,8 @@ void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
   pack_all(view);
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
-    Rings& rings = rings_[static_cast<std::size_t>(rank)];
-    start(rings, team_->size(), q, part.begin);
+    Rings<double>& rings = rings_[static_cast<std::size_t>(rank)];
+    kernels_.start(rings, team_->size(), q, part.begin, reach_);
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
@@ -194,7 +222,11 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
 }
 
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
-  return std::make_unique<RkStepper>(*this, plan);
+  if (plan.precision == Precision::kSingle) {
+    check_single(*this);
+    return std::make_unique<RkStepper<float>>(*this, plan);
+  }
+  return std::make_unique<RkStepper<double>>(*this, plan);
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
@@ -203,7 +235,11 @@ std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const Embedded
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   if (needs_velocities_) return nullptr;
-  return std::make_unique<SplitStepper>(*this, plan);
+  if (plan.precision == Precision::kSingle) {
+    check_single(*this);
+    return std::make_unique<SplitStepper<float>>(*this, plan);
+  }
+  return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {

@@ -65,11 +65,7 @@ class ParticleSystem final : public OdeSystem {
   // For steppers: what a sweep over the springs needs.
   Team& team() const noexcept { return *team_; }
   const Motion& motion() const noexcept { return motion_; }
-  const SweepKernels& kernels() const noexcept { return kernels_; }
-  Rings make_rings() const { return Rings(runs_); }
-  // Makes the rings of one of `ranks` ready for a sweep that starts at `begin`.
-  void start(Rings& rings, int ranks, const double* const q[3], int begin) const;
-  // How far below and above a block of 8 a sweep reads positions; a multiple of 8.
+  // How far below and above a block a sweep reads positions; a multiple of kGrain.
   int reach() const noexcept { return reach_; }
 
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
@@ -101,10 +97,11 @@ class ParticleSystem final : public OdeSystem {
   std::vector<const Force*> other_forces_;
   bool needs_velocities_ = false;
   int reach_ = 0;
-  SweepKernels kernels_ = sweep_kernels();
+  SweepKernels<double> kernels_ = sweep_kernels<double>();
+  NetForces net_forces_ = sim::net_forces();
   CombineRange combine_range_ = combine_range();
   Team* team_;
-  std::vector<Rings> rings_;  // of eval(), one a rank
+  std::vector<Rings<double>> rings_;  // of eval(), one a rank
 };
 
 }  // namespace sim

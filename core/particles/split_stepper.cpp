@@ -13,8 +13,10 @@ int stage_count(const SplitPlan& plan) {
 
 }  // namespace
 
-SplitStepper::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
+template <class Real>
+SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
     : system_(&system),
+      state_(system.layout()),
       closes_(plan.closes() && !system.has_other_forces()),
       sweeps_(system, stage_count(plan)) {
   double start = 0;
@@ -26,12 +28,12 @@ SplitStepper::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
   }
   stages_.resize(parts_.size());
 
-  const Layout half(system.layout().n(), 3);
+  const Layout half(system.layout().n(), 3, kBlock<Real>);
   const auto drifts =
       std::count_if(parts_.begin(), parts_.end(), [](const Part& part) { return part.drift != 0; });
-  if (drifts > 1) positions_ = Array(half.size());
+  if (drifts > 1) positions_ = ArrayOf<Real>(half.size());
   if (system.has_other_forces()) forces_ = Array(half.size());
-  if (closes_) acceleration_ = Array(half.size());
+  if (closes_) acceleration_ = ArrayOf<Real>(half.size());
   if (system.motion().inverse_masses) {
     const Layout one(system.layout().n(), 1);
     for (std::size_t s = 0; s < parts_.size(); ++s) {
@@ -42,7 +44,8 @@ SplitStepper::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
 }
 
 // The factors of a kick of length tau under the damping of each particle.
-void SplitStepper::damp(KickStage& stage, std::size_t s, double tau) {
+template <class Real>
+void SplitStepper<Real>::damp(KickStage<Real>& stage, std::size_t s, double tau) {
   const Motion& motion = system_->motion();
   const Damping common = damping(motion.damping * motion.inverse_mass, tau);
   stage.keep = common.keep;
@@ -60,19 +63,20 @@ void SplitStepper::damp(KickStage& stage, std::size_t s, double tau) {
   stage.gains = gains;
 }
 
-void SplitStepper::write(double h, const double* x, double* x_next) {
-  const Layout& layout = system_->layout();
-  const Layout half(layout.n(), 3);
+template <class Real>
+void SplitStepper<Real>::write(double h, const Real* x, Real* x_next) {
+  const Layout& layout = state_.layout();
+  const Layout half(layout.n(), 3, kBlock<Real>);
   auto drifts =
       std::count_if(parts_.begin(), parts_.end(), [](const Part& part) { return part.drift != 0; });
   const bool new_step_size = h != h_;
   h_ = h;
-  const double* q[3];
+  const Real* q[3];
   for (int axis = 0; axis < 3; ++axis) q[axis] = layout.block(x, axis);
 
   for (std::size_t s = 0; s < parts_.size(); ++s) {
     const Part& part = parts_[s];
-    KickStage& stage = stages_[s];
+    KickStage<Real>& stage = stages_[s];
     const bool first = s == 0, last = s + 1 == parts_.size();
     if (new_step_size) damp(stage, s, part.kick * h);
     stage.drift = part.drift * h;
@@ -88,45 +92,59 @@ void SplitStepper::write(double h, const double* x, double* x_next) {
         stage.q_next[axis] =
             drifts % 2 == 0 ? layout.block(x_next, axis) : half.block(positions_.data(), axis);
       if (part.drift != 0) q[axis] = stage.q_next[axis];
-      double* const kept = closes_ ? half.block(acceleration_.data(), axis) : nullptr;
+      Real* const kept = closes_ ? half.block(acceleration_.data(), axis) : nullptr;
       stage.a[axis] = last ? kept : nullptr;
       // A drift alone is a kick of length 0 by anything.
       stage.known[axis] = !part.evaluates ? stage.v[axis] : first && known_ ? kept : nullptr;
-      if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
+      if constexpr (std::is_same_v<Real, double>)
+        if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
     }
   }
 }
 
-bool SplitStepper::step(double t, double h, const double* x, double* x_next) {
-  write(h, x, x_next);
-  const KickSweep sweep = system_->kernels().kick;
-  const auto piece = [&](Rings& rings, int s, int begin, int end) {
-    return sweep(rings, system_->motion(), stages_[static_cast<std::size_t>(s)], begin, end);
-  };
+template <class Real>
+bool SplitStepper<Real>::step(double t, double h, const double* x, double* x_next) {
+  const Real* const from = state_.from(x);
+  write(h, from, state_.to(x_next));
   known_ = closes_;
-  if (!system_->has_other_forces())
-    return sweeps_.run(
-        [&](int s) -> const double* const* {
-          const KickStage& stage = stages_[static_cast<std::size_t>(s)];
-          return stage.known[0] ? nullptr : stage.q;
-        },
-        piece);
+  if constexpr (std::is_same_v<Real, double>)
+    if (system_->has_other_forces()) return gather_and_step(t, h, x);
+  return sweeps_.run(
+      [&](int s) -> const Real* const* {
+        const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
+        return stage.known[0] ? nullptr : stage.q;
+      },
+      [&](Rings<Real>& rings, int s, int begin, int end) {
+        const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
+        const bool finite = kernels_.kick(rings, system_->motion(), stage, begin, end);
+        if (stage.check) state_.publish(x_next, begin, end);
+        return finite;
+      });
+}
 
+// Other forces may read any particle: each stage is complete before the next.
+template <class Real>
+bool SplitStepper<Real>::gather_and_step(double t, double h,
+                                         const double* x) requires std::is_same_v<Real, double> {
   const Layout half(system_->layout().n(), 3);
   bool finite = true;
   for (std::size_t s = 0; s < parts_.size(); ++s) {
-    const KickStage& stage = stages_[s];
+    const KickStage<double>& stage = stages_[s];
     ParticleView view = system_->view(t + parts_[s].start * h, x);
     view.x = stage.q[0];
     view.y = stage.q[1];
     view.z = stage.q[2];
     view.vx = view.vy = view.vz = nullptr;
-    finite = sweeps_.run_alone(static_cast<int>(s), view,
-                               {half.block(forces_.data(), 0), half.block(forces_.data(), 1),
-                                half.block(forces_.data(), 2)},
-                               stage.q, piece);
+    const auto [fx, fy, fz] = half.axes(forces_.data());
+    finite = sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.q,
+                               [&](Rings<double>& rings, int, int begin, int end) {
+                                 return kernels_.kick(rings, system_->motion(), stage, begin, end);
+                               });
   }
   return finite;
 }
+
+template class SplitStepper<double>;
+template class SplitStepper<float>;
 
 }  // namespace sim

@@ -35,7 +35,7 @@ SpringRun empty_run(int n, int stride, const StrideStatistics& statistics) {
   run.uniform = statistics.uniform;
   run.k = statistics.k;
   run.rest = statistics.rest;
-  run.owners.resize(static_cast<std::size_t>(n) / 8 + 1);
+  run.owners.resize(static_cast<std::size_t>(n) / 8 + 2);
   if (!run.uniform) {
     const auto size = static_cast<std::size_t>(n + 2 * SpringRun::kPad);
     run.ks = Array(size);

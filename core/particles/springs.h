@@ -30,14 +30,14 @@ double length(const Vec3& d);
 
 // Springs between a and a + stride for every particle a whose bit is set in `owners`.
 struct SpringRun {
-  static constexpr int kPad = 8;  // a vector of entries may begin before particle 0
+  static constexpr int kPad = 16;  // a vector of entries may begin before particle 0
 
   int stride = 0;
   int count = 0;
   bool uniform = true;
   double k = 0, rest = 0;            // N/m and m, of all springs of a uniform run
   Array ks, rests;                   // otherwise: entry a + kPad for the spring that a owns
-  std::vector<std::uint8_t> owners;  // bit a % 8 of byte a / 8
+  std::vector<std::uint8_t> owners;  // bit a % 8 of byte a / 8; n / 8 + 2 bytes
 
   bool owns(int a) const { return owners[static_cast<std::size_t>(a / 8)] >> (a % 8) & 1; }
   double k_of(int a) const { return uniform ? k : ks[static_cast<std::size_t>(a + kPad)]; }

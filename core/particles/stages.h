@@ -1,17 +1,19 @@
 // What a method does with each acceleration of a sweep, as data. Arrays are named by three
-// pointers, one an axis, and indexed by particle id.
+// pointers, one an axis, and indexed by particle id. Their numbers are Real, double or float; all
+// constants are doubles.
 #pragma once
 
 namespace sim {
 
 // sum_j coef_j a_j over earlier accelerations a_j.
+template <class Real>
 struct Row {
   static constexpr int kMost = 16;
   int terms = 0;
   double coef[kMost];
-  const double* a[kMost][3];
+  const Real* a[kMost][3];
 
-  void add(double c, const double* const from[3]) {
+  void add(double c, const Real* const from[3]) {
     coef[terms] = c;
     for (int axis = 0; axis < 3; ++axis) a[terms][axis] = from[axis];
     ++terms;
@@ -20,35 +22,37 @@ struct Row {
 
 // One stage of a Runge-Kutta method on particles: a = the acceleration at the positions q and the
 // velocity v0 + v_now, and from it the positions of the next stage and the final velocity.
+template <class Real>
 struct RkStage {
-  const double* q[3];   // positions of this stage, or null where `a` is known already
-  const double* q0[3];  // at the start of the step
-  const double* v0[3];
-  const double* force[3];  // forces gathered before, or null
-  Row v_now;
-  double* a[3];       // kept for later rows, or null
-  double* q_next[3];  // := q0 + drift v0 + row, or null
+  const Real* q[3];   // positions of this stage, or null where `a` is known already
+  const Real* q0[3];  // at the start of the step
+  const Real* v0[3];
+  const Real* force[3];  // forces gathered before, or null
+  Row<Real> v_now;
+  Real* a[3];       // kept for later rows, or null
+  Real* q_next[3];  // := q0 + drift v0 + row, or null
   double drift;
-  Row q_row;
-  double* v_next[3];  // := v0 + row + kick a, or null
+  Row<Real> q_row;
+  Real* v_next[3];  // := v0 + row + kick a, or null
   double kick;
-  Row v_row;
+  Row<Real> v_row;
 };
 
 // One kick of a splitting method and the drift after it:
 //   v_next = keep v + gain a,  q_next = q + drift v_next
+template <class Real>
 struct KickStage {
-  const double* q[3];
-  const double* v[3];
-  const double* force[3];       // forces gathered before, or null
-  const double* known[3];       // the accelerations, where they need no evaluation; else null
+  const Real* q[3];
+  const Real* v[3];
+  const Real* force[3];         // forces gathered before, or null
+  const Real* known[3];         // the accelerations, where they need no evaluation; else null
   double keep, gain;            // of the kick, when all masses are the same
   const double *keeps, *gains;  // of each particle, otherwise
   double drift;
-  double* a[3];       // := the acceleration, or null
-  double* v_next[3];  // may be v
-  double* q_next[3];  // or null
-  bool check;         // look for numbers that are not finite in the positions and v_next
+  Real* a[3];       // := the acceleration, or null
+  Real* v_next[3];  // may be v
+  Real* q_next[3];  // or null
+  bool check;       // look for numbers that are not finite in the positions and v_next
 };
 
 }  // namespace sim

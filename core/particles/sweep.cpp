@@ -1,7 +1,6 @@
 #include "core/particles/sweep.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 
 #include "core/base/inverse_sqrt.h"
@@ -10,9 +9,7 @@
 namespace sim {
 namespace {
 
-constexpr std::array<std::int64_t, 16> kLaneNumberTable = {0, 1, 2,  3,  4,  5,  6,  7,
-                                                           8, 9, 10, 11, 12, 13, 14, 15};
-constexpr const std::int64_t* kLaneNumbers = kLaneNumberTable.data();
+constexpr double kLeastDistance = 1e-15;  // m, in single precision
 
 Vec3 difference(const double* const q[3], std::int64_t a, std::int64_t b) {
   return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
@@ -24,9 +21,9 @@ void add(double s, const Vec3& d, int lane, double (*sum)[8]) {
 
 // The forces of all runs on a block in which some distance is too large or too small for the fast
 // path. Same order of sums and, for the ordinary springs, the same bits.
-void careful_block(std::span<const SweepRun> runs, std::int64_t turn, const double* const q[3],
-                   int i, int lanes, double (*sum)[8]) {
-  for (const SweepRun& run : runs) {
+void careful_block(std::span<const SweepRun<double>> runs, std::int64_t turn,
+                   const double* const q[3], int i, int lanes, double (*sum)[8]) {
+  for (const SweepRun<double>& run : runs) {
     const std::int64_t to = turn & run.mask;
     for (int lane = 0; lane < lanes; ++lane) {
       const int a = i + lane;
@@ -64,35 +61,58 @@ void careful_net(const Net& net, const double* const q[3], int i, int lanes, dou
 #define SIM_KERNEL "core/particles/sweep.inc"
 #include "core/base/simd_targets.inc"
 
+#define SIM_SINGLE 1
+#define SIM_KERNEL "core/particles/sweep.inc"
+#include "core/base/simd_targets.inc"
+
 namespace sim {
 
-SweepKernels sweep_kernels() {
-  return for_simd_level<SweepKernels>(
-      {sse2::net_forces, sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up},
-      {avx2::net_forces, avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up},
-      {avx512::net_forces, avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up});
+template <>
+SweepKernels<double> sweep_kernels() {
+  return for_simd_level<SweepKernels<double>>(
+      {sse2::rk_sweep, sse2::kick_sweep, sse2::warm_up},
+      {avx2::rk_sweep, avx2::kick_sweep, avx2::warm_up},
+      {avx512::rk_sweep, avx512::kick_sweep, avx512::warm_up});
 }
 
-Rings::Rings(std::span<const SpringRun* const> runs) {
-  constexpr std::int64_t kVector = 8;
+template <>
+SweepKernels<float> sweep_kernels() {
+  return for_simd_level<SweepKernels<float>>(
+      {sse2::single::rk_sweep, sse2::single::kick_sweep, sse2::single::warm_up},
+      {avx2::single::rk_sweep, avx2::single::kick_sweep, avx2::single::warm_up},
+      {avx512::single::rk_sweep, avx512::single::kick_sweep, avx512::single::warm_up});
+}
+
+NetForces net_forces() {
+  return for_simd_level<NetForces>(sse2::net_forces, avx2::net_forces, avx512::net_forces);
+}
+
+template <class Real>
+Rings<Real>::Rings(std::span<const SpringRun* const> runs) {
   const auto entries = [](const SpringRun& run) {
     return static_cast<std::int64_t>(
-        std::bit_ceil(static_cast<std::uint64_t>(run.stride + kVector)));
+        std::bit_ceil(static_cast<std::uint64_t>(run.stride + kBlock<Real>)));
   };
   std::size_t total = 0;
-  for (const SpringRun* run : runs) total += static_cast<std::size_t>(entries(*run) + kVector);
-  memory_ = Array(total);
-  double* next = memory_.data();
+  for (const SpringRun* run : runs) total += static_cast<std::size_t>(entries(*run) + kBlock<Real>);
+  memory_ = ArrayOf<Real>(total);
+  Real* next = memory_.data();
   for (const SpringRun* run : runs) {
     const auto streamed = [&](const Array& values) {
       return run->uniform ? nullptr : values.data() + SpringRun::kPad;
     };
     runs_.push_back({run->owners.data(), streamed(run->ks), streamed(run->rests), run->k,
                      run->k * run->rest, run->stride, entries(*run) - 1, next});
-    next += entries(*run) + kVector;
+    next += entries(*run) + kBlock<Real>;
   }
 }
 
-void Rings::clear() { std::ranges::fill(memory_.span(), 0.0); }
+template <class Real>
+void Rings<Real>::clear() {
+  std::ranges::fill(memory_.span(), Real{0});
+}
+
+template class Rings<double>;
+template class Rings<float>;
 
 }  // namespace sim

@@ -2,6 +2,7 @@
 // each acceleration while it is still in registers.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,33 +13,44 @@
 
 namespace sim {
 
+// The numbers on a cache line, as many as the widest vectors hold: before and behind all arrays of
+// a sweep there is room for that many.
+template <class Real>
+inline constexpr int kBlock = 64 / sizeof(Real);
+
+// Sweeps begin at multiples of kGrain particles, whatever the numbers.
+inline constexpr int kGrain = kBlock<float>;
+
 // Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,
 // waits in a ring until the sweep comes to b = a + stride.
+template <class Real>
 struct SweepRun {
   const std::uint8_t* owners;
   const double *ks, *rests;  // null in a uniform run
   double k, k_rest;
   std::int64_t stride;
-  std::int64_t mask;  // entries of the ring less 1; a power of two of them, at least stride + 8
-  double* ring;       // the first 8 entries stand again behind the end
+  std::int64_t
+      mask;    // entries of the ring less 1; a power of two of them, at least stride + kBlock
+  Real* ring;  // the first kBlock entries stand again behind the end
 };
 
 // The rings of one sweep over the runs of several forces. After a whole sweep all that is left in
 // a ring is zero, for the last particles own no springs: the next sweep goes on where this one
 // stopped.
+template <class Real>
 class Rings {
  public:
   Rings() = default;
   explicit Rings(std::span<const SpringRun* const> runs);
 
-  std::span<const SweepRun> runs() const { return runs_; }
+  std::span<const SweepRun<Real>> runs() const { return runs_; }
   void clear();
 
   std::int64_t turn = 0;  // where the next block goes in every ring, without its wraps
 
  private:
-  std::vector<SweepRun> runs_;
-  Array memory_;
+  std::vector<SweepRun<Real>> runs_;
+  ArrayOf<Real> memory_;
 };
 
 // q' = v, v' = F(q) / m + g - (c / m) v, as far as it is the same for all forces and methods.
@@ -50,16 +62,28 @@ struct Motion {
   double damping = 0;                      // kg/s
 };
 
-// Sweeps [begin, end), begin a multiple of 8, on from where the rings stand. False when a number
-// of v_next, or of q_next in a stage that has v_next, may not be finite.
-using RkSweep = bool (*)(Rings& rings, const Motion& motion, const RkStage& stage, int begin,
-                         int end);
+template <class Real>
+struct SweepKernels {
+  // Sweep [begin, end), begin a multiple of kBlock<Real>, on from where the rings stand. False when
+  // a number of v_next, or of q_next in a stage that has v_next, may not be finite.
+  bool (*rk)(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& stage, int begin,
+             int end);
+  bool (*kick)(Rings<Real>& rings, const Motion& motion, const KickStage<Real>& stage, int begin,
+               int end);
+  // Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at
+  // end.
+  void (*warm_up)(Rings<Real>& rings, const Real* const q[3], int begin, int end);
 
-using KickSweep = bool (*)(Rings& rings, const Motion& motion, const KickStage& stage, int begin,
-                           int end);
-
-// Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at end.
-using WarmUp = void (*)(Rings& rings, const double* const q[3], int begin, int end);
+  // Makes the rings of one of `ranks` ready for a sweep that starts at `begin`, over springs that
+  // reach so many particles far.
+  void start(Rings<Real>& rings, int ranks, const Real* const q[3], int begin, int reach) const {
+    if (ranks == 1) return;  // finds its rings as its last sweep left them: empty
+    rings.clear();
+    warm_up(rings, q, std::max(0, begin - reach), begin);
+  }
+};
+template <class Real>
+SweepKernels<Real> sweep_kernels();
 
 // Adds the forces of the net on particles [begin, end), begin a multiple of 8. points holds the
 // positions q once more, four doubles a particle: the far end of a spring is then on one cache
@@ -67,12 +91,6 @@ using WarmUp = void (*)(Rings& rings, const double* const q[3], int begin, int e
 using NetForces = void (*)(const Net& net, const double* const q[3], const double* points,
                            int begin, int end, ForceSink sink);
 
-struct SweepKernels {
-  NetForces net;
-  RkSweep rk;
-  KickSweep kick;
-  WarmUp warm_up;
-};
-SweepKernels sweep_kernels();
+NetForces net_forces();
 
 }  // namespace sim

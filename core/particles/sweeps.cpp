@@ -20,23 +20,29 @@ int useful_ranks(const ParticleSystem& system, int stages) {
 
 }  // namespace
 
-Sweeps::Sweeps(ParticleSystem& system, int stages)
+template <class Real>
+Sweeps<Real>::Sweeps(ParticleSystem& system, int stages)
     : system_(&system),
       stages_(stages),
       one_pass_(one_pass(system)),
       wavefront_(system.layout().n(), system.reach(), stages, useful_ranks(system, stages),
                  one_pass_ ? kAhead : system.layout().n()) {
   for (int i = 0; i < wavefront_.ranks() * (one_pass_ ? stages : 1); ++i)
-    rings_.push_back(system.make_rings());
+    rings_.push_back(Rings<Real>(system.runs()));
   finite_.resize(static_cast<std::size_t>(wavefront_.ranks()));
 }
 
-void Sweeps::start(int rank, int stage, int begin, const double* const* q) {
-  if (q) system_->start(rings(rank, stage), wavefront_.ranks(), q, begin);
+template <class Real>
+void Sweeps<Real>::start(int rank, int stage, int begin, const Real* const* q) {
+  if (q) kernels_.start(rings(rank, stage), wavefront_.ranks(), q, begin, system_->reach());
 }
 
-bool Sweeps::finite() const {
+template <class Real>
+bool Sweeps<Real>::finite() const {
   return std::find(finite_.begin(), finite_.end(), char{0}) == finite_.end();
 }
+
+template class Sweeps<double>;
+template class Sweeps<float>;
 
 }  // namespace sim

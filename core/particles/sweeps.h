@@ -12,6 +12,7 @@ namespace sim {
 // cache.
 inline constexpr int kGatherTile = 512;
 
+template <class Real>
 class Sweeps {
  public:
   Sweeps(ParticleSystem& system, int stages);
@@ -35,13 +36,13 @@ class Sweeps {
   // One stage, complete on every rank when it returns; before each piece the other forces at `view`
   // are gathered into `sink`, unless q is null.
   template <class Sweep>
-  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const double* const* q,
+  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const Real* const* q,
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
     if (q) system_->pack_all(view);
     system_->team().run([&](int rank) {
       if (rank >= wavefront_.ranks()) return;
-      const Part part = part_of(view.n, 8, rank, wavefront_.ranks());
+      const Part part = part_of(view.n, kGrain, rank, wavefront_.ranks());
       start(rank, stage, part.begin, q);
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
         const int end = std::min(begin + kGatherTile, part.end);
@@ -54,17 +55,18 @@ class Sweeps {
   }
 
  private:
-  Rings& rings(int rank, int stage) {
+  Rings<Real>& rings(int rank, int stage) {
     return rings_[static_cast<std::size_t>(one_pass_ ? rank * stages_ + stage : rank)];
   }
-  void start(int rank, int stage, int begin, const double* const* q);
+  void start(int rank, int stage, int begin, const Real* const* q);
   bool finite() const;
 
   ParticleSystem* system_;
+  SweepKernels<Real> kernels_ = sweep_kernels<Real>();
   int stages_;
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
   Wavefront wavefront_;
-  std::vector<Rings> rings_;
+  std::vector<Rings<Real>> rings_;
   std::vector<char> finite_;  // of each rank
 };
 

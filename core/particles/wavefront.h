@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/base/team.h"
+#include "core/particles/sweep.h"
 
 namespace sim {
 
@@ -18,7 +19,7 @@ class Wavefront {
  public:
   static constexpr int kMostStages = 32;
 
-  // reach: a multiple of 8. ahead: how many particles a stage goes forward at a time.
+  // reach: a multiple of kGrain. ahead: how many particles a stage goes forward at a time.
   Wavefront(int n, int reach, int stages, int ranks, int ahead)
       : n_(n),
         reach_(reach),
@@ -30,7 +31,7 @@ class Wavefront {
   int ranks() const noexcept { return ranks_; }
 
   // Calls start(rank, stage, begin) once and sweep(rank, stage, begin, end) piece by piece, for
-  // every stage of every rank; all pieces but the last are multiples of 8.
+  // every stage of every rank; all pieces but the last are multiples of kGrain.
   template <class Start, class Sweep>
   void run(Team& team, const Start& start, const Sweep& sweep) {
     for (int i = 0; i < stages_ * ranks_; ++i)
@@ -53,7 +54,8 @@ class Wavefront {
   int first(int rank, int stage) const {
     if (rank == 0) return 0;
     if (rank == ranks_) return n_;
-    return part_of(n_, 8, rank, ranks_).begin + stage * reach_ - (stages_ - 1) * reach_ / 16 * 8;
+    const int middle = (stages_ - 1) * reach_ / 2 / kGrain * kGrain;
+    return part_of(n_, kGrain, rank, ranks_).begin + stage * reach_ - middle;
   }
 
   template <class Start, class Sweep>

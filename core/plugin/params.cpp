@@ -59,6 +59,10 @@ std::string objection(const Value& value, const Param& param) {
     number = *d;
   else if (const auto* i = std::get_if<std::int64_t>(&value))
     number = static_cast<double>(*i);
+  else if (const auto* text = std::get_if<std::string>(&value))
+    return param.choices.empty() || std::ranges::count(param.choices, *text)
+               ? ""
+               : "it is one of: " + join(param.choices, ", ");
   else
     return "";
   if (!std::isfinite(number)) return "it must be finite";
@@ -148,6 +152,17 @@ const T& Params::get(const std::string& name) const {
   if (entry == values_.end() || !std::holds_alternative<T>(entry->second))
     throw std::logic_error("parameter '" + name + "' was read but is not declared with that type");
   return std::get<T>(entry->second);
+}
+
+std::string spelled(const std::string& name, std::span<const Param> declared,
+                    const Params& params) {
+  std::string text = name;
+  for (const Param& param : declared) {
+    const std::string value = to_text(params.value(param.name));
+    if (value != to_text(param.default_value))
+      text += (text == name ? ":" : ",") + param.name + "=" + value;
+  }
+  return text;
 }
 
 template const bool& Params::get(const std::string&) const;

@@ -39,6 +39,7 @@ struct Param {
   bool positional = false;  // may be given as the first unnamed entry of the Lua table
   double min = -std::numeric_limits<double>::infinity();  // bounds of a number, inclusive
   double max = std::numeric_limits<double>::infinity();
+  std::vector<std::string> choices = {};  // for a text; none: any text
 };
 
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
@@ -70,5 +71,8 @@ class Params {
 
   std::map<std::string, Value> values_;
 };
+
+// "NAME:PARAM=VALUE,PARAM=VALUE" of the values that are not the defaults, as --integrator takes it.
+std::string spelled(const std::string& name, std::span<const Param> declared, const Params& params);
 
 }  // namespace sim

@@ -96,7 +96,7 @@ Extremes extremes(Registry& registry, const std::vector<std::string>& integrator
   result.dt = powers(-12, 3, 3);
   result.offset = powers(3, 15, 3);
   const SystemSpec spec = hanging_particle(1, 1, 0);
-  const std::vector<Method> methods = fitting_methods({&spec, &registry}, integrators);
+  const std::vector<Method> methods = fitting_methods({&spec, &registry}, choices(integrators));
   for (const Method& method : methods) {
     ExtremeMap& map = result.maps.emplace_back();
     map.method = method;

@@ -162,7 +162,9 @@ PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
                        const Watch& watch) {
   PostMortem result;
   Simulation system = problem.simulation();
-  result.integrator = system.integrator_plugin().name;
+  const IntegratorPlugin& plugin = system.settings().integrator;
+  result.integrator = plugin.name;
+  result.choice = spelled(plugin.name, plugin.params, system.integrator_params());
   result.dt = system.h();
   const Spectrum modes = spectrum(system);
   const auto limit = predicted_step(system.integrator(), modes);

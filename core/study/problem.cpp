@@ -25,6 +25,20 @@ RunOptions options_for(const Problem& problem, const std::string& name) {
 
 }  // namespace
 
+std::vector<Choice> choices(const std::vector<std::string>& names) {
+  std::vector<Choice> list;
+  for (const std::string& name : names) list.push_back({name});
+  return list;
+}
+
+Problem Problem::with(const Choice& choice) const {
+  Problem changed{spec, registry, options_for(*this, choice.name)};
+  if (choice.given.empty()) return changed;
+  changed.options.integrator = choice.name;
+  changed.options.integrator_given = choice.given;
+  return changed;
+}
+
 Simulation Problem::simulation(const std::string& name, double dt) const {
   RunOptions run = options_for(*this, name);
   if (dt > 0) run.dt = dt;
@@ -45,23 +59,25 @@ std::unique_ptr<Integrator> Problem::integrator(const Simulation& like) const {
   return registry->integrator(like.integrator_plugin().name).make(like.integrator_params());
 }
 
-std::vector<Method> fitting_methods(const Problem& problem, const std::vector<std::string>& names) {
-  std::vector<std::string> wanted = names;
-  if (wanted.empty()) wanted = problem.registry->names(PluginKind::kIntegrator);
+std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& given) {
+  std::vector<Choice> wanted = given;
+  if (wanted.empty()) wanted = choices(problem.registry->names(PluginKind::kIntegrator));
   std::vector<Method> methods;
-  for (const std::string& name : wanted) {
+  for (Choice& choice : wanted) {
     try {
-      const IntegratorPlugin& plugin = problem.registry->integrator(name, "on the command line");
+      const IntegratorPlugin& plugin =
+          problem.registry->integrator(choice.name, "on the command line");
       const auto has = [&](auto what) {
         return std::any_of(plugin.params.begin(), plugin.params.end(), what);
       };
-      if (names.empty() && has([](const Param& param) { return param.required; })) continue;
-      const Simulation trial = problem.simulation(plugin.name);
-      methods.push_back({plugin.name, trial.integrator_info(),
-                         has([](const Param& param) { return param.name == "tol"; }),
+      if (given.empty() && has([](const Param& param) { return param.required; })) continue;
+      const IntegratorInfo info = problem.with(choice).simulation().integrator_info();
+      if (choice.label == choice.name) choice.label = plugin.name;
+      choice.name = plugin.name;
+      methods.push_back({choice, info, has([](const Param& param) { return param.name == "tol"; }),
                          static_cast<bool>(plugin.make_from_others)});
     } catch (const Error& error) {
-      if (names.empty()) continue;
+      if (given.empty()) continue;
       throw Error(ErrorKind::kUsage, error.text());
     }
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -13,10 +14,21 @@
 
 namespace sim::study {
 
+// An integrator with values for its parameters; `label` is what tables call it.
+struct Choice {
+  std::string name;
+  std::map<std::string, Value> given = {};
+  std::string label = name;
+};
+std::vector<Choice> choices(const std::vector<std::string>& names);
+
 struct Problem {
   const SystemSpec* spec = nullptr;
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
+
+  // The same with an integrator of its own.
+  Problem with(const Choice& choice) const;
 
   Simulation simulation(const std::string& integrator = "", double dt = 0) const;
 
@@ -29,16 +41,15 @@ struct Problem {
 // which then returns what it has.
 using Watch = std::function<bool(std::string_view what, double done)>;
 
-struct Method {
-  std::string name;
+struct Method : Choice {
   IntegratorInfo info;
   bool has_tolerance = false;  // has a parameter `tol`
   bool chooses = false;        // among other methods, as `auto` does
 };
 
-// The integrators that fit the problem, sorted by name; of those in `names` when it is not empty.
+// The integrators that fit the problem, sorted by name; of those in `choices` when it is not empty.
 // Throws Error{kUsage} for a name that no plugin has, or when a named one does not fit.
-std::vector<Method> fitting_methods(const Problem& problem, const std::vector<std::string>& names);
+std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& choices);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);

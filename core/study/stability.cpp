@@ -86,7 +86,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   result.t = system.t();
   result.spectrum = spectrum(system);
   Standstill place(problem, system);
-  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  const std::vector<Method> methods = fitting_methods(problem, choices(options.integrators));
 
   const auto count = static_cast<double>(methods.size());
   for (const Method& method : methods) {

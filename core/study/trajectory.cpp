@@ -82,6 +82,7 @@ Trajectory run_trajectory(const Problem& problem, const Method& method, const Tr
                           const std::function<bool()>& go_on) {
   Problem with = problem;
   with.options.integrator = method.name;
+  for (const auto& [name, value] : method.given) with.options.integrator_given[name] = value;
   if (plan.tolerance > 0) with.options.integrator_given["tol"] = plan.tolerance;
   Simulation system = with.simulation("", plan.time / static_cast<double>(plan.steps));
   std::optional<EnergyBalance> balance;

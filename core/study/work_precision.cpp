@@ -55,13 +55,17 @@ bool sweep(const Problem& problem, const Method& method, const Yardstick& yardst
   return true;
 }
 
-// Explicit methods cost their evaluations. What an implicit one does besides is counted by the time
-// it takes, in units of the time that an evaluation takes in the explicit runs.
+bool in_single(const Curve& curve) { return curve.method.info.precision == Precision::kSingle; }
+
+// Explicit methods cost their evaluations. What an implicit one does besides, and what single
+// precision saves, is counted by the time it takes, in units of the time that an evaluation takes
+// in the explicit runs in double precision.
 void price(std::vector<Curve>& curves) {
   std::vector<double> each;
   for (const Curve& curve : curves)
     for (const Point& point : curve.points)
-      if (!curve.method.info.implicit && point.finished && point.effort.evaluations >= 200)
+      if (!curve.method.info.implicit && !in_single(curve) && point.finished &&
+          point.effort.evaluations >= 200)
         each.push_back(point.seconds / static_cast<double>(point.effort.evaluations));
   std::sort(each.begin(), each.end());
   const double second = each.empty() ? 0 : each[each.size() / 2];
@@ -69,8 +73,10 @@ void price(std::vector<Curve>& curves) {
     curve.cost.clear();
     for (const Point& point : curve.points) {
       const auto evaluations = static_cast<double>(point.effort.evaluations);
-      const bool timed = curve.method.info.implicit && second > 0;
-      curve.cost.push_back(timed ? std::max(evaluations, point.seconds / second) : evaluations);
+      const double time = second > 0 ? point.seconds / second : evaluations;
+      curve.cost.push_back(curve.method.info.implicit ? std::max(evaluations, time)
+                           : in_single(curve)         ? std::min(evaluations, time)
+                                                      : evaluations);
     }
   }
 }
@@ -165,9 +171,9 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
         static_cast<double>(study->curves.size()) / static_cast<double>(methods.size());
     Curve& curve = study->curves.emplace_back();
     curve.method = method;
-    curve.limit = predicted_step(*problem.integrator(method.name), modes);
+    curve.limit = predicted_step(*problem.with(method).integrator(""), modes);
     study->complete = sweep(problem, method, study->yardstick, most, curve.points,
-                            [&] { return watch(method.name, 0.3 + 0.7 * done); });
+                            [&] { return watch(method.label, 0.3 + 0.7 * done); });
     curve.observed = observed_order(curve.points, study->yardstick);
     if (!study->complete) break;
   }

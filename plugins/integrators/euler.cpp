@@ -1,5 +1,5 @@
 // Forward Euler. Euler (1768), Institutionum calculi integralis I, section 650.
-#include "core/ode/explicit_rk.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -10,10 +10,10 @@ static_assert(sim::order_conditions(kEuler) == 1);
 }  // namespace
 
 SIM_PLUGIN(kIntegrator, "euler/e") {
-  registrar.add(sim::IntegratorPlugin{
+  registrar.add(sim::explicit_plugin(
       {.name = "euler",
        .summary = "forward Euler: one evaluation, first order; unstable on undamped springs",
        .formula = "x_next = x + h f(t, x)\nR(z) = 1 + z",
        .source = "Euler (1768), Institutionum calculi integralis I, section 650"},
-      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kEuler, 1); }});
+      kEuler, 1));
 }

@@ -1,5 +1,5 @@
 // Kutta's third-order method. Kutta (1901), Z. Math. Phys. 46, 435-453.
-#include "core/ode/explicit_rk.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -17,12 +17,12 @@ static_assert(sim::order_conditions(kRk3) == 3);
 }  // namespace
 
 SIM_PLUGIN(kIntegrator, "rk3") {
-  registrar.add(sim::IntegratorPlugin{
+  registrar.add(sim::explicit_plugin(
       {.name = "rk3",
        .summary = "Kutta's method: three evaluations, third order; h omega < sqrt(3)",
        .formula = "k1 = f(t, x), k2 = f(t + h/2, x + h/2 k1), k3 = f(t + h, x - h k1 + 2 h k2)\n"
                   "x_next = x + h/6 (k1 + 4 k2 + k3)\n"
                   "R(z) = 1 + z + z^2/2 + z^3/6",
        .source = "Kutta (1901), Z. Math. Phys. 46, 435-453"},
-      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kRk3, 3); }});
+      kRk3, 3));
 }

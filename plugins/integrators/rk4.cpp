@@ -1,5 +1,5 @@
 // The classical Runge-Kutta method. Kutta (1901), Z. Math. Phys. 46, 435-453.
-#include "core/ode/explicit_rk.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -18,7 +18,7 @@ static_assert(sim::order_conditions(kRk4) == 4);
 }  // namespace
 
 SIM_PLUGIN(kIntegrator, "rk4/r") {
-  registrar.add(sim::IntegratorPlugin{
+  registrar.add(sim::explicit_plugin(
       {.name = "rk4",
        .summary = "classical Runge-Kutta: four evaluations, fourth order; the safe first choice",
        .formula = "k1 = f(t, x), k2 = f(t + h/2, x + h/2 k1)\n"
@@ -26,5 +26,5 @@ SIM_PLUGIN(kIntegrator, "rk4/r") {
                   "x_next = x + h/6 (k1 + 2 k2 + 2 k3 + k4)\n"
                   "R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24",
        .source = "Kutta (1901), Z. Math. Phys. 46, 435-453"},
-      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kRk4, 4); }});
+      kRk4, 4));
 }

@@ -3,6 +3,7 @@
 // no order. Hairer, Lubich & Wanner (2006), Geometric Numerical Integration, sections II.4, II.5
 // and VI.3.
 #include "core/ode/splitting.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -36,8 +37,10 @@ void add(sim::Registrar& registrar, sim::PluginInfo info, const sim::Composition
   info.formula +=
       "\nwith damping gamma a kick of length k is exactly\n"
       "v := e^(-gamma k) v + (1 - e^(-gamma k)) / gamma a";
-  registrar.add(sim::IntegratorPlugin{std::move(info), [method](const sim::Params&) {
-                                        return std::make_unique<sim::Splitting>(method);
+  info.params.push_back(sim::precision_param());
+  registrar.add(sim::IntegratorPlugin{std::move(info), [method](const sim::Params& params) {
+                                        return std::make_unique<sim::Splitting>(
+                                            method, sim::precision_of(params));
                                       }});
 }
 

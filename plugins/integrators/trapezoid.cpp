@@ -1,6 +1,6 @@
 // The explicit trapezoidal rule, also known as Heun's method. Heun (1900), Z. Math. Phys. 45,
 // 23-38.
-#include "core/ode/explicit_rk.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -15,7 +15,7 @@ static_assert(sim::order_conditions(kTrapezoid) == 2);
 }  // namespace
 
 SIM_PLUGIN(kIntegrator, "trapezoid/t") {
-  registrar.add(sim::IntegratorPlugin{
+  registrar.add(sim::explicit_plugin(
       {.name = "trapezoid",
        .summary =
            "explicit trapezoidal rule (Heun): two evaluations, second order; stable only with drag",
@@ -23,5 +23,5 @@ SIM_PLUGIN(kIntegrator, "trapezoid/t") {
                   "x_next = x + h/2 (k1 + k2)\n"
                   "R(z) = 1 + z + z^2/2",
        .source = "Heun (1900), Z. Math. Phys. 45, 23-38"},
-      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kTrapezoid, 2); }});
+      kTrapezoid, 2));
 }

@@ -24,6 +24,7 @@ TEST_CASE("a run in two parts has the rows of the run in one") {
                                              {"scenes/pendulum.lua"},
                                              {"scenes/circle.lua"},
                                              {"scenes/cloth.lua", "-i", "dopri5", "--tol", "1e-7"},
+                                             {"scenes/cloth.lua", "-i", "rk4:precision=single"},
                                              {"scenes/sample.lua"}}) {
     const std::string scene = run.front();
     INFO(scene);

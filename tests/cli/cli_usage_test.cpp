@@ -57,6 +57,13 @@ TEST_CASE("integrators take the parameters they declare") {
   check_error({"-i", "dopri5:tol=1e-6", "--tol=1e-6"}, 2, "given twice");
   check_error({"-i", "dopri5", "--tol=1e-6", "--fixed-step"}, 2, "steps of one size");
   check_error({"-i", "dopri5:fixed_step=true,atol=1"}, 2, "nothing uses atol");
+  check_error({"-i", "dopri5", "--precision", "single"}, 2, "choose one that has: euler, midpoint");
+  check_error({"-i", "rk4", "--precision", "half"}, 2, "it is one of: double, single");
+  check_error({"-i", "rk4:precision=single", "--precision=single"}, 2, "given twice");
+  check_error({"scenes/circle.lua", "rk4", "--precision=single"}, 3, "springs, gravity and drag");
+  check_error({"tradeoff", "--integrators", "precision=single"}, 2, "unknown integrator");
+  check_error({"tradeoff", "--integrators", "rk4:precision=single,rk4:precision=single"}, 2,
+              "stands there twice");
   check_error({"-i", "dopri5:toll=1e-6"}, 2, "did you mean 'tol'?");
   check_error({"-i", "dopri6:tol=1e-6"}, 2, "did you mean 'dopri5'?");
   check_error({"-i", "dopri5:tol=big"}, 2, "tol is 'big'; give a number");

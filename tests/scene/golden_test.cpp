@@ -15,6 +15,7 @@ struct Golden {
   double dt;  // s
   int steps;
   std::uint64_t hash;
+  const char* precision = "double";
 };
 
 const Golden kGolden[] = {{"rk4", 8, 0.005, 400, 0x129f25ebe3e79c14},
@@ -28,12 +29,18 @@ const Golden kGolden[] = {{"rk4", 8, 0.005, 400, 0x129f25ebe3e79c14},
                           {"trbdf2", 17, 0.01, 20, 0x0db65722753805ec},
                           {"bdf2", 2, 0.01, 40, 0x9f6d2a8e01575a35},
                           {"projective_dynamics", 8, 0.01, 20, 0xb24a2da64a8bd895},
-                          {"implicit_euler", 72, 0.002, 5, 0x5db6fd98f4308d4f}};
+                          {"implicit_euler", 72, 0.002, 5, 0x5db6fd98f4308d4f},
+                          {"rk4", 9, 0.005, 300, 0x3932bb216aeb58e2, "single"},
+                          {"verlet", 20, 0.001, 300, 0xcb3d795496408d45, "single"},
+                          {"pefrl", 37, 0.001, 100, 0xebe51c895e5a34f1, "single"},
+                          {"rk4", 96, 1e-4, 20, 0x8277bd95d49eee10, "single"}};
 
 std::uint64_t hash_of(const Golden& golden, int threads) {
   sim::Registry registry = make_registry();
-  sim::Simulation simulation(make_cloth(golden.n), registry,
-                             {.integrator = golden.method, .dt = golden.dt, .threads = threads});
+  sim::RunOptions options{.integrator = golden.method, .dt = golden.dt, .threads = threads};
+  if (golden.precision != std::string("double"))
+    options.integrator_given["precision"] = std::string(golden.precision);
+  sim::Simulation simulation(make_cloth(golden.n), registry, options);
   REQUIRE(run(simulation, golden.steps));
   return simulation.hash();
 }

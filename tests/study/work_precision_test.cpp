@@ -98,7 +98,7 @@ TEST_CASE("measured errors are those of the literature") {
   CHECK(reference.error.back() < 1e-11);
   const sim::study::Yardstick yardstick{&reference, 1, 1, 1, false, 0};
   const auto error = [&](const char* name, int steps) {
-    const auto methods = sim::study::fitting_methods(problem, {name});
+    const auto methods = sim::study::fitting_methods(problem, {{name}});
     return sim::study::measure(problem, methods[0], steps, 0, yardstick, [] { return true; })
         ->rms_end;
   };

@@ -1,0 +1,17 @@
+#include "core/base/convert.h"
+
+#include "core/base/simd_targets.h"
+
+#define SIM_SINGLE 1
+#define SIM_KERNEL "core/base/convert.inc"
+#include "core/base/simd_targets.inc"
+
+namespace sim {
+
+Convert convert() {
+  return for_simd_level<Convert>({sse2::single::to_float, sse2::single::to_double},
+                                 {avx2::single::to_float, avx2::single::to_double},
+                                 {avx512::single::to_float, avx512::single::to_double});
+}
+
+}  // namespace sim
