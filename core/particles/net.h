@@ -12,6 +12,10 @@ namespace sim {
 // whose bit is set in `present`. The ends of a particle are sorted, alike springs together, so that
 // most slots need one stiffness and rest length only, and the order in which a scene lists its
 // springs does not show in the bits.
+//
+// Particles stand in the blocks by number, unless they are many and their numbers bring the ends of
+// springs far from each other: then in an order in which the far ends of a block are mostly those
+// of the blocks shortly before, which are still in the cache.
 class Net {
  public:
   struct Spring {
@@ -19,34 +23,47 @@ class Net {
     double k, rest;  // N/m, m
   };
 
-  struct alignas(64) Slot {
-    std::int32_t to[8] = {};             // some particle where there is no end
-    double k = 0, rest = 0, k_rest = 0;  // of all its ends
-    std::int32_t own = -1;               // or else where in ks and rests those of its ends begin
+  struct Kind {
+    double k, rest, k_rest;
+  };
+
+  struct Slot {
+    std::int32_t to[8] = {};  // some particle where there is no end
+    std::int32_t kind = -1;   // of all its ends, or -1 - where in ks and rests theirs begin
     std::uint8_t present = 0;
+    std::size_t own() const { return static_cast<std::size_t>(-1 - kind); }
   };
 
   Net() = default;
   Net(int n, std::span<const Spring> springs);
 
   bool empty() const { return slots.empty(); }
+  bool reordered() const { return !order.empty(); }
+  int blocks() const { return static_cast<int>(first.size()) - 1; }
+
+  const Kind& kind_of(const Slot& slot) const { return kinds[static_cast<std::size_t>(slot.kind)]; }
 
   // Calls visit(to, k, rest) for every end at particle i.
   template <class Visit>
   void at(int i, Visit visit) const {
     if (empty()) return;
-    const auto lane = static_cast<std::size_t>(i % 8);
-    for (int s = first[static_cast<std::size_t>(i / 8)];
-         s < first[static_cast<std::size_t>(i / 8) + 1]; ++s) {
+    const int p = reordered() ? place[static_cast<std::size_t>(i)] : i;
+    const auto block = static_cast<std::size_t>(p / 8), lane = static_cast<std::size_t>(p % 8);
+    for (int s = first[block]; s < first[block + 1]; ++s) {
       const Slot& slot = slots[static_cast<std::size_t>(s)];
       if (!(slot.present >> lane & 1)) break;
-      const std::size_t own = static_cast<std::size_t>(slot.own) + lane;
-      visit(slot.to[lane], slot.own < 0 ? slot.k : ks[own], slot.own < 0 ? slot.rest : rests[own]);
+      const double k = slot.kind < 0 ? ks[slot.own() + lane] : kind_of(slot).k;
+      const double rest = slot.kind < 0 ? rests[slot.own() + lane] : kind_of(slot).rest;
+      visit(slot.to[lane], k, rest);
     }
   }
 
+  // The particle at each place and the place of each particle, padded to whole blocks, if
+  // reordered.
+  std::vector<std::int32_t> order, place;
   std::vector<int> first;  // the first slot of each block, and one more
   std::vector<Slot> slots;
+  std::vector<Kind> kinds;
   std::vector<double> ks, rests;  // 8 for each slot whose springs differ
 };
 

@@ -68,6 +68,7 @@ ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vec
       team_(&team) {
   set_masses(masses, pinned);
 
+  std::vector<const Net*> nets;
   const ParticleView start = view(0, initial);
   for (const auto& force : forces_) {
     force->bind(start);
@@ -79,13 +80,13 @@ ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vec
         runs_.push_back(&run);
         reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
       }
-      if (!springs->net().empty()) nets_.push_back(&springs->net());
+      if (!springs->net().empty()) nets.push_back(&springs->net());
     } else {
       other_forces_.push_back(force.get());
       needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
     }
   }
-  if (!nets_.empty()) points_ = Array(4 * mass_.size());
+  net_forces_ = NetForces(std::move(nets), layout_.n());
   for (int rank = 0; rank < team.size(); ++rank) rings_.emplace_back(runs_);
 }
 
@@ -163,24 +164,10 @@ std::string ParticleSystem::name_of(const Force& force) const {
   return "of no name";
 }
 
-void ParticleSystem::pack_all(const ParticleView& view) {
-  if (nets_.empty()) return;
-  team_->run([&](int rank) {
-    const Part part = part_of(view.n, 8, rank, team_->size());
-    double* point = points_.data() + 4 * static_cast<std::size_t>(part.begin);
-    for (int i = part.begin; i < part.end; ++i, point += 4) {
-      point[0] = view.x[i];
-      point[1] = view.y[i];
-      point[2] = view.z[i];
-    }
-  });
-}
-
 void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
   for (double* values : {sink.x, sink.y, sink.z})
     std::fill(values + tile.begin, values + tile.end, 0.0);
-  const double* const q[3] = {view.x, view.y, view.z};
-  for (const Net* net : nets_) net_forces_(*net, q, points_.data(), tile.begin, tile.end, sink);
+  net_forces_.add(view, tile, sink);
   for (const Force* force : other_forces_) force->accumulate(view, tile, sink);
 }
 
@@ -200,7 +187,7 @@ void ParticleSystem::accelerate(const ParticleView& view, double* const a[3]) {
     sweep.a[axis] = a[axis];
     if (has_other_forces()) sweep.force[axis] = a[axis];
   }
-  pack_all(view);
+  prepare_gather(view);
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
     Rings<double>& rings = rings_[static_cast<std::size_t>(rank)];

@@ -10,6 +10,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/force.h"
 #include "core/particles/layout.h"
+#include "core/particles/net_forces.h"
 #include "core/particles/sweep.h"
 
 namespace sim {
@@ -69,7 +70,7 @@ class ParticleSystem final : public OdeSystem {
   int reach() const noexcept { return reach_; }
 
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
-  std::span<const Net* const> nets() const noexcept { return nets_; }
+  std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
   std::span<const double> masses() const noexcept { return mass_; }  // kg; infinity where pinned
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
@@ -77,10 +78,10 @@ class ParticleSystem final : public OdeSystem {
 
   // Forces that are neither affine nor in runs may read any position and velocity of the stage, and
   // must be gathered before the sweep of each block.
-  bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets_.empty(); }
+  bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
   bool needs_velocities() const noexcept { return needs_velocities_; }
   std::span<const Force* const> other_forces() const noexcept { return other_forces_; }
-  void pack_all(const ParticleView& view);  // before gather() on any tile
+  void prepare_gather(const ParticleView& view) { net_forces_.prepare(view, *team_); }
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
  private:
@@ -92,13 +93,11 @@ class ParticleSystem final : public OdeSystem {
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
-  std::vector<const Net*> nets_;
-  Array points_;  // positions for the nets, x y z and nothing for each particle
+  NetForces net_forces_;
   std::vector<const Force*> other_forces_;
   bool needs_velocities_ = false;
   int reach_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();
-  NetForces net_forces_ = sim::net_forces();
   CombineRange combine_range_ = combine_range();
   Team* team_;
   std::vector<Rings<double>> rings_;  // of eval(), one a rank

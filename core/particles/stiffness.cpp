@@ -70,10 +70,7 @@ Stiffness::Stiffness(const ParticleSystem& system) : system_(&system), kernels_(
                      run.stride, layout.block(memory_.data(), 2 * r),
                      layout.block(memory_.data(), 2 * r + 1)});
   }
-  for (const Net* net : system.nets()) {
-    const std::size_t size = 8 * net->slots.size();
-    nets_.push_back({net, std::vector<double>(size), std::vector<double>(size)});
-  }
+  for (const Net* net : system.nets()) nets_.emplace_back(*net, system.layout().n());
 }
 
 void Stiffness::at(const double* const q[3], bool clamped) {
@@ -83,18 +80,11 @@ void Stiffness::at(const double* const q[3], bool clamped) {
   team.run([&](int rank) {
     const Part part = part_of(n, 8, rank, team.size());
     for (const StiffRun& run : runs_) kernels_.linearise(run, q, clamped, part.begin, part.end);
-    for (StiffNet& stiff : nets_)
-      for (int i = part.begin; i < part.end; ++i) {
-        auto at = 8 * static_cast<std::size_t>(stiff.net->first[static_cast<std::size_t>(i / 8)]) +
-                  static_cast<std::size_t>(i % 8);
-        stiff.net->at(i, [&](int to, double k, double rest) {
-          const auto [along, across] =
-              spring_stiffness(position(i) - position(to), k, rest, clamped);
-          stiff.along[at] = along;
-          stiff.across[at] = across;
-          at += 8;
+    for (StiffNet& net : nets_)
+      for (int i = part.begin; i < part.end; ++i)
+        net.linearise(i, [&](int to, double k, double rest) {
+          return spring_stiffness(position(i) - position(to), k, rest, clamped);
         });
-      }
   });
 }
 

@@ -8,6 +8,7 @@
 #include "core/base/array.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/spring_stiffness.h"
+#include "core/particles/stiff_net.h"
 
 namespace sim {
 
@@ -61,11 +62,6 @@ class Stiffness {
   Vec3 position(int i) const { return {q_[0][i], q_[1][i], q_[2][i]}; }  // of the point
 
  private:
-  struct StiffNet {
-    const Net* net;
-    std::vector<double> along, across;  // 8 a slot
-  };
-
   // Calls visit(to, stiffness) for every end of a net at particle i.
   template <class Visit>
   void net_at(int i, Visit visit) const;
@@ -80,14 +76,7 @@ class Stiffness {
 
 template <class Visit>
 void Stiffness::net_at(int i, Visit visit) const {
-  const auto lane = static_cast<std::size_t>(i % 8), block = static_cast<std::size_t>(i / 8);
-  for (const StiffNet& stiff : nets_)
-    for (auto s = static_cast<std::size_t>(stiff.net->first[block]);
-         s < static_cast<std::size_t>(stiff.net->first[block + 1]); ++s) {
-      const Net::Slot& slot = stiff.net->slots[s];
-      if (!(slot.present >> lane & 1)) break;
-      visit(slot.to[lane], SpringStiffness{stiff.along[8 * s + lane], stiff.across[8 * s + lane]});
-    }
+  for (const StiffNet& net : nets_) net.at(i, visit);
 }
 
 template <class Visit>

@@ -33,7 +33,7 @@ void careful_block(std::span<const SweepRun<double>> runs, std::int64_t turn,
       const Vec3 d = difference(q, a, a + run.stride);
       const double s = spring_factor(d, k, k_rest);
       run.ring[to + lane] = s;
-      if (to < 8) run.ring[run.mask + 1 + to + lane] = s;
+      if (to == 0) run.ring[run.mask + 1 + lane] = s;
       add(s, d, lane, sum);
     }
     for (int lane = 0; lane < lanes; ++lane) {
@@ -41,17 +41,6 @@ void careful_block(std::span<const SweepRun<double>> runs, std::int64_t turn,
       const double s = run.ring[(turn + lane - run.stride) & run.mask];
       if (s != 0) add(s, difference(q, b, b - run.stride), lane, sum);
     }
-  }
-}
-
-// Likewise for a net: the forces on one block, summed as the fast path does.
-void careful_net(const Net& net, const double* const q[3], int i, int lanes, double (*sum)[8]) {
-  for (int lane = 0; lane < lanes; ++lane) {
-    const int a = i + lane;
-    net.at(a, [&](int b, double k, double rest) {
-      const Vec3 d = difference(q, a, b);
-      add(spring_factor(d, k, k * rest), d, lane, sum);
-    });
   }
 }
 
@@ -81,10 +70,6 @@ SweepKernels<float> sweep_kernels() {
       {sse2::single::rk_sweep, sse2::single::kick_sweep, sse2::single::warm_up},
       {avx2::single::rk_sweep, avx2::single::kick_sweep, avx2::single::warm_up},
       {avx512::single::rk_sweep, avx512::single::kick_sweep, avx512::single::warm_up});
-}
-
-NetForces net_forces() {
-  return for_simd_level<NetForces>(sse2::net_forces, avx2::net_forces, avx512::net_forces);
 }
 
 template <class Real>

@@ -85,12 +85,4 @@ struct SweepKernels {
 template <class Real>
 SweepKernels<Real> sweep_kernels();
 
-// Adds the forces of the net on particles [begin, end), begin a multiple of 8. points holds the
-// positions q once more, four doubles a particle: the far end of a spring is then on one cache
-// line.
-using NetForces = void (*)(const Net& net, const double* const q[3], const double* points,
-                           int begin, int end, ForceSink sink);
-
-NetForces net_forces();
-
 }  // namespace sim

@@ -39,7 +39,7 @@ class Sweeps {
   bool run_alone(int stage, const ParticleView& view, ForceSink sink, const Real* const* q,
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
-    if (q) system_->pack_all(view);
+    if (q) system_->prepare_gather(view);
     system_->team().run([&](int rank) {
       if (rank >= wavefront_.ranks()) return;
       const Part part = part_of(view.n, kGrain, rank, wavefront_.ranks());

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <tuple>
 
 #include "core/base/simd_targets.h"
 #include "core/base/team.h"
@@ -123,6 +125,63 @@ std::vector<Vec3> plain_forces(const List& list, const std::vector<Vec3>& x) {
   return rounded;
 }
 
+// The springs of a list with particle i called number[i].
+List renumbered(List list, const std::vector<int>& number) {
+  for (Tie& tie : list) {
+    tie.a = number[static_cast<std::size_t>(tie.a)];
+    tie.b = number[static_cast<std::size_t>(tie.b)];
+  }
+  return list;
+}
+
+// 0 .. n - 1, shuffled within windows.
+std::vector<int> shuffled(int n, int window) {
+  std::vector<int> number(static_cast<std::size_t>(n));
+  std::iota(number.begin(), number.end(), 0);
+  std::mt19937 random(5);
+  for (int begin = 0; begin < n; begin += window)
+    std::shuffle(number.begin() + begin, number.begin() + std::min(begin + window, n), random);
+  return number;
+}
+
+// Of every particle, in the order in which a net adds them.
+std::vector<List> sorted_ends(const List& list, std::size_t n) {
+  std::vector<List> ends(n);
+  for (const Tie& tie : list) {
+    ends[static_cast<std::size_t>(tie.a)].push_back(tie);
+    ends[static_cast<std::size_t>(tie.b)].push_back({tie.b, tie.a, tie.k, tie.rest});
+  }
+  for (List& of_one : ends)
+    std::ranges::sort(of_one, {},
+                      [](const Tie& tie) { return std::tuple(tie.k, tie.rest, tie.b); });
+  return ends;
+}
+
+// The forces of a net, end by end.
+std::vector<Vec3> net_forces(const List& list, const std::vector<Vec3>& x) {
+  std::vector<Vec3> f;
+  for (const List& ends : sorted_ends(list, x.size())) {
+    Vec3 sum = Vec3::Zero();
+    for (const Tie& tie : ends) {
+      const Vec3 d = x[static_cast<std::size_t>(tie.a)] - x[static_cast<std::size_t>(tie.b)];
+      const double s = spring_factor(d, tie.k, tie.k * tie.rest);
+      for (int axis = 0; axis < 3; ++axis) sum[axis] = std::fma(s, d[axis], sum[axis]);
+    }
+    f.push_back(sum);
+  }
+  return f;
+}
+
+void check_every_way(const List& list, const std::vector<Vec3>& x,
+                     const std::vector<Vec3>& forces) {
+  for (const int threads : {1, 2, 3}) CHECK(system_forces(list, x, threads) == forces);
+  for (const char* level : {"sse2", "avx2", "avx512"}) {
+    setenv("SIM_SIMD", level, 1);
+    CHECK(system_forces(list, x, 2) == forces);
+  }
+  unsetenv("SIM_SIMD");
+}
+
 double worst_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   double worst = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -212,6 +271,76 @@ TEST_CASE("threads and instruction sets do not change a bit", "[particles]") {
     }
     unsetenv("SIM_SIMD");
   }
+}
+
+TEST_CASE("a large net in another order adds the same ends in the same order", "[particles]") {
+  const int n = 190 * 190;
+  const std::vector<Vec3> x = positions(n);
+  const List random = renumbered(cloth(190), shuffled(n, n));
+  const Springs springs = springs_of(n, random);
+  REQUIRE(springs.runs().empty());
+  CHECK(springs.net().reordered());
+  check_every_way(random, x, net_forces(random, x));
+
+  const std::vector<List> ends = sorted_ends(random, x.size());
+  long wrong = 0;
+  for (int i = 0; i < n; ++i) {
+    std::size_t e = 0;
+    const List& of_one = ends[static_cast<std::size_t>(i)];
+    springs.at(i, [&](int to, double k, double rest) {
+      wrong +=
+          e >= of_one.size() || of_one[e].b != to || of_one[e].k != k || of_one[e].rest != rest;
+      ++e;
+    });
+    wrong += e != of_one.size();
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("a net keeps numbers that are near, or few", "[particles]") {
+  for (const auto& [side, window] : {std::pair{190, 64}, std::pair{40, 1600}}) {
+    const int n = side * side;
+    const List list = renumbered(cloth(side), shuffled(n, window));
+    const std::vector<Vec3> x = positions(n);
+    REQUIRE(springs_of(n, list).runs().empty());
+    CHECK_FALSE(springs_of(n, list).net().reordered());
+    check_every_way(list, x, net_forces(list, x));
+  }
+}
+
+TEST_CASE("a net may be in pieces, with a star, free particles and extreme lengths",
+          "[particles]") {
+  // Two cloths of 130 x 130, a star of 5000 and 3 particles without springs.
+  const int cloth_size = 130 * 130, n = 2 * cloth_size + 5001 + 3;
+  List list = cloth(130);
+  for (const Tie& tie : cloth(130))
+    list.push_back({tie.a + cloth_size, tie.b + cloth_size, tie.k + 1, tie.rest});
+  for (int i = 1; i <= 5000; ++i)
+    list.push_back({2 * cloth_size, 2 * cloth_size + i, 1.0 + i % 7, 0.2});
+  list = renumbered(list, shuffled(n, n));
+  std::vector<Vec3> x = positions(n);
+  const auto at = [&](int i) -> Vec3& { return x[static_cast<std::size_t>(i)]; };
+  at(list[100].a) = at(list[100].b);
+  at(list[200].a) = at(list[200].b) + Vec3(1e-200, 0, 0);
+  at(list[300].a) = Vec3(0, 1e200, 0);
+  at(list.back().b) = Vec3(0, 0, -1e170);
+  const Springs springs = springs_of(n, list);
+  REQUIRE(springs.runs().empty());
+  CHECK(springs.net().reordered());
+  check_every_way(list, x, net_forces(list, x));
+}
+
+TEST_CASE("runs and a reordered net add up", "[particles]") {
+  const int n = 33001;
+  List list = chain(n, false);
+  for (const Tie& tie : renumbered(list, shuffled(n, n))) list.push_back(tie);
+  list.push_back({0, n - 1, 10, 0.3});
+  const Springs springs = springs_of(n, list);
+  REQUIRE(springs.runs().size() == 1);
+  REQUIRE(springs.net().reordered());
+  const std::vector<Vec3> x = positions(n), forces = system_forces(list, x);
+  CHECK(worst_difference(forces, plain_forces(list, x)) < 1e-12);
+  check_every_way(list, x, forces);
 }
 
 TEST_CASE("distances far outside the fast path give the exact force", "[particles]") {
