@@ -86,6 +86,9 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
         .text("default", to_text(param.default_value))
         .flag("required", param.required)
         .text("doc", param.doc);
+    std::vector<std::string> choices;
+    for (const std::string& choice : param.choices) choices.push_back(json_string(choice));
+    if (!choices.empty()) object.json("choices", json_array(choices));
     if (std::isfinite(param.min)) object.number("min", param.min);
     if (std::isfinite(param.max)) object.number("max", param.max);
     params.push_back(object.str());

@@ -21,8 +21,8 @@ struct Remedy {
 };
 
 struct PostMortem {
-  std::string integrator,
-      choice;  // its name; the same with its parameters, as --integrator takes it
+  std::string integrator;
+  std::string choice;              // the integrator with its parameters, as --integrator takes it
   double dt = 0, limit_share = 0;  // dt as a share of the largest stable step at the start
   std::int64_t step = 0;           // the last one with a state that could be looked at
 

@@ -127,6 +127,23 @@ TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {
   CHECK(run_sim({"scenes/pendulum1.lua", "-i", integrator, option, value, "-T", "1"}).code == 0);
 }
 
+TEST_CASE("sim tradeoff compares the precisions of one method") {
+  const Outcome outcome = run_sim({"tradeoff", "scenes/cloth.lua", "-T", "0.05", "--integrators",
+                                   "pefrl,pefrl:precision=single", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  const auto least_error = [&](const std::string& name) {
+    double least = 1;
+    for (const Json& point : named(study.at("integrators"), name).at("points").list)
+      if (point.at("status").text == "finite") least = std::min(least, point.at("error").number);
+    return least;
+  };
+  CHECK(least_error("pefrl") < 1e-9);
+  const double single = least_error("pefrl:precision=single");
+  CHECK(single > 1e-8);
+  CHECK(single < 1e-5);
+}
+
 TEST_CASE("tables of the studies fit 100 columns") {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"stability"},
                                                 {"stability", "-s", "structural=1e12"},

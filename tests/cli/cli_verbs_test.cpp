@@ -98,6 +98,10 @@ TEST_CASE("every plugin and scene describes itself") {
 
 TEST_CASE("describe knows orders, aliases and the parameters of a scene") {
   const Json rk4 = read_json(run_sim({"describe", "r", "--json"}).out);
+  CHECK(run_sim({"describe", "rk4"}).out.find("double or single") != std::string::npos);
+  const Json& choices = rk4.at("params").list.at(0).at("choices");
+  REQUIRE(choices.list.size() == 2);
+  CHECK(choices.list[1].text == "single");
   CHECK(rk4.at("name").text == "rk4");
   CHECK(rk4.at("order").number == 4);
   CHECK(rk4.at("evaluations").number == 4);

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/particles/particle_jacobian.h"
-#include "core/particles/springs.h"
 #include "core/particles/spring_stiffness.h"
+#include "core/particles/springs.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;

@@ -80,10 +80,12 @@ TEST_CASE("the force of a spring has the digits of single precision at any lengt
     CHECK(std::abs(pair.velocity(3).x() - 3 * h * (d - 0.25)) < 4 * ulp * scale);
     CHECK(pair.velocity(11).x() == -pair.velocity(3).x());
   }
-  // No direction, no force.
-  sim::Simulation together(make_pairs(0, 3, 0.25), registry, in_single("rk4", h));
-  REQUIRE(run(together, 10));
-  CHECK(together.velocity(3).norm() == 0);
+  // No direction, no force, however strong the spring.
+  for (const double stiffness : {3.0, 4e20}) {
+    sim::Simulation together(make_pairs(0, stiffness / 16, 0.25), registry, in_single("rk4", h));
+    REQUIRE(run(together, 10));
+    CHECK(together.velocity(3).norm() == 0);
+  }
 }
 
 TEST_CASE("a run in single precision goes on from what it is given") {
@@ -135,6 +137,10 @@ TEST_CASE("single precision overflows to an error, and is refused where it canno
   CHECK(refusal(make_pairs(1, 1e30, 1)).find("a stiffness of 1e+30") != std::string::npos);
   CHECK(refusal(make_pairs(1, 1e18, 1e18)).find("rest length of 1e+36") != std::string::npos);
   CHECK(refusal(make_falling(1e-30, 0)).find("a mass of 1e-30") != std::string::npos);
+  CHECK(refusal(make_falling(1, 1e-30)).find("a drag of 1e-30") != std::string::npos);
+  sim::SystemSpec heavy = make_falling(1, 0);
+  heavy.forces[0].given["g"] = sim::Vec3(0, -1e21, 0);
+  CHECK(refusal(heavy).find("an acceleration of -1e+21") != std::string::npos);
   sim::SystemSpec loaded = make_cloth(3);
   loaded.loads.assign(9, {0, 1, 0});
   CHECK(refusal(loaded).find("force 'load'") != std::string::npos);

@@ -17,9 +17,10 @@ sim::study::Watch no_watch() {
 }
 
 PostMortem examine(const sim::SystemSpec& spec, const std::string& integrator, double dt,
-                   double time) {
+                   double time, std::map<std::string, sim::Value> given = {}) {
   sim::Registry registry = make_registry();
-  const sim::study::Problem problem{&spec, &registry, {.integrator = integrator, .dt = dt}};
+  const sim::study::Problem problem{
+      &spec, &registry, {.integrator = integrator, .integrator_given = std::move(given), .dt = dt}};
   return sim::study::post_mortem(problem, std::lround(time / dt), time, no_watch());
 }
 
@@ -60,6 +61,14 @@ TEST_CASE("euler on the cloth: the first spring, and a step and a method that re
   sim::Simulation before(cloth, registry, {.integrator = "euler", .dt = 0.005});
   REQUIRE(run(before, found.since - 1));
   CHECK(std::abs(sim::study::worst_spring(before).strain) < 1);
+}
+
+TEST_CASE("what a post-mortem tells to run is the method as it was chosen") {
+  CHECK(examine(make_cloth(4), "euler", 0.05, 1).choice == "euler");
+  const PostMortem found =
+      examine(make_cloth(4), "euler", 0.05, 1, {{"precision", std::string("single")}});
+  CHECK(found.integrator == "euler");
+  CHECK(found.choice == "euler:precision=single");
 }
 
 TEST_CASE("a method without a stable step on a pendulum is replaced") {
