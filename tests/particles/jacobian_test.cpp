@@ -5,6 +5,7 @@
 #include "core/particles/particle_jacobian.h"
 #include "core/particles/spring_stiffness.h"
 #include "core/particles/springs.h"
+#include "core/particles/stage_matrix.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;
@@ -127,6 +128,81 @@ TEST_CASE("the Jacobian of particles agrees with differences", "[particles]") {
     Scene scene(1, other);
     CHECK(disagreement(*scene.system, scene.x, scene.dx) <= 1e-8);
   }
+}
+
+TEST_CASE("the matrix of a stage is that of the Jacobian, its diagonal too", "[particles]") {
+  for (const Other other : {Other::kNone, Other::kBlocks, Other::kDifferences})
+    for (const int threads : {1, 3}) {
+      Scene scene(threads, other);
+      const double tau = 0.3;
+      const ParticleView view = scene.system->view(0.3, scene.x.data());
+      StageMatrix matrix(*scene.system);
+      matrix.at(view, tau, false);
+      const auto jacobian = scene.system->jacobian();
+      jacobian->at(0.3, scene.x.data());
+
+      // A p = m (p - tau a) with the accelerations a that J has for dq = tau p, dv = p.
+      Array p(matrix.layout().size()), out(p.size()), dx(scene.layout.size()), rate(dx.size());
+      const auto expected = [&](int i, int axis) {
+        return view.mass[i] * (matrix.layout().block(p.data(), axis)[i] -
+                               tau * scene.layout.block(rate.data(), 3 + axis)[i]);
+      };
+      const auto apply = [&] {
+        for (int axis = 0; axis < 3; ++axis)
+          for (int i = 0; i < view.n; ++i) {
+            const double value = matrix.layout().block(p.data(), axis)[i];
+            scene.layout.block(dx.data(), axis)[i] = tau * value;
+            scene.layout.block(dx.data(), 3 + axis)[i] = value;
+          }
+        matrix.apply(p.data(), out.data());
+        jacobian->apply(dx.data(), rate.data());
+      };
+      for (int axis = 0; axis < 3; ++axis)
+        for (int i = 0; i < view.n; ++i)
+          matrix.layout().block(p.data(), axis)[i] = view.free(i) ? std::sin(2.0 * i + axis) : 0;
+      apply();
+      // Differences are good to 1e-8.
+      const double margin = other == Other::kDifferences ? 1e-6 : 1e-11;
+      for (int axis = 0; axis < 3; ++axis)
+        for (int i = 0; i < view.n; ++i)
+          if (view.free(i))
+            CHECK(matrix.layout().block(out.data(), axis)[i] ==
+                  Approx(expected(i, axis)).margin(margin));
+      if (other == Other::kDifferences) continue;
+      for (const int i : {1, 30, 58})
+        for (int column = 0; column < 3; ++column) {
+          std::ranges::fill(p.span(), 0.0);
+          matrix.layout().block(p.data(), column)[i] = 1;
+          apply();
+          for (int row = 0; row < 3; ++row)
+            CHECK(matrix.diagonal(i)(row, column) == Approx(expected(i, row)).margin(margin));
+        }
+    }
+}
+
+TEST_CASE("every spring is visited once with its stiffness", "[particles]") {
+  Scene scene(1, Other::kNone);
+  const ParticleView view = scene.system->view(0, scene.x.data());
+  const double* const q[3] = {view.x, view.y, view.z};
+  Stiffness stiffness(*scene.system);
+  stiffness.at(q, false);
+  // The sums of |K| over the springs of each particle, against those of the springs themselves.
+  std::vector<double> found(Scene::kParticles), expected(Scene::kParticles);
+  const auto size = [](const SpringStiffness& s) { return s.along * s.along + std::abs(s.across); };
+  int springs = 0;
+  stiffness.for_each([&](int a, int b, const SpringStiffness& spring) {
+    CHECK(a < b);
+    ++springs;
+    found[static_cast<std::size_t>(a)] += size(spring);
+    found[static_cast<std::size_t>(b)] += size(spring);
+  });
+  CHECK(springs == scene.system->forces()[1]->springs()->count());
+  for (int i = 0; i < Scene::kParticles; ++i)
+    scene.system->forces()[1]->springs()->at(i, [&](int to, double k, double rest) {
+      expected[static_cast<std::size_t>(i)] +=
+          size(spring_stiffness(view.position(i) - view.position(to), k, rest));
+    });
+  for (std::size_t i = 0; i < found.size(); ++i) CHECK(found[i] == Approx(expected[i]));
 }
 
 TEST_CASE("the Jacobian does not depend on threads", "[particles]") {

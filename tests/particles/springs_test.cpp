@@ -300,7 +300,8 @@ TEST_CASE("a large net in another order adds the same ends in the same order", "
 TEST_CASE("a net keeps numbers that are near, or few", "[particles]") {
   for (const auto& [side, window] : {std::pair{190, 64}, std::pair{40, 1600}}) {
     const int n = side * side;
-    const List list = renumbered(cloth(side), shuffled(n, window));
+    List list = renumbered(cloth(side), shuffled(n, window));
+    for (Tie& tie : list) tie.k = 100;  // not the stiffness alone tells the springs apart
     const std::vector<Vec3> x = positions(n);
     REQUIRE(springs_of(n, list).runs().empty());
     CHECK_FALSE(springs_of(n, list).net().reordered());
@@ -344,20 +345,29 @@ TEST_CASE("runs and a reordered net add up", "[particles]") {
 }
 
 TEST_CASE("distances far outside the fast path give the exact force", "[particles]") {
-  // 16 particles in a chain, a single pair of which is at an extreme distance.
-  for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-20, 1e19, 1e25, 1e100, 1e200}) {
-    List list = chain(16, false);
-    for (Tie& tie : list) tie = {tie.a, tie.b, 2.0, 0.5};
-    std::vector<Vec3> x;
-    for (int i = 0; i < 16; ++i) x.push_back({0, i < 7 ? -1.0 * (7 - i) : 1.0 * (i - 8), 0});
-    for (int i = 0; i < 7; ++i) x[static_cast<std::size_t>(i)][1] -= 1;
-    x[7] = {0, 0, 0};
-    x[8] = {d, 0, 0};
-    for (int i = 9; i < 16; ++i) x[static_cast<std::size_t>(i)] = {d, 1.0 * (i - 8), 0};
-    const double expected = -2.0 * (d - 0.5);  // on particle 8, along x
-    CHECK(system_forces(list, x)[8][0] == Approx(expected).epsilon(1e-14));
-    CHECK(system_forces(list, x)[7][0] == Approx(-expected).epsilon(1e-14));
-  }
+  // A chain, a single pair of which is at an extreme distance, also where the ring of the run
+  // begins again.
+  constexpr int kCount = 40;
+  for (const int low : {7, 16, 17, 30})
+    for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-20, 1e19, 1e25, 1e100, 1e200}) {
+      List list = chain(kCount, false);
+      for (Tie& tie : list) tie = {tie.a, tie.b, 2.0, 0.5};
+      std::vector<Vec3> x;
+      for (int i = 0; i < kCount; ++i) {
+        if (i <= low)
+          x.push_back({0, i < low ? -1.0 - (low - i) : 0.0, 0});
+        else
+          x.push_back({d, 1.0 * (i - low - 1), 0});
+      }
+      const double expected = -2.0 * (d - 0.5);  // on the upper particle, along x
+      for (const char* level : {"sse2", "avx2", "avx512"}) {
+        setenv("SIM_SIMD", level, 1);
+        const std::vector<Vec3> forces = system_forces(list, x);
+        CHECK(forces[static_cast<std::size_t>(low) + 1][0] == Approx(expected).epsilon(1e-14));
+        CHECK(forces[static_cast<std::size_t>(low)][0] == Approx(-expected).epsilon(1e-14));
+      }
+    }
+  unsetenv("SIM_SIMD");
 }
 
 TEST_CASE("particles that are not tied do not feel each other, however far apart") {

@@ -81,8 +81,8 @@ TEST_CASE("the force of a spring has the digits of single precision at any lengt
     CHECK(pair.velocity(11).x() == -pair.velocity(3).x());
   }
   // No direction, no force, however strong the spring.
-  for (const double stiffness : {3.0, 4e20}) {
-    sim::Simulation together(make_pairs(0, stiffness / 16, 0.25), registry, in_single("rk4", h));
+  for (const double stiffness : {3.0, 1e20}) {
+    sim::Simulation together(make_pairs(0, stiffness, 1), registry, in_single("rk4", h));
     REQUIRE(run(together, 10));
     CHECK(together.velocity(3).norm() == 0);
   }
