@@ -29,7 +29,7 @@ long count(const ExtremeMap& map, char which) {
 
 std::string map_text(const Extremes& all, const ExtremeMap& map) {
   const std::size_t width = all.dt.size() + 1;
-  std::string text = map.method.name + ": " + std::to_string(count(map, '+')) + " trusted, " +
+  std::string text = map.method.label + ": " + std::to_string(count(map, '+')) + " trusted, " +
                      std::to_string(count(map, '?')) + " suspect, " +
                      std::to_string(count(map, 'x')) + " diverged, " +
                      std::to_string(count(map, '-')) + " not run, " +
@@ -69,7 +69,7 @@ std::string map_json(const ExtremeMap& map) {
                         .text("reason", cell.reason)
                         .str());
   return JsonObject()
-      .text("name", map.method.name)
+      .text("name", map.method.label)
       .integer("trusted", count(map, '+'))
       .integer("suspect", count(map, '?'))
       .integer("diverged", count(map, 'x'))
@@ -83,7 +83,8 @@ std::string map_json(const ExtremeMap& map) {
 
 int extremes(const StabilityRequest& request, Registry& registry, Console& console) {
   StudyProgress progress(request.progress, console);
-  const Extremes all = study::extremes(registry, request.integrators, progress.watch());
+  const Extremes all =
+      study::extremes(registry, study_choices(request.integrators, registry), progress.watch());
   progress.clear();
   std::string text;
   if (request.json) {

@@ -86,12 +86,6 @@ void check_once(const std::string& option, const std::vector<std::string>& words
       fail(option, join(words, ","), "'" + *word + "' stands there twice", "keep one of them");
 }
 
-std::vector<std::string> names_list(const std::string& option, const std::string& text) {
-  std::vector<std::string> names = comma_list(option, text);
-  check_once(option, names);
-  return names;
-}
-
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts) {
   std::map<std::string, std::string> result;
   for (const std::string& text : texts) {

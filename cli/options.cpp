@@ -129,7 +129,8 @@ CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
 // A verb that runs a scene itself, again and again.
 CLI::App* Parser::study(const std::string& name, const std::string& doc) {
   CLI::App* app = verb(name, doc);
-  app->add_option("--integrators", texts_.integrators, "only these; all that fit if not given")
+  app->add_option("--integrators", texts_.integrators,
+                  "only these, with parameters as for -i; all that fit\nif not given")
       ->type_name("A,B,..");
   taken_[app] = {"--progress"};
   return app;
@@ -318,7 +319,7 @@ StabilityRequest Parser::stability_request() const {
     usage_error("two things to study", "--extremes and '" + texts_.study_scene + "'",
                 "--extremes has a scene of its own", "keep one of them");
   if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
-  request.integrators = names_list("--integrators", texts_.integrators);
+  request.integrators = parse_integrators("--integrators", texts_.integrators);
   request.progress = show_progress();
   return request;
 }
@@ -327,7 +328,7 @@ OrderRequest Parser::order_request() const {
   OrderRequest request;
   request.scene = scene_request("");
   request.words = texts_.order_words;
-  request.integrators = names_list("--integrators", texts_.integrators);
+  request.integrators = parse_integrators("--integrators", texts_.integrators);
   if (!texts_.time.empty()) request.time = positive_number("--time", texts_.time);
   request.json = texts_.json;
   request.progress = show_progress();

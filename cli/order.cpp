@@ -49,14 +49,14 @@ const Point* finest(const OrderStudy& result, const MethodOrder& each) {
 std::string table_text(const OrderStudy& result) {
   std::size_t width = 12;
   for (const MethodOrder& each : result.methods)
-    width = std::max(width, each.method.name.size() + 2);
+    width = std::max(width, each.method.label.size() + 2);
   std::string text = left("integrator", width) + right("order", 6) + right("observed", 18) +
                      right("smallest", kNumber) + right("error [m]", kNumber) + '\n';
   for (const MethodOrder& each : result.methods) {
     const Point* point = finest(result, each);
     const double step = !point ? 0 : point->tolerance > 0 ? point->tolerance : point->dt;
     std::string line =
-        left(each.method.name, width) + right(std::to_string(each.method.info.order), 6) +
+        left(each.method.label, width) + right(std::to_string(each.method.info.order), 6) +
         right(observed_text(each), 18) + right(point ? brief(step, 3) : "-", kNumber) +
         right(point ? brief(point->rms, 3) : "-", kNumber);
     const std::string words = remark(each);
@@ -118,7 +118,7 @@ std::string method_json(const MethodOrder& each) {
   }
   const auto& observed = each.observed;
   return JsonObject()
-      .text("name", each.method.name)
+      .text("name", each.method.label)
       .integer("order", each.method.info.order)
       .number("observed", observed ? observed->slope : std::nan(""))
       .number("standard_error", observed ? observed->standard_error : std::nan(""))
@@ -143,7 +143,7 @@ std::string json_of(const OrderStudy& result) {
 }
 
 bool is_integrator(const std::string& word, Registry& registry) {
-  const PluginInfo* plugin = registry.find(word);
+  const PluginInfo* plugin = registry.find(word.substr(0, word.find(':')));
   return plugin && plugin->kind == PluginKind::kIntegrator;
 }
 
@@ -152,13 +152,13 @@ bool is_integrator(const std::string& word, Registry& registry) {
 int order(const OrderRequest& request, const Environment& environment, Registry& registry,
           Console& console) {
   SceneRequest scene_request = request.scene;
-  std::vector<std::string> integrators = request.integrators;
+  std::vector<IntegratorChoice> integrators = request.integrators;
   std::vector<std::string> words = request.words;
   if (!words.empty() && (words.size() > 1 || is_integrator(words.front(), registry))) {
     if (!integrators.empty())
       throw Error(ErrorKind::kUsage, {"given twice", "'" + words.front() + "' and --integrators",
                                       "as an argument and as an option", "keep one of them"});
-    integrators = {words.front()};
+    integrators = {parse_integrator(words.front())};
     words.erase(words.begin());
   }
   if (!words.empty()) scene_request.scene = words.front();
@@ -170,7 +170,8 @@ int order(const OrderRequest& request, const Environment& environment, Registry&
     if (progress.caught()) break;
     const study::Problem problem{&spec, &registry, run_options(scene_request, spec, registry)};
     const auto result =
-        study::order(problem, {request.time.value_or(0), integrators}, progress.watch());
+        study::order(problem, {request.time.value_or(0), study_choices(integrators, registry)},
+                     progress.watch());
     texts.push_back(request.json ? json_of(*result) : text_of(*result));
   }
   progress.clear();

@@ -71,7 +71,7 @@ std::string hopeless_text(const Stability& result) {
   std::string text;
   for (const MethodStability& each : result.methods) {
     if (limit_name(each) != "none stable") continue;
-    text += wrapped(each.method.name +
+    text += wrapped(each.method.label +
                         " has no stable step here: without enough damping it adds "
                         "energy at every step size",
                     2);
@@ -86,7 +86,7 @@ std::string hopeless_text(const Stability& result) {
 std::string table_text(const Stability& result) {
   std::size_t width = 11;
   for (const MethodStability& each : result.methods)
-    width = std::max(width, each.method.name.size() + 1);
+    width = std::max(width, each.method.label.size() + 1);
   std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 8) +
                      right("", kStep) +
                      (result.energy_time > 0 ? "   energy error at a share of it" : "") + '\n';
@@ -96,7 +96,7 @@ std::string table_text(const Stability& result) {
     for (const char* share : {"0.25", "0.5", "0.9", "1"}) text += right(share, kEnergy);
   text += '\n';
   for (const MethodStability& each : result.methods) {
-    std::string line = left(each.method.name, width) + right(step_text(each.predicted), kStep) +
+    std::string line = left(each.method.label, width) + right(step_text(each.predicted), kStep) +
                        right(step_text(each.measured), kStep) + right(off_text(each), 8) +
                        right(standing(each, result.dt), kStep) + ' ';
     for (const auto& point : each.energy) line += right(energy_text(point), kEnergy);
@@ -132,7 +132,7 @@ std::string text_of(const Stability& result) {
 
 std::string limit_json(const MethodStability& each) {
   JsonObject object;
-  object.text("name", each.method.name).integer("order", each.method.info.order);
+  object.text("name", each.method.label).integer("order", each.method.info.order);
   object.number("predicted_dt", each.predicted.value_or(std::nan("")))
       .number("measured_dt", each.measured.value_or(std::nan("")))
       .text("limit", limit_name(each))
@@ -183,8 +183,8 @@ int stability(const StabilityRequest& request, const Environment& environment, R
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
     const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
-    const Stability result =
-        study::stability(problem, {request.at, request.integrators}, progress.watch());
+    const Stability result = study::stability(
+        problem, {request.at, study_choices(request.integrators, registry)}, progress.watch());
     texts.push_back(request.json ? json_of(result) : text_of(result));
   }
   progress.clear();

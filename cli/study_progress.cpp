@@ -38,6 +38,15 @@ void StudyProgress::clear() {
   drawn_ = false;
 }
 
+std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
+                                         Registry& registry) {
+  std::vector<study::Choice> choices;
+  for (const IntegratorChoice& choice : given)
+    choices.push_back(
+        {choice.name, integrator_values(choice, choice.name, registry), choice.text()});
+  return choices;
+}
+
 void put_studies(const std::vector<std::string>& texts, bool json, bool world, Console& console) {
   if (!json) {
     put(console.out, join(texts, "\n"));

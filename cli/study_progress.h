@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/console.h"
+#include "cli/integrator_choice.h"
 #include "cli/run.h"
 #include "cli/signals.h"
 #include "core/study/problem.h"
@@ -41,6 +42,10 @@ class StudyProgress {
   Clock::time_point last_{};
   Interrupts interrupts_;
 };
+
+// The integrators to study as the command line gives them. Throws Error{kUsage}.
+std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
+                                         Registry& registry);
 
 // One text a system on standard output: tables one below the other; JSON as it is, or in a world as
 // {"systems":[...]}.

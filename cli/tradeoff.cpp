@@ -316,9 +316,7 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     options.time = request.time.value_or(0);
     options.budget = request.budget.value;
     options.budget_in_metres = request.budget.in_metres;
-    for (const IntegratorChoice& choice : request.integrators)
-      options.integrators.push_back(
-          {choice.name, integrator_values(choice, choice.name, registry), choice.text()});
+    options.integrators = study_choices(request.integrators, registry);
     const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
     const auto study = study::work_precision(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(*study) : text_of(*study));

@@ -41,10 +41,12 @@ double moved(const ExtremeCell& cell, double t) {
 }
 
 // Runs the cell and judges it as sim would, then compares with the exact motion.
-void run_cell(Registry& registry, const std::string& integrator, ExtremeCell& cell) {
+void run_cell(Registry& registry, const Choice& integrator, ExtremeCell& cell) {
   const SystemSpec spec = hanging_particle(cell.stiffness, cell.mass, cell.offset);
   try {
-    Simulation system(spec, registry, {.integrator = integrator, .dt = cell.dt});
+    Simulation system(
+        spec, registry,
+        {.integrator = integrator.name, .integrator_given = integrator.given, .dt = cell.dt});
     const double radians = std::sqrt(cell.stiffness / cell.mass) * cell.dt * kSteps;
     const double most = cell.offset > 1e9 ? kFarRadians : kMostRadians;
     const bool own =
@@ -88,15 +90,14 @@ std::vector<double> powers(int from, int to, int stride) {
 
 }  // namespace
 
-Extremes extremes(Registry& registry, const std::vector<std::string>& integrators,
-                  const Watch& watch) {
+Extremes extremes(Registry& registry, const std::vector<Choice>& integrators, const Watch& watch) {
   Extremes result;
   result.stiffness = powers(-6, 12, 3);
   result.mass = powers(-9, 9, 3);
   result.dt = powers(-12, 3, 3);
   result.offset = powers(3, 15, 3);
   const SystemSpec spec = hanging_particle(1, 1, 0);
-  const std::vector<Method> methods = fitting_methods({&spec, &registry}, choices(integrators));
+  const std::vector<Method> methods = fitting_methods({&spec, &registry}, integrators);
   for (const Method& method : methods) {
     ExtremeMap& map = result.maps.emplace_back();
     map.method = method;
@@ -116,12 +117,12 @@ Extremes extremes(Registry& registry, const std::vector<std::string>& integrator
       const double done = (static_cast<double>(result.maps.size() - 1) +
                            static_cast<double>(i) / static_cast<double>(map.cells.size())) /
                           static_cast<double>(methods.size());
-      if (!watch(method.name, done)) {
+      if (!watch(method.label, done)) {
         map.cells.resize(i);
         result.complete = false;
         return result;
       }
-      run_cell(registry, method.name, map.cells[i]);
+      run_cell(registry, method, map.cells[i]);
     }
   }
   return result;

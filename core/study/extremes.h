@@ -36,7 +36,6 @@ struct Extremes {
 };
 
 // Over 60 steps in each cell. Empty names: all integrators that fit.
-Extremes extremes(Registry& registry, const std::vector<std::string>& integrators,
-                  const Watch& watch);
+Extremes extremes(Registry& registry, const std::vector<Choice>& integrators, const Watch& watch);
 
 }  // namespace sim::study

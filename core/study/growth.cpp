@@ -80,7 +80,7 @@ Growth growth(const Problem& problem, const Reference& reference, double time, c
   if (reference.steps == 0) return result;
   const int intervals = static_cast<int>(reference.points.size()) - 1;
   Simulation system = problem.simulation();
-  const std::unique_ptr<Integrator> integrator = problem.integrator(reference.method.name);
+  const std::unique_ptr<Integrator> integrator = problem.with(reference.method).make_integrator();
   integrator->prepare(system.ode());
   const std::vector<std::size_t> places = free_places(system);
   Array start(system.state().size());

@@ -48,18 +48,19 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
     study->complete = false;
     return study;
   }
-  const std::vector<Method> methods = fitting_methods(problem, choices(options.integrators));
+  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
   const double most = kMostEvaluations * 64 / std::max(64, system.particles());
   for (const Method& method : methods) {
     const auto done =
         static_cast<double>(study->methods.size()) / static_cast<double>(methods.size());
-    auto points = halve(problem, method, study->yardstick, most,
-                        [&] { return watch(method.name, 0.2 + 0.8 * done); });
+    const Yardstick yardstick = study->yardstick.of(method);
+    auto points = halve(problem, method, yardstick, most,
+                        [&] { return watch(method.label, 0.2 + 0.8 * done); });
     if (!points) {
       study->complete = false;
       return study;
     }
-    const auto observed = observed_order(*points, study->yardstick);
+    const auto observed = observed_order(*points, yardstick);
     study->methods.push_back({method, std::move(*points), observed});
   }
   return study;

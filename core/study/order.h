@@ -30,7 +30,7 @@ struct OrderStudy {
 
 struct OrderOptions {
   double time = 0;  // s; 0 = a tenth of the scene's duration, at least 2 periods
-  std::vector<std::string> integrators = {};  // empty = all that fit
+  std::vector<Choice> integrators = {};  // empty = all that fit
 };
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,

@@ -87,7 +87,7 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
       result.complete = false;
       return;
     }
-    auto run = try_run(problem, "", dt, time, watch);
+    auto run = try_run(problem, dt, time, watch);
     if (!run) {
       result.complete = false;
       return;
@@ -105,7 +105,7 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
   std::erase_if(methods, [&](const Method& method) {
     if (method.name == result.integrator) return true;
     if (method.info.adaptive) return false;
-    const auto limit = predicted_step(*problem.integrator(method.name), modes);
+    const auto limit = predicted_step(*problem.with(method).make_integrator(), modes);
     return !limit || *limit < 1.25 * result.dt;
   });
   const auto cost = [](const Method& method) {
@@ -120,12 +120,13 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
     const bool own = method.info.adaptive && omega > 0;
     if (!affordable(problem, time, own ? std::min(result.dt, 0.2 / omega) : result.dt, work))
       return;
-    auto run = try_run(problem, method.name, result.dt, time, watch);
+    auto run = try_run(problem.with(method), result.dt, time, watch);
     if (!run) {
       result.complete = false;
       return;
     }
     if (run->verdict.trust != Trust::kTrusted) continue;
+    run->integrator = method.label;
     result.other = std::move(run);
     return;
   }
@@ -133,10 +134,9 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
 
 }  // namespace
 
-std::optional<Remedy> try_run(const Problem& problem, const std::string& integrator, double dt,
-                              double time, const Watch& watch) {
-  Simulation system = problem.simulation(integrator, dt);
-  Remedy result{integrator, dt, system.steps_for(time), {}};
+std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch) {
+  Simulation system = problem.simulation(dt);
+  Remedy result{"", dt, system.steps_for(time), {}};
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
   const std::int64_t stride = std::max<std::int64_t>(1, result.steps / kLooks);
   for (std::int64_t step = 0; step <= result.steps; ++step) {

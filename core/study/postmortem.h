@@ -44,7 +44,6 @@ struct PostMortem {
 PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time, const Watch& watch);
 
 // A whole run and the verdict on it, as sim gives it; nothing when told to end.
-std::optional<Remedy> try_run(const Problem& problem, const std::string& integrator, double dt,
-                              double time, const Watch& watch);
+std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch);
 
 }  // namespace sim::study

@@ -8,60 +8,44 @@
 #include "core/base/finite.h"
 
 namespace sim::study {
-namespace {
-
-// Parameters given to the integrator of the run hold for no other one.
-RunOptions options_for(const Problem& problem, const std::string& name) {
-  RunOptions options = problem.options;
-  const std::string& own =
-      options.integrator.empty() ? problem.spec->integrator : options.integrator;
-  Registry& registry = *problem.registry;
-  if (!name.empty() && registry.integrator(name).name != registry.integrator(own).name) {
-    options.integrator = name;
-    options.integrator_given.clear();
-  }
-  return options;
+Choice Problem::integrator() const {
+  if (!options.integrator.empty()) return {options.integrator, options.integrator_given};
+  Choice choice{spec->integrator, options.integrator_given};
+  choice.given.insert(spec->integrator_given.begin(), spec->integrator_given.end());
+  return choice;
 }
 
-}  // namespace
-
-std::vector<Choice> choices(const std::vector<std::string>& names) {
-  std::vector<Choice> list;
-  for (const std::string& name : names) list.push_back({name});
-  return list;
-}
-
-Problem Problem::with(const Choice& choice) const {
-  Problem changed{spec, registry, options_for(*this, choice.name)};
-  if (choice.given.empty()) return changed;
-  changed.options.integrator = choice.name;
-  changed.options.integrator_given = choice.given;
+Problem Problem::with(const Choice& integrator) const {
+  Problem changed = *this;
+  changed.options.integrator = integrator.name;
+  changed.options.integrator_given = integrator.given;
   return changed;
 }
 
-Simulation Problem::simulation(const std::string& name, double dt) const {
-  RunOptions run = options_for(*this, name);
+Simulation Problem::simulation(double dt) const {
+  RunOptions run = options;
   if (dt > 0) run.dt = dt;
   return Simulation(*spec, *registry, run);
 }
 
-std::unique_ptr<Integrator> Problem::integrator(const std::string& name) const {
-  const RunOptions run = options_for(*this, name);
-  const IntegratorPlugin& plugin =
-      registry->integrator(run.integrator.empty() ? spec->integrator : run.integrator);
-  std::map<std::string, Value> given = run.integrator_given;
-  if (run.integrator.empty())
-    given.insert(spec->integrator_given.begin(), spec->integrator_given.end());
-  return plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, spec->place));
+std::unique_ptr<Integrator> Problem::make_integrator() const {
+  const Choice choice = integrator();
+  const IntegratorPlugin& plugin = registry->integrator(choice.name);
+  return plugin.make(
+      Params("integrator '" + plugin.name + "'", plugin.params, choice.given, spec->place));
 }
 
-std::unique_ptr<Integrator> Problem::integrator(const Simulation& like) const {
+std::unique_ptr<Integrator> Problem::make_integrator(const Simulation& like) const {
   return registry->integrator(like.integrator_plugin().name).make(like.integrator_params());
 }
 
 std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& given) {
   std::vector<Choice> wanted = given;
-  if (wanted.empty()) wanted = choices(problem.registry->names(PluginKind::kIntegrator));
+  if (wanted.empty())
+    for (std::string& name : problem.registry->names(PluginKind::kIntegrator))
+      wanted.push_back({std::move(name)});
+  const Choice own = problem.integrator();
+  const std::string own_name = problem.registry->integrator(own.name).name;
   std::vector<Method> methods;
   for (Choice& choice : wanted) {
     try {
@@ -70,11 +54,16 @@ std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Ch
       const auto has = [&](auto what) {
         return std::any_of(plugin.params.begin(), plugin.params.end(), what);
       };
-      if (given.empty() && has([](const Param& param) { return param.required; })) continue;
-      const IntegratorInfo info = problem.with(choice).simulation().integrator_info();
-      if (choice.label == choice.name) choice.label = plugin.name;
+      if (choice.given.empty() && plugin.name == own_name) choice.given = own.given;
+      if (given.empty() && choice.given.empty() &&
+          has([](const Param& param) { return param.required; }))
+        continue;
+      const Simulation simulation = problem.with(choice).simulation();
+      if (choice.label == choice.name)
+        choice.label = spelled(plugin.name, plugin.params, simulation.integrator_params());
       choice.name = plugin.name;
-      methods.push_back({choice, info, has([](const Param& param) { return param.name == "tol"; }),
+      methods.push_back({choice, simulation.integrator_info(),
+                         has([](const Param& param) { return param.name == "tol"; }),
                          static_cast<bool>(plugin.make_from_others)});
     } catch (const Error& error) {
       if (given.empty()) continue;

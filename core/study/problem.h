@@ -20,21 +20,20 @@ struct Choice {
   std::map<std::string, Value> given = {};
   std::string label = name;
 };
-std::vector<Choice> choices(const std::vector<std::string>& names);
 
 struct Problem {
   const SystemSpec* spec = nullptr;
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
 
-  // The same with an integrator of its own.
-  Problem with(const Choice& choice) const;
+  Choice integrator() const;                     // of the run, by the options or else by the scene
+  Problem with(const Choice& integrator) const;  // the same with another one
 
-  Simulation simulation(const std::string& integrator = "", double dt = 0) const;
+  Simulation simulation(double dt = 0) const;  // 0: the step of the run
 
-  // The integrator alone, not yet prepared; parameters as a run of that name would have them.
-  std::unique_ptr<Integrator> integrator(const std::string& name) const;
-  std::unique_ptr<Integrator> integrator(const Simulation& like) const;
+  // The integrator alone, not yet prepared.
+  std::unique_ptr<Integrator> make_integrator() const;
+  std::unique_ptr<Integrator> make_integrator(const Simulation& like) const;
 };
 
 // Told what is being done and how much of it is done (0 .. 1); answers false to end the study,
@@ -47,8 +46,9 @@ struct Method : Choice {
   bool chooses = false;        // among other methods, as `auto` does
 };
 
-// The integrators that fit the problem, sorted by name; of those in `choices` when it is not empty.
-// Throws Error{kUsage} for a name that no plugin has, or when a named one does not fit.
+// The integrators that fit the problem, sorted by name; those in `choices` when it is not empty.
+// The integrator of the run has its values there too, unless its choice has some. Throws
+// Error{kUsage} for a name that no plugin has, or when a named one does not fit.
 std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& choices);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.

@@ -130,9 +130,10 @@ class Refinement {
   double size_, evaluations_;
 };
 
-// Explicit methods of the highest order first; of one order the cheaper.
+// Explicit methods as they are without values from a scene, those of the highest order first; of
+// one order the cheaper.
 std::vector<Method> candidates(const Problem& problem) {
-  std::vector<Method> methods = fitting_methods(problem, {});
+  std::vector<Method> methods = fitting_methods(problem.with({problem.integrator().name}), {});
   std::erase_if(methods, [](const Method& m) { return m.info.implicit || m.info.order < 1; });
   std::stable_sort(methods.begin(), methods.end(), [](const Method& a, const Method& b) {
     return a.info.order != b.info.order ? a.info.order > b.info.order

@@ -25,10 +25,9 @@ double affordable_steps(const Simulation& system) {
 }
 
 // Nothing when it was told to end.
-std::optional<EnergyAtStep> energy_at(const Problem& problem, const std::string& name,
-                                      double fraction, double dt, double time,
-                                      const std::function<bool()>& go_on) {
-  Simulation run = problem.simulation(name, dt);
+std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, double dt,
+                                      double time, const std::function<bool()>& go_on) {
+  Simulation run = problem.simulation(dt);
   EnergyBalance balance(run);
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt / 2)) * 2;
   for (std::int64_t i = 0; i < steps; ++i) {
@@ -53,8 +52,8 @@ double energy_time(const Simulation& system, const std::vector<MethodStability>&
 // A method that takes no forces but springs and drag does not fit a system that loads hold still.
 void measure_limit(Standstill& place, const Stability& result, MethodStability& each) try {
   if (result.spectrum.fastest.omega > 0)
-    each.radius = MeasuredRadius(place, result.spectrum, each.method.name)(result.dt);
-  each.measured = measured_step(place, result.spectrum, each.method.name);
+    each.radius = MeasuredRadius(place, result.spectrum, each.method)(result.dt);
+  each.measured = measured_step(place, result.spectrum, each.method);
   // Where damping just holds a growth that is too slow to be seen, only the prediction knows.
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
 } catch (const Error&) {}
@@ -86,18 +85,17 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   result.t = system.t();
   result.spectrum = spectrum(system);
   Standstill place(problem, system);
-  const std::vector<Method> methods = fitting_methods(problem, choices(options.integrators));
+  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
 
   const auto count = static_cast<double>(methods.size());
   for (const Method& method : methods) {
-    if (!watch(method.name, 0.5 * static_cast<double>(result.methods.size()) / count)) {
+    if (!watch(method.label, 0.5 * static_cast<double>(result.methods.size()) / count)) {
       result.complete = false;
       return result;
     }
     MethodStability& each = result.methods.emplace_back();
     each.method = method;
-    const std::unique_ptr<Integrator> integrator = problem.integrator(method.name);
-    each.predicted = predicted_step(*integrator, result.spectrum);
+    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
     if (!method.info.adaptive) measure_limit(place, result, each);
   }
 
@@ -111,9 +109,9 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     if (result.energy_time > steps * kFractions[0] * *limit) continue;
     for (const double fraction : kFractions) {
       const auto go_on = [&] {
-        return watch(each.method.name + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
+        return watch(each.method.label + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
       };
-      const auto point = energy_at(problem, each.method.name, fraction, fraction * *limit,
+      const auto point = energy_at(problem.with(each.method), fraction, fraction * *limit,
                                    result.energy_time, go_on);
       if (!point) {
         result.complete = false;

@@ -37,8 +37,8 @@ struct Stability {
 };
 
 struct StabilityOptions {
-  double at = 0;                              // s: look at the state that the run has reached then
-  std::vector<std::string> integrators = {};  // empty = all that fit
+  double at = 0;                         // s: look at the state that the run has reached then
+  std::vector<Choice> integrators = {};  // empty = all that fit
 };
 
 // Throws Error{kUsage} when the system diverges before `at`.

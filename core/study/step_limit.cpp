@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/error.h"
 #include "core/ode/stability.h"
 
 namespace sim::study {
@@ -132,14 +133,20 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
             view.mass[i] * layout.block(rate.data(), 3 + axis)[i];
   }
   problem_.spec = &spec_;
-  system_.emplace(problem_.simulation());
+  // Any integrator serves, if that of the run takes no loads.
+  try {
+    system_.emplace(problem_.simulation());
+  } catch (const Error&) {
+    const std::vector<Method> others = fitting_methods(problem_, {});
+    if (others.empty()) throw;
+    system_.emplace(problem_.with(others.front()).simulation());
+  }
 }
 
-MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
-                               const std::string& method)
+MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum, const Choice& method)
     : place_(&place),
       spectrum_(&spectrum),
-      map_(place.system().ode(), place.problem().integrator(method)),
+      map_(place.system().ode(), place.problem().with(method).make_integrator()),
       x_(place.state().size()),
       above_(x_.size()),
       below_(x_.size()) {
@@ -181,7 +188,7 @@ double MeasuredRadius::operator()(double h) {
 }
 
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
-                                    const std::string& method) {
+                                    const Choice& method) {
   if (!(spectrum.fastest.omega > 0)) return {};
   MeasuredRadius radius(place, spectrum, method);
   return largest_stable_step([&](double h) { return radius(h); }, spectrum.fastest.omega,

@@ -36,7 +36,14 @@ double Yardstick::floor() const {
   double most = 0;
   for (int k = 0; k <= last; ++k)
     most = std::max(most, reference->error[static_cast<std::size_t>(k)]);
-  return 10 * most;
+  return std::max(10 * most, rounding);
+}
+
+Yardstick Yardstick::of(const Method& method) const {
+  Yardstick result = *this;
+  // Some roundings of coordinates as large as the scene; smaller steps only make them more.
+  if (method.info.precision == Precision::kSingle) result.rounding = 8 * 0x1p-24 * size;
+  return result;
 }
 
 std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,

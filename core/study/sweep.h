@@ -29,9 +29,11 @@ struct Yardstick {
   double size = 1;  // m, of the scene
   int last = 0;     // the output time up to which points are compared
   bool energy = true;
-  int repeats = 0;  // of timing
+  int repeats = 0;      // of timing
+  double rounding = 0;  // m, what the numbers of the method leave of a position
 
-  double floor() const;  // below it errors say nothing: 10 times the reference's own
+  Yardstick of(const Method& method) const;  // the same with its rounding
+  double floor() const;  // below it errors say nothing: 10 times the reference's own, or rounding
 };
 
 // At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its

@@ -80,11 +80,9 @@ double scene_size(const Simulation& system) {
 
 Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
                           const std::function<bool()>& go_on) {
-  Problem with = problem;
-  with.options.integrator = method.name;
-  for (const auto& [name, value] : method.given) with.options.integrator_given[name] = value;
+  Problem with = problem.with(method);
   if (plan.tolerance > 0) with.options.integrator_given["tol"] = plan.tolerance;
-  Simulation system = with.simulation("", plan.time / static_cast<double>(plan.steps));
+  Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);
 

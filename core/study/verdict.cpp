@@ -80,7 +80,7 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   strains_ = std::max(1, enough_for(kEvaluationsPerStrain / cost, kMostStrains));
   if (probes_ > 0 && !system.integrator_info().adaptive) {
     const Problem same{&spec, registry, {}};
-    doubled_ = std::make_unique<StepMap>(system.ode(), same.integrator(system));
+    doubled_ = std::make_unique<StepMap>(system.ode(), same.make_integrator(system));
   }
   size_ = scene_size(system);
   if (!system.second_order()) return;

@@ -171,10 +171,11 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
         static_cast<double>(study->curves.size()) / static_cast<double>(methods.size());
     Curve& curve = study->curves.emplace_back();
     curve.method = method;
-    curve.limit = predicted_step(*problem.with(method).integrator(""), modes);
-    study->complete = sweep(problem, method, study->yardstick, most, curve.points,
+    curve.limit = predicted_step(*problem.with(method).make_integrator(), modes);
+    const Yardstick yardstick = study->yardstick.of(method);
+    study->complete = sweep(problem, method, yardstick, most, curve.points,
                             [&] { return watch(method.label, 0.3 + 0.7 * done); });
-    curve.observed = observed_order(curve.points, study->yardstick);
+    curve.observed = observed_order(curve.points, yardstick);
     if (!study->complete) break;
   }
   choose(*study);

@@ -87,6 +87,44 @@ TEST_CASE("sim order names the order that a method has") {
         std::string::npos);
 }
 
+TEST_CASE("studies take integrators with parameters") {
+  const Outcome outcome =
+      run_sim({"order", "dopri5:fixed_step=true", "scenes/pendulum1.lua", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json order = JsonReader(outcome.out).read();
+  const Json& dopri5 = named(order.at("integrators"), "dopri5:fixed_step=true");
+  CHECK(dopri5.at("observed").number == Approx(5).margin(0.3));
+  for (const Json& point : dopri5.at("points").list)  // of a tolerance there is nothing
+    CHECK(std::ranges::count(point.keys, "tol") == 0);
+
+  const Json stability =
+      JsonReader(
+          run_sim({"stability", "--integrators", "rk4:precision=single,dopri5,rk4", "--json"}).out)
+          .read();
+  const Json& methods = stability.at("integrators");
+  REQUIRE(methods.list.size() == 3);
+  const Json &rk4 = named(methods, "rk4"), &single = named(methods, "rk4:precision=single");
+  CHECK(single.at("predicted_dt").number == rk4.at("predicted_dt").number);
+  CHECK(single.at("energy").list.front().at("error").number !=
+        rk4.at("energy").list.front().at("error").number);
+}
+
+TEST_CASE("the integrator of a scene is studied as the scene has it") {
+  const TemporaryFolder folder;
+  const std::string scene = read_text(SIM_SOURCE_DIR "/scripts/scenes/cloth.lua");
+  const std::string chosen = "integrator = \"rk4\"";
+  const auto at = scene.find(chosen);
+  REQUIRE(at != std::string::npos);
+  write_text(folder.path() / "single.lua",
+             scene.substr(0, at) + "integrator = sim.integrator.rk4 { precision = \"single\" }" +
+                 scene.substr(at + chosen.size()));
+  const Outcome outcome =
+      run_sim({"stability", "single.lua", "--integrators", "euler,rk4"}, {.folder = folder.path()});
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.out.find("\nrk4:precision=single ") != std::string::npos);
+  CHECK(outcome.out.find("\neuler ") != std::string::npos);
+}
+
 TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {
   const TemporaryFolder folder;
   const std::vector<std::string> words = {

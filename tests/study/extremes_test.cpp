@@ -33,7 +33,7 @@ TEST_CASE("no integrator is trusted and wrong at any extreme") {
 TEST_CASE("the map knows where a method is stable, and that nothing moves in no time") {
   sim::Registry registry = make_registry();
   const auto all =
-      sim::study::extremes(registry, {"rk4"}, [](std::string_view, double) { return true; });
+      sim::study::extremes(registry, {{"rk4"}}, [](std::string_view, double) { return true; });
   for (const auto& cell : all.maps.front().cells) {
     const double h_omega = cell.dt * std::sqrt(cell.stiffness / cell.mass);
     INFO("k " << cell.stiffness << " m " << cell.mass << " dt " << cell.dt << ": " << cell.reason);

@@ -14,10 +14,10 @@ sim::study::Watch no_watch() {
   return [](std::string_view, double) { return true; };
 }
 
-std::unique_ptr<sim::study::OrderStudy> study_of(const sim::SystemSpec& spec, double time,
-                                                 const std::vector<std::string>& names = {}) {
+std::unique_ptr<sim::study::OrderStudy> study_of(
+    const sim::SystemSpec& spec, double time, const std::vector<sim::study::Choice>& choices = {}) {
   sim::Registry registry = make_registry();
-  return sim::study::order({&spec, &registry}, {time, names}, no_watch());
+  return sim::study::order({&spec, &registry}, {time, choices}, no_watch());
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ std::unique_ptr<sim::study::OrderStudy> study_of(const sim::SystemSpec& spec, do
 TEST_CASE("methods keep their order on a circle with an exact solution") {
   sim::SystemSpec spec = make_circle();
   spec.exact = [](double t) { return std::vector<double>{std::cos(t), std::sin(t), 0}; };
-  const auto study = study_of(spec, 1, {"euler", "trapezoid", "rk4"});
+  const auto study = study_of(spec, 1, {{"euler"}, {"trapezoid"}, {"rk4"}});
   CHECK(study->reference.how == "exact solution");
   for (const auto& each : study->methods) {
     INFO(each.method.name);
