@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "cli/integrator_choice.h"
 #include "core/lua/scene_file.h"
 
 namespace sim_bench {
@@ -97,6 +98,13 @@ double stable_step(const std::string& integrator, int n) {
   // A quarter of the interval [0, 2.83] of rk4 or [0, 2] of the splitting methods, or of the 2 that
   // any other method may be hoped to have.
   return (integrator == "rk4" ? 0.7 : 0.5) / omega;
+}
+
+sim::RunOptions run_options(const std::string& integrator, int n, sim::Registry& registry) {
+  const sim::cli::IntegratorChoice choice = sim::cli::parse_integrator(integrator);
+  return {.integrator = choice.name,
+          .integrator_given = sim::cli::integrator_values(choice, choice.name, registry),
+          .dt = stable_step(choice.name, n)};
 }
 
 }  // namespace sim_bench

@@ -37,4 +37,8 @@ long count_springs(const sim::SystemSpec& spec);
 // axis, from the drag, c/m = 2 / s.
 double stable_step(const std::string& integrator, int n);
 
+// At that step, with an integrator as `sim -i` takes it: NAME or NAME:PARAM=VALUE,... Throws
+// sim::Error{kUsage}.
+sim::RunOptions run_options(const std::string& integrator, int n, sim::Registry& registry);
+
 }  // namespace sim_bench

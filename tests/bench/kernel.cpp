@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/base/text.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/memory.h"
 #include "tests/support/allocations.h"
@@ -38,15 +37,16 @@ void measure_size(int n, const Options& options, sim::Registry& registry,
   const std::size_t first = results.size();
   for (const std::string& integrator : integrators)
     for (const int threads : options.threads) {
-      simulations.emplace_back(
-          spec, registry,
-          sim::RunOptions{
-              .integrator = integrator, .dt = stable_step(integrator, n), .threads = threads});
+      sim::RunOptions run = run_options(integrator, n, registry);
+      run.threads = threads;
+      simulations.emplace_back(spec, registry, run);
       KernelResult& r = results.emplace_back();
       r.n = n;
       r.integrator = integrator;
       r.threads = threads;
-      r.evaluations = std::max(1, simulations.back().integrator_info().evaluations);
+      const sim::IntegratorInfo info = simulations.back().integrator_info();
+      r.evaluations = std::max(1, info.evaluations);
+      r.in_double = info.precision == sim::Precision::kDouble;
       r.springs = count_springs(spec);
     }
 
@@ -78,19 +78,18 @@ Contestant contestant(sim::Simulation& simulation) {
   }};
 }
 
-std::vector<std::string> choose_integrators(const Options& options, const sim::Registry& registry) {
+std::vector<std::string> choose_integrators(const Options& options, sim::Registry& registry) {
   const std::vector<std::string> known = registry.names(sim::PluginKind::kIntegrator);
   if (options.integrators.empty()) {
     std::vector<std::string> chosen;
-    for (const char* name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})
-      if (std::find(known.begin(), known.end(), name) != known.end()) chosen.push_back(name);
+    for (const std::string name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})
+      if (std::find(known.begin(), known.end(), name) != known.end()) {
+        chosen.push_back(name);
+        if (name == "rk4" || name == "verlet") chosen.push_back(name + ":precision=single");
+      }
     return chosen;
   }
-  for (const std::string& name : options.integrators)
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      throw sim::Error(sim::ErrorKind::kUsage,
-                       {"unknown integrator '" + name + "'", "on the command line",
-                        "no plugin has that name", sim::suggestion(name, known)});
+  for (const std::string& integrator : options.integrators) run_options(integrator, 3, registry);
   return options.integrators;
 }
 
@@ -120,15 +119,16 @@ Table kernel_table(const std::vector<KernelResult>& results, const Machine& mach
     table.add({std::to_string(r.n), r.integrator, std::to_string(r.threads),
                short_number(r.times.median * 1e6), short_number(r.times.least * 1e6),
                short_number(r.times.most * 1e6), short_number(r.spring_ns()),
-               short_number(r.million_steps()), percent(limit / r.spring_ns()),
+               short_number(r.million_steps()), r.in_double ? percent(limit / r.spring_ns()) : "",
                short_number(r.allocations), r.bytes > 0 ? short_number(r.bytes) : "",
                r.bytes > 0 ? short_number(r.peak_bytes) : ""});
   }
   table.note(
       "us/step: the median, with the least and the most; ns/spring: of one evaluation; "
       "M/s: million particle-steps a second; allocs: allocations a step.");
-  table.note("% limit: " + short_number(machine.spring_limit_ns()) +
-             " ns a spring a core, over the threads asked for, against ns/spring.");
+  table.note(
+      "% limit: " + short_number(machine.spring_limit_ns()) +
+      " ns a spring a core in double precision, over the threads asked for, against ns/spring.");
   table.note(
       "B/p: bytes a particle that compiling the scene and four steps add to the process, all "
       "arrays and spring runs; peak: with what compiling needs for a while. The scene as "

@@ -17,9 +17,10 @@ namespace sim_bench {
 Contestant contestant(sim::Simulation& simulation);
 
 struct KernelResult {
-  int n = 0;  // particles a side
-  std::string integrator;
+  int n = 0;               // particles a side
+  std::string integrator;  // as `sim -i` takes it
   int threads = 1, evaluations = 0;
+  bool in_double = true;
   long springs = 0;
   Times times;
   double allocations = 0;            // a step
@@ -33,7 +34,7 @@ struct KernelResult {
 };
 
 // Those asked for, or the usual methods that the registry has.
-std::vector<std::string> choose_integrators(const Options& options, const sim::Registry& registry);
+std::vector<std::string> choose_integrators(const Options& options, sim::Registry& registry);
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry);
 Table kernel_table(const std::vector<KernelResult>& results, const Machine& machine);

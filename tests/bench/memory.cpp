@@ -24,10 +24,10 @@ double status_bytes(const std::string& field) {
 void reset_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 void build_and_step(const sim::SystemSpec& spec, sim::Registry& registry,
-                    const std::string& integrator, double h, MemoryUse* use) {
+                    const sim::RunOptions& options, MemoryUse* use) {
   const double before = status_bytes("VmRSS");
   reset_peak();
-  sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = h});
+  sim::Simulation simulation(spec, registry, options);
   for (int i = 0; i < 4; ++i) simulation.step();
   *use = {status_bytes("VmRSS") - before, status_bytes("VmHWM") - before};
 }
@@ -38,10 +38,10 @@ int print_memory(int n, const std::string& integrator) {
   sim::Registry registry = make_registry();
   MemoryUse use;
   // A small one first: code and libraries are in memory before anything is measured.
-  build_and_step(load_cloth(8, registry), registry, integrator, stable_step(integrator, 8), &use);
+  build_and_step(load_cloth(8, registry), registry, run_options(integrator, 8, registry), &use);
   const sim::SystemSpec spec = load_cloth(n, registry);
   malloc_trim(0);
-  build_and_step(spec, registry, integrator, stable_step(integrator, n), &use);
+  build_and_step(spec, registry, run_options(integrator, n, registry), &use);
   std::printf("%.0f %.0f\n", use.resident, use.peak);
   return 0;
 }

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "cli/integrator_choice.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -10,7 +11,8 @@ namespace sim_bench {
 const char* const kUsage =
     "sim_bench [options]    speed of the kernel on the cloth, against the machine and its peers\n"
     "  --n 8,32,...         particles a side (8,32,128,512,1024)\n"
-    "  --integrators a,b    which ones (euler, trapezoid, rk4, symplectic_euler, verlet)\n"
+    "  --integrators a,b    which ones, with parameters as for sim -i (euler, trapezoid, rk4,\n"
+    "                       symplectic_euler, verlet; rk4 and verlet in single precision too)\n"
     "  --threads 1,2        numbers of threads (1,2)\n"
     "  --quick              n = 8,32,128 and shorter samples\n"
     "  --peers              also build and time other programs on the same scene\n"
@@ -69,9 +71,10 @@ Options parse_options(int argc, char** argv) {
       options.sizes = split_integers(argument, value(), 3, kMostSide);
     else if (argument == "--threads")
       options.threads = split_integers(argument, value(), 1, kMostThreads);
-    else if (argument == "--integrators")
-      options.integrators = split(argument, value());
-    else if (argument == "--quick") {
+    else if (argument == "--integrators") {
+      for (const auto& choice : sim::cli::parse_integrators(argument, value()))
+        options.integrators.push_back(choice.text());
+    } else if (argument == "--quick") {
       options.sizes = {8, 32, 128};
       options.timing = {.repeats = 5, .seconds = 0.03};
     } else if (argument == "--memory-of") {

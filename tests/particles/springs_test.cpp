@@ -345,26 +345,31 @@ TEST_CASE("runs and a reordered net add up", "[particles]") {
 }
 
 TEST_CASE("distances far outside the fast path give the exact force", "[particles]") {
-  // A chain, a single pair of which is at an extreme distance, also where the ring of the run
-  // begins again.
-  constexpr int kCount = 40;
-  for (const int low : {7, 16, 17, 30})
-    for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-20, 1e19, 1e25, 1e100, 1e200}) {
-      List list = chain(kCount, false);
-      for (Tie& tie : list) tie = {tie.a, tie.b, 2.0, 0.5};
+  // Chains of every stride-th particle, a single pair of which is at an extreme distance: in the
+  // first block, and where the ring of the run begins again, read by the same block or a later one.
+  constexpr int kCount = 64;
+  for (const auto& [stride, low] : {std::pair{1, 7}, {1, 16}, {1, 17}, {12, 3}, {12, 33}})
+    for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-22, 1e19, 1e25, 1e100, 1e200}) {
+      List list;
+      for (int i = 0; i + stride < kCount; ++i) list.push_back({i, i + stride, 2.0, 0.5});
       std::vector<Vec3> x;
       for (int i = 0; i < kCount; ++i) {
-        if (i <= low)
-          x.push_back({0, i < low ? -1.0 - (low - i) : 0.0, 0});
+        const int links = (i - low) / stride;
+        if ((i - low) % stride != 0)
+          x.push_back({0, 1.0 * (i / stride), 5});
+        else if (i <= low)
+          x.push_back({0, i < low ? links - 1.0 : 0.0, 0});
         else
-          x.push_back({d, 1.0 * (i - low - 1), 0});
+          x.push_back({d, links - 1.0, 0});
       }
+      REQUIRE(springs_of(kCount, list).runs().size() == 1);
       const double expected = -2.0 * (d - 0.5);  // on the upper particle, along x
       for (const char* level : {"sse2", "avx2", "avx512"}) {
         setenv("SIM_SIMD", level, 1);
         const std::vector<Vec3> forces = system_forces(list, x);
-        CHECK(forces[static_cast<std::size_t>(low) + 1][0] == Approx(expected).epsilon(1e-14));
-        CHECK(forces[static_cast<std::size_t>(low)][0] == Approx(-expected).epsilon(1e-14));
+        const auto force = [&](int i) { return forces[static_cast<std::size_t>(i)][0]; };
+        CHECK(force(low + stride) == Approx(expected).epsilon(1e-14));
+        CHECK(force(low) == Approx(-expected).epsilon(1e-14));
       }
     }
   unsetenv("SIM_SIMD");
