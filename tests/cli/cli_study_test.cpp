@@ -97,12 +97,20 @@ TEST_CASE("studies take integrators with parameters") {
   for (const Json& point : dopri5.at("points").list)  // of a tolerance there is nothing
     CHECK(std::ranges::count(point.keys, "tol") == 0);
 
-  const Json stability =
-      JsonReader(
-          run_sim({"stability", "--integrators", "rk4:precision=single,dopri5,rk4", "--json"}).out)
-          .read();
+  // A single word is an integrator or a scene.
+  CHECK(run_sim({"order", "rk4:precision=single", "-T", "0.05"}).out.find("rk4:precision=single") !=
+        std::string::npos);
+
+  const Outcome table =
+      run_sim({"stability", "--integrators",
+               "rk4:precision=single,dopri5:fixed_step=true,dopri5,rk4", "--json"});
+  REQUIRE(table.code == 0);
+  const Json stability = JsonReader(table.out).read();
   const Json& methods = stability.at("integrators");
-  REQUIRE(methods.list.size() == 3);
+  REQUIRE(methods.list.size() == 4);
+  const Json& fixed = named(methods, "dopri5:fixed_step=true");
+  CHECK(fixed.at("predicted_dt").number == Approx(8.845e-3).epsilon(0.01));
+  CHECK(fixed.at("measured_dt").number == Approx(8.845e-3).epsilon(0.01));
   const Json &rk4 = named(methods, "rk4"), &single = named(methods, "rk4:precision=single");
   CHECK(single.at("predicted_dt").number == rk4.at("predicted_dt").number);
   CHECK(single.at("energy").list.front().at("error").number !=

@@ -169,8 +169,8 @@ TEST_CASE("the matrix of a stage is that of the Jacobian, its diagonal too", "[p
             CHECK(matrix.layout().block(out.data(), axis)[i] ==
                   Approx(expected(i, axis)).margin(margin));
       if (other == Other::kDifferences) continue;
-      for (const int i : {1, 30, 58})
-        for (int column = 0; column < 3; ++column) {
+      for (int i = 0; i < view.n; ++i)
+        for (int column = 0; column < 3 && view.free(i); ++column) {
           std::ranges::fill(p.span(), 0.0);
           matrix.layout().block(p.data(), column)[i] = 1;
           apply();
