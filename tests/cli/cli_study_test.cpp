@@ -113,8 +113,10 @@ TEST_CASE("studies take integrators with parameters") {
   CHECK(fixed.at("measured_dt").number == Approx(8.845e-3).epsilon(0.01));
   const Json &rk4 = named(methods, "rk4"), &single = named(methods, "rk4:precision=single");
   CHECK(single.at("predicted_dt").number == rk4.at("predicted_dt").number);
-  CHECK(single.at("energy").list.front().at("error").number !=
-        rk4.at("energy").list.front().at("error").number);
+  const auto error = [](const Json& each) {  // of the shortest step, where 24 bits show
+    return each.at("energy").list.front().at("error").number;
+  };
+  CHECK(error(single) > 1.2 * error(rk4));
 }
 
 TEST_CASE("the integrator of a scene is studied as the scene has it") {

@@ -47,6 +47,17 @@ TEST_CASE("methods keep their order against a reference, with drag too") {
   }
 }
 
+TEST_CASE("steps are not halved below the rounding of single precision") {
+  const auto study = study_of(make_cloth(8), 1, {{"rk4", {{"precision", std::string("single")}}}});
+  const std::vector<sim::study::Point>& points = study->methods.front().points;
+  CHECK(points.back().rms < 6e-7);  // 8 roundings of 1.2 m
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    CHECK((!points[i].finished || points[i].rms > 6e-7));
+  // Not even an order that roundings make.
+  const auto& observed = study->methods.front().observed;
+  CHECK((!observed || observed->slope > 3.5));
+}
+
 TEST_CASE("the order is fitted where local orders agree, and not where they do not") {
   sim::study::Reference reference;
   reference.error = {1e-14};
