@@ -87,7 +87,6 @@ std::vector<IntegratorChoice> parse_integrators(const std::string& option,
     else
       parts.push_back(std::move(word));
   }
-  check_once(option, parts);
   std::vector<IntegratorChoice> choices;
   for (const std::string& part : parts) choices.push_back(parse_integrator(part));
   return choices;

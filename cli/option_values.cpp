@@ -80,12 +80,6 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
   return words;
 }
 
-void check_once(const std::string& option, const std::vector<std::string>& words) {
-  for (auto word = words.begin(); word != words.end(); ++word)
-    if (std::find(words.begin(), word, *word) != word)
-      fail(option, join(words, ","), "'" + *word + "' stands there twice", "keep one of them");
-}
-
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts) {
   std::map<std::string, std::string> result;
   for (const std::string& text : texts) {

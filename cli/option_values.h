@@ -19,7 +19,6 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
 ParticleChoice particle_choice(const std::string& option, const std::string& text);
 Budget budget(const std::string& option, const std::string& text);  // "1%", "1e-3 m", "1e-3"
 std::vector<std::string> comma_list(const std::string& option, const std::string& text);  // a,b,c
-void check_once(const std::string& option, const std::vector<std::string>& words);
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
 }  // namespace sim::cli

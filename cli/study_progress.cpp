@@ -42,8 +42,7 @@ std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& gi
                                          Registry& registry) {
   std::vector<study::Choice> choices;
   for (const IntegratorChoice& choice : given)
-    choices.push_back(
-        {choice.name, integrator_values(choice, choice.name, registry), choice.text()});
+    choices.push_back({choice.name, integrator_values(choice, choice.name, registry)});
   return choices;
 }
 

@@ -48,7 +48,7 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
     study->complete = false;
     return study;
   }
-  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  const std::vector<Method> methods = methods_to_sweep(problem, options.integrators);
   const double most = kMostEvaluations * 64 / std::max(64, system.particles());
   for (const Method& method : methods) {
     const auto done =

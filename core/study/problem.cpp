@@ -59,10 +59,12 @@ std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Ch
           has([](const Param& param) { return param.required; }))
         continue;
       const Simulation simulation = problem.with(choice).simulation();
-      if (choice.label == choice.name)
-        choice.label = spelled(plugin.name, plugin.params, simulation.integrator_params());
+      const std::string label = spelled(plugin.name, plugin.params, simulation.integrator_params());
+      if (std::ranges::count(methods, label, &Method::label))
+        throw Error(ErrorKind::kUsage, {"'" + label + "' stands there twice", "on the command line",
+                                        "one of them may be an alias", "keep one of them"});
       choice.name = plugin.name;
-      methods.push_back({choice, simulation.integrator_info(),
+      methods.push_back({choice, label, simulation.integrator_info(),
                          has([](const Param& param) { return param.name == "tol"; }),
                          static_cast<bool>(plugin.make_from_others)});
     } catch (const Error& error) {

@@ -14,11 +14,10 @@
 
 namespace sim::study {
 
-// An integrator with values for its parameters; `label` is what tables call it.
+// An integrator with values for its parameters.
 struct Choice {
   std::string name;
   std::map<std::string, Value> given = {};
-  std::string label = name;
 };
 
 struct Problem {
@@ -41,6 +40,7 @@ struct Problem {
 using Watch = std::function<bool(std::string_view what, double done)>;
 
 struct Method : Choice {
+  std::string label;  // NAME or NAME:PARAM=VALUE,... as --integrator takes it
   IntegratorInfo info;
   bool has_tolerance = false;  // has a parameter `tol`
   bool chooses = false;        // among other methods, as `auto` does

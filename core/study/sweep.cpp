@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
+
 namespace sim::study {
 namespace {
 
@@ -44,6 +46,21 @@ Yardstick Yardstick::of(const Method& method) const {
   // Some roundings of coordinates as large as the scene; smaller steps only make them more.
   if (method.info.precision == Precision::kSingle) result.rounding = 8 * 0x1p-24 * size;
   return result;
+}
+
+std::vector<Method> methods_to_sweep(const Problem& problem, const std::vector<Choice>& choices) {
+  constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
+  Choice own = problem.integrator();
+  if (problem.with(own).simulation().integrator_info().adaptive)
+    for (const char* name : kTolerances) own.given.erase(name);
+  const std::vector<Method> methods = fitting_methods(problem.with(own), choices);
+  for (const Method& method : methods)
+    for (const char* name : kTolerances)
+      if (method.info.adaptive && method.given.contains(name))
+        throw Error(ErrorKind::kUsage,
+                    {"a tolerance for '" + method.label + "'", "on the command line",
+                     "the study chooses tolerances itself", std::string("leave ") + name + " out"});
+  return methods;
 }
 
 std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,

@@ -36,6 +36,10 @@ struct Yardstick {
   double floor() const;  // below it errors say nothing: 10 times the reference's own, or rounding
 };
 
+// fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
+// without its own. Throws Error{kUsage} for a choice with one.
+std::vector<Method> methods_to_sweep(const Problem& problem, const std::vector<Choice>& choices);
+
 // At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its
 // own. Nothing when told to end.
 std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
