@@ -70,7 +70,7 @@ void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoin
       refuse(
           file,
           "it was made with the integrator " + systems[i].integrator + ", or other values for it",
-          "leave --integrator, --tol and --precision out");
+          "leave --integrator and its options out");
     if (request.dt > 0 && request.dt != systems[i].h)
       refuse(file, "it was made with steps of " + brief(systems[i].h) + " s", "leave --dt out");
   }

@@ -103,13 +103,12 @@ Net::Net(int n, std::span<const Spring> springs) {
   // An order of its own costs a pass over all particles, which a few springs do not repay.
   const int blocks = (n + 7) / 8;
   if (n >= kReorderFrom && 2 * springs.size() >= static_cast<std::size_t>(n)) {
-    order = cuthill_mckee(n, ends);
-    place = inverse(order);
-    if (brings_together(place, springs)) {
-      order.resize(8 * static_cast<std::size_t>(blocks));
-      place.resize(order.size());
-    } else {
-      order = place = {};
+    std::vector<std::int32_t> own_order = cuthill_mckee(n, ends), own_place = inverse(own_order);
+    if (brings_together(own_place, springs)) {
+      own_order.resize(8 * static_cast<std::size_t>(blocks));
+      own_place.resize(own_order.size());
+      order = std::move(own_order);
+      place = std::move(own_place);
     }
   }
 

@@ -165,8 +165,8 @@ std::string ParticleSystem::name_of(const Force& force) const {
 }
 
 void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
-  for (double* values : {sink.x, sink.y, sink.z})
-    std::fill(values + tile.begin, values + tile.end, 0.0);
+  const int end = (tile.end + 7) / 8 * 8;  // nets add to whole blocks
+  for (double* values : {sink.x, sink.y, sink.z}) std::fill(values + tile.begin, values + end, 0.0);
   net_forces_.add(view, tile, sink);
   for (const Force* force : other_forces_) force->accumulate(view, tile, sink);
 }

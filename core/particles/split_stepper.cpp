@@ -17,7 +17,7 @@ template <class Real>
 SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
     : system_(&system),
       state_(system.layout()),
-      closes_(plan.closes() && !system.has_other_forces()),
+      closes_(plan.closes() && system.other_forces().empty()),
       sweeps_(system, stage_count(plan)) {
   double start = 0;
   if (plan.drift.front() != 0) parts_.push_back({0, plan.drift.front(), 0, false});
@@ -136,7 +136,8 @@ bool SplitStepper<Real>::gather_and_step(double t, double h,
     view.z = stage.q[2];
     view.vx = view.vy = view.vz = nullptr;
     const auto [fx, fy, fz] = half.axes(forces_.data());
-    finite = sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.q,
+    finite = sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz},
+                               stage.known[0] ? nullptr : stage.q,
                                [&](Rings<double>& rings, int, int begin, int end) {
                                  return kernels_.kick(rings, system_->motion(), stage, begin, end);
                                });

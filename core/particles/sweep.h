@@ -31,7 +31,7 @@ struct SweepRun {
   std::int64_t stride;
   std::int64_t
       mask;    // entries of the ring less 1; a power of two of them, at least stride + kBlock
-  Real* ring;  // the first kBlock entries stand again behind the end
+  Real* ring;  // its first vector stands again behind the end
 };
 
 // The rings of one sweep over the runs of several forces. After a whole sweep all that is left in

@@ -35,7 +35,7 @@ struct Extremes {
   bool complete = true;  // false when told to end
 };
 
-// Over 60 steps in each cell. Empty names: all integrators that fit.
+// Over 60 steps in each cell. No choices: all integrators that fit.
 Extremes extremes(Registry& registry, const std::vector<Choice>& integrators, const Watch& watch);
 
 }  // namespace sim::study

@@ -36,6 +36,7 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Method& me
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch) {
+  const std::vector<Method> methods = methods_to_sweep(problem, options.integrators);
   auto study = std::make_unique<OrderStudy>();
   const Simulation system = problem.simulation();
   study->system = system.name();
@@ -48,7 +49,6 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
     study->complete = false;
     return study;
   }
-  const std::vector<Method> methods = methods_to_sweep(problem, options.integrators);
   const double most = kMostEvaluations * 64 / std::max(64, system.particles());
   for (const Method& method : methods) {
     const auto done =

@@ -54,7 +54,7 @@ std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Ch
       const auto has = [&](auto what) {
         return std::any_of(plugin.params.begin(), plugin.params.end(), what);
       };
-      if (choice.given.empty() && plugin.name == own_name) choice.given = own.given;
+      if (given.empty() && plugin.name == own_name) choice.given = own.given;
       if (given.empty() && choice.given.empty() &&
           has([](const Param& param) { return param.required; }))
         continue;

@@ -46,9 +46,9 @@ struct Method : Choice {
   bool chooses = false;        // among other methods, as `auto` does
 };
 
-// The integrators that fit the problem, sorted by name; those in `choices` when it is not empty.
-// The integrator of the run has its values there too, unless its choice has some. Throws
-// Error{kUsage} for a name that no plugin has, or when a named one does not fit.
+// The choices; without any, the integrators that fit the problem, sorted by name, that of the run
+// with its values. Throws Error{kUsage} for a name that no plugin has, or when a choice does not
+// fit.
 std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& choices);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.

@@ -65,10 +65,12 @@ std::optional<double> step_limit(const MethodStability& method) {
 }
 
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
+  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
   Simulation system = problem.simulation();
   Stability result;
   result.system = system.name();
-  result.integrator = system.integrator_plugin().name;
+  const PluginInfo& plugin = system.integrator_plugin();
+  result.integrator = spelled(plugin.name, plugin.params, system.integrator_params());
   result.dt = system.h();
   for (const std::int64_t last = system.steps_for(options.at); system.step_count() < last;) {
     if (!system.step())
@@ -85,7 +87,6 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   result.t = system.t();
   result.spectrum = spectrum(system);
   Standstill place(problem, system);
-  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
 
   const auto count = static_cast<double>(methods.size());
   for (const Method& method : methods) {

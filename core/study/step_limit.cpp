@@ -133,13 +133,17 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
             view.mass[i] * layout.block(rate.data(), 3 + axis)[i];
   }
   problem_.spec = &spec_;
-  // Any integrator serves, if that of the run takes no loads.
-  try {
-    system_.emplace(problem_.simulation());
-  } catch (const Error&) {
-    const std::vector<Method> others = fitting_methods(problem_, {});
-    if (others.empty()) throw;
-    system_.emplace(problem_.with(others.front()).simulation());
+  // That of the run, or if it takes no loads any integrator.
+  std::vector<Choice> choices{problem_.integrator()};
+  for (std::string& name : problem_.registry->names(PluginKind::kIntegrator))
+    choices.push_back({std::move(name)});
+  for (const Choice& choice : choices) {
+    try {
+      system_.emplace(problem_.with(choice).simulation());
+      return;
+    } catch (const Error&) {
+      if (&choice == &choices.back()) throw;
+    }
   }
 }
 

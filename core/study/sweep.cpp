@@ -43,8 +43,12 @@ double Yardstick::floor() const {
 
 Yardstick Yardstick::of(const Method& method) const {
   Yardstick result = *this;
-  // Some roundings of coordinates as large as the scene; smaller steps only make them more.
-  if (method.info.precision == Precision::kSingle) result.rounding = 8 * 0x1p-24 * size;
+  if (method.info.precision != Precision::kSingle) return result;
+  // Some roundings of coordinates; smaller steps only make them more.
+  double largest = 0;
+  for (const double coordinate : reference->points.front())
+    largest = std::max(largest, std::abs(coordinate));
+  result.rounding = 8 * 0x1p-24 * std::max(size, largest);
   return result;
 }
 
@@ -123,9 +127,11 @@ std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
   for (const Point& point : points) {
     const bool fits =
         point.finished && point.rms > 10 * yardstick.floor() && point.rms < 1e-2 * yardstick.size;
-    if (!fits) continue;
-    x.push_back(std::log(point.tolerance > 0 ? yardstick.time / static_cast<double>(point.steps)
-                                             : point.dt));
+    const double step = std::log(
+        point.tolerance > 0 ? yardstick.time / static_cast<double>(point.steps) : point.dt);
+    // Tolerances below a limit of the step all take the same steps.
+    if (!fits || (!x.empty() && x.back() == step)) continue;
+    x.push_back(step);
     y.push_back(std::log(point.rms));
   }
   std::size_t best_begin = 0, best_length = 0;

@@ -144,7 +144,10 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
   struct Entry {
     std::string name, meaning;
     sim::SystemSpec spec;
+    int side = kSide;
   };
+  constexpr int kLargeSide = 512;
+  const sim::SystemSpec large = tied_cloth(load_cloth(kLargeSide, registry), Ties::kShuffled);
   const std::vector<Entry> entries = {
       {"cloth", "gravity, drag, three forces over the grid", cloth},
       {"springs", "the three forces alone", springs_only(cloth)},
@@ -152,21 +155,22 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
       {"fused + affine", "the list, gravity, drag", plain},
       {"jittered", "every rest length its own, gravity, drag", tied_cloth(cloth, Ties::kJittered)},
       {"random net", "renumbered at random, gravity, drag", tied_cloth(cloth, Ties::kShuffled)},
+      {"large net", "512 x 512, renumbered at random, gravity, drag", large, kLargeSide},
   };
 
   std::vector<sim::Simulation> simulations;
   for (const Entry& entry : entries)
-    simulations.emplace_back(entry.spec, registry,
-                             sim::RunOptions{.integrator = "rk4", .dt = stable_step("rk4", kSide)});
+    simulations.emplace_back(entry.spec, registry, run_options("rk4", entry.side, registry));
   std::vector<Contestant> contestants;
   for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
   const std::vector<Times> times = measure(contestants, options.timing);
 
   std::vector<Variation> variations;
-  const double springs = static_cast<double>(count_springs(cloth));
-  for (std::size_t i = 0; i < entries.size(); ++i)
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto springs = static_cast<double>(count_springs(entries[i].spec));
     variations.push_back(
         {entries[i].name, entries[i].meaning, times[i], times[i].median * 1e9 / springs / 4});
+  }
   return variations;
 }
 

@@ -15,7 +15,7 @@ struct Options {
   bool peers = false, help = false;
   std::vector<int> sizes = {8, 32, 128, 512, 1024};  // particles a side
   std::vector<int> threads = {1, 2};
-  std::vector<std::string> integrators;  // empty = the one-step methods among kUsual that are here
+  std::vector<std::string> integrators;  // as sim -i takes them; empty = the usual ones
   TimingOptions timing;
 
   std::string memory_of;  // an integrator: only print the memory of sizes[0] with it

@@ -128,11 +128,20 @@ TEST_CASE("the integrator of a scene is studied as the scene has it") {
   write_text(folder.path() / "single.lua",
              scene.substr(0, at) + "integrator = sim.integrator.rk4 { precision = \"single\" }" +
                  scene.substr(at + chosen.size()));
-  const Outcome outcome =
-      run_sim({"stability", "single.lua", "--integrators", "euler,rk4"}, {.folder = folder.path()});
-  REQUIRE(outcome.code == 0);
-  CHECK(outcome.out.find("\nrk4:precision=single ") != std::string::npos);
-  CHECK(outcome.out.find("\neuler ") != std::string::npos);
+  const Outcome all = run_sim({"stability", "single.lua"}, {.folder = folder.path()});
+  REQUIRE(all.code == 0);
+  CHECK(all.out.find("\nrk4:precision=single ") != std::string::npos);
+  CHECK(all.out.find("\nrk4 ") == std::string::npos);
+  CHECK(all.out.find("\neuler ") != std::string::npos);
+  CHECK(all.out.find(" rk4:precision=single, dt 0.005 s") != std::string::npos);
+
+  // A name on the command line is what it is to -i.
+  const Outcome two =
+      run_sim({"stability", "single.lua", "--integrators", "rk4,rk4:precision=single"},
+              {.folder = folder.path()});
+  REQUIRE(two.code == 0);
+  CHECK(two.out.find("\nrk4 ") != std::string::npos);
+  CHECK(two.out.find("\nrk4:precision=single ") != std::string::npos);
 }
 
 TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {

@@ -70,7 +70,7 @@ inline int input_of(const std::string& text) {
 
 }  // namespace program_detail
 
-// A child that is not done after a minute is killed, which shows as code 137.
+// A child that is not done after three minutes is killed, which shows as code 137.
 inline Outcome run_sim(const std::vector<std::string>& arguments,
                        const ProgramOptions& options = {}) {
   int out[2], err[2];
@@ -86,7 +86,7 @@ inline Outcome run_sim(const std::vector<std::string>& arguments,
   Outcome outcome;
   bool signalled = options.signal == 0;
   pollfd ends[2] = {{out[0], POLLIN, 0}, {err[0], POLLIN, 0}};
-  const auto late = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  const auto late = std::chrono::steady_clock::now() + std::chrono::minutes(3);
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
     poll(ends, 2, 200);
     if (std::chrono::steady_clock::now() > late) kill(child, SIGKILL);

@@ -47,6 +47,12 @@ TEST_CASE("methods keep their order against a reference, with drag too") {
   }
 }
 
+TEST_CASE("steps that a limit makes equal say nothing of an order") {
+  const auto study = study_of(make_elastic_pendulum(), 1, {{"dopri5", {{"max_step", 1e-3}}}});
+  const auto& observed = study->methods.front().observed;
+  CHECK((!observed || observed->slope > 3.5));
+}
+
 TEST_CASE("steps are not halved below the rounding of single precision") {
   const auto study = study_of(make_cloth(8), 1, {{"rk4", {{"precision", std::string("single")}}}});
   const std::vector<sim::study::Point>& points = study->methods.front().points;
@@ -56,6 +62,12 @@ TEST_CASE("steps are not halved below the rounding of single precision") {
   // Not even an order that roundings make.
   const auto& observed = study->methods.front().observed;
   CHECK((!observed || observed->slope > 3.5));
+
+  // Far away coordinates are rounded more.
+  sim::SystemSpec far = make_cloth(8);
+  far.particles->grid->origin.x() += 1000;
+  const auto there = study_of(far, 0.2, {{"rk4", {{"precision", std::string("single")}}}});
+  CHECK(there->methods.front().points.size() <= 3);
 }
 
 TEST_CASE("the order is fitted where local orders agree, and not where they do not") {
@@ -71,7 +83,9 @@ TEST_CASE("the order is fitted where local orders agree, and not where they do n
     points.push_back(point);
   };
   for (const double dt : {0.1, 0.05, 0.025, 0.0125}) add(dt, 0.5 * dt * dt * dt);
+  add(0.0125, 0.5 * std::pow(0.0125, 3));  // the same steps again
   const auto cubic = sim::study::observed_order(points, yardstick);
+  CHECK(cubic.value().points == 4);
   CHECK(cubic.value().slope == Approx(3));
   CHECK(cubic.value().constant == Approx(0.5));
   points[1].rms *= 3;
