@@ -112,20 +112,28 @@ Net::Net(int n, std::span<const Spring> springs) {
     }
   }
 
+  const auto ends_at = [&](int p) -> std::span<const End> {
+    if (p >= n) return {};
+    return ends.at(reordered() ? order[static_cast<std::size_t>(p)] : p);
+  };
   // A block has as many slots as its particle with the most ends.
-  std::map<std::pair<double, double>, int> kind_numbers;  // by k and rest
-  first.reserve(static_cast<std::size_t>(blocks) + 1);
+  first.assign(static_cast<std::size_t>(blocks) + 1, 0);
   for (int block = 0; block < blocks; ++block) {
-    first.push_back(static_cast<int>(slots.size()));
-    std::span<const End> block_ends[8];
     std::size_t most = 0;
-    for (int lane = 0; lane < 8 && 8 * block + lane < n; ++lane) {
-      const int p = 8 * block + lane;
-      block_ends[lane] = ends.at(reordered() ? order[static_cast<std::size_t>(p)] : p);
-      most = std::max(most, block_ends[lane].size());
-    }
-    for (std::size_t s = 0; s < most; ++s) {
-      Slot slot;
+    for (int lane = 0; lane < 8; ++lane) most = std::max(most, ends_at(8 * block + lane).size());
+    first[static_cast<std::size_t>(block) + 1] =
+        first[static_cast<std::size_t>(block)] + static_cast<int>(most);
+  }
+  slots = ArrayOf<Slot>(static_cast<std::size_t>(first.back()));
+
+  std::map<std::pair<double, double>, int> kind_numbers;  // by k and rest
+  Slot* next = slots.data();
+  for (int block = 0; block < blocks; ++block) {
+    std::span<const End> block_ends[8];
+    for (int lane = 0; lane < 8; ++lane) block_ends[lane] = ends_at(8 * block + lane);
+    const Slot* const end_of_block = slots.data() + first[static_cast<std::size_t>(block) + 1];
+    for (std::size_t s = 0; next != end_of_block; ++s, ++next) {
+      Slot& slot = *next;
       const End* model = nullptr;
       bool alike = true;
       for (int lane = 0; lane < 8; ++lane) {
@@ -149,11 +157,8 @@ Net::Net(int n, std::span<const Spring> springs) {
           rests.push_back(there ? of_lane[s].rest : 0);
         }
       }
-      slots.push_back(slot);
     }
   }
-  first.push_back(static_cast<int>(slots.size()));
-  slots.shrink_to_fit();
 }
 
 }  // namespace sim

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "core/base/array.h"
+
 namespace sim {
 
 // Both ends of every spring are listed. A slot of a block holds one end for each of its 8 particles
@@ -28,16 +30,16 @@ class Net {
   };
 
   struct Slot {
-    std::int32_t to[8] = {};  // some particle where there is no end
-    std::int32_t kind = -1;   // of all its ends, or -1 - where in ks and rests theirs begin
-    std::uint8_t present = 0;
+    std::int32_t to[8];  // some particle where there is no end
+    std::int32_t kind;   // of all its ends, or -1 - where in ks and rests theirs begin
+    std::uint8_t present;
     std::size_t own() const { return static_cast<std::size_t>(-1 - kind); }
   };
 
   Net() = default;
   Net(int n, std::span<const Spring> springs);
 
-  bool empty() const { return slots.empty(); }
+  bool empty() const { return slots.size() == 0; }
   bool reordered() const { return !order.empty(); }
   int blocks() const { return static_cast<int>(first.size()) - 1; }
 
@@ -62,7 +64,7 @@ class Net {
   // reordered.
   std::vector<std::int32_t> order, place;
   std::vector<int> first;  // the first slot of each block, and one more
-  std::vector<Slot> slots;
+  ArrayOf<Slot> slots;
   std::vector<Kind> kinds;
   std::vector<double> ks, rests;  // 8 for each slot whose springs differ
 };
