@@ -92,12 +92,6 @@ std::vector<IntegratorChoice> parse_integrators(const std::string& option,
   return choices;
 }
 
-std::string IntegratorChoice::text() const {
-  std::string out = name;
-  for (const auto& [param, value] : params) out += (out == name ? ":" : ",") + param + "=" + value;
-  return out;
-}
-
 std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
                                                const std::string& name, Registry& registry) {
   try {

@@ -18,8 +18,6 @@ struct IntegratorChoice {
   std::optional<double> tol = {};
   std::optional<std::string> precision = {};
   bool fixed_step = false;
-
-  std::string text() const;  // NAME:PARAM=VALUE,.. as it was given
 };
 
 // "NAME" or "NAME:PARAM=VALUE,PARAM=VALUE". Throws Error{kUsage}.

@@ -29,9 +29,10 @@ struct SweepRun {
   const double *ks, *rests;  // null in a uniform run
   double k, k_rest;
   std::int64_t stride;
-  std::int64_t
-      mask;    // entries of the ring less 1; a power of two of them, at least stride + kBlock
-  Real* ring;  // its first vector stands again behind the end
+  // Less 1, the entries of the ring: a power of two, at least stride + kBlock. Its first vector
+  // stands again behind the end.
+  std::int64_t mask;
+  Real* ring;
 };
 
 // The rings of one sweep over the runs of several forces. After a whole sweep all that is left in

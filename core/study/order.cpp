@@ -36,9 +36,9 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Method& me
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch) {
-  const std::vector<Method> methods = methods_to_sweep(problem, options.integrators);
   auto study = std::make_unique<OrderStudy>();
   const Simulation system = problem.simulation();
+  const std::vector<Method> methods = methods_to_sweep(problem, system, options.integrators);
   study->system = system.name();
   study->time = options.time > 0 ? options.time : std::min(system.duration(), 1.0);
   if (!(study->time > 0)) study->time = 1;

@@ -52,10 +52,11 @@ Yardstick Yardstick::of(const Method& method) const {
   return result;
 }
 
-std::vector<Method> methods_to_sweep(const Problem& problem, const std::vector<Choice>& choices) {
+std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                     const std::vector<Choice>& choices) {
   constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
   Choice own = problem.integrator();
-  if (problem.with(own).simulation().integrator_info().adaptive)
+  if (run.integrator_info().adaptive)
     for (const char* name : kTolerances) own.given.erase(name);
   const std::vector<Method> methods = fitting_methods(problem.with(own), choices);
   for (const Method& method : methods)

@@ -38,7 +38,8 @@ struct Yardstick {
 
 // fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
 // without its own. Throws Error{kUsage} for a choice with one.
-std::vector<Method> methods_to_sweep(const Problem& problem, const std::vector<Choice>& choices);
+std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                     const std::vector<Choice>& choices);
 
 // At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its
 // own. Nothing when told to end.

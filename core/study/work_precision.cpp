@@ -146,7 +146,7 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   study->size = scene_size(system);
   study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
   study->complete = false;
-  std::vector<Method> methods = methods_to_sweep(problem, options.integrators);
+  std::vector<Method> methods = methods_to_sweep(problem, system, options.integrators);
   // What chooses among the others would only show them twice.
   if (options.integrators.empty())
     std::erase_if(methods, [](const Method& method) { return method.chooses; });

@@ -7,7 +7,6 @@
 #include <random>
 #include <vector>
 
-#include "cli/integrator_choice.h"
 #include "core/lua/scene_file.h"
 
 namespace sim_bench {
@@ -100,8 +99,8 @@ double stable_step(const std::string& integrator, int n) {
   return (integrator == "rk4" ? 0.7 : 0.5) / omega;
 }
 
-sim::RunOptions run_options(const std::string& integrator, int n, sim::Registry& registry) {
-  const sim::cli::IntegratorChoice choice = sim::cli::parse_integrator(integrator);
+sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
+                            sim::Registry& registry) {
   return {.integrator = choice.name,
           .integrator_given = sim::cli::integrator_values(choice, choice.name, registry),
           .dt = stable_step(choice.name, n)};

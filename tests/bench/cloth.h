@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "cli/integrator_choice.h"
 #include "core/plugin/registry.h"
 #include "core/scene/scene_spec.h"
 #include "core/scene/simulation.h"
@@ -37,8 +38,8 @@ long count_springs(const sim::SystemSpec& spec);
 // axis, from the drag, c/m = 2 / s.
 double stable_step(const std::string& integrator, int n);
 
-// At that step, with an integrator as `sim -i` takes it: NAME or NAME:PARAM=VALUE,... Throws
-// sim::Error{kUsage}.
-sim::RunOptions run_options(const std::string& integrator, int n, sim::Registry& registry);
+// With that integrator at that step. Throws sim::Error{kUsage}.
+sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
+                            sim::Registry& registry);
 
 }  // namespace sim_bench

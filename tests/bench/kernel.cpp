@@ -8,6 +8,9 @@
 #include "tests/support/allocations.h"
 
 namespace sim_bench {
+
+using sim::cli::IntegratorChoice;
+
 namespace {
 
 // Below this, a few pages more or less would decide the bytes a particle.
@@ -31,18 +34,21 @@ std::string percent(double part) { return short_number(100 * part); }
 
 // All integrators and numbers of threads at one size, in turns.
 void measure_size(int n, const Options& options, sim::Registry& registry,
-                  const std::vector<std::string>& integrators, std::vector<KernelResult>& results) {
+                  const std::vector<IntegratorChoice>& integrators,
+                  std::vector<KernelResult>& results) {
   const sim::SystemSpec spec = load_cloth(n, registry);
   std::vector<sim::Simulation> simulations;
   const std::size_t first = results.size();
-  for (const std::string& integrator : integrators)
+  for (const IntegratorChoice& integrator : integrators)
     for (const int threads : options.threads) {
       sim::RunOptions run = run_options(integrator, n, registry);
       run.threads = threads;
       simulations.emplace_back(spec, registry, run);
       KernelResult& r = results.emplace_back();
       r.n = n;
-      r.integrator = integrator;
+      const sim::IntegratorPlugin& plugin = simulations.back().settings().integrator;
+      r.integrator =
+          sim::spelled(plugin.name, plugin.params, simulations.back().integrator_params());
       r.threads = threads;
       const sim::IntegratorInfo info = simulations.back().integrator_info();
       r.evaluations = std::max(1, info.evaluations);
@@ -78,23 +84,25 @@ Contestant contestant(sim::Simulation& simulation) {
   }};
 }
 
-std::vector<std::string> choose_integrators(const Options& options, sim::Registry& registry) {
+std::vector<IntegratorChoice> choose_integrators(const Options& options, sim::Registry& registry) {
   const std::vector<std::string> known = registry.names(sim::PluginKind::kIntegrator);
   if (options.integrators.empty()) {
-    std::vector<std::string> chosen;
+    std::vector<IntegratorChoice> chosen;
     for (const std::string name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})
       if (std::find(known.begin(), known.end(), name) != known.end()) {
-        chosen.push_back(name);
-        if (name == "rk4" || name == "verlet") chosen.push_back(name + ":precision=single");
+        chosen.push_back({.name = name});
+        if (name == "rk4" || name == "verlet")
+          chosen.push_back({.name = name, .params = {{"precision", "single"}}});
       }
     return chosen;
   }
-  for (const std::string& integrator : options.integrators) run_options(integrator, 3, registry);
+  for (const IntegratorChoice& integrator : options.integrators)
+    run_options(integrator, 3, registry);
   return options.integrators;
 }
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry) {
-  const std::vector<std::string> integrators = choose_integrators(options, registry);
+  const std::vector<IntegratorChoice> integrators = choose_integrators(options, registry);
   std::vector<KernelResult> results;
   for (const int n : options.sizes) measure_size(n, options, registry, integrators, results);
   return results;
@@ -160,7 +168,8 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
 
   std::vector<sim::Simulation> simulations;
   for (const Entry& entry : entries)
-    simulations.emplace_back(entry.spec, registry, run_options("rk4", entry.side, registry));
+    simulations.emplace_back(entry.spec, registry,
+                             run_options({.name = "rk4"}, entry.side, registry));
   std::vector<Contestant> contestants;
   for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
   const std::vector<Times> times = measure(contestants, options.timing);

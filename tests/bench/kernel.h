@@ -34,7 +34,8 @@ struct KernelResult {
 };
 
 // Those asked for, or the usual methods that the registry has.
-std::vector<std::string> choose_integrators(const Options& options, sim::Registry& registry);
+std::vector<sim::cli::IntegratorChoice> choose_integrators(const Options& options,
+                                                           sim::Registry& registry);
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry);
 Table kernel_table(const std::vector<KernelResult>& results, const Machine& machine);

@@ -36,12 +36,13 @@ void build_and_step(const sim::SystemSpec& spec, sim::Registry& registry,
 
 int print_memory(int n, const std::string& integrator) {
   sim::Registry registry = make_registry();
+  const sim::cli::IntegratorChoice choice = sim::cli::parse_integrator(integrator);
   MemoryUse use;
   // A small one first: code and libraries are in memory before anything is measured.
-  build_and_step(load_cloth(8, registry), registry, run_options(integrator, 8, registry), &use);
+  build_and_step(load_cloth(8, registry), registry, run_options(choice, 8, registry), &use);
   const sim::SystemSpec spec = load_cloth(n, registry);
   malloc_trim(0);
-  build_and_step(spec, registry, run_options(integrator, n, registry), &use);
+  build_and_step(spec, registry, run_options(choice, n, registry), &use);
   std::printf("%.0f %.0f\n", use.resident, use.peak);
   return 0;
 }

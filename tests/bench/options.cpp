@@ -2,7 +2,6 @@
 
 #include <string_view>
 
-#include "cli/integrator_choice.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -71,10 +70,9 @@ Options parse_options(int argc, char** argv) {
       options.sizes = split_integers(argument, value(), 3, kMostSide);
     else if (argument == "--threads")
       options.threads = split_integers(argument, value(), 1, kMostThreads);
-    else if (argument == "--integrators") {
-      for (const auto& choice : sim::cli::parse_integrators(argument, value()))
-        options.integrators.push_back(choice.text());
-    } else if (argument == "--quick") {
+    else if (argument == "--integrators")
+      options.integrators = sim::cli::parse_integrators(argument, value());
+    else if (argument == "--quick") {
       options.sizes = {8, 32, 128};
       options.timing = {.repeats = 5, .seconds = 0.03};
     } else if (argument == "--memory-of") {
