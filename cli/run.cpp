@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "cli/checkpoint_file.h"
@@ -18,6 +19,7 @@
 namespace sim::cli {
 namespace {
 
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
 constexpr double kMostSteps = 9.0e15;   // every step number is exact in a double
@@ -91,7 +93,7 @@ class Run {
 
  private:
   Track* next_track();
-  bool step(Simulation& system);
+  bool step(Track& track);
   void measure(Track& track, bool last = false);
   int conclude(int caught);
   void explain();
@@ -135,7 +137,8 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> 
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     const std::int64_t steps = steps_of(request, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
-    tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps, frame_stride,
+    tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
+                         tables ? frame_stride : kNever,
                          request.every && !tables ? frame_stride : tenth, &registry);
     if (scene.systems[i].step_count() > steps)
       throw Error(ErrorKind::kUsage,
@@ -174,10 +177,12 @@ void Run::measure(Track& track, bool last) {
   }
 }
 
-// A right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
-bool Run::step(Simulation& system) {
+// To where something of the track is due, or less far. Several systems go step by step. A
+// right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
+bool Run::step(Track& track) {
+  Simulation& system = track.system();
   try {
-    return system.step();
+    return system.steps(tracks_.size() == 1 ? track.due() : 1) > 0;
   } catch (const Error& error) {
     progress_.clear();
     throw in_step(error, system);
@@ -195,7 +200,7 @@ int Run::go() {
   const auto begin = std::chrono::steady_clock::now();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
-    if (!step(track->system())) {
+    if (!step(*track)) {
       if (track->system().divergence().status == StepStatus::kStopped) break;
       track->mark_diverged();
       break;

@@ -29,6 +29,8 @@ int fastest_particle(const Simulation& system) {
   return fastest;
 }
 
+std::int64_t to_next(std::int64_t step, std::int64_t stride) { return stride - step % stride; }
+
 }  // namespace
 
 Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
@@ -40,6 +42,7 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       row_stride_(row_stride),
       sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
       first_step_(system.step_count()),
+      sampled_(first_step_),
       first_t_(system.t()),
       monitor_(spec, system, steps - system.step_count(), registry) {
   if (system.second_order()) start_ = energy();
@@ -48,19 +51,26 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
 
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
   const std::int64_t step = system_->step_count();
-  if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
+  if (taken == step || !(last || to_next(step, stride) == stride || step == steps_)) return false;
   taken = step;
   return true;
 }
 
 void Track::sample() {
   const std::int64_t step = system_->step_count();
-  if (step > first_step_) monitor_.advance();
+  if (step > sampled_) monitor_.advance(step - sampled_);
+  sampled_ = step;
   if (step % sample_stride_ != 0 && step != steps_) return;
   if (!system_->second_order())
     monitor_.look(nullptr);
   else if (energy_is_finite())
     monitor_.look(&energy());
+}
+
+std::int64_t Track::due() const {
+  const std::int64_t step = system_->step_count();
+  return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
+                   to_next(step, sample_stride_), steps_ - step, monitor_.due()});
 }
 
 bool Track::energy_is_finite() {

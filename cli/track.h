@@ -36,7 +36,8 @@ class Track {
   // for the `last` state of a run that stops early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
-  void sample();  // looks at energy and error about 100 times a run
+  void sample();             // looks at energy and error about 100 times a run
+  std::int64_t due() const;  // steps until the next of all these, at least 1
 
   // Second order only. False when the energy of the present, finite state is not a finite number;
   // remembered for the verdict.
@@ -57,7 +58,7 @@ class Track {
   const SystemSpec* spec_;
   Simulation* system_;
   std::int64_t steps_, frame_stride_, row_stride_, sample_stride_;
-  std::int64_t first_step_;
+  std::int64_t first_step_, sampled_;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;

@@ -24,10 +24,15 @@ class ExplicitRungeKutta final : public Integrator {
     steps_ = 0;
   }
 
-  StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
-                  double* x_next) override {
-    ++steps_;
-    return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
+    return steps(system, t, h, 1, x, x_next);
+  }
+
+  int at_once() const override { return stepper_->at_once(); }
+  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
+                   double* x_next) override {
+    steps_ += count;
+    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }

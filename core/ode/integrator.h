@@ -34,6 +34,14 @@ class Integrator {
   virtual StepStatus step(OdeSystem& system, double t, double h, const double* x,
                           double* x_next) = 0;
 
+  // How many steps cost less together, when nobody looks between them, and `count` of them, at most
+  // so many: the same bits as from that many of step(). They leave memory() as it is.
+  virtual int at_once() const { return 1; }
+  virtual StepStatus steps(OdeSystem& system, double t, double h, int /*count*/, const double* x,
+                           double* x_next) {
+    return step(system, t, h, x, x_next);
+  }
+
   // Steps of size h from the state x at t follow, at the start of a run or after the state or h was
   // changed: forgets what was kept of the last step. May take memory.
   virtual void restart(double /*t*/, double /*h*/, const double* /*x*/) {}

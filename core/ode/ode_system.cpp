@@ -18,7 +18,7 @@ class StageByStage final : public Stepper {
     terms_.resize(k_.size());
   }
 
-  bool step(double t, double h, const double* x, double* x_next) override {
+  bool step(double t, double h, int /*count*/, const double* x, double* x_next) override {
     // k_i = f(t + c_i h, x + h sum_{j<i} a_ij k_j); x_next serves as the place of the stage.
     for (int i = 0; i < plan_.stages; ++i) {
       const auto row = static_cast<std::size_t>(i);

@@ -40,8 +40,12 @@ class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  // x_next := the step of size h from x at t. False when a number of x_next is not finite.
-  virtual bool step(double t, double h, const double* x, double* x_next) = 0;
+  // x_next := the state `count` steps of size h from x at t, with the bits of as many single ones;
+  // count <= at_once(). False when a number of x_next is not finite.
+  virtual bool step(double t, double h, int count, const double* x, double* x_next) = 0;
+
+  // So many steps cost less together than one after the other.
+  virtual int at_once() const { return 1; }
 
   // Forgets what was kept of the last step: the state was changed since.
   virtual void restart() {}

@@ -36,12 +36,17 @@ class Splitting final : public Integrator {
                    "use rk4"});
   }
 
-  StepStatus step(OdeSystem& /*system*/, double t, double h, const double* x,
-                  double* x_next) override {
-    ++effort_.steps;
-    effort_.evaluations += info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
+    return steps(system, t, h, 1, x, x_next);
+  }
+
+  int at_once() const override { return stepper_->at_once(); }
+  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
+                   double* x_next) override {
+    effort_.steps += count;
+    effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
     fresh_ = false;
-    return stepper_->step(t, h, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
   }
 
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override {

@@ -19,7 +19,7 @@ class EmbeddedRkStepper final : public EmbeddedStepper {
 
   bool start(double t, const double* x) override { return evaluate(t, x, 0); }
   bool step(double t, double h, const double* x, double* x_next) override {
-    return stepper_.step(t, h, x, x_next);
+    return stepper_.step(t, h, 1, x, x_next);
   }
   bool close(double t, const double* x) override { return evaluate(t, x, plan_.stages); }
   void extend(double t, double h, const double* x) override;

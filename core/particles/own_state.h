@@ -19,6 +19,7 @@ class OwnState {
   Real* to(double* x_next) const { return x_next; }
   void publish(double* /*x_next*/, int /*begin*/, int /*end*/) const {}
   void forget() const {}
+  int at_once() const { return 1; }
 
  private:
   Layout layout_;
@@ -58,6 +59,9 @@ class OwnState<float> {
   }
 
   void forget() { last_ = nullptr; }
+
+  // Of several steps only the last state has to be published.
+  int at_once() const { return 8; }
 
  private:
   Layout given_, layout_;

@@ -84,20 +84,24 @@ void RkStepper<Real>::write(Script& script, double h, const Real* x, Real* x_nex
 }
 
 template <class Real>
-bool RkStepper<Real>::step(double t, double h, const double* x, double* x_next) {
-  const Real* const from = state_.from(x);
-  Real* const to = state_.to(x_next);
-  Script& script = scripts_[from < to];
-  if (!script.fits(h, from, to)) write(script, h, from, to);
-  if constexpr (std::is_same_v<Real, double>)
-    if (system_->has_other_forces()) return gather_and_step(t, h, x, script);
-  return sweeps_.run([&](int s) { return positions(script, s); },
-                     [&](Rings<Real>& rings, int s, int begin, int end) {
-                       const bool finite =
-                           kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
-                       if (s + 1 == stages_) state_.publish(x_next, begin, end);
-                       return finite;
-                     });
+bool RkStepper<Real>::step(double t, double h, int count, const double* x, double* x_next) {
+  for (;; x = x_next) {
+    const Real* const from = state_.from(x);
+    Real* const to = state_.to(x_next);
+    Script& script = scripts_[from < to];
+    if (!script.fits(h, from, to)) write(script, h, from, to);
+    if constexpr (std::is_same_v<Real, double>)
+      if (system_->has_other_forces()) return gather_and_step(t, h, x, script);
+    const bool seen = --count == 0;
+    const bool finite = sweeps_.run(
+        stages_, [&](int s) { return positions(script, s); },
+        [&](Rings<Real>& rings, int s, int begin, int end) {
+          const bool good = kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
+          if (seen && s + 1 == stages_) state_.publish(x_next, begin, end);
+          return good;
+        });
+    if (seen || !finite) return finite;
+  }
 }
 
 // Other forces may read any particle: each stage is complete before the next.

@@ -24,7 +24,8 @@ class RkStepper final : public Stepper {
   // found there.
   RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span<ArrayOf<Real>> kept = {});
 
-  bool step(double t, double h, const double* x, double* x_next) override;
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
+  int at_once() const override { return state_.at_once(); }
   void restart() override { state_.forget(); }
 
  private:

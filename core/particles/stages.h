@@ -38,19 +38,25 @@ struct RkStage {
   Row<Real> v_row;
 };
 
-// One kick of a splitting method and the drift after it:
-//   v_next = keep v + gain a,  q_next = q + drift v_next
+// v := keep v + gain a.
+struct Kick {
+  double keep, gain;            // when all masses are the same
+  const double *keeps, *gains;  // of each particle, otherwise
+};
+
+// One kick of a splitting method and the drift after it, or a drift alone:
+//   v_next = kick(v, a),  v_after = next_kick(v_next, a),  q_next = q + drift (v_after or v_next)
 template <class Real>
 struct KickStage {
   const Real* q[3];
   const Real* v[3];
-  const Real* force[3];         // forces gathered before, or null
-  const Real* known[3];         // the accelerations, where they need no evaluation; else null
-  double keep, gain;            // of the kick, when all masses are the same
-  const double *keeps, *gains;  // of each particle, otherwise
+  const Real* force[3];  // forces gathered before, or null
+  bool kicks;            // or a drift alone
+  Kick kick;
+  Real* v_next[3];  // may be v; null where nobody looks
+  Kick next_kick;
+  Real* v_after[3];  // the first kick of the step after, or null
   double drift;
-  Real* a[3];       // := the acceleration, or null
-  Real* v_next[3];  // may be v
   Real* q_next[3];  // or null
   bool check;       // look for numbers that are not finite in the positions and v_next
 };

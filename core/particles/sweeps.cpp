@@ -13,28 +13,30 @@ bool one_pass(const ParticleSystem& system) {
   return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;
 }
 
-int useful_ranks(const ParticleSystem& system, int stages) {
-  const int least = std::max(kLeastPart, (stages + 2) * system.reach());
-  return std::clamp(system.layout().n() / least, 1, system.team().size());
-}
-
 }  // namespace
 
 template <class Real>
-Sweeps<Real>::Sweeps(ParticleSystem& system, int stages)
+Sweeps<Real>::Sweeps(ParticleSystem& system, int most_stages)
     : system_(&system),
-      stages_(stages),
+      most_stages_(most_stages),
       one_pass_(one_pass(system)),
-      wavefront_(system.layout().n(), system.reach(), stages, useful_ranks(system, stages),
+      wavefront_(system.layout().n(), system.reach(), most_stages, useful_ranks(1),
                  one_pass_ ? kAhead : system.layout().n()) {
-  for (int i = 0; i < wavefront_.ranks() * (one_pass_ ? stages : 1); ++i)
+  for (int i = 0; i < useful_ranks(1) * (one_pass_ ? most_stages : 1); ++i)
     rings_.push_back(Rings<Real>(system.runs()));
-  finite_.resize(static_cast<std::size_t>(wavefront_.ranks()));
+  finite_.resize(static_cast<std::size_t>(useful_ranks(1)));
+}
+
+// The slant of many stages takes particles too.
+template <class Real>
+int Sweeps<Real>::useful_ranks(int stages) const {
+  const int least = std::max(kLeastPart, (stages + 2) * system_->reach());
+  return std::clamp(system_->layout().n() / least, 1, system_->team().size());
 }
 
 template <class Real>
 void Sweeps<Real>::start(int rank, int stage, int begin, const Real* const* q) {
-  if (q) kernels_.start(rings(rank, stage), wavefront_.ranks(), q, begin, system_->reach());
+  if (q) kernels_.start(rings(rank, stage), ranks_, q, begin, system_->reach());
 }
 
 template <class Real>

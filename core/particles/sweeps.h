@@ -15,16 +15,17 @@ inline constexpr int kGatherTile = 512;
 template <class Real>
 class Sweeps {
  public:
-  Sweeps(ParticleSystem& system, int stages);
+  Sweeps(ParticleSystem& system, int most_stages);
 
-  // Runs all stages of a step. q(stage) is the array of three positions a stage reads, or null
+  // Runs `stages` stages. q(stage) is the array of three positions a stage reads, or null
   // where it evaluates no forces; sweep(rings, stage, begin, end) does a piece and says whether it
   // is finite. False when one was not.
   template <class Q, class Sweep>
-  bool run(const Q& q, const Sweep& sweep) {
+  bool run(int stages, const Q& q, const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
+    ranks_ = useful_ranks(stages);
     wavefront_.run(
-        system_->team(),
+        system_->team(), stages, ranks_,
         [&](int rank, int stage, int begin) { start(rank, stage, begin, q(stage)); },
         [&](int rank, int stage, int begin, int end) {
           if (!sweep(rings(rank, stage), stage, begin, end))
@@ -40,9 +41,10 @@ class Sweeps {
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
     if (q) system_->prepare_gather(view);
+    ranks_ = useful_ranks(1);
     system_->team().run([&](int rank) {
-      if (rank >= wavefront_.ranks()) return;
-      const Part part = part_of(view.n, kGrain, rank, wavefront_.ranks());
+      if (rank >= ranks_) return;
+      const Part part = part_of(view.n, kGrain, rank, ranks_);
       start(rank, stage, part.begin, q);
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
         const int end = std::min(begin + kGatherTile, part.end);
@@ -56,14 +58,15 @@ class Sweeps {
 
  private:
   Rings<Real>& rings(int rank, int stage) {
-    return rings_[static_cast<std::size_t>(one_pass_ ? rank * stages_ + stage : rank)];
+    return rings_[static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank)];
   }
+  int useful_ranks(int stages) const;
   void start(int rank, int stage, int begin, const Real* const* q);
   bool finite() const;
 
   ParticleSystem* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
-  int stages_;
+  int most_stages_, ranks_ = 1;
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
   Wavefront wavefront_;
   std::vector<Rings<Real>> rings_;

@@ -20,20 +20,19 @@ class Wavefront {
   static constexpr int kMostStages = 32;
 
   // reach: a multiple of kGrain. ahead: how many particles a stage goes forward at a time.
-  Wavefront(int n, int reach, int stages, int ranks, int ahead)
+  Wavefront(int n, int reach, int most_stages, int most_ranks, int ahead)
       : n_(n),
         reach_(reach),
-        stages_(stages),
-        ranks_(ranks),
         ahead_(ahead),
-        progress_(std::make_unique<Progress[]>(static_cast<std::size_t>(stages * ranks))) {}
-
-  int ranks() const noexcept { return ranks_; }
+        progress_(
+            std::make_unique<Progress[]>(static_cast<std::size_t>(most_stages * most_ranks))) {}
 
   // Calls start(rank, stage, begin) once and sweep(rank, stage, begin, end) piece by piece, for
   // every stage of every rank; all pieces but the last are multiples of kGrain.
   template <class Start, class Sweep>
-  void run(Team& team, const Start& start, const Sweep& sweep) {
+  void run(Team& team, int stages, int ranks, const Start& start, const Sweep& sweep) {
+    stages_ = stages;
+    ranks_ = ranks;
     for (int i = 0; i < stages_ * ranks_; ++i)
       progress_[i].done.store(0, std::memory_order_relaxed);
     if (ranks_ == 1) return run_rank(0, start, sweep);
@@ -88,7 +87,7 @@ class Wavefront {
       }
   }
 
-  int n_, reach_, stages_, ranks_, ahead_;
+  int n_, reach_, ahead_, stages_ = 0, ranks_ = 0;
   std::unique_ptr<Progress[]> progress_;
 };
 

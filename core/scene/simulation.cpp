@@ -208,6 +208,24 @@ bool Simulation::step() {
   return true;
 }
 
+int Simulation::steps(std::int64_t most) {
+  Impl& s = *impl_;
+  const int count = static_cast<int>(std::min<std::int64_t>(most, s.integrator->at_once()));
+  if (count <= 1) return step() ? 1 : 0;
+  const StepStatus status =
+      s.integrator->steps(*s.system, t(), h(), count, s.x.data(), s.x_next.data());
+  if (status == StepStatus::kDone) {
+    std::swap(s.x, s.x_next);
+    s.step_count += count;
+    return count;
+  }
+  // One of them failed: which one, single steps from the state before all of them say.
+  const std::vector<double> memory = s.integrator->memory();
+  s.restart();
+  s.integrator->recall(memory);
+  return step() ? 1 : 0;
+}
+
 void Simulation::stop_when(std::function<bool()> stop) {
   impl_->system->stop_when(std::move(stop));
 }

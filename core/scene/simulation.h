@@ -42,6 +42,9 @@ class Simulation {
   // One step of size h. False when it fails: the state and the time stay as they were before the
   // step, and divergence() says why and where.
   bool step();
+  // The same for up to `most` steps, of which only the last state is seen: where a method takes
+  // several at once for less. How many were taken; 0 when the first of them fails.
+  int steps(std::int64_t most);
   // Asked during steps that may take long; when it says true they fail with kStopped, and the next
   // call takes the same step.
   void stop_when(std::function<bool()> stop);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sim::study {
 
@@ -36,8 +37,13 @@ double EnergyBalance::uncertainty() const {
   return 2 * std::abs(taken_ - taken_by_trapezoids_);
 }
 
-void EnergyBalance::advance() {
-  if (damping_ == 0 || ++steps_ % stride_ != 0) return;
+std::int64_t EnergyBalance::due() const {
+  return damping_ == 0 ? std::numeric_limits<std::int64_t>::max() : stride_ - steps_ % stride_;
+}
+
+void EnergyBalance::advance(std::int64_t steps) {
+  steps_ += steps;
+  if (damping_ == 0 || steps_ % stride_ != 0) return;
   const double t = system_->t(), now = power();
   if (!open_) {
     t_[1] = t;

@@ -15,7 +15,9 @@ class EnergyBalance {
   // Looks at the present state of a second-order system, which it outlives.
   explicit EnergyBalance(Simulation& system);
 
-  void advance();  // after every step; in large systems most calls do nothing, or they would cost
+  // After steps, at most due() of them: in large systems not after every one, for it would cost.
+  void advance(std::int64_t steps = 1);
+  std::int64_t due() const;  // steps until the present state is wanted again
 
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known

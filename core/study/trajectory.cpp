@@ -96,8 +96,10 @@ Trajectory run_trajectory(const Problem& problem, const Method& method, const Tr
       const std::int64_t next = std::min(stride, done + kStepsBetweenLooks);
       good = go_on();
       const auto begin = Clock::now();
-      for (; done < next && good; ++done) {
-        good = system.step();
+      while (done < next && good) {
+        const int taken = system.steps(balance ? 1 : next - done);
+        done += taken;
+        good = taken > 0;
         if (!good || !balance) continue;
         balance->advance();
         balance->look();

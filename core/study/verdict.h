@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,8 +59,12 @@ class Monitor {
   // another integrator of the same kind, for the doubled steps.
   Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps, Registry* registry);
 
-  void advance() {  // after every step
-    if (balance_) balance_->advance();
+  // After steps, at most due() of them.
+  void advance(std::int64_t steps = 1) {
+    if (balance_) balance_->advance(steps);
+  }
+  std::int64_t due() const {
+    return balance_ ? balance_->due() : std::numeric_limits<std::int64_t>::max();
   }
   // At the present state, at equal intervals of time; `energy` in a second-order system only.
   void look(const Energy* energy);

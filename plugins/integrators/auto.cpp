@@ -44,16 +44,25 @@ class Automatic final : public sim::Integrator {
 
   sim::StepStatus step(sim::OdeSystem& system, double t, double h, const double* x,
                        double* x_next) override {
+    return steps(system, t, h, 1, x, x_next);
+  }
+
+  int at_once() const override { return method_->at_once(); }
+
+  sim::StepStatus steps(sim::OdeSystem& system, double t, double h, int count, const double* x,
+                        double* x_next) override {
     // Equal steps; the state goes to and fro between two places and ends in x_next.
-    const std::int64_t steps = steps_in(h);
-    const double inner = h / static_cast<double>(steps);
+    const double inner = step_of(h);
+    const std::int64_t steps = count * steps_in(h), most = method_->at_once();
     const double* from = x;
-    for (std::int64_t n = 0; n < steps; ++n) {
-      double* const to = (steps - n) % 2 == 1 ? x_next : between_.data();
+    for (std::int64_t n = 0; n < steps; n += most) {
+      const std::int64_t left = steps - n, rounds = (left + most - 1) / most;
+      double* const to = rounds % 2 == 1 ? x_next : between_.data();
       const sim::StepStatus status =
           n > 0 && system.stopped()
               ? sim::StepStatus::kStopped
-              : method_->step(system, t + static_cast<double>(n) * inner, inner, from, to);
+              : method_->steps(system, t + static_cast<double>(n) * inner, inner,
+                               static_cast<int>(std::min(most, left)), from, to);
       if (status != sim::StepStatus::kDone) {
         if (to != x_next) std::copy(to, to + between_.size(), x_next);
         if (n > 0) method_->restart(t, inner, x);  // of the state before

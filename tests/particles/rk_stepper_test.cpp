@@ -136,7 +136,7 @@ class Runner {
     const auto stepper = system_->explicit_stepper(plan);
     std::pair<std::vector<double>, std::vector<double>> values;
     for (std::vector<double>* each : {&values.first, &values.second}) {
-      REQUIRE(stepper->step(0, 0.01, x_.data(), next_.data()));
+      REQUIRE(stepper->step(0, 0.01, 1, x_.data(), next_.data()));
       append(next_, *each);
     }
     return values;
@@ -147,7 +147,7 @@ class Runner {
     const auto stepper =
         fused ? system_->explicit_stepper(plan) : system_->OdeSystem::explicit_stepper(plan);
     for (int i = 0; i < steps; ++i) {
-      REQUIRE(stepper->step(0.01 * i, 0.01, x_.data(), next_.data()));
+      REQUIRE(stepper->step(0.01 * i, 0.01, 1, x_.data(), next_.data()));
       std::swap(x_, next_);
     }
     std::vector<double> values;
@@ -257,6 +257,6 @@ TEST_CASE("a step that leaves the finite numbers says so", "[particles]") {
   forces.push_back(std::make_unique<ClothSprings>(4, false));
   ParticleSystem system(std::vector<double>(16, 1.0), {}, std::move(forces), x.data(), team);
   const auto stepper = system.explicit_stepper(rk4());
-  CHECK(stepper->step(0, 1e-3, x.data(), next.data()));
-  CHECK_FALSE(stepper->step(0, 1e3, x.data(), next.data()));
+  CHECK(stepper->step(0, 1e-3, 1, x.data(), next.data()));
+  CHECK_FALSE(stepper->step(0, 1e3, 1, x.data(), next.data()));
 }
