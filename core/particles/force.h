@@ -23,6 +23,7 @@ struct ParticleView {
   const double* mass = nullptr;  // kg; infinity for a pinned particle
 
   bool free(int i) const { return mass[i] < HUGE_VAL; }
+  double free_mass(int i) const { return free(i) ? mass[i] : 0; }
   Vec3 position(int i) const { return {x[i], y[i], z[i]}; }
   Vec3 velocity(int i) const { return {vx[i], vy[i], vz[i]}; }
 };

@@ -4,6 +4,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/other_jacobian.h"
 #include "core/particles/particle_system.h"
+#include "core/particles/stiffness.h"
 
 namespace sim {
 
@@ -18,7 +19,9 @@ class ParticleJacobian final : public Jacobian {
 
  private:
   ParticleSystem* system_;
+  Stiffness stiffness_;
   OtherJacobian others_;
+  Array no_shift_;
   ParticleView view_;
 };
 

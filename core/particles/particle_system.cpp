@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/lanes.h"
 #include "core/base/text.h"
 #include "core/particles/embedded_rk_stepper.h"
 #include "core/particles/local_global_solver.h"
@@ -134,10 +135,9 @@ ParticleView ParticleSystem::view(double t, const double* state) const {
 double ParticleSystem::kinetic_energy(double t, const double* state) const {
   const ParticleView p = view(t, state);
   return sum_over_tiles(p.n, [&](Tile tile) {
-    double sum = 0;
-    for (int i = tile.begin; i < tile.end; ++i)
-      if (p.free(i)) sum += 0.5 * p.mass[i] * p.velocity(i).squaredNorm();
-    return sum;
+    return 0.5 * sum_in_lanes(tile.begin, tile.end, [&](int i) {
+             return p.free_mass(i) * (p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i]);
+           });
   });
 }
 

@@ -100,7 +100,7 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
           if (seen && s + 1 == stages_) state_.publish(x_next, begin, end);
           return good;
         });
-    if (seen || !finite) return finite;
+    if (seen) return finite;
   }
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/lanes.h"
+
 namespace sim::study {
 
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
@@ -18,18 +20,13 @@ EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(syst
   in_play_ = start_.kinetic;
 }
 
-// c sum |v|^2, in eight lanes: pinned particles and padding have no velocity.
+// c sum |v|^2: pinned particles have no velocity.
 double EnergyBalance::power() const {
   const Layout& layout = particles_of(*system_)->layout();
-  double lanes[8] = {};
-  for (int axis = 3; axis < 6; ++axis) {
-    const double* v = layout.block(system_->state().data(), axis);
-    for (int i = 0; i < layout.n(); i += 8)
-      for (int lane = 0; lane < 8; ++lane) lanes[lane] += v[i + lane] * v[i + lane];
-  }
-  double sum = 0;
-  for (const double lane : lanes) sum += lane;
-  return damping_ * sum;
+  const auto v = layout.axes(system_->state().data(), 3);
+  return damping_ * sum_in_lanes(0, layout.n(), [&](int i) {
+           return v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i];
+         });
 }
 
 double EnergyBalance::uncertainty() const {

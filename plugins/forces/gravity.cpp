@@ -1,4 +1,5 @@
 // Uniform gravity: f = m g, with the potential energy -m g.x (zero at the origin).
+#include "core/base/lanes.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -10,10 +11,10 @@ class Gravity final : public sim::Force {
   std::optional<sim::AffineForce> affine() const override { return sim::AffineForce{g_, 0}; }
 
   double potential(const sim::ParticleView& p, sim::Tile tile) const override {
-    double sum = 0;
-    for (int i = tile.begin; i < tile.end; ++i)
-      if (p.free(i)) sum -= p.mass[i] * g_.dot(p.position(i));
-    return sum;
+    const sim::Vec3 g = g_;
+    return -sim::sum_in_lanes(tile.begin, tile.end, [&](int i) {
+      return p.free_mass(i) * (g[0] * p.x[i] + g[1] * p.y[i] + g[2] * p.z[i]);
+    });
   }
 
  private:

@@ -55,10 +55,12 @@ TEST_CASE("threads do not change a bit of a dump") {
 TEST_CASE("a table changes nothing of what a run says") {
   // Without one the steps between two rows are taken several at once; 16900 particles, so that the
   // work of drag is not looked at after each.
-  const std::vector<std::string> run = {"-s", "n=130", "-i", "verlet", "-d", "1e-4", "-n", "333"};
+  const std::vector<std::string> run = {"-s", "n=130", "-i", "verlet", "-d", "1e-4", "-n", "334"};
   const Outcome alone = run_sim(run);
   std::vector<std::string> with_table = run;
-  with_table.insert(with_table.end(), {"--energy=/dev/null"});
+  const TemporaryFolder folder;
+  const std::string file = folder.path() / "energy.csv";
+  with_table.insert(with_table.end(), {"--energy=" + file, "--every", "5"});
   const Outcome table = run_sim(with_table);
   const auto without_time = [](const std::string& text) {
     std::string rest;
@@ -70,6 +72,7 @@ TEST_CASE("a table changes nothing of what a run says") {
   CHECK(without_time(alone.out) == without_time(table.out));
   CHECK(alone.err == table.err);
   CHECK(alone.err.rfind("trusted: energy to", 0) == 0);
+  CHECK(lines_of(read_text(file)).size() == 1 + 1 + 334 / 5 + 1);
 }
 
 TEST_CASE("the summary as JSON") {

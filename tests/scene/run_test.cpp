@@ -209,6 +209,18 @@ TEST_CASE("the first quantity that is not finite is named") {
   CHECK(simulation.divergence().particle == 1);
   CHECK(simulation.divergence().quantity == "z");
   CHECK(simulation.divergence().step == 1);
+
+  // A velocity may be the first; that of the half step of verlet is below 1.795e308 then.
+  spec = make_falling(1, 0);
+  spec.forces[0].given["g"] = sim::Vec3(1e308, 0, 0);
+  spec.particles->list[0].velocity.x() = 1.69e308;
+  for (const std::string method : {"rk4", "verlet"}) {
+    sim::Simulation fast(spec, registry, {.integrator = method, .dt = 0.03});
+    INFO(method);
+    CHECK_FALSE(run(fast, 10));
+    CHECK(fast.step_count() == 3);
+    CHECK(fast.divergence().quantity == "vx");
+  }
 }
 
 TEST_CASE("a step after the first takes no memory") {

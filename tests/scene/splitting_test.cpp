@@ -10,7 +10,7 @@ namespace {
 
 const std::string kMethods[] = {"symplectic_euler", "verlet", "pefrl", "yoshida4"};
 
-// The elastic pendulum with one more force that is always 0: with it no acceleration is kept from
+// A scene with one more force that is always 0: with it no acceleration is kept from
 // step to step.
 sim::SystemSpec with_zero_force(sim::SystemSpec spec) {
   spec.forces.push_back(make_part("attraction", {{"k", 0.0}}));
@@ -96,6 +96,15 @@ TEST_CASE("the acceleration kept from step to step is the one that would be comp
     REQUIRE(run(kept, 100));
     REQUIRE(run(fresh, 100));
     CHECK(kept.hash() == fresh.hash());
+
+    sim::SystemSpec masses = make_chain({{0, 0, 0}, {0.3, 0, 0}, {0.6, 0.1, 0}}, {0}, 0.3);
+    masses.particles->list[1].mass = 1.5;
+    sim::Simulation two(masses, registry, {.integrator = method, .dt = 1e-3});
+    sim::Simulation fresh_two(with_zero_force(masses), registry,
+                              {.integrator = method, .dt = 1e-3});
+    REQUIRE(run(two, 100));
+    REQUIRE(run(fresh_two, 100));
+    CHECK(two.hash() == fresh_two.hash());
   }
 }
 

@@ -97,6 +97,30 @@ TEST_CASE("energy that is lost is found, with drag and without") {
   CHECK(verdict_of(make_elastic_pendulum(0.01), "rk4", 0.2, 40).trust == Trust::kSuspect);
 }
 
+TEST_CASE("the work of drag is the same from several steps at once") {
+  sim::Registry registry = make_registry();
+  for (const int n : {8, 130}) {  // the larger one is not looked at after every step
+    const sim::RunOptions options{.integrator = "verlet", .dt = 1e-4};
+    sim::Simulation one(make_cloth(n), registry, options), many(make_cloth(n), registry, options);
+    sim::study::EnergyBalance single(one), several(many);
+    for (int i = 0; i < 100; ++i) {
+      REQUIRE(one.step());
+      single.advance();
+    }
+    for (int left = 100, most = 1; left > 0; most = most % 5 + 1) {
+      const int taken = many.steps(std::min<std::int64_t>({left, most, several.due()}));
+      REQUIRE(taken > 0);
+      several.advance(taken);
+      left -= taken;
+    }
+    CHECK(single.taken() > 0);
+    CHECK(several.taken() == single.taken());
+    CHECK(several.uncertainty() == single.uncertainty());
+    CHECK(several.due() == single.due());
+    CHECK(single.due() == (n == 8 ? 1 : 4));  // every eighth step
+  }
+}
+
 TEST_CASE("momentum holds where nothing holds the particles") {
   sim::SystemSpec spec = make_row(3, 0.1);
   spec.particles->pinned.clear();
