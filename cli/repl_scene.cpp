@@ -94,7 +94,8 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
-    tracks.emplace_back(scene.spec.systems[i], system, targets[i], 1, 1, &registry_);
+    tracks.emplace_back(scene.spec.systems[i], system, targets[i], Track::kNever, Track::kNever,
+                        &registry_);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
     tracks.back().sample();
   }
@@ -108,13 +109,14 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     if (next == tracks.size()) break;
     SessionSignals::check();
     moved = true;
-    bool good = false;
+    int taken = 0;
     try {
-      good = timelines[next].step(scene.systems[next]);
+      const bool alone = tracks.size() == 1 && !until;
+      taken = timelines[next].steps(scene.systems[next], alone ? tracks[next].due() : 1);
     } catch (const Error& error) {
       throw in_step(error, scene.systems[next]);
     }
-    if (!good) {
+    if (taken == 0) {
       SessionSignals::check();
       tracks[next].mark_diverged();
       break;

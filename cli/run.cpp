@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "cli/checkpoint_file.h"
@@ -19,7 +18,6 @@
 namespace sim::cli {
 namespace {
 
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
 constexpr double kMostSteps = 9.0e15;   // every step number is exact in a double
@@ -138,7 +136,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> 
     const std::int64_t steps = steps_of(request, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
-                         tables ? frame_stride : kNever,
+                         tables ? frame_stride : Track::kNever,
                          request.every && !tables ? frame_stride : tenth, &registry);
     if (scene.systems[i].step_count() > steps)
       throw Error(ErrorKind::kUsage,

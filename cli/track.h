@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <utility>
@@ -16,6 +17,8 @@ using study::Verdict;
 
 class Track {
  public:
+  static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
+
   // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
   // steps, reports a row every `row_stride`, both at the start and at the end too. Throws what the
   // exact solution throws at t = 0. The registry is for the verdict, see study::Monitor.

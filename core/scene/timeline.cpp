@@ -65,20 +65,29 @@ void Timeline::set_budget(std::size_t bytes) {
   thin();
 }
 
-bool Timeline::step(Simulation& simulation) {
+int Timeline::steps(Simulation& simulation, std::int64_t most) {
   close_edit(simulation);
-  if (!simulation.step()) return false;
+  // Not past the next snapshot, nor past a change that was made and is to be made again.
+  const std::int64_t before = simulation.step_count();
+  std::int64_t end = std::max(before + 1, marks_.back().state->step + kStride);
+  if (before < last_) {
+    const auto change = std::find_if(marks_.begin(), marks_.end(), [&](const Mark& mark) {
+      return mark.edited && mark.state->step > before;
+    });
+    end = change == marks_.end() ? last_ : std::min(last_, change->state->step);
+  }
+  const int taken = simulation.steps(std::min(most, end - before));
+  if (taken == 0) return 0;
   const std::int64_t now = simulation.step_count();
   if (now > last_) {
     last_ = now;
     if (now - marks_.back().state->step >= kStride) note(simulation, false);
-    return true;
+    return taken;
   }
-  // In the past: a change that was made at this step is made again.
   if (const std::size_t mark = mark_at_or_before(now);
       marks_[mark].state->step == now && marks_[mark].edited)
     restore(simulation, mark);
-  return true;
+  return taken;
 }
 
 void Timeline::edit(Simulation& simulation, const std::function<void(Simulation&)>& change) {
@@ -109,7 +118,7 @@ bool Timeline::go_to(Simulation& simulation, std::int64_t step,
   const std::size_t mark = mark_at_or_before(std::min(step, last_));
   if (now > step || now < marks_[mark].state->step) restore(simulation, mark);
   while (simulation.step_count() < step)
-    if (!go_on() || !this->step(simulation)) return false;
+    if (!go_on() || steps(simulation, step - simulation.step_count()) == 0) return false;
   return true;
 }
 

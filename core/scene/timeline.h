@@ -22,8 +22,9 @@ class Timeline {
   // Starts with the present state.
   explicit Timeline(const Simulation& simulation, std::size_t budget = kDefaultBudget);
 
-  // One step; as Simulation::step().
-  bool step(Simulation& simulation);
+  // As Simulation::steps() and step().
+  int steps(Simulation& simulation, std::int64_t most);
+  bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
 
   // A change by hand. When it throws, the timeline is as it was before.
   void edit(Simulation& simulation, const std::function<void(Simulation&)>& change);
@@ -32,8 +33,8 @@ class Timeline {
   // there is none.
   bool undo(Simulation& simulation);
 
-  // To the state after `step` steps, at least first(). Asks `go_on` before each step it runs again;
-  // a no or a step that fails leaves it at a whole step on the way, and gives false.
+  // To the state after `step` steps, at least first(). Asks `go_on` time and again; a no or a step
+  // that fails leaves it at a whole step on the way, and gives false.
   bool go_to(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   // Takes a snapshot of the present, so that a copy of this timeline can start from here.
