@@ -90,8 +90,8 @@ TEST_CASE("several steps at once have the bits of single ones") {
   std::vector<sim::Vec3> points;
   for (int i = 0; i < 9000; ++i) points.emplace_back(0.2 * i, std::sin(0.01 * i), 0);
   sim::SystemSpec rope = make_chain(points, {0, 8999}, 0.1);
-  for (int i = 0; i + 300 < 9000; ++i)
-    rope.forces[1].links.ties.push_back({.a = i, .b = i + 300, .stiffness = 3, .rest = 60});
+  for (int i = 0; i + 700 < 9000; ++i)
+    rope.forces[1].links.ties.push_back({.a = i, .b = i + 700, .stiffness = 3, .rest = 140});
   for (const int threads : {1, 2, 3, 4}) check(rope, with("verlet", h, threads == 4, threads), 8);
   // In two steps of verlet each.
   check(make_cloth(12, {.drag = 0}),
