@@ -48,6 +48,7 @@ class Rings {
   void clear();
 
   std::int64_t turn = 0;  // where the next block goes in every ring, without its wraps
+  bool of_part = false;   // the last sweep was over a part of the particles: not empty
 
  private:
   std::vector<SweepRun<Real>> runs_;
@@ -78,9 +79,9 @@ struct SweepKernels {
   // Makes the rings of one of `ranks` ready for a sweep that starts at `begin`, over springs that
   // reach so many particles far.
   void start(Rings<Real>& rings, int ranks, const Real* const q[3], int begin, int reach) const {
-    if (ranks == 1) return;  // finds its rings as its last sweep left them: empty
-    rings.clear();
-    warm_up(rings, q, std::max(0, begin - reach), begin);
+    if (ranks > 1 || rings.of_part) rings.clear();
+    rings.of_part = ranks > 1;
+    if (ranks > 1) warm_up(rings, q, std::max(0, begin - reach), begin);
   }
 };
 template <class Real>
