@@ -42,9 +42,8 @@ void ParticleJacobian::apply(const double* dx, double* df) {
   on_all_ranks([&](const Part& part) {
     for (int axis = 0; axis < 3; ++axis)
       for (int i = part.begin; i < part.end; ++i) {
-        const double force = df_v[axis][i] - motion.damping * dv[axis][i];
         df_q[axis][i] = dv[axis][i];
-        df_v[axis][i] = view_.free(i) ? force / view_.mass[i] : 0.0;
+        df_v[axis][i] = (df_v[axis][i] - motion.damping * dv[axis][i]) / view_.mass[i];
       }
   });
 }

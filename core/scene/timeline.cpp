@@ -67,16 +67,15 @@ void Timeline::set_budget(std::size_t bytes) {
 
 int Timeline::steps(Simulation& simulation, std::int64_t most) {
   close_edit(simulation);
-  // Not past the next snapshot, nor past a change that was made and is to be made again.
   const std::int64_t before = simulation.step_count();
-  std::int64_t end = std::max(before + 1, marks_.back().state->step + kStride);
   if (before < last_) {
-    const auto change = std::find_if(marks_.begin(), marks_.end(), [&](const Mark& mark) {
-      return mark.edited && mark.state->step > before;
-    });
-    end = change == marks_.end() ? last_ : std::min(last_, change->state->step);
+    // Not past a change that was made, and is to be made again.
+    std::int64_t end = last_;
+    for (const Mark& mark : marks_)
+      if (mark.edited && mark.state->step > before) end = std::min(end, mark.state->step);
+    most = std::min(most, end - before);
   }
-  const int taken = simulation.steps(std::min(most, end - before));
+  const int taken = simulation.steps(most);
   if (taken == 0) return 0;
   const std::int64_t now = simulation.step_count();
   if (now > last_) {

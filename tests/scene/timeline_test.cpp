@@ -96,6 +96,9 @@ TEST_CASE("changes by hand are made again, and discarded by a change before them
     while (sim.step_count() < 150) REQUIRE(timeline.step(sim));
     CHECK(sim.hash() == end);
     CHECK(sim.t() == t);
+    go(20);
+    while (sim.step_count() < 150) REQUIRE(timeline.steps(sim, 150 - sim.step_count()) > 0);
+    CHECK(sim.hash() == end);
 
     go(90);
     timeline.edit(sim, [](Simulation& s) { s.set_position(7, {0, 0, 0}); });
