@@ -24,14 +24,13 @@ SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
     : system_(&system),
       state_(system.layout()),
       parts_(parts_of(plan)),
+      drifts_(std::ranges::count_if(parts_, [](const Part& part) { return part.drift != 0; })),
       closes_(plan.closes() && system.other_forces().empty()),
       sweeps_(system, at_once() * static_cast<int>(parts_.size())),
       kicks_(parts_.size()) {
   stages_.reserve(parts_.size() * static_cast<std::size_t>(at_once()));
   const Layout half(system.layout().n(), 3, kBlock<Real>);
-  const auto drifts =
-      std::count_if(parts_.begin(), parts_.end(), [](const Part& part) { return part.drift != 0; });
-  if (drifts > 1 || closes_) positions_ = ArrayOf<Real>(half.size());
+  if (drifts_ > 1 || at_once() > 1) positions_ = ArrayOf<Real>(half.size());
   if (system.has_other_forces()) forces_ = Array(half.size());
   if (closes_) v_after_ = ArrayOf<Real>(half.size());
   if (system.motion().inverse_masses) {
@@ -45,7 +44,10 @@ SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
 
 template <class Real>
 int SplitStepper<Real>::at_once() const {
-  return closes_ ? std::max(1, kStagesAtOnce / static_cast<int>(parts_.size())) : 1;
+  // Other forces may read the time. A method of one drift would need another array for two.
+  const bool alternates = drifts_ > 1 || closes_ || std::is_same_v<Real, float>;
+  if (!alternates || !system_->other_forces().empty()) return 1;
+  return std::max(1, kStagesAtOnce / static_cast<int>(parts_.size()));
 }
 
 // A kick of length tau under the damping of each particle.
@@ -81,7 +83,7 @@ void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
   const std::array<Real*, 3> after = half.axes(v_after_.data()), v_next = layout.axes(x_next, 3);
   std::array<const Real*, 3> q = layout.axes(x), v = layout.axes(x, 3);
   if (known_) std::ranges::copy(after, v.begin());
-  auto drifts = count * std::ranges::count_if(parts_, [](const Part& p) { return p.drift != 0; });
+  auto drifts = count * drifts_;
 
   stages_.clear();
   for (int step = 0; step < count; ++step)

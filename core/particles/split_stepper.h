@@ -46,9 +46,10 @@ class SplitStepper final : public Stepper {
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
   OwnState<Real> state_;
   std::vector<Part> parts_;
-  double h_ = 0;        // the step size that the kicks are for
-  bool closes_;         // the last kick of a step and the first of the next are made at once
-  bool known_ = false;  // ... and were, into v_after_
+  std::ptrdiff_t drifts_;  // of a step, that are not 0
+  double h_ = 0;           // the step size that the kicks are for
+  bool closes_;            // the last kick of a step and the first of the next are made at once
+  bool known_ = false;     // ... and were, into v_after_
   Sweeps<Real> sweeps_;
   std::vector<Kick> kicks_;  // of the parts
   std::vector<KickStage<Real>> stages_;

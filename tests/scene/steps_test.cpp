@@ -79,9 +79,12 @@ TEST_CASE("several steps at once have the bits of single ones") {
       if (n == 2) continue;  // too few springs for runs
       check(make_cloth(n), with("verlet", h, true, threads), 8);
       check(make_cloth(n), with("rk4", h, true, threads), 8);
-      check(make_cloth(n), with("pefrl", h, true, threads), 1);
+      check(make_cloth(n), with("pefrl", h, n == 40, threads), 3);
+      check(make_cloth(n), with("yoshida4", h, n == 9, threads), 4);
+      check(make_cloth(n), with("symplectic_euler", h, true, threads), 16);
     }
   check(make_cloth(12), with("rk4", h), 1);
+  check(make_cloth(12), with("symplectic_euler", h), 1);
   check(with_masses(make_cloth(12)), with("verlet", h), 8);
   check(with_masses(make_cloth(95)), with("verlet", h, false, 2), 8);
   check(with_net(make_cloth(12)), with("verlet", h), 8);
