@@ -137,7 +137,8 @@ Table kernel_table(const std::vector<KernelResult>& results, const Machine& mach
                r.bytes > 0 ? short_number(r.peak_bytes) : ""});
   }
   table.note(
-      "us/step: the median, with the least and the most; ns/spring: of one evaluation; "
+      "us/step: the median, with the least and the most, as many steps at once as the method "
+      "takes; ns/spring: of one evaluation; "
       "M/s: million particle-steps a second; allocs: allocations a step.");
   table.note(
       "% limit: " + short_number(machine.spring_limit_ns()) +
