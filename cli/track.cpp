@@ -51,7 +51,7 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
 
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
   const std::int64_t step = system_->step_count();
-  if (taken == step || !(last || to_next(step, stride) == stride || step == steps_)) return false;
+  if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
   taken = step;
   return true;
 }

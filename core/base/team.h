@@ -8,6 +8,12 @@
 
 namespace sim {
 
+// The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a team.
+struct Part {
+  int begin, end;
+};
+Part part_of(int n, int grain, int rank, int ranks);
+
 // Member 0 is the caller. A run costs a fraction of a microsecond while the members spin; idle
 // members go to sleep after some microseconds, so that a busy machine is not held up.
 class Team {
@@ -26,6 +32,15 @@ class Team {
     run_erased([](const void* b, int rank) { (*static_cast<const Body*>(b))(rank); }, &body);
   }
 
+  // Likewise body(begin, end) with its part of n items.
+  template <class Body>
+  void run_parts(int n, int grain, const Body& body) {
+    run([&](int rank) {
+      const Part part = part_of(n, grain, rank, size());
+      body(part.begin, part.end);
+    });
+  }
+
  private:
   using Call = void (*)(const void* body, int rank);
   void run_erased(Call call, const void* body);
@@ -41,11 +56,5 @@ class Team {
 // What a thread does in the spin-th round of waiting for another: it spins at first, then gives its
 // processor away, for on a busy machine the other one may need it.
 void wait_a_little(int spin);
-
-// The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a team.
-struct Part {
-  int begin, end;
-};
-Part part_of(int n, int grain, int rank, int ranks);
 
 }  // namespace sim

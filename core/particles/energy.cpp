@@ -1,5 +1,6 @@
 #include "core/particles/energy.h"
 
+#include "core/base/lanes.h"
 #include "core/base/simd_targets.h"
 
 #define SIM_KERNEL "core/particles/energy.inc"
@@ -30,9 +31,7 @@ double run_energy(const SpringRun& run, const ParticleView& view, int begin, int
       lanes[a % 8] += (0.5 * run.k_of(a)) * (strain * strain);
     }
   }
-  double sum = 0;
-  for (const double lane : lanes) sum += lane;
-  return sum;
+  return sum_of(lanes);
 }
 
 }  // namespace sim

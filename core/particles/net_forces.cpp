@@ -41,10 +41,9 @@ NetForces::NetForces(std::vector<const Net*> nets, int particles)
 
 void NetForces::prepare(const ParticleView& view, Team& team) {
   if (nets_.empty()) return;
-  team.run([&](int rank) {
-    const Part part = part_of(view.n, 8, rank, team.size());
-    double* point = points_.data() + 4 * static_cast<std::size_t>(part.begin);
-    for (int i = part.begin; i < part.end; ++i, point += 4) {
+  team.run_parts(view.n, 8, [&](int begin, int end) {
+    double* point = points_.data() + 4 * static_cast<std::size_t>(begin);
+    for (int i = begin; i < end; ++i, point += 4) {
       point[0] = view.x[i];
       point[1] = view.y[i];
       point[2] = view.z[i];
@@ -54,9 +53,8 @@ void NetForces::prepare(const ParticleView& view, Team& team) {
   for (std::size_t j = 0; j < nets_.size(); ++j) {
     const Net& net = *nets_[j];
     if (!net.reordered()) continue;
-    team.run([&](int rank) {
-      const Part part = part_of(8 * net.blocks(), 8, rank, team.size());
-      kernels_.pack(net, q, points_.data(), part.begin, part.end, forces_[j].data());
+    team.run_parts(8 * net.blocks(), 8, [&](int begin, int end) {
+      kernels_.pack(net, q, points_.data(), begin, end, forces_[j].data());
     });
   }
 }

@@ -22,7 +22,6 @@ void ParticleJacobian::apply(const double* dx, double* df) {
   const Motion& motion = system_->motion();
   const auto dq = layout.axes(dx), dv = layout.axes(dx, 3);
   const auto df_q = layout.axes(df), df_v = layout.axes(df, 3);
-  std::fill(df, df + layout.size(), 0.0);
 
   StiffProduct product{};
   std::ranges::copy(dq, product.p);
@@ -30,18 +29,14 @@ void ParticleJacobian::apply(const double* dx, double* df) {
   product.shift = Layout(layout.n(), 1).block(no_shift_.data(), 0);
   product.scale = -1;
   product.free = motion.free;
-  const auto on_all_ranks = [&](const auto& work) {
-    system_->team().run(
-        [&](int rank) { work(part_of(layout.n(), 8, rank, system_->team().size())); });
-  };
-  on_all_ranks([&](const Part& part) {
+  system_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
     double sums[8] = {};
-    stiffness_.apply(product, part.begin, part.end, sums);
+    stiffness_.apply(product, begin, end, sums);
   });
   if (!others_.empty()) others_.add(dq.data(), dv.data(), {df_v[0], df_v[1], df_v[2]});
-  on_all_ranks([&](const Part& part) {
+  system_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = part.begin; i < part.end; ++i) {
+      for (int i = begin; i < end; ++i) {
         df_q[axis][i] = dv[axis][i];
         df_v[axis][i] = (df_v[axis][i] - motion.damping * dv[axis][i]) / view_.mass[i];
       }

@@ -54,11 +54,10 @@ class ParticleSystem final : public OdeSystem {
   // Calls f(begin, end) for parts of the first `blocks` coordinates of a state, on all threads.
   template <class F>
   void for_ranges(int blocks, const F& f) const {
-    team_->run([&](int rank) {
-      const Part part = part_of(layout_.n(), 8, rank, team_->size());
+    team_->run_parts(layout_.n(), 8, [&](int begin, int end) {
       for (int block = 0; block < blocks; ++block) {
         const auto first = layout_.offset(block);
-        f(first + static_cast<std::size_t>(part.begin), first + static_cast<std::size_t>(part.end));
+        f(first + static_cast<std::size_t>(begin), first + static_cast<std::size_t>(end));
       }
     });
   }

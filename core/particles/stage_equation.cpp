@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/lanes.h"
+
 namespace sim {
 
 StageEquation::StageEquation(ParticleSystem& system)
@@ -66,12 +68,7 @@ double StageEquation::phi() const {
 }
 
 double dot(const Array& a, const Array& b) {
-  double lanes[8] = {};
-  for (std::size_t i = 0; i < a.size(); i += 8)
-    for (std::size_t lane = 0; lane < 8; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
-  double sum = 0;
-  for (const double lane : lanes) sum += lane;
-  return sum;
+  return sum_in_lanes(std::size_t{0}, a.size(), [&](std::size_t i) { return a[i] * b[i]; });
 }
 
 }  // namespace sim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/lanes.h"
 #include "core/base/simd_targets.h"
 
 #define SIM_KERNEL "core/particles/stage_matrix.inc"
@@ -52,15 +53,11 @@ StageMatrix::StageMatrix(ParticleSystem& system)
 template <class Body>
 double StageMatrix::over_tiles(const Body& body) {
   const int n = half_.n(), tiles = static_cast<int>(tile_sums_.size());
-  Team& team = system_->team();
-  team.run([&](int rank) {
-    const Part part = part_of(tiles, 1, rank, team.size());
-    for (int tile = part.begin; tile < part.end; ++tile) {
+  system_->team().run_parts(tiles, 1, [&](int begin, int end) {
+    for (int tile = begin; tile < end; ++tile) {
       double lanes[8] = {};
       body(tile * kTile, std::min((tile + 1) * kTile, n), lanes);
-      double& sum = tile_sums_[static_cast<std::size_t>(tile)];
-      sum = 0;
-      for (const double lane : lanes) sum += lane;
+      tile_sums_[static_cast<std::size_t>(tile)] = sum_of(lanes);
     }
   });
   double total = 0;
@@ -78,14 +75,7 @@ void StageMatrix::at(const ParticleView& view, double tau, bool clamped) {
   double* const shift = Layout(n, 1).block(shift_.data(), 0);
   const SixBlocks blocks(system_->layout(), blocks_.data());
   const SixBlocks inverses(system_->layout(), inverses_.data());
-  const auto over_ranks = [&](const auto& body) {
-    Team& team = system_->team();
-    team.run([&](int rank) {
-      const Part part = part_of(n, 8, rank, team.size());
-      body(part.begin, part.end);
-    });
-  };
-  over_ranks([&](int begin, int end) {
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
     stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
   });
@@ -101,7 +91,7 @@ void StageMatrix::at(const ParticleView& view, double tau, bool clamped) {
   };
   add(others_.position_blocks(), tau * tau);
   add(others_.velocity_blocks(), tau);
-  over_ranks([&](int begin, int end) {
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
   });
 }
@@ -144,11 +134,8 @@ double StageMatrix::precondition(const double* r, double* z) {
 double StageMatrix::turn_and_apply(double beta, const double* z, double* p, double* out) {
   const auto from = half_.axes(z);
   const auto to = half_.axes(p);
-  const int n = half_.n();
-  Team& team = system_->team();
-  team.run([&](int rank) {
-    const Part part = part_of(n, 8, rank, team.size());
-    kernels_.turn(beta, from.data(), to.data(), part.begin, part.end);
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+    kernels_.turn(beta, from.data(), to.data(), begin, end);
   });
   return apply(p, out);
 }

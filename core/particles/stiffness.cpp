@@ -75,13 +75,10 @@ Stiffness::Stiffness(const ParticleSystem& system) : system_(&system), kernels_(
 
 void Stiffness::at(const double* const q[3], bool clamped) {
   std::copy_n(q, 3, q_);
-  const int n = system_->layout().n();
-  Team& team = system_->team();
-  team.run([&](int rank) {
-    const Part part = part_of(n, 8, rank, team.size());
-    for (const StiffRun& run : runs_) kernels_.linearise(run, q, clamped, part.begin, part.end);
+  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+    for (const StiffRun& run : runs_) kernels_.linearise(run, q, clamped, begin, end);
     for (StiffNet& net : nets_)
-      for (int i = part.begin; i < part.end; ++i)
+      for (int i = begin; i < end; ++i)
         net.linearise(i, [&](int to, double k, double rest) {
           return spring_stiffness(position(i) - position(to), k, rest, clamped);
         });

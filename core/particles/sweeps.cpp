@@ -35,8 +35,8 @@ int Sweeps<Real>::useful_ranks(int stages) const {
 }
 
 template <class Real>
-void Sweeps<Real>::start(int rank, int stage, int begin, const Real* const* q) {
-  if (q) kernels_.start(rings(rank, stage), ranks_, q, begin, system_->reach());
+void Sweeps<Real>::start(int rank, int ranks, int stage, int begin, const Real* const* q) {
+  if (q) kernels_.start(rings(rank, stage), ranks, q, begin, system_->reach());
 }
 
 template <class Real>

@@ -23,10 +23,10 @@ class Sweeps {
   template <class Q, class Sweep>
   bool run(int stages, const Q& q, const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
-    ranks_ = useful_ranks(stages);
+    const int ranks = useful_ranks(stages);
     wavefront_.run(
-        system_->team(), stages, ranks_,
-        [&](int rank, int stage, int begin) { start(rank, stage, begin, q(stage)); },
+        system_->team(), stages, ranks,
+        [&](int rank, int stage, int begin) { start(rank, ranks, stage, begin, q(stage)); },
         [&](int rank, int stage, int begin, int end) {
           if (!sweep(rings(rank, stage), stage, begin, end))
             finite_[static_cast<std::size_t>(rank)] = 0;
@@ -41,11 +41,11 @@ class Sweeps {
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
     if (q) system_->prepare_gather(view);
-    ranks_ = useful_ranks(1);
+    const int ranks = useful_ranks(1);
     system_->team().run([&](int rank) {
-      if (rank >= ranks_) return;
-      const Part part = part_of(view.n, kGrain, rank, ranks_);
-      start(rank, stage, part.begin, q);
+      if (rank >= ranks) return;
+      const Part part = part_of(view.n, kGrain, rank, ranks);
+      start(rank, ranks, stage, part.begin, q);
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
         const int end = std::min(begin + kGatherTile, part.end);
         if (q) system_->gather(view, {begin, end}, sink);
@@ -61,12 +61,12 @@ class Sweeps {
     return rings_[static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank)];
   }
   int useful_ranks(int stages) const;
-  void start(int rank, int stage, int begin, const Real* const* q);
+  void start(int rank, int ranks, int stage, int begin, const Real* const* q);
   bool finite() const;
 
   ParticleSystem* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
-  int most_stages_, ranks_ = 1;
+  int most_stages_;
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
   Wavefront wavefront_;
   std::vector<Rings<Real>> rings_;

@@ -10,8 +10,7 @@ namespace {
 
 const std::string kMethods[] = {"symplectic_euler", "verlet", "pefrl", "yoshida4"};
 
-// A scene with one more force that is always 0: with it no acceleration is kept from
-// step to step.
+// A scene with one more force that is always 0: with it no acceleration is kept from step to step.
 sim::SystemSpec with_zero_force(sim::SystemSpec spec) {
   spec.forces.push_back(make_part("attraction", {{"k", 0.0}}));
   return spec;

@@ -89,6 +89,12 @@ TEST_CASE("several steps at once have the bits of single ones") {
   check(with_masses(make_cloth(95)), with("verlet", h, false, 2), 8);
   check(with_net(make_cloth(12)), with("verlet", h), 8);
   check(with_net(with_masses(make_cloth(95))), with("verlet", h, false, 2), 8);
+  check(with_net(make_cloth(12)), with("pefrl", h), 3);
+  // Other forces may read the time.
+  registry.load(SIM_FIXTURE_DIR "/attraction/attraction.so");
+  sim::SystemSpec attracted = make_cloth(12);
+  attracted.forces.push_back(make_part("attraction", {{"k", 0.1}}));
+  for (const char* method : {"verlet", "pefrl", "rk4"}) check(attracted, with(method, h), 1);
   // The slant of eight steps takes more particles than three threads have.
   std::vector<sim::Vec3> points;
   for (int i = 0; i < 9000; ++i) points.emplace_back(0.2 * i, std::sin(0.01 * i), 0);
