@@ -1,7 +1,7 @@
 // sim: runs scenes and answers questions about them.
-#include "cli/console.h"
-#include "cli/environment.h"
-#include "cli/options.h"
+#include "cli/command_line/options.h"
+#include "cli/run/environment.h"
+#include "cli/terminal/console.h"
 
 namespace {
 
@@ -13,7 +13,7 @@ struct Dispatch {
 
   int operator()(const Message& message) const {
     console.out << message.text;
-    flush_or_throw(console.out, "standard output");
+    sim::flush_or_throw(console.out, "standard output");
     return 0;
   }
 

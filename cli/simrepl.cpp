@@ -1,7 +1,7 @@
 // simrepl: a scene at a prompt.
-#include "cli/console.h"
-#include "cli/environment.h"
-#include "cli/repl.h"
+#include "cli/prompt/repl.h"
+#include "cli/run/environment.h"
+#include "cli/terminal/console.h"
 
 int main(int argc, char** argv) {
   using namespace sim::cli;
@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
     const ReplCommandLine line = parse_repl_command_line(argc, argv);
     if (!line.message.empty()) {
       console.out << line.message;
-      flush_or_throw(console.out, "standard output");
+      sim::flush_or_throw(console.out, "standard output");
       return 0;
     }
     const Environment environment = find_environment(line.plugin_path);

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/base/vec3.h"
+#include "core/math/vec3.h"
 
 namespace sim {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/vec3.h"
 #include "core/lua/lua_state.h"
+#include "core/math/vec3.h"
 
 namespace sim {
 

@@ -1,8 +1,8 @@
-#include "core/base/simd_targets.h"
 #include "core/ode/ode_system.h"
+#include "core/simd/simd_targets.h"
 
 #define SIM_KERNEL "core/ode/combine.inc"
-#include "core/base/simd_targets.inc"
+#include "core/simd/simd_targets.inc"
 
 namespace sim {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ode/embedded_pair.h"
+#include "core/ode/explicit/embedded_pair.h"
 #include "core/ode/plan.h"
 
 namespace sim {

@@ -5,7 +5,7 @@
 #include "core/base/array.h"
 #include "core/base/error.h"
 #include "core/base/finite.h"
-#include "core/ode/dense_solver.h"
+#include "core/ode/implicit/dense_solver.h"
 
 namespace sim {
 namespace {

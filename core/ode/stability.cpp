@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/exponential.h"
+#include "core/math/exponential.h"
 #include "core/ode/integrator.h"
 
 namespace sim {

@@ -1,48 +1,16 @@
 // What acts on particles: forces see a view of all particles and add to the force on a few.
 #pragma once
 
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/base/vec3.h"
+#include "core/particles/view.h"
 
 namespace sim {
 
 using Mat3 = Eigen::Matrix3d;
-
-// Structure of arrays; n entries each, in SI units; padding lanes around them may be read.
-// vx, vy, vz are null in a scene without velocities.
-struct ParticleView {
-  int n = 0;
-  double t = 0;
-  const double *x = nullptr, *y = nullptr, *z = nullptr;
-  const double *vx = nullptr, *vy = nullptr, *vz = nullptr;
-  const double* mass = nullptr;  // kg; infinity for a pinned particle
-
-  bool free(int i) const { return mass[i] < HUGE_VAL; }
-  double free_mass(int i) const { return free(i) ? mass[i] : 0; }
-  Vec3 position(int i) const { return {x[i], y[i], z[i]}; }
-  Vec3 velocity(int i) const { return {vx[i], vy[i], vz[i]}; }
-};
-
-// The particles [begin, end) whose force is being gathered.
-struct Tile {
-  int begin = 0, end = 0;
-};
-
-// Where forces are added, in N, indexed by particle id.
-struct ForceSink {
-  double *x, *y, *z;
-
-  void add(int i, const Vec3& force) const {
-    x[i] += force.x();
-    y[i] += force.y();
-    z[i] += force.z();
-  }
-};
 
 // Where a force puts its derivatives: blocks of 3 x 3.
 class BlockSink {
@@ -62,6 +30,7 @@ struct AffineForce {
 };
 
 class Springs;
+class Team;
 
 // One spring-like tie of a particle to another, for adjacency listings.
 struct Link {
@@ -84,8 +53,13 @@ class Force {
   // Springs are folded too: all of a scene are evaluated in one sweep, and never accumulated.
   virtual const Springs* springs() const { return nullptr; }
 
-  // Any other force: adds the force on each particle of the tile and writes no other entry. Runs on
-  // several threads.
+  // Any other force, before accumulate(), potential() and jacobian() of the same view: builds what
+  // its tiles share (neighbour lists, densities). What they then return must follow from the view
+  // alone, bit for bit. May take memory only where it had too little.
+  virtual void prepare(const ParticleView& /*view*/, Team& /*team*/) {}
+
+  // Then: adds the force on each particle of the tile and writes no other entry. Runs on several
+  // threads.
   virtual void accumulate(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
 
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.

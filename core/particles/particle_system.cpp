@@ -5,14 +5,14 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/base/lanes.h"
 #include "core/base/text.h"
-#include "core/particles/embedded_rk_stepper.h"
-#include "core/particles/local_global_solver.h"
-#include "core/particles/newton_solver.h"
-#include "core/particles/particle_jacobian.h"
-#include "core/particles/rk_stepper.h"
-#include "core/particles/split_stepper.h"
+#include "core/particles/explicit/embedded_rk_stepper.h"
+#include "core/particles/explicit/rk_stepper.h"
+#include "core/particles/explicit/split_stepper.h"
+#include "core/particles/implicit/local_global_solver.h"
+#include "core/particles/implicit/newton_solver.h"
+#include "core/particles/implicit/particle_jacobian.h"
+#include "core/simd/lanes.h"
 
 namespace sim {
 namespace {
@@ -144,8 +144,10 @@ double ParticleSystem::kinetic_energy(double t, const double* state) const {
 double ParticleSystem::potential_energy(double t, const double* state) const {
   const ParticleView p = view(t, state);
   double sum = 0;
-  for (const auto& force : forces_)
+  for (const auto& force : forces_) {
+    force->prepare(p, *team_);
     sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(p, tile); });
+  }
   return sum;
 }
 
@@ -162,6 +164,11 @@ std::string ParticleSystem::name_of(const Force& force) const {
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (forces_[i].get() == &force) return names_[i];
   return "of no name";
+}
+
+void ParticleSystem::prepare_gather(const ParticleView& view) {
+  net_forces_.prepare(view, *team_);
+  for (Force* force : other_forces_) force->prepare(view, *team_);
 }
 
 void ParticleSystem::gather(const ParticleView& view, Tile tile, ForceSink sink) const {

@@ -8,10 +8,10 @@
 #include "core/base/array.h"
 #include "core/base/team.h"
 #include "core/ode/ode_system.h"
+#include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
 #include "core/particles/layout.h"
-#include "core/particles/net_forces.h"
-#include "core/particles/sweep.h"
+#include "core/particles/springs/net_forces.h"
 
 namespace sim {
 
@@ -79,8 +79,9 @@ class ParticleSystem final : public OdeSystem {
   // must be gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
   bool needs_velocities() const noexcept { return needs_velocities_; }
-  std::span<const Force* const> other_forces() const noexcept { return other_forces_; }
-  void prepare_gather(const ParticleView& view) { net_forces_.prepare(view, *team_); }
+  std::span<Force* const> other_forces() const noexcept { return other_forces_; }
+  // Before gather(): once per evaluation, on the thread that calls.
+  void prepare_gather(const ParticleView& view);
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
  private:
@@ -93,7 +94,7 @@ class ParticleSystem final : public OdeSystem {
   Motion motion_;
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
-  std::vector<const Force*> other_forces_;
+  std::vector<Force*> other_forces_;
   bool needs_velocities_ = false;
   int reach_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();

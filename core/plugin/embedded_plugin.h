@@ -1,8 +1,8 @@
 // What all plugins of embedded Runge-Kutta pairs have in common: their parameters.
 #pragma once
 
-#include "core/ode/embedded_rk.h"
-#include "core/ode/explicit_rk.h"
+#include "core/ode/explicit/embedded_rk.h"
+#include "core/ode/explicit/explicit_rk.h"
 #include "core/plugin/registry.h"
 
 namespace sim {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/ode/explicit_rk.h"
+#include "core/ode/explicit/explicit_rk.h"
 #include "core/plugin/registry.h"
 
 namespace sim {

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/base/vec3.h"
+#include "core/math/vec3.h"
 
 namespace sim {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/field.h"
 #include "core/ode/integrator.h"
-#include "core/particles/field.h"
 #include "core/particles/force.h"
 #include "core/plugin/links.h"
 #include "core/plugin/params.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/vec3.h"
+#include "core/math/vec3.h"
 #include "core/plugin/links.h"
 #include "core/plugin/params.h"
 

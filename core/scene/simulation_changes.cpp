@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "core/particles/springs.h"
+#include "core/particles/springs/springs.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {

@@ -8,7 +8,7 @@
 #include "core/base/array.h"
 #include "core/base/error.h"
 #include "core/base/team.h"
-#include "core/particles/field_system.h"
+#include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
 

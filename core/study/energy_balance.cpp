@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/lanes.h"
+#include "core/simd/lanes.h"
 
 namespace sim::study {
 

@@ -1,6 +1,6 @@
 // Uniform gravity: f = m g, with the potential energy -m g.x (zero at the origin).
-#include "core/base/lanes.h"
 #include "core/plugin/plugin.h"
+#include "core/simd/lanes.h"
 
 namespace {
 

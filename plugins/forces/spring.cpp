@@ -1,7 +1,7 @@
 // Hooke springs between pairs of particles, with a rest length.
 #include <cmath>
 
-#include "core/particles/springs.h"
+#include "core/particles/springs/springs.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // Implicit methods: stable with any step on springs, at the price of equations in each step.
-#include "core/ode/implicit.h"
+#include "core/ode/implicit/implicit.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // Projective dynamics: backward Euler on springs, solved by alternating local and global steps.
-#include "core/ode/implicit.h"
+#include "core/ode/implicit/implicit.h"
 #include "core/plugin/plugin.h"
 
 namespace {

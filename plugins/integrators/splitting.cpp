@@ -2,7 +2,7 @@
 // holds the damping, v := e^(-gamma k h) v + (1 - e^(-gamma k h)) / gamma a(t, q), so that it costs
 // no order. Hairer, Lubich & Wanner (2006), Geometric Numerical Integration, sections II.4, II.5
 // and VI.3.
-#include "core/ode/splitting.h"
+#include "core/ode/explicit/splitting.h"
 #include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 

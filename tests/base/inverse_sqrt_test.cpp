@@ -1,4 +1,4 @@
-#include "core/base/inverse_sqrt.h"
+#include "core/simd/inverse_sqrt.h"
 
 #include <bit>
 #include <catch2/catch.hpp>

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/simd_targets.h"
 #include "core/base/text.h"
+#include "core/simd/simd_targets.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/implicit.h"
 #include "tests/bench/kernel.h"

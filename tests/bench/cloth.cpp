@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "core/lua/scene_file.h"
+#include "core/lua/scene/scene_file.h"
 
 namespace sim_bench {
 namespace {

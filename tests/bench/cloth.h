@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "cli/integrator_choice.h"
+#include "cli/command_line/integrator_choice.h"
 #include "core/plugin/registry.h"
 #include "core/scene/scene_spec.h"
 #include "core/scene/simulation.h"

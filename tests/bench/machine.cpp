@@ -9,7 +9,7 @@
 #include <memory>
 #include <thread>
 
-#include "core/base/simd_targets.h"
+#include "core/simd/simd_targets.h"
 #include "tests/bench/timing.h"
 
 namespace sim_bench {

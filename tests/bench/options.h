@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/integrator_choice.h"
+#include "cli/command_line/integrator_choice.h"
 #include "tests/bench/timing.h"
 
 namespace sim_bench {

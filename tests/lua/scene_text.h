@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/lua/scene_file.h"
+#include "core/lua/scene/scene_file.h"
 
 namespace sim::test {
 

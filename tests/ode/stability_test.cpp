@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/ode/composition.h"
+#include "core/ode/explicit/composition.h"
 #include "tests/support/scenes.h"
 #include "tests/support/table.h"
 

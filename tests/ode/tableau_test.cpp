@@ -1,4 +1,4 @@
-#include "core/ode/order_conditions.h"
+#include "core/ode/explicit/order_conditions.h"
 
 #include <catch2/catch.hpp>
 

@@ -2,10 +2,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/particle_jacobian.h"
-#include "core/particles/spring_stiffness.h"
-#include "core/particles/springs.h"
-#include "core/particles/stage_matrix.h"
+#include "core/particles/implicit/particle_jacobian.h"
+#include "core/particles/implicit/stage_matrix.h"
+#include "core/particles/springs/spring_stiffness.h"
+#include "core/particles/springs/springs.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/ode/dense_solver.h"
+#include "core/ode/implicit/dense_solver.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/springs.h"
+#include "core/particles/springs/springs.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;

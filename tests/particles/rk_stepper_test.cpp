@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "core/base/team.h"
-#include "core/ode/embedded_pair.h"
-#include "core/ode/tableau.h"
+#include "core/ode/explicit/embedded_pair.h"
+#include "core/ode/explicit/tableau.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/springs.h"
+#include "core/particles/springs/springs.h"
 
 using namespace sim;
 

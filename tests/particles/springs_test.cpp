@@ -1,5 +1,5 @@
 // Runs are found in any list of springs, and give the forces of a plain loop.
-#include "core/particles/springs.h"
+#include "core/particles/springs/springs.h"
 
 #include <catch2/catch.hpp>
 
@@ -9,9 +9,9 @@
 #include <random>
 #include <tuple>
 
-#include "core/base/simd_targets.h"
 #include "core/base/team.h"
 #include "core/particles/particle_system.h"
+#include "core/simd/simd_targets.h"
 
 using namespace sim;
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "core/base/simd_targets.h"
+#include "core/simd/simd_targets.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/ode/splitting.h"
+#include "core/ode/explicit/splitting.h"
 #include "tests/support/allocations.h"
 #include "tests/support/scenes.h"
 

@@ -1,5 +1,5 @@
 // The order of convergence as it is observed.
-#include "core/study/order.h"
+#include "core/study/accuracy/order.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

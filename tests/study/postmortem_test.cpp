@@ -1,5 +1,5 @@
 // Why a run diverged, and what is said to work does.
-#include "core/study/postmortem.h"
+#include "core/study/verdict/postmortem.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

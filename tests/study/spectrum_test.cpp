@@ -1,5 +1,5 @@
 // The fastest vibration of scenes whose frequencies are known.
-#include "core/study/spectrum.h"
+#include "core/study/limits/spectrum.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

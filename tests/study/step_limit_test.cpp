@@ -1,11 +1,11 @@
 // The largest stable steps, as methods say them and as they are measured.
-#include "core/study/stability.h"
+#include "core/study/limits/stability.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/study/step_limit.h"
+#include "core/study/limits/step_limit.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

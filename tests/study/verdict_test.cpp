@@ -1,11 +1,11 @@
 // The verdict on runs of which it is known how far they can be trusted.
-#include "core/study/verdict.h"
+#include "core/study/verdict/verdict.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/study/spectrum.h"
-#include "core/study/step_limit.h"
+#include "core/study/limits/spectrum.h"
+#include "core/study/limits/step_limit.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

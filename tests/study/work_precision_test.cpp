@@ -1,10 +1,10 @@
 // Work against precision: what is recommended keeps its budget.
-#include "core/study/work_precision.h"
+#include "core/study/accuracy/work_precision.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/study/trajectory.h"
+#include "core/study/accuracy/trajectory.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

@@ -1,0 +1,95 @@
+#include "cli/command_line/option_values.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim::cli {
+namespace {
+
+[[noreturn]] void fail(const std::string& option, const std::string& text, const std::string& why,
+                       const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'", why, remedy});
+}
+
+double number(const std::string& option, const std::string& text) {
+  const std::optional<double> value = parse_number(text);
+  if (!value) fail(option, text, "it is not a finite number", "write it like 0.005 or 5e-3");
+  return *value;
+}
+
+}  // namespace
+
+double positive_number(const std::string& option, const std::string& text) {
+  const double value = number(option, text);
+  if (!(value > 0)) fail(option, text, "it must be above 0", "write it like 0.005 or 5e-3");
+  return value;
+}
+
+double non_negative_number(const std::string& option, const std::string& text) {
+  const double value = number(option, text);
+  if (!(value >= 0)) fail(option, text, "it must not be negative", "give a number of seconds");
+  return value;
+}
+
+std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
+                             std::int64_t high) {
+  const std::optional<std::int64_t> value = parse_integer(text);
+  const std::string range = high == std::numeric_limits<std::int64_t>::max()
+                                ? "of at least " + std::to_string(low)
+                                : "from " + std::to_string(low) + " to " + std::to_string(high);
+  if (!value) fail(option, text, "it is not an integer, or too long", "give an integer " + range);
+  if (*value < low || *value > high)
+    fail(option, text, "it is out of range", "give an integer " + range);
+  return *value;
+}
+
+ParticleChoice particle_choice(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  const std::string id = colon == std::string::npos ? text : text.substr(colon + 1);
+  return {colon == std::string::npos ? "" : text.substr(0, colon),
+          integer_between(option, id, 0, std::numeric_limits<std::int64_t>::max())};
+}
+
+Budget budget(const std::string& option, const std::string& text) {
+  std::string digits = text;
+  const auto drop = [&](char unit) {
+    if (digits.ends_with(unit)) digits.pop_back();
+    while (digits.ends_with(' ')) digits.pop_back();
+  };
+  const bool relative = text.ends_with('%');
+  drop(relative ? '%' : 'm');
+  const std::optional<double> value = parse_number(digits);
+  if (!value || !(*value > 0))
+    fail(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
+  return {relative ? *value / 100 : *value, !relative};
+}
+
+std::vector<std::string> comma_list(const std::string& option, const std::string& text) {
+  std::vector<std::string> words;
+  for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string name = text.substr(begin, end - begin);
+    if (name.empty()) fail(option, text, "a name is missing", "write it like euler,rk4");
+    words.push_back(name);
+    begin = end + 1;
+  }
+  return words;
+}
+
+std::map<std::string, std::string> settings(const std::vector<std::string>& texts) {
+  std::map<std::string, std::string> result;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos)
+      fail("--set", text, "it is not NAME=VALUE", "write it like --set n=16");
+    if (!result.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
+      fail("--set", text, "this name is set twice", "keep one of them");
+  }
+  return result;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,24 @@
+// Values of options from their text, strictly: the whole text, finite, in range.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/verbs/adjacency.h"
+#include "cli/verbs/tradeoff.h"
+
+namespace sim::cli {
+
+// Each throws Error{kUsage} naming the option and what it wants.
+double positive_number(const std::string& option, const std::string& text);
+double non_negative_number(const std::string& option, const std::string& text);
+std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
+                             std::int64_t high);
+ParticleChoice particle_choice(const std::string& option, const std::string& text);
+Budget budget(const std::string& option, const std::string& text);  // "1%", "1e-3 m", "1e-3"
+std::vector<std::string> comma_list(const std::string& option, const std::string& text);  // a,b,c
+std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
+
+}  // namespace sim::cli

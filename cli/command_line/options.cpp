@@ -1,0 +1,415 @@
+#include "cli/command_line/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "cli/command_line/option_values.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  sim                                        a cloth falls, as its scene says\n"
+    "  sim scenes/sample.lua r 0.005              three systems, RK4, steps of 5 ms\n"
+    "  sim scenes/cloth.lua -s n=32 --dump=c.csv  another size, every frame in a file\n\n"
+    "Steps a scene and says how far the result can be trusted.";
+
+constexpr const char* kFooter =
+    "Tables\n"
+    "  --dump    step,t,particle,x,y,z,vx,vy,vz; first order without v; flat states\n"
+    "            step,t,component,value. A world has a first column system; where it\n"
+    "            mixes orders, cells that a system lacks stay empty; a flat state has\n"
+    "            its components under particle and their values under x.\n"
+    "  --energy  step,t,kinetic,potential,total,drift in J; second order only\n"
+    "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
+    "Environment\n"
+    "  SIM_PATH         folders with scenes/, before the installed ones\n"
+    "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path\n"
+    "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
+    "Exit codes\n"
+    "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
+    "  6 checkpoint, 7 plugin, 8 a --check failed, 130 or 143 interrupted,\n"
+    "  141 the reader of a pipe has gone\n";
+
+constexpr std::int64_t kMostThreads = 1024;
+constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
+
+[[noreturn]] void usage_error(const std::string& what, const std::string& where,
+                              const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
+}
+
+// Everything as text, as CLI11 found it.
+struct Texts {
+  std::string scene, integrator_word, dt_word;
+  std::string integrator, dt, tol, precision, time, steps, seed, threads, debug_particle, energy,
+      dump, every;
+  std::string snap, resume, check;
+  std::string progress = "auto";
+  std::vector<std::string> set, plugin_path, load;
+  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false;
+  std::string adjacency_scene, adjacency_particle, list_what, describe_name;
+  std::string study_scene, at, integrators, budget, csv, svg;
+  std::vector<std::string> order_words;
+};
+
+// An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
+// would make CLI11 take the next word.
+std::vector<std::string> prepared(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  bool options_end = false;
+  for (int i = 1; i < argc; ++i) {
+    std::string word = argv[i];
+    options_end = options_end || word == "--";
+    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
+    if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
+      usage_error("empty value", word, "nothing follows the =", "give a value");
+    words.push_back(word);
+  }
+  std::reverse(words.begin(), words.end());  // as CLI11 wants them
+  return words;
+}
+
+class Parser {
+ public:
+  Parser();
+
+  CommandLine parse(int argc, const char* const* argv);
+
+ private:
+  CLI::Option* value(const std::string& names, std::string& text, const std::string& type,
+                     const std::string& doc);
+  CLI::Option* values(const std::string& names, std::vector<std::string>& texts,
+                      const std::string& type, const std::string& doc);
+  CLI::App* verb(const std::string& name, const std::string& doc);
+  CLI::App* study(const std::string& name, const std::string& doc);
+
+  void check_words() const;
+  void check_verb(const CLI::App& chosen) const;
+  SceneRequest scene_request(const std::string& scene) const;
+  RunRequest run_request() const;
+  AdjacencyRequest adjacency_request() const;
+  StabilityRequest stability_request() const;
+  OrderRequest order_request() const;
+  TradeoffRequest tradeoff_request() const;
+  ShowProgress show_progress() const;
+
+  CLI::App app_{kExamples, "sim"};
+  Texts texts_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_, *tradeoff_;
+  std::vector<CLI::Option*> run_only_;
+  std::map<const CLI::App*, std::set<std::string>> taken_;  // options of a run that a verb takes
+};
+
+CLI::Option* Parser::value(const std::string& names, std::string& text, const std::string& type,
+                           const std::string& doc) {
+  return app_.add_option(names, text, doc)->type_name(type);
+}
+
+CLI::Option* Parser::values(const std::string& names, std::vector<std::string>& texts,
+                            const std::string& type, const std::string& doc) {
+  return app_.add_option(names, texts, doc)->type_name(type)->allow_extra_args(false);
+}
+
+CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
+  CLI::App* app = app_.add_subcommand(name, doc);
+  app->fallthrough()->allow_extras();
+  app->footer("It takes --json, --set, --seed, --plugin-path and --load, as in sim --help.\n");
+  app->get_formatter()->column_width(26);
+  return app;
+}
+
+// A verb that runs a scene itself, again and again.
+CLI::App* Parser::study(const std::string& name, const std::string& doc) {
+  CLI::App* app = verb(name, doc);
+  app->add_option("--integrators", texts_.integrators,
+                  "only these, with parameters as for -i; all that fit\nif not given")
+      ->type_name("A,B,..");
+  taken_[app] = {"--progress"};
+  return app;
+}
+
+Parser::Parser() {
+  Texts& t = texts_;
+  app_.allow_extras()->require_subcommand(0, 1);
+  app_.set_help_flag("-h,--help", "this text");
+  app_.get_formatter()->column_width(26);
+  app_.get_formatter()->label("TEXT", "");
+  app_.footer(kFooter);
+  run_only_ = {
+      app_.add_option("SCENE", t.scene, "Lua file; scenes/cloth.lua if not given")->type_name(""),
+      app_.add_option("INTEGRATOR", t.integrator_word, "as --integrator")->type_name(""),
+      app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
+      value("-i,--integrator", t.integrator, "NAME",
+            "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
+      value("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
+      value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
+      value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
+      app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
+          ->disable_flag_override(),
+      value("-T,--time", t.time, "S", "simulated time in s; the scene's if not given"),
+      value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
+      value("--debug-particle", t.debug_particle, "I",
+            "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
+      value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
+      value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
+      value("--every", t.every, "N", "frames of the tables: each N-th step; 1 if not given"),
+      value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
+      value("--resume", t.resume, "FILE",
+            "goes on from one, bit for bit; --time and --steps\n"
+            "count from the start of the first run"),
+      value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
+      value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
+      app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
+          ->disable_flag_override()};
+  values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
+  value("--seed", t.seed, "N", "of random numbers in the scene");
+  value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
+  app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
+  values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
+  values("--load", t.load, "FILE.so", "one plugin library; repeatable");
+  app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
+
+  adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
+  adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
+  adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
+  list_ = verb("list", "[integrators|forces|fields|scenes]: what there is");
+  list_->add_option("WHAT", t.list_what, "integrators, forces, fields or scenes")->type_name("");
+  describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
+  describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
+  doctor_ = verb("doctor", "is everything there that a run needs?");
+  stability_ = study("stability", "SCENE: fastest vibration, largest stable steps");
+  stability_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
+      ->type_name("");
+  stability_->add_option("--at", t.at, "look at the state of the run at that time, in s")
+      ->type_name("S");
+  tradeoff_ = study("tradeoff", "SCENE: speed against accuracy, and which to take");
+  tradeoff_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
+      ->type_name("");
+  tradeoff_->add_option("--budget", t.budget, "error allowed: 1% of the size, or \"1e-3 m\"")
+      ->type_name("E");
+  tradeoff_->add_option("--csv", t.csv, "table of every point, .csv or .jsonl")->type_name("FILE");
+  tradeoff_->add_option("--svg", t.svg, "plot of error against cost")->type_name("FILE");
+  taken_[tradeoff_].insert("--time");
+  order_ = study("order", "[INTEGRATOR] [SCENE]: observed order of convergence");
+  order_->add_option("WORDS", t.order_words, "an integrator, a scene, or both")
+      ->type_name("")
+      ->expected(0, 2);
+  taken_[order_].insert("--time");
+  stability_
+      ->add_flag("--extremes", t.extremes,
+                 "no scene, but a spring at all extremes of stiffness, mass,\ndt and offset")
+      ->disable_flag_override();
+  taken_[stability_].insert({"--integrator", "--dt"});
+}
+
+// Words that no option or argument wanted.
+void Parser::check_words() const {
+  const std::vector<std::string> rest = app_.remaining(true);
+  for (const std::string& word : rest) {
+    if (word == "--") continue;
+    if (!word.starts_with("-") || word == "-")
+      usage_error("unexpected argument", "'" + word + "'", "nothing is left that it could be",
+                  "see sim --help");
+    const std::string name = word.substr(0, word.find('='));
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app_.get_options())
+      for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
+    const std::string near = nearest(name, known);
+    usage_error("unknown option", name, "sim has no such option",
+                near.empty() ? "see sim --help" : "did you mean '" + near + "'?");
+  }
+}
+
+// Options of a run say nothing to the other verbs.
+void Parser::check_verb(const CLI::App& chosen) const {
+  for (const CLI::Option* option : run_only_) {
+    if (option->count() == 0) continue;
+    const auto taken = taken_.find(&chosen);
+    if (taken != taken_.end() && taken->second.contains(option->get_name())) continue;
+    const bool positional = option->get_positional();
+    usage_error(positional ? "unexpected argument" : "option of a run",
+                positional ? "'" + option->results().front() + "'" : option->get_name(),
+                "sim " + chosen.get_name() + " does not take it",
+                "see sim " + chosen.get_name() + " --help");
+  }
+}
+
+SceneRequest Parser::scene_request(const std::string& scene) const {
+  SceneRequest request;
+  if (!scene.empty()) request.scene = scene;
+  request.settings = settings(texts_.set);
+  if (!texts_.seed.empty())
+    request.seed = static_cast<std::uint64_t>(
+        integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
+  if (!texts_.threads.empty())
+    request.threads =
+        static_cast<int>(integer_between("--threads", texts_.threads, 1, kMostThreads));
+  return request;
+}
+
+RunRequest Parser::run_request() const {
+  const Texts& t = texts_;
+  for (const std::string& word : {t.scene, t.integrator_word, t.dt_word})
+    if ((!t.energy.empty() || !t.dump.empty()) &&
+        (word.ends_with(".csv") || word.ends_with(".jsonl")))
+      usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
+                  "write --dump=" + word + " or --energy=" + word);
+  const auto once = [](const std::string& option, const std::string& word) {
+    if (!option.empty() && !word.empty())
+      usage_error("given twice", "'" + word + "' and '" + option + "'",
+                  "as an argument and as an option", "keep one of them");
+    return option.empty() ? word : option;
+  };
+  RunRequest request;
+  request.scene = scene_request(t.scene);
+  request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
+  if (!t.tol.empty()) request.scene.integrator.tol = positive_number("--tol", t.tol);
+  if (!t.precision.empty()) request.scene.integrator.precision = t.precision;
+  request.scene.integrator.fixed_step = t.fixed_step;
+  if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
+    request.scene.dt = positive_number("--dt", dt);
+  if (!t.time.empty() && !t.steps.empty())
+    usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
+                "keep one of them");
+  if (!t.time.empty()) request.time = non_negative_number("--time", t.time);
+  if (!t.steps.empty()) request.steps = integer_between("--steps", t.steps, 0, kMostSteps);
+  if (!t.every.empty())
+    request.every =
+        integer_between("--every", t.every, 1, std::numeric_limits<std::int64_t>::max());
+  if (!t.debug_particle.empty())
+    request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
+  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
+  if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
+  if (t.snap == "-")
+    usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
+  if (!t.snap.empty()) request.snap = t.snap;
+  if (!t.resume.empty()) request.resume = t.resume;
+  request.json = t.json;
+  request.quiet = t.quiet;
+  if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
+  request.progress = show_progress();
+  return request;
+}
+
+ShowProgress Parser::show_progress() const {
+  if (texts_.progress == "on") return ShowProgress::kOn;
+  if (texts_.progress == "off") return ShowProgress::kOff;
+  if (texts_.progress != "auto")
+    usage_error("bad value", "--progress '" + texts_.progress + "'", "it is auto, on or off",
+                "leave it out for auto");
+  return ShowProgress::kAuto;
+}
+
+StabilityRequest Parser::stability_request() const {
+  StabilityRequest request;
+  request.scene = scene_request(texts_.study_scene);
+  request.json = texts_.json;
+  request.scene.integrator = parse_integrator(texts_.integrator);
+  if (!texts_.dt.empty()) request.scene.dt = positive_number("--dt", texts_.dt);
+  request.extremes = texts_.extremes;
+  if (texts_.extremes && !texts_.study_scene.empty())
+    usage_error("two things to study", "--extremes and '" + texts_.study_scene + "'",
+                "--extremes has a scene of its own", "keep one of them");
+  if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
+  request.integrators = parse_integrators("--integrators", texts_.integrators);
+  request.progress = show_progress();
+  return request;
+}
+
+OrderRequest Parser::order_request() const {
+  OrderRequest request;
+  request.scene = scene_request("");
+  request.words = texts_.order_words;
+  request.integrators = parse_integrators("--integrators", texts_.integrators);
+  if (!texts_.time.empty()) request.time = positive_number("--time", texts_.time);
+  request.json = texts_.json;
+  request.progress = show_progress();
+  return request;
+}
+
+TradeoffRequest Parser::tradeoff_request() const {
+  const Texts& t = texts_;
+  TradeoffRequest request;
+  request.scene = scene_request(t.study_scene);
+  if (!t.budget.empty()) request.budget = budget("--budget", t.budget);
+  if (!t.time.empty()) request.time = positive_number("--time", t.time);
+  request.integrators = parse_integrators("--integrators", t.integrators);
+  if (!t.csv.empty()) request.csv = parse_target("--csv", t.csv);
+  if (!t.svg.empty()) request.svg = t.svg;
+  request.json = t.json;
+  request.progress = show_progress();
+  if (request.csv && request.csv->standard_output() && request.json)
+    usage_error("two kinds of data for standard output", "--json with --csv -",
+                "the study and the table would mix", "give the table a file");
+  return request;
+}
+
+AdjacencyRequest Parser::adjacency_request() const {
+  if (texts_.adjacency_scene.empty() || texts_.adjacency_particle.empty())
+    usage_error("argument missing", "sim adjacency", "it needs a scene and a particle",
+                "as in: sim adjacency scenes/cloth.lua 12");
+  return {scene_request(texts_.adjacency_scene),
+          particle_choice("sim adjacency", texts_.adjacency_particle), texts_.json};
+}
+
+CommandLine Parser::parse(int argc, const char* const* argv) {
+  try {
+    app_.parse(prepared(argc, argv));
+  } catch (const CLI::CallForHelp&) {
+    const auto chosen = app_.get_subcommands();
+    return {Message{chosen.empty() ? app_.help() : chosen.front()->help("sim")}, {}, {}};
+  } catch (const CLI::ParseError& error) {
+    usage_error("bad command line", error.get_name(), error.what(), "see sim --help");
+  }
+  check_words();
+  for (const CLI::Option* option : app_.get_options())
+    for (const std::string& result : option->results())
+      if (result.empty())
+        usage_error("empty value", option->get_name(), "it was given as ''", "give a value");
+  if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
+
+  CommandLine line;
+  line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
+  line.libraries.assign(texts_.load.begin(), texts_.load.end());
+  const auto chosen = app_.get_subcommands();
+  if (chosen.empty()) {
+    line.request = run_request();
+    return line;
+  }
+  check_verb(*chosen.front());
+  if (chosen.front() == adjacency_) {
+    line.request = adjacency_request();
+  } else if (chosen.front() == list_) {
+    line.request = ListRequest{texts_.list_what, texts_.json};
+  } else if (chosen.front() == describe_) {
+    if (texts_.describe_name.empty())
+      usage_error("argument missing", "sim describe", "it needs a name",
+                  "'sim list' shows all names");
+    line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+  } else if (chosen.front() == stability_) {
+    line.request = stability_request();
+  } else if (chosen.front() == tradeoff_) {
+    line.request = tradeoff_request();
+  } else if (chosen.front() == order_) {
+    line.request = order_request();
+  } else {
+    line.request = DoctorRequest{line.libraries, texts_.json};
+  }
+  return line;
+}
+
+}  // namespace
+
+CommandLine parse_command_line(int argc, const char* const* argv) {
+  return Parser().parse(argc, argv);
+}
+
+}  // namespace sim::cli

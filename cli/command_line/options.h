@@ -1,0 +1,34 @@
+// The command line of `sim`, checked and turned into requests.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "cli/run/run.h"
+#include "cli/verbs/adjacency.h"
+#include "cli/verbs/describe.h"
+#include "cli/verbs/doctor.h"
+#include "cli/verbs/list.h"
+#include "cli/verbs/order.h"
+#include "cli/verbs/stability.h"
+#include "cli/verbs/tradeoff.h"
+
+namespace sim::cli {
+
+// --help and --version: a text for standard output, and nothing else to do.
+struct Message {
+  std::string text;
+};
+
+struct CommandLine {
+  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
+               StabilityRequest, OrderRequest, TradeoffRequest>
+      request;
+  Folders plugin_path;  // --plugin-path
+  Folders libraries;    // --load
+};
+
+// Throws Error{kUsage} for everything that is wrong before any file is looked at.
+CommandLine parse_command_line(int argc, const char* const* argv);
+
+}  // namespace sim::cli

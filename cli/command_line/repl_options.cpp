@@ -1,0 +1,124 @@
+#include "cli/command_line/repl_options.h"
+
+#include <CLI/CLI.hpp>
+#include <limits>
+
+#include "cli/command_line/option_values.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr const char* kAbout =
+    "simrepl                                a cloth, and a prompt\n"
+    "simrepl scenes/pendulum.lua rk4 0.001  another scene, integrator and step in s\n"
+    "simrepl -e 'sim.run(1) energy().total' one line, no prompt\n"
+    "echo .dump | simrepl                   a script; its data go to stdout\n\n"
+    "A scene at a prompt of Lua and commands; .help lists them.";
+
+constexpr const char* kFooter =
+    "Without a terminal: no prompt, no banner; the first error ends with its code.\n"
+    "Lines are kept in $XDG_STATE_HOME/sim/history (~/.local/state if not set).\n"
+    "Exit codes, environment: as sim --help says.\n";
+
+constexpr std::int64_t kMostThreads = 1024;
+constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
+
+}  // namespace
+
+ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
+  std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
+      history, mode, resume;
+  std::vector<std::string> set, plugin_path, load, codes, files;
+  bool version = false;
+  CLI::App app{kAbout, "simrepl"};
+  app.set_help_flag("-h,--help", "this text");
+  app.get_formatter()->column_width(26);
+  app.footer(kFooter);
+  const auto word = [&](const char* name, std::string& text, const char* doc) {
+    app.add_option(name, text, doc)->type_name("");
+  };
+  const auto value = [&](const char* names, std::string& text, const char* type, const char* doc) {
+    app.add_option(names, text, doc)->type_name(type);
+  };
+  const auto values = [&](const char* names, std::vector<std::string>& texts, const char* type,
+                          const char* doc) {
+    return app.add_option(names, texts, doc)->type_name(type)->allow_extra_args(false);
+  };
+  word("SCENE", scene, "Lua file; scenes/cloth.lua if not given");
+  word("INTEGRATOR", integrator_word, "as --integrator");
+  word("DT", dt_word, "as --dt");
+  const CLI::Option* code =
+      values("-e,--execute", codes, "CODE", "Lua or a command, then stop; repeatable");
+  values("-f,--file", files, "FILE", "the lines of a file, then stop; repeatable");
+  value("-i,--integrator", integrator, "NAME[:PARAM=VALUE,...]", "instead of the scene's own");
+  value("-d,--dt", dt, "S", "step size in s");
+  value("--tol", tol, "T", "tolerance of an adaptive integrator");
+  value("--precision", precision, "P", "of a step: double, or single for half the time");
+  values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
+  value("--resume", resume, "FILE", "goes on from a checkpoint");
+  value("--mode", mode, "MODE", "text, json or csv: how values are printed");
+  value("--history", history, "MB", "of snapshots to go back to; 64 if not given");
+  value("--seed", seed, "N", "of random numbers in the scene and at the prompt");
+  value("-j,--threads", threads, "N", "1 if not given; the bits do not depend on it");
+  values("--plugin-path", plugin_path, "DIR", "folder of plugins; repeatable");
+  values("--load", load, "FILE.so", "one plugin library; repeatable");
+  app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
+
+  ReplCommandLine line;
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    line.message = app.help();
+    return line;
+  } catch (const CLI::ParseError& error) {
+    throw Error(ErrorKind::kUsage,
+                {"bad command line", error.get_name(), error.what(), "see simrepl --help"});
+  }
+  if (version) {
+    line.message = version_line() + "\n";
+    return line;
+  }
+  const auto once = [](const std::string& option, const std::string& argument) {
+    if (!option.empty() && !argument.empty())
+      throw Error(ErrorKind::kUsage, {"given twice", "'" + argument + "' and '" + option + "'",
+                                      "as an argument and as an option", "keep one of them"});
+    return option.empty() ? argument : option;
+  };
+  SceneRequest& request = line.session.scene;
+  if (!scene.empty()) request.scene = scene;
+  request.settings = settings(set);
+  request.integrator = parse_integrator(once(integrator, integrator_word));
+  if (!tol.empty()) request.integrator.tol = positive_number("--tol", tol);
+  if (!precision.empty()) request.integrator.precision = precision;
+  if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);
+  if (!seed.empty())
+    request.seed = static_cast<std::uint64_t>(
+        integer_between("--seed", seed, 0, std::numeric_limits<std::int64_t>::max()));
+  if (!threads.empty())
+    request.threads = static_cast<int>(integer_between("--threads", threads, 1, kMostThreads));
+  if (!history.empty())
+    line.session.history =
+        static_cast<std::size_t>(integer_between("--history", history, 1, kMostHistory)) << 20;
+  for (const Mode known : {Mode::kText, Mode::kJson, Mode::kCsv})
+    if (mode == mode_name(known)) line.mode = known;
+  if (!mode.empty() && mode != mode_name(line.mode))
+    throw Error(ErrorKind::kUsage, {"bad value", "--mode '" + mode + "'", "it is text, json or csv",
+                                    "leave it out for text"});
+
+  // Sources in the order of the command line.
+  std::size_t next_code = 0, next_file = 0;
+  for (const CLI::Option* option : app.parse_order()) {
+    if (option == code)
+      line.sources.push_back({false, codes[next_code++]});
+    else if (option->check_name("--file"))
+      line.sources.push_back({true, files[next_file++]});
+  }
+  line.resume = resume;
+  line.plugin_path.assign(plugin_path.begin(), plugin_path.end());
+  line.libraries.assign(load.begin(), load.end());
+  return line;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,29 @@
+// The command line of `simrepl`, checked.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/prompt/repl_session.h"
+#include "cli/run/environment.h"
+
+namespace sim::cli {
+
+struct ReplCommandLine {
+  std::string message;  // --help or --version: a text for standard output, and nothing else to do
+  SessionRequest session;
+  struct Source {
+    bool file = false;  // its name, or else code
+    std::string text;
+  };
+  std::vector<Source> sources;  // -e and -f, in their order
+  Mode mode = Mode::kText;
+  std::string resume;   // a checkpoint
+  Folders plugin_path;  // --plugin-path
+  Folders libraries;    // --load
+};
+
+// Throws Error{kUsage} for everything that is wrong before any file is looked at.
+ReplCommandLine parse_repl_command_line(int argc, const char* const* argv);
+
+}  // namespace sim::cli

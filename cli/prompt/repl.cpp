@@ -1,0 +1,97 @@
+#include "cli/prompt/repl.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+#include <sstream>
+
+#include "cli/prompt/repl_help.h"
+#include "cli/prompt/repl_terminal.h"
+#include "cli/terminal/signals.h"
+
+namespace sim::cli {
+namespace {
+
+// Each line in turn; false once the session has ended.
+bool take_lines(Session& session, const std::string& text, const std::string& where) {
+  std::istringstream lines(text);
+  int number = 0;
+  bool complete = true;
+  for (std::string line; !session.exit_code && std::getline(lines, line);)
+    complete = session.take(line, where, ++number);
+  return complete;
+}
+
+int interact(Session& session, Console& console) {
+  LineEditor editor(history_file(), [&](const std::string& line, std::size_t begin) {
+    return complete(session, line, begin);
+  });
+  session.tell(session.banner());
+  std::string entry;  // lines that belong together, for the history
+  while (!session.exit_code) {
+    bool running = false;
+    try {
+      SessionSignals::clear();
+      const auto text = editor.read(session.prompt());
+      if (!text) {
+        session.say("\n");
+        break;
+      }
+      entry += entry.empty() ? *text : "\n" + *text;
+      running = true;
+      const bool complete = take_lines(session, *text, "prompt");
+      if (!complete) continue;
+    } catch (const Interrupted&) {
+      if (SessionSignals::caught() == SIGTERM) return 128 + SIGTERM;
+      session.forget_unfinished();
+      if (running) session.tell("\r\x1b[Kstopped\n");
+      session.tell_position();
+    } catch (const ClosedPipe&) {
+      return report_exception(console.err);
+    } catch (...) {
+      report_exception(console.err);
+    }
+    editor.remember(entry);
+    entry.clear();
+  }
+  return session.exit_code.value_or(0);
+}
+
+void read_input(Session& session) {
+  int number = 0;
+  for (std::string line; !session.exit_code && std::getline(std::cin, line);)
+    session.take(line, "stdin", ++number);
+  SessionSignals::check();
+  if (!session.exit_code) session.end();
+}
+
+}  // namespace
+
+int repl(const ReplCommandLine& line, const Environment& environment, Registry& registry,
+         Console& console) {
+  const SessionSignals signals;
+  SessionRequest request = line.session;
+  request.interactive = line.sources.empty() && ::isatty(STDIN_FILENO) == 1;
+  try {
+    Session session(request, environment, registry, console);
+    session.mode = line.mode;
+    if (!line.resume.empty()) session.live().resume(line.resume);
+    if (request.interactive) return interact(session, console);
+    for (const auto& source : line.sources) {
+      if (session.exit_code) break;
+      if (source.file) {
+        session.read(source.text);
+      } else {
+        take_lines(session, source.text, "-e");
+        session.end();
+      }
+    }
+    if (line.sources.empty()) read_input(session);
+    return session.exit_code.value_or(0);
+  } catch (const Interrupted&) {
+    return 128 + SessionSignals::caught();
+  }
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,52 @@
+// What the commands of a session do, for their table.
+#pragma once
+
+#include "cli/prompt/repl_commands.h"
+
+namespace sim::cli::actions {
+
+// repl_time.cpp
+Answer step(Call& call);
+Answer run(Call& call);
+Answer until(Call& call);
+Answer reset(Call& call);
+Answer back(Call& call);
+Answer go_to(Call& call);
+Answer undo(Call& call);
+Answer t(Call& call);
+Answer taken(Call& call);
+Answer branch(Call& call);
+Answer switch_to(Call& call);
+Answer diff(Call& call);
+
+// repl_state.cpp
+Answer energy(Call& call);
+Answer position(Call& call);
+Answer velocity(Call& call);
+Answer component(Call& call);
+Answer set_position(Call& call);
+Answer set_velocity(Call& call);
+Answer set_component(Call& call);
+Answer pin(Call& call);
+Answer unpin(Call& call);
+Answer springs(Call& call);
+Answer forces(Call& call);
+Answer dump(Call& call);
+Answer hash(Call& call);
+
+// repl_setup.cpp
+Answer integrator(Call& call);
+Answer dt(Call& call);
+Answer set(Call& call);
+Answer reload(Call& call);
+Answer system(Call& call);
+Answer snap(Call& call);
+Answer resume(Call& call);
+Answer plugins(Call& call);
+Answer mode(Call& call);
+Answer time(Call& call);
+Answer read(Call& call);
+Answer help(Call& call);
+Answer quit(Call& call);
+
+}  // namespace sim::cli::actions

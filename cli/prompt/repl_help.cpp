@@ -1,0 +1,201 @@
+#include "cli/prompt/repl_help.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "cli/prompt/repl_commands.h"
+#include "cli/verbs/describe.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr std::size_t kUseWidth = 24;
+
+std::string use_of(const Command& command) {
+  return std::string(".") + command.name + (*command.arguments ? " " : "") + command.arguments;
+}
+
+std::string help_on_command(const Command& command) {
+  return use_of(command) + "\n  " + command.help + "\n  in Lua: sim." + command.lua + "(...)\n";
+}
+
+// The comments of the scene language, one for each function that they begin with: "grid = sim.grid
+// { ..." documents `grid`, "particles:pin(id, ...)" documents `pin`. The text is the comment
+// without its dashes.
+std::map<std::string, std::string> language_docs(const Environment& environment) {
+  std::map<std::string, std::string> docs;
+  for (const auto& folder : environment.scene_folders) {
+    std::ifstream file(folder / "sim" / "init.lua");
+    if (!file) continue;
+    std::vector<std::string> names;
+    std::string text;
+    const auto close = [&] {
+      for (const std::string& name : names) docs.emplace(name, text);
+      names.clear();
+      text.clear();
+    };
+    for (std::string line; std::getline(file, line);) {
+      if (!line.starts_with("-- ")) {
+        if (line != "--") close();
+        if (line == "--") text += "\n";
+        continue;
+      }
+      line.erase(0, 3);
+      // A heading has the call at its front or after "NAME = ", and starts at the margin.
+      const std::size_t call = line.find_first_of("({");
+      const std::size_t before = line.find_last_of(".:", call);
+      if (line[0] != ' ' && call != std::string::npos && before != std::string::npos &&
+          line.find_first_of(" ,", before) >= (line[call - 1] == ' ' ? call - 1 : call)) {
+        std::string name = line.substr(before + 1, call - before - 1);
+        while (name.ends_with(' ')) name.pop_back();
+        const std::string_view head = std::string_view(line).substr(0, before + 1);
+        if (!name.empty() && (head.ends_with("sim.") || head.ends_with(':'))) names.push_back(name);
+      }
+      text += line + "\n";
+    }
+    close();
+    break;
+  }
+  return docs;
+}
+
+// The last part of sim.force.spring, .step or grid:pin.
+std::string last_name(std::string name) {
+  while (name.ends_with('?') || name.ends_with(' ')) name.pop_back();
+  const std::size_t dot = name.find_last_of(".:");
+  const bool file = name.find('/') != std::string::npos || name.ends_with(".lua");
+  return dot == std::string::npos || file ? name : name.substr(dot + 1);
+}
+
+std::vector<std::string> plugin_names(const Registry& registry) {
+  std::vector<std::string> names;
+  for (const PluginKind kind : {PluginKind::kIntegrator, PluginKind::kForce, PluginKind::kField})
+    for (const std::string& name : registry.names(kind)) names.push_back(name);
+  return names;
+}
+
+}  // namespace
+
+std::string help_list() {
+  std::string text = "Lua with the scene in it: sim.step(100)  x = position(12)  energy().total\n";
+  std::string section;
+  for (const Command& command : commands()) {
+    if (section != command.section) text += std::string("\n") + command.section + "\n";
+    section = command.section;
+    text += wrapped("  " + left(use_of(command), kUseWidth) + command.help, kUseWidth + 2) + "\n";
+  }
+  return text +
+         "\nA command may be shortened while it is clear; each is a function: sim.step(9)\n"
+         "NAME? tells about a command, a function of the scene language or a plugin.\n"
+         "_ is the last value. Tab completes, Ctrl-R searches, Ctrl-C stops, Ctrl-D ends.\n";
+}
+
+std::string help_on(Session& session, const std::string& asked) {
+  const std::string name = last_name(asked);
+  const bool dotted = asked.starts_with('.');
+  std::vector<std::string> known;
+  for (const Command& command : commands()) known.emplace_back(command.name);
+  const auto docs = language_docs(session.environment());
+  std::string text;
+  if (dotted) {
+    text = help_on_command(find_command(name));
+  } else if (const Command* command = command_called(name)) {
+    text = help_on_command(*command);
+  }
+  if (const auto doc = docs.find(name); doc != docs.end() && !dotted)
+    text += (text.empty() ? "" : "\n") + doc->second;
+  const bool scene = name.ends_with(".lua") || name.find('/') != std::string::npos;
+  if (!dotted && (scene || session.registry().find(name))) {
+    std::ostringstream out;
+    Console console{out, session.console().err, false};
+    DescribeRequest request{name, session.live().request(), false};
+    if (request.name != request.scene.scene) request.scene.settings.clear();
+    describe(request, session.environment(), session.registry(), console);
+    text += (text.empty() ? "" : "\n") + out.str();
+  }
+  if (!text.empty()) return text;
+  for (const auto& [each, doc] : docs) known.push_back(each);
+  for (const std::string& plugin : plugin_names(session.registry())) known.push_back(plugin);
+  const std::string near = nearest(name, known);
+  throw Error(ErrorKind::kUsage,
+              {"no help on '" + name + "'", "",
+               "no command, function of the scene language or plugin is called so",
+               near.empty() ? ".help lists the commands" : "did you mean '" + near + "'?"});
+}
+
+namespace {
+
+// What the first argument of a command can be.
+Completions arguments_of(Session& session, const std::string& command) {
+  LiveScene& live = session.live();
+  if (command == "integrator") return {session.registry().names(PluginKind::kIntegrator)};
+  if (command == "system") return {live.scene().names()};
+  if (command == "mode") return {{"text", "json", "csv"}};
+  if (command == "plugins") return {{"integrators", "forces", "fields", "scenes"}};
+  Completions found;
+  if (command == "switch" || command == "diff")
+    for (const auto& [name, branch] : live.branches()) found.words.push_back(name);
+  if (command == "set")
+    for (const SceneArg& arg : live.scene().spec.args) found.words.push_back(arg.name);
+  if (command == "help") {
+    for (const Command& each : commands()) found.words.emplace_back(each.name);
+    for (const std::string& name : plugin_names(session.registry())) found.words.push_back(name);
+  }
+  found.files = command == "snap" || command == "resume" || command == "dump" || command == "read";
+  return found;
+}
+
+// Names of Lua, and those behind sim.force., sim.field. and sim. that only look like fields.
+std::vector<std::string> lua_names(Session& session, const std::string& path) {
+  std::vector<std::string> names = session.lua().completions(path);
+  const std::pair<std::string, PluginKind> parts[] = {{"sim.integrator.", PluginKind::kIntegrator},
+                                                      {"sim.force.", PluginKind::kForce},
+                                                      {"sim.field.", PluginKind::kField}};
+  for (const auto& [prefix, kind] : parts)
+    if (path.starts_with(prefix))
+      for (const std::string& name : session.registry().names(kind)) names.push_back(prefix + name);
+  if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos)
+    for (const char* name : {"arg", "field", "force", "grid", "particles", "scene", "world"})
+      names.push_back(std::string("sim.") + name);
+  return names;
+}
+
+}  // namespace
+
+Completions complete(Session& session, const std::string& line, std::size_t word_begin) {
+  const std::string word = line.substr(word_begin);
+  Completions found;
+  const std::size_t start = line.find_first_not_of(' ');
+  const bool command = start != std::string::npos && line[start] == '.';
+  if (command && word_begin <= start + 1) {
+    const std::string dot = word.starts_with('.') ? "." : "";
+    for (const Command& each : commands()) found.words.push_back(dot + each.name);
+  } else if (command) {
+    const std::string name = line.substr(start + 1, line.find(' ', start) - start - 1);
+    const Command* called = nullptr;
+    try {
+      called = &find_command(name);
+    } catch (const Error&) {
+      return {};
+    }
+    if (!called->whole_line)
+      found = arguments_of(session, called->name);
+    else
+      found.words = lua_names(session, word);
+  } else {
+    found.words = lua_names(session, word);
+  }
+  std::erase_if(found.words, [&](const std::string& name) { return !name.starts_with(word); });
+  std::sort(found.words.begin(), found.words.end());
+  found.words.erase(std::unique(found.words.begin(), found.words.end()), found.words.end());
+  return found;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,25 @@
+// What NAME? answers, and what Tab offers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/prompt/repl_session.h"
+
+namespace sim::cli {
+
+std::string help_list();  // all commands
+
+// About a command, a function of the scene language, a plugin or a scene, in its own words. Throws
+// Error{kUsage} for a name that is none of these, with the nearest one.
+std::string help_on(Session& session, const std::string& name);
+
+// What may stand for the word that ends the line, given from its beginning: commands and their
+// arguments, names of Lua, plugins, files (with `files` set, for these the caller knows better).
+struct Completions {
+  std::vector<std::string> words;
+  bool files = false;
+};
+Completions complete(Session& session, const std::string& line, std::size_t word_begin);
+
+}  // namespace sim::cli

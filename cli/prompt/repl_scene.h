@@ -1,0 +1,110 @@
+// The scene behind a prompt: its systems, where they have been, and the branches of that.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/run/report.h"
+#include "cli/run/scene.h"
+#include "cli/run/track.h"
+#include "core/scene/difference.h"
+#include "core/scene/timeline.h"
+
+namespace sim::cli {
+
+// In words.
+struct Change {
+  std::string what, before, after;
+};
+std::vector<Change> differences(const LoadedScene& before, const LoadedScene& after);
+
+class LiveScene {
+ public:
+  using Condition = std::function<bool()>;
+
+  // budget: of all snapshots together, in bytes. Throws what load() throws.
+  LiveScene(const SceneRequest& request, const Environment& environment, Registry& registry,
+            std::size_t budget, std::ostream& err, bool progress);
+
+  const SceneRequest& request() const { return request_; }
+  const LoadedScene& scene() const { return scene_; }
+  std::size_t current() const { return current_; }  // the system that particles are meant of
+  Simulation& system() { return scene_.systems[current_]; }
+  const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
+  void choose(std::size_t system) { current_ = system; }
+  double start_energy(std::size_t system) const;  // J, from where its drift counts
+  Track track(std::size_t system);                // with that start
+
+  // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
+  // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
+  // steps behind. `until` ends it, and is asked before the first step too.
+  using Outcome = std::optional<Verdict>;  // none on what only ran again, with changes by hand
+  Outcome step(std::int64_t steps);
+  Outcome run(double seconds);
+  Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
+
+  void reset();
+  void back(std::int64_t steps);  // Error{kUsage} for what is before the first snapshot
+  void go_to(double t);           // s; the same
+  bool undo();                    // the last change of the present system, at the same time
+  void edit(const std::function<void(Simulation&)>& change);  // of the present system
+
+  // Choices that outlast a reload.
+  void set_integrator(const IntegratorChoice& choice);
+  void set_dt(double h);
+
+  // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
+  // what is different then. As before when it throws.
+  std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
+
+  struct Branch {
+    std::vector<Timeline> timelines;
+    std::vector<std::int64_t> steps;
+    double t = 0;  // s, of the first system
+  };
+  const std::string& branch() const { return branch_; }
+  std::map<std::string, Branch> branches();  // the present one too, as it is now
+  void add_branch(const std::string& name);  // starts here, and here we stay
+  void switch_to(const std::string& name);
+
+  struct FirstDifference {
+    std::string system;
+    std::int64_t step = 0, common = 0;
+    double ta = 0, tb = 0;  // s
+    Difference difference;
+  };
+  // Up to where the shorter of the two has been; nothing when no bit differs.
+  std::optional<FirstDifference> diff(const std::string& a, const std::string& b);
+
+  void save(const std::string& file);
+  void resume(const std::string& file);
+
+ private:
+  Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
+                  const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
+  std::vector<std::int64_t> targets_after(double seconds) const;
+  void travel(const std::vector<std::int64_t>& steps);
+  void check_idle() const;  // throws Error{kUsage} inside a run
+  void share_budget();
+  void apply_choices(LoadedScene& scene) const;
+  Branch present();
+  Branch branch_named(const std::string& name);
+
+  SceneRequest request_;
+  const Environment& environment_;
+  Registry& registry_;
+  std::size_t budget_;
+  std::ostream& err_;
+  bool progress_, running_ = false;
+  LoadedScene scene_;
+  std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
+  std::vector<Timeline> timelines_;
+  std::size_t current_ = 0;
+  std::string branch_ = "main";
+  std::map<std::string, Branch> branches_;  // the others
+};
+
+}  // namespace sim::cli

@@ -1,0 +1,76 @@
+// A session at a prompt or of a script: lines in, answers out.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/prompt/repl_scene.h"
+#include "cli/prompt/repl_show.h"
+#include "cli/terminal/console.h"
+#include "core/lua/prompt/prompt.h"
+
+namespace sim::cli {
+
+struct SessionRequest {
+  SceneRequest scene;
+  std::size_t history = Timeline::kDefaultBudget;  // bytes, of snapshots to go back to
+  bool interactive = false;                        // somebody is there: prompt, words, progress
+};
+
+class Session {
+ public:
+  // Throws what loading the scene throws.
+  Session(const SessionRequest& request, const Environment& environment, Registry& registry,
+          Console& console);
+
+  // Takes one line, the `number`-th of `where`. False: it begins something that goes on in the
+  // next. Throws what goes wrong: Error with its place, Interrupted, ClosedPipe. The state is as
+  // before then, or, when a run was stopped, that of its last whole step.
+  bool take(const std::string& line, const std::string& where, int number);
+
+  // The end of the input. Throws Error for something that was begun.
+  void end();
+
+  void forget_unfinished() { unfinished_.clear(); }
+  void read(const std::string& file);      // the lines of a file
+  void run_line(const std::string& text);  // a command or Lua, complete
+
+  bool interactive() const { return interactive_; }
+  std::optional<int> exit_code;  // once .quit was said
+  Mode mode = Mode::kText;
+
+  LiveScene& live() { return live_; }
+  Prompt& lua() { return lua_; }
+  Registry& registry() { return registry_; }
+  const Environment& environment() const { return environment_; }
+  Console& console() { return console_; }
+  const std::string& where() const { return where_; }  // of the line being taken
+  int line() const { return line_; }
+
+  void say(const std::string& text);   // data
+  void tell(const std::string& text);  // words, where somebody is there to read them
+  void tell_position();                // ... where the scene is, if that is new
+  void show(const Data& value);        // as the mode wants it
+  void say_rows(const CsvText& text);  // the header only where it is new
+
+  std::string prompt() const;
+  std::string banner();
+
+ private:
+  void run_command(const std::string& line);
+  void run_lua(const std::string& chunk);
+  std::string position();
+
+  bool interactive_;
+  Console& console_;
+  Registry& registry_;
+  const Environment& environment_;
+  LiveScene live_;
+  Prompt lua_;
+  std::string unfinished_, where_, last_header_, told_;
+  int line_ = 0, begun_ = 0, depth_ = 0;
+};
+
+}  // namespace sim::cli

@@ -1,0 +1,64 @@
+#include "cli/run/check.h"
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+// "1%" or "0.01".
+double share(const std::string& option, const std::string& text) {
+  const bool percent = text.ends_with('%');
+  const auto value = parse_number(percent ? text.substr(0, text.size() - 1) : text);
+  if (!value || !(*value >= 0))
+    throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
+                                    "it is no share of at least 0", "write it like 1% or 0.01"});
+  return percent ? *value / 100 : *value;
+}
+
+void hold(const std::string& name, const std::optional<double>& limit, double value,
+          const std::string& system) {
+  if (!limit || value <= *limit) return;
+  const std::string allowed = brief(100 * *limit, 4) + " %";
+  throw Error(ErrorKind::kCheck,
+              {"check failed", system + ", " + name,
+               std::isnan(value) ? "it cannot be told of this run"
+                                 : brief(100 * value, 4) + " % is above " + allowed,
+               std::isnan(value) ? "leave " + name + " out of --check" : "take a smaller --dt"});
+}
+
+}  // namespace
+
+Checks parse_checks(const std::string& option, const std::string& text) {
+  Checks checks;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string entry = text.substr(begin, end - begin);
+    const std::size_t equals = entry.find('=');
+    const std::string name = entry.substr(0, equals);
+    std::optional<double>* const limit = name == "energy"   ? &checks.energy
+                                         : name == "strain" ? &checks.strain
+                                         : name == "dt"     ? &checks.dt
+                                                            : nullptr;
+    if (!limit || equals == std::string::npos)
+      throw Error(ErrorKind::kUsage,
+                  {"bad value", option + " '" + entry + "'",
+                   "it is none of energy=, strain= and dt=", "write it like energy=1%,dt=90%"});
+    if (*limit)
+      throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
+                                      "'" + name + "' stands there twice", "keep one of them"});
+    *limit = share(option, entry.substr(equals + 1));
+    begin = end + 1;
+  }
+  return checks;
+}
+
+void check(const Checks& checks, const study::Figures& figures, const std::string& system) {
+  hold("energy", checks.energy, figures.energy, system);
+  hold("strain", checks.strain, std::abs(figures.strain.strain), system);
+  hold("dt", checks.dt, figures.dt_share, system);
+}
+
+}  // namespace sim::cli

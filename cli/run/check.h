@@ -1,0 +1,23 @@
+// --check energy=1%,strain=20%,dt=90%: limits on a run whose breach is exit code 8.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/study/verdict/verdict.h"
+
+namespace sim::cli {
+
+// Each as a share: 0.01 is 1 %. Of the energy in play, of a rest length, of the largest stable
+// step.
+struct Checks {
+  std::optional<double> energy, strain, dt;
+};
+
+// Throws Error{kUsage} naming `option`.
+Checks parse_checks(const std::string& option, const std::string& text);
+
+// Throws Error{kCheck} for the first limit that is passed, or that cannot be told of this system.
+void check(const Checks& checks, const study::Figures& figures, const std::string& system);
+
+}  // namespace sim::cli

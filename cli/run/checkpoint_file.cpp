@@ -1,0 +1,89 @@
+#include "cli/run/checkpoint_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/output/format.h"
+#include "core/output/output.h"
+
+namespace sim::cli {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, const std::string& why,
+                         const std::string& remedy) {
+  throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
+}
+
+}  // namespace
+
+void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
+                     std::span<const double> start_energies, std::ostream& standard_output) {
+  Checkpoint saved;
+  saved.scene = request.scene;
+  saved.settings = request.settings;
+  saved.seed = request.seed;
+  for (std::size_t i = 0; i < scene.systems.size(); ++i)
+    saved.systems.push_back(checkpoint(scene.systems[i], scene.spec.systems[i], start_energies[i]));
+  Output output({file}, standard_output);
+  output.buffer() = encode(saved);
+  output.commit();
+}
+
+Checkpoint read_checkpoint(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::error_code failed;
+  const bool folder = std::filesystem::is_directory(file, failed);
+  if (!stream || folder)
+    throw Error(ErrorKind::kIo, {"cannot read", file, folder ? "it is a folder" : strerror(errno),
+                                 "give a file that --snap or .snap wrote"});
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return decode(bytes.str(), file);
+}
+
+void complete(SceneRequest& request, const Checkpoint& saved) {
+  request.settings.insert(saved.settings.begin(), saved.settings.end());
+  if (request.seed == 0) request.seed = saved.seed;
+}
+
+void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoint& saved,
+                const std::string& file, Registry& registry) {
+  const auto& systems = saved.systems;
+  if (systems.size() != scene.systems.size())
+    refuse(file,
+           "it has " + counted(static_cast<long>(systems.size()), "system") + ", the scene " +
+               std::to_string(scene.systems.size()),
+           "it was made of " + saved.scene);
+  for (std::size_t i = 0; i < systems.size(); ++i) {
+    const Simulation& system = scene.systems[i];
+    if (systems[i].name != system.name())
+      refuse(file, "it is of '" + systems[i].name + "', not of '" + system.name() + "'",
+             "it was made of " + saved.scene);
+    const IntegratorChoice& choice = request.integrator;
+    const bool chosen = !choice.name.empty() || !choice.params.empty() || choice.tol ||
+                        choice.precision || choice.fixed_step;
+    if (chosen && !same_method(system.settings(), systems[i].integrator, systems[i].given))
+      refuse(
+          file,
+          "it was made with the integrator " + systems[i].integrator + ", or other values for it",
+          "leave --integrator and its options out");
+    if (request.dt > 0 && request.dt != systems[i].h)
+      refuse(file, "it was made with steps of " + brief(systems[i].h) + " s", "leave --dt out");
+  }
+  try {
+    for (std::size_t i = 0; i < systems.size(); ++i)
+      resume(scene.systems[i], scene.spec.systems[i], systems[i], registry);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kCheckpoint) throw;
+    ErrorText text = error.text();
+    text.where = file + ": " + text.where;
+    text.remedy += "; it was made of " + saved.scene;
+    throw Error(error.kind(), text);
+  }
+}
+
+}  // namespace sim::cli

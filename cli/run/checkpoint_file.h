@@ -1,0 +1,29 @@
+// Checkpoints as files: --snap, --resume, and the same of a session.
+#pragma once
+
+#include <ostream>
+#include <span>
+#include <string>
+
+#include "cli/run/scene.h"
+#include "core/scene/checkpoint.h"
+
+namespace sim::cli {
+
+// Replaces the file as a whole. start_energies in J, one a system, from where the drift counts.
+// Throws Error{kIo}.
+void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
+                     std::span<const double> start_energies, std::ostream& standard_output);
+
+// Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for one that is no good.
+Checkpoint read_checkpoint(const std::string& file);
+
+// What the checkpoint was made with, where the request says nothing.
+void complete(SceneRequest& request, const Checkpoint& saved);
+
+// Puts all systems where they were. Throws Error{kCheckpoint} when they are others, or when the
+// request asks for another integrator or step size.
+void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoint& saved,
+                const std::string& file, Registry& registry);
+
+}  // namespace sim::cli

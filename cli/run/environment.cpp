@@ -1,0 +1,69 @@
+#include "cli/run/environment.h"
+
+#include <cstdlib>
+#include <string_view>
+#include <utility>
+
+#include "commit.h"
+#include "core/base/error.h"
+#include "core/plugin/plugin.h"
+
+namespace sim::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+void append_variable(Folders& folders, const char* variable) {
+  const char* value = std::getenv(variable);
+  std::string_view rest = value ? value : "";
+  while (!rest.empty()) {
+    const std::size_t colon = rest.find(':');
+    if (colon != 0) folders.emplace_back(rest.substr(0, colon));
+    rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
+  }
+}
+
+void append_if_present(Folders& folders, const fs::path& folder) {
+  std::error_code error;
+  if (fs::is_directory(folder, error)) folders.push_back(folder);
+}
+
+fs::path prefix_of_program() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return program.parent_path().parent_path();
+}
+
+}  // namespace
+
+Environment find_environment(const Folders& plugin_path) {
+  const fs::path prefix = prefix_of_program();
+  Environment environment;
+  environment.plugin_folders = plugin_path;
+  append_variable(environment.plugin_folders, "SIM_PLUGIN_PATH");
+  append_if_present(environment.plugin_folders, prefix / "lib/sim/plugins");
+  append_variable(environment.scene_folders, "SIM_PATH");
+  append_if_present(environment.scene_folders, prefix / "share/sim");
+  append_if_present(environment.scene_folders, SIM_SCRIPTS_DIR);
+  return environment;
+}
+
+Registry open_registry(const Environment& environment, const Folders& libraries) {
+  if (environment.plugin_folders.empty() && libraries.empty())
+    throw Error(ErrorKind::kIo,
+                {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
+                 "there is none beside the program", "install it again, or give --plugin-path"});
+  Registry registry(environment.plugin_folders);
+  for (const fs::path& library : libraries) registry.load(library);
+  return registry;
+}
+
+BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
+
+std::string version_line() {
+  const BuildFacts facts = build_facts();
+  return "sim " + facts.version + " (commit " + facts.commit + ", " + facts.compiler +
+         ", plugin ABI " + std::to_string(kPluginAbi) + ")";
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,228 @@
+#include "cli/run/report.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "cli/run/summary.h"
+#include "cli/terminal/console.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr std::size_t kStepWidth = 9, kTimeWidth = 10, kNumberWidth = 14;
+constexpr std::size_t kLabelWidth = 12;
+constexpr int kShownComponents = 3;
+
+std::int64_t steps_taken(std::span<Track> tracks) {
+  std::int64_t steps = 0;
+  for (const Track& track : tracks) steps += track.taken();
+  return steps;
+}
+
+// The system that has furthest to go stands for the whole run.
+const Track& slowest(std::span<Track> tracks) {
+  return *std::min_element(tracks.begin(), tracks.end(), [](const Track& a, const Track& b) {
+    return a.system().t() < b.system().t();
+  });
+}
+
+// "dopri5, order 5, 6 evaluations a step, tol = 1e-06": the tolerance, and parameters that were
+// given another value than their default.
+std::string integrator_line(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  std::string text = system.integrator_plugin().name + ", order " + std::to_string(info.order);
+  if (info.evaluations > 0) text += ", " + counted(info.evaluations, "evaluation") + " a step";
+  for (const Param& param : system.integrator_plugin().params) {
+    const std::string value = to_text(system.integrator_params().value(param.name));
+    if (value != to_text(param.default_value) || (info.adaptive && param.name == "tol"))
+      text += ", " + param.name + " = " + value;
+  }
+  return text;
+}
+
+// What the run cost where the number of steps does not tell.
+std::string effort_line(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  const Effort effort = system.integrator().effort();
+  std::string text = counted(effort.evaluations, "evaluation") + " of f";
+  if (info.adaptive)
+    text = counted(effort.steps, "step") + " of its own, " + std::to_string(effort.rejected) +
+           " rejected; " + text;
+  if (info.implicit) {
+    text += ", " + counted(effort.newton, "Newton iteration");
+    if (effort.factorisations > 0) text += ", " + counted(effort.factorisations, "factorisation");
+    if (effort.linear > 0) text += ", " + counted(effort.linear, "linear iteration");
+    text += ", residual " + brief(effort.residual, 3);
+  }
+  return text;
+}
+
+std::string label(std::string_view name, const std::string& text) {
+  return left(name, kLabelWidth) + text + '\n';
+}
+
+std::string families(const Simulation& system) {
+  std::vector<std::string> parts;
+  for (const auto& [family, count] : system.families())
+    parts.push_back(std::to_string(count) + " " + family);
+  const std::string total = std::to_string(spring_count(system));
+  return parts.empty() ? total : total + ": " + join(parts, ", ");
+}
+
+// Points show where particle 0 is, flat states their first components.
+std::vector<double> shown_state(const Simulation& system) {
+  std::vector<double> values;
+  if (system.flat()) {
+    for (int i = 0; i < std::min(kShownComponents, system.components()); ++i)
+      values.push_back(system.component(i));
+  } else if (system.particles() > 0) {
+    const Vec3 x = system.position(0);
+    values.assign({x[0], x[1], x[2]});
+  }
+  return values;
+}
+
+}  // namespace
+
+Progress::Progress(std::ostream& err, bool on)
+    : err_(err), on_(on), begin_(Clock::now()), last_(begin_) {}
+
+void Progress::update(std::span<Track> tracks) {
+  if (!on_) return;
+  const Clock::time_point now = Clock::now();
+  if (now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  const double seconds = std::chrono::duration<double>(now - begin_).count();
+  const Track& track = slowest(tracks);
+  std::string line = "t = " + brief(track.system().t(), 4) + " of " + brief(track.end(), 4) +
+                     " s   " + brief(static_cast<double>(steps_taken(tracks)) / seconds, 3) +
+                     " steps/s   " + brief(track.elapsed() / seconds, 3) + " x real time";
+  for (Track& each : tracks)
+    if (each.system().second_order() && tracks.size() == 1)
+      line += "   drift " + brief(each.drift(), 3) + " J";
+  err_ << '\r' << line << "\x1b[K" << std::flush;
+  drawn_ = true;
+}
+
+void Progress::clear() {
+  if (drawn_) err_ << "\r\x1b[K" << std::flush;
+  drawn_ = false;
+}
+
+void Report::header(std::span<Track> tracks, int threads) {
+  if (!out_) return;
+  std::string text;
+  if (scene_.spec.world) text += label("scene", scene_.spec.file);
+  for (const Track& track : tracks) {
+    const Simulation& system = track.system();
+    if (scene_.spec.world) {
+      text += '\n' + label("system", system.name());
+      name_width_ = std::max(name_width_, system.name().size());
+    } else {
+      text += label("scene", system.name() + ", " + scene_.spec.file);
+    }
+    if (system.second_order()) {
+      text += label("particles", std::to_string(system.particles()) +
+                                     (system.pinned_count() > 0
+                                          ? ", " + std::to_string(system.pinned_count()) + " pinned"
+                                          : ""));
+      text += label("springs", families(system));
+    } else {
+      text +=
+          label("state", system.flat() ? counted(system.components(), "number")
+                                       : counted(system.particles(), "point") + ", first order");
+    }
+    const IntegratorInfo info = system.integrator_info();
+    text += label("integrator", integrator_line(system));
+    text += info.adaptive
+                ? label("step", "chosen by the error; " + counted(track.steps(), "state") +
+                                    ", one every " + brief(system.h()) +
+                                    " s, to t = " + brief(track.end()) + " s")
+                : label("step", brief(system.h()) + " s, " + counted(track.steps(), "step") +
+                                    " to t = " + brief(track.end()) + " s");
+  }
+  if (threads > 1) text += label("threads", std::to_string(threads));
+  put(*out_, text + '\n' + columns(tracks));
+}
+
+// The heads of the columns. A world mixes systems, so its rows name their numbers themselves.
+std::string Report::columns(std::span<Track> tracks) {
+  std::string head;
+  if (scene_.spec.world) head += left("system", name_width_);
+  head += right("step", kStepWidth) + right("t [s]", kTimeWidth);
+  if (!scene_.spec.world) {
+    Track& track = tracks.front();
+    std::vector<std::string> names;
+    if (track.system().second_order()) {
+      names = {"kinetic [J]", "potential [J]", "total [J]", "drift [J]"};
+    } else {
+      const auto shown = static_cast<int>(shown_state(track.system()).size());
+      for (int i = 0; i < shown; ++i)
+        names.push_back(track.system().flat() ? "x" + std::to_string(i)
+                                              : std::string(1, static_cast<char>('x' + i)) + "0");
+      if (track.has_exact()) names.push_back("error");
+    }
+    for (const std::string& name : names) head += right(name, kNumberWidth);
+  }
+  return head + '\n';
+}
+
+void Report::row(Track& track) {
+  if (!out_) return;
+  const Simulation& system = track.system();
+  std::string line;
+  if (scene_.spec.world) line += left(system.name(), name_width_);
+  line += right(std::to_string(system.step_count()), kStepWidth) +
+          right(brief(system.t()), kTimeWidth) + measures(track);
+  put(*out_, line + '\n');
+}
+
+std::string Report::measures(Track& track) const {
+  const Simulation& system = track.system();
+  std::vector<double> values = shown_state(system);
+  if (scene_.spec.world) {
+    if (system.second_order())
+      return "  energy " + brief(track.energy().total()) + " J, drift " + brief(track.drift(), 4) +
+             " J";
+    std::vector<std::string> parts;
+    for (const double value : values) parts.push_back(brief(value));
+    std::string text = "  x0 = " + join(parts, " ");
+    if (track.has_exact()) text += ", error " + brief(track.deviation().error, 4);
+    return text;
+  }
+  if (system.second_order()) {
+    const Energy& energy = track.energy();
+    values = {energy.kinetic, energy.potential, energy.total(), track.drift()};
+  } else if (track.has_exact()) {
+    values.push_back(track.deviation().error);
+  }
+  std::string text;
+  for (const double value : values) text += right(brief(value), kNumberWidth);
+  return text;
+}
+
+void Report::footer(std::span<Track> tracks, double seconds) {
+  if (!out_) return;
+  const auto steps = static_cast<double>(steps_taken(tracks));
+  std::string text = "\n";
+  if (steps > 0 && seconds > 0) {
+    text += label("ran", brief(steps, 15) + " steps in " + brief(seconds, 3) +
+                             " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +
+                             brief(slowest(tracks).elapsed() / seconds, 3) + " x real time");
+  }
+  for (const Track& track : tracks) {
+    const Simulation& system = track.system();
+    const IntegratorInfo info = system.integrator_info();
+    if (info.adaptive || info.implicit)
+      text +=
+          label("effort", effort_line(system) + (scene_.spec.world ? "  " + system.name() : ""));
+  }
+  for (const Track& track : tracks) {
+    text += label("hash", hash_text(track.system()) +
+                              (scene_.spec.world ? "  " + track.system().name() : ""));
+  }
+  put(*out_, text);
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,313 @@
+#include "cli/run/run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "cli/run/checkpoint_file.h"
+#include "cli/run/postmortem.h"
+#include "cli/run/report.h"
+#include "cli/run/study_progress.h"
+#include "cli/run/summary.h"
+#include "cli/terminal/signals.h"
+#include "core/base/error.h"
+#include "core/output/format.h"
+#include "core/output/tables.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr std::int64_t kRows = 10;      // for people, of one system
+constexpr std::int64_t kWorldRows = 4;  // of each system of a world
+constexpr double kMostSteps = 9.0e15;   // every step number is exact in a double
+
+bool takes_standard_output(const std::optional<Target>& target) {
+  return target && target->standard_output();
+}
+
+bool table_on_standard_output(const RunRequest& request) {
+  return takes_standard_output(request.dump) || takes_standard_output(request.energy);
+}
+
+// Words leave standard output to a table that goes there.
+std::ostream& words(const RunRequest& request, Console& console) {
+  return table_on_standard_output(request) ? console.err : console.out;
+}
+
+void check_request(const RunRequest& request) {
+  if (request.dump && request.energy && same_target(*request.dump, *request.energy))
+    throw Error(ErrorKind::kUsage,
+                {"two tables for one place", "--dump and --energy",
+                 "both would be written to " + (request.dump->standard_output()
+                                                    ? std::string("standard output")
+                                                    : request.dump->file),
+                 "give one of them another file"});
+  if (request.json && table_on_standard_output(request))
+    throw Error(
+        ErrorKind::kUsage,
+        {"two kinds of data for standard output", "--json with --dump or --energy",
+         "the summary and the table would mix", "give the table a file, as in --dump=run.csv"});
+  for (const auto& table : {request.dump, request.energy})
+    if (request.snap && table && same_target({*request.snap}, *table))
+      throw Error(ErrorKind::kUsage,
+                  {"a table and a checkpoint for one place", "--snap",
+                   "both would be written to " + *request.snap, "give one another file"});
+  const bool runs = request.time || request.steps;
+  if (request.debug_particle && !runs && (request.dump || request.energy))
+    throw Error(ErrorKind::kUsage,
+                {"no run to write a table of", "--debug-particle with --dump or --energy",
+                 "--debug-particle alone stops before the first step", "add --time or --steps"});
+}
+
+std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
+  if (request.steps) return *request.steps;
+  const double duration = request.time.value_or(system.duration());
+  if (!(duration / system.h() < kMostSteps))
+    throw Error(ErrorKind::kUsage,
+                {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
+                 "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});
+  return system.steps_for(duration);
+}
+
+// What the integrators have to say of their systems, each sentence once.
+void print_notes(const LoadedScene& scene, Console& console) {
+  std::vector<std::string> said;
+  for (const Simulation& system : scene.systems)
+    for (const std::string& note : system.integrator().notes()) {
+      if (std::find(said.begin(), said.end(), note) != said.end()) continue;
+      said.push_back(note);
+      console.err << "sim: note: " << note << '\n';
+    }
+}
+
+class Run {
+ public:
+  // start_energies in J: where the drift of each system counts from; empty = from here.
+  Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+      Registry& registry, Console& console);
+
+  int go();
+
+ private:
+  Track* next_track();
+  bool step(Track& track);
+  void measure(Track& track, bool last = false);
+  int conclude(int caught);
+  void explain();
+
+  const RunRequest& request_;
+  LoadedScene& scene_;
+  Registry& registry_;
+  Console& console_;
+  std::vector<Track> tracks_;
+  std::optional<DumpTable> dump_;
+  std::optional<EnergyTable> energy_;
+  Report report_;
+  Progress progress_;
+  double seconds_ = 0;
+  std::string explanation_;       // of what diverged, for people
+  std::string explanation_json_;  // ... for machines
+};
+
+std::ostream* report_stream(const RunRequest& request, Console& console) {
+  if (request.quiet) return nullptr;
+  return request.json ? &console.err : &words(request, console);
+}
+
+bool shows_progress(const RunRequest& request, const Console& console) {
+  if (request.quiet || request.progress == ShowProgress::kOff) return false;
+  return request.progress == ShowProgress::kOn || console.err_is_terminal;
+}
+
+Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+         Registry& registry, Console& console)
+    : request_(request),
+      scene_(scene),
+      registry_(registry),
+      console_(console),
+      report_(report_stream(request, console), scene),
+      progress_(console.err, shows_progress(request, console)) {
+  const bool tables = request.dump || request.energy;
+  const std::int64_t frame_stride = request.every.value_or(1);
+  const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
+  std::vector<const Simulation*> systems;
+  for (std::size_t i = 0; i < scene.systems.size(); ++i) {
+    const std::int64_t steps = steps_of(request, scene.systems[i]);
+    const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
+    tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
+                         tables ? frame_stride : Track::kNever,
+                         request.every && !tables ? frame_stride : tenth, &registry);
+    if (scene.systems[i].step_count() > steps)
+      throw Error(ErrorKind::kUsage,
+                  {"nothing to run", "--resume",
+                   "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
+                   "give a later --time, which counts from the start of the first run"});
+    if (!start_energies.empty()) tracks_.back().set_start(start_energies[i]);
+    systems.push_back(&scene.systems[i]);
+  }
+  const TableScope scope{systems, scene.spec.world};
+  if (request.dump) dump_.emplace(*request.dump, console.out, scope);
+  if (request.energy) energy_.emplace(*request.energy, console.out, scope);
+}
+
+// Systems go together: the one that is furthest behind in time takes the next step.
+Track* Run::next_track() {
+  Track* next = nullptr;
+  for (Track& track : tracks_)
+    if (!track.finished() && (!next || track.system().t() < next->system().t())) next = &track;
+  return next;
+}
+
+// The rows that are due in the present state. An energy that is not finite gets none.
+void Run::measure(Track& track, bool last) {
+  track.sample();
+  const Simulation& system = track.system();
+  if (track.take_frame(last)) {
+    if (dump_) dump_->frame(system);
+    if (energy_ && system.second_order() && track.energy_is_finite())
+      energy_->row(system, track.energy(), track.drift());
+  }
+  if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
+    progress_.clear();
+    report_.row(track);
+    flush_or_throw(console_.out, "standard output");
+  }
+}
+
+// To where something of the track is due, or less far. Several systems go step by step. A
+// right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
+bool Run::step(Track& track) {
+  Simulation& system = track.system();
+  try {
+    return system.steps(tracks_.size() == 1 ? track.due() : 1) > 0;
+  } catch (const Error& error) {
+    progress_.clear();
+    throw in_step(error, system);
+  }
+}
+
+int Run::go() {
+  const Interrupts interrupts;
+  report_.header(tracks_, request_.scene.threads);
+  for (Track& track : tracks_) {
+    track.system().stop_when(SessionSignals::any);
+    measure(track);
+  }
+
+  const auto begin = std::chrono::steady_clock::now();
+  Track* track = next_track();
+  for (; track && !interrupts.caught(); track = next_track()) {
+    if (!step(*track)) {
+      if (track->system().divergence().status == StepStatus::kStopped) break;
+      track->mark_diverged();
+      break;
+    }
+    measure(*track);
+    progress_.update(tracks_);
+  }
+  seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  progress_.clear();
+
+  // A run that stopped early ends with the state it stopped in.
+  const bool diverged = overall_verdict(tracks_).trust == Trust::kDiverged;
+  const int caught = track && !diverged ? interrupts.caught() : 0;
+  for (Track& each : tracks_) {
+    if (each.finished()) continue;
+    measure(each, true);
+    if (caught) each.mark_interrupted();
+  }
+  return conclude(caught);
+}
+
+// Runs the first system that diverged once more, to see why, and what works instead.
+void Run::explain() {
+  const auto diverged = std::find_if(tracks_.begin(), tracks_.end(), [](Track& track) {
+    return track.verdict().trust == Trust::kDiverged;
+  });
+  const auto index = static_cast<std::size_t>(diverged - tracks_.begin());
+  const SystemSpec& spec = scene_.spec.systems[index];
+  StudyProgress progress(request_.progress, console_);
+  const study::PostMortem found =
+      study::post_mortem({&spec, &registry_, run_options(request_.scene, spec, registry_)},
+                         diverged->system().step_count() + 1, diverged->end(), progress.watch());
+  explanation_ = post_mortem_text(found, diverged->system().name(), request_.scene);
+  explanation_json_ = post_mortem_json(found);
+}
+
+// Tables first, then the report, then the error of a divergence, then the verdict.
+int Run::conclude(int caught) {
+  if (dump_) dump_->commit();
+  if (energy_) energy_->commit();
+  if (request_.snap) {
+    std::vector<double> starts;
+    for (const Track& track : tracks_) starts.push_back(track.start_energy().total());
+    save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
+  }
+  report_.footer(tracks_, seconds_);
+  if (request_.debug_particle) {
+    std::ostream& out = words(request_, console_);
+    if (!request_.json) print_spring_states(scene_, *request_.debug_particle, out);
+    print_adjacency(scene_, *request_.debug_particle, request_.json, out);
+  }
+  const Verdict verdict = overall_verdict(tracks_);
+  if (verdict.trust == Trust::kDiverged && !request_.quiet) explain();
+  if (request_.json)
+    console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_,
+                                 explanation_json_)
+                 << '\n';
+  flush_or_throw(console_.out, "standard output");
+
+  const bool adaptive = scene_.systems.front().integrator_info().adaptive;
+  if (verdict.trust == Trust::kDiverged)
+    print_error(console_.err, "diverged: " + scene_.spec.file + ": " + verdict.reason +
+                                  (adaptive ? "; try another --tol or --integrator"
+                                            : "; try a smaller --dt or another --integrator"));
+  console_.err << explanation_;
+  if (!request_.quiet || verdict.trust != Trust::kTrusted)
+    console_.err << study::trust_name(verdict.trust) << ": " << verdict.reason << '\n'
+                 << std::flush;
+  if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
+  if (request_.checks && !caught)
+    for (Track& track : tracks_)
+      check(*request_.checks, track.verdict().figures, track.system().name());
+  return caught ? 128 + caught : 0;
+}
+
+}  // namespace
+
+int run(const RunRequest& asked, const Environment& environment, Registry& registry,
+        Console& console) {
+  check_request(asked);
+  RunRequest request = asked;
+  std::optional<Checkpoint> saved;
+  if (asked.resume) {
+    saved = read_checkpoint(*asked.resume);
+    complete(request.scene, *saved);
+  }
+  LoadedScene scene = load(request.scene, environment, registry);
+  std::vector<double> start_energies;
+  if (saved) {
+    resume_all(scene, request.scene, *saved, *asked.resume, registry);
+    for (const auto& system : saved->systems) start_energies.push_back(system.start_energy);
+  }
+  if (request.energy && !scene.has_second_order())
+    throw Error(ErrorKind::kUsage,
+                {"no energy to write", "--energy", "a first-order scene has no energy",
+                 "leave --energy out; --dump writes the state"});
+  if (request.debug_particle) {
+    check_particle(scene, *request.debug_particle);
+    print_adjacency(scene, *request.debug_particle, request.json, words(request, console));
+    flush_or_throw(console.out, "standard output");
+    if (!request.time && !request.steps) return 0;
+  }
+  if (request.energy && !request.quiet)
+    for (const Simulation& system : scene.systems)
+      if (!system.second_order())
+        console.err << "sim: note: system '" << system.name()
+                    << "' is first-order and has no energy rows\n";
+  if (!request.quiet) print_notes(scene, console);
+  return Run(request, scene, start_energies, registry, console).go();
+}
+
+}  // namespace sim::cli

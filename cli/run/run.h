@@ -1,0 +1,36 @@
+// `sim SCENE ...`: steps a scene, writes its tables, and says how far it can be trusted.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "cli/run/check.h"
+#include "cli/run/scene.h"
+#include "cli/terminal/console.h"
+#include "cli/verbs/adjacency.h"
+#include "core/output/output.h"
+
+namespace sim::cli {
+
+enum class ShowProgress { kAuto, kOn, kOff };
+
+struct RunRequest {
+  SceneRequest scene;
+  std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
+  std::optional<std::int64_t> steps;
+  std::optional<ParticleChoice> debug_particle;
+  std::optional<Target> energy, dump;
+  std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
+  std::optional<std::string> snap, resume;  // files of checkpoints
+  std::optional<Checks> checks;
+  bool json = false, quiet = false;
+  ShowProgress progress = ShowProgress::kAuto;
+};
+
+// The exit code: 0, 4 (diverged, tables kept) or 130 / 143 (interrupted, tables kept). Throws
+// Error{kCheck} for a check that failed, tables kept, and Error for everything else; then files
+// that existed before are as they were.
+int run(const RunRequest& request, const Environment& environment, Registry& registry,
+        Console& console);
+
+}  // namespace sim::cli

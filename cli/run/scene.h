@@ -1,0 +1,50 @@
+// A scene from its file to systems that can be stepped, shared by the verbs.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/command_line/integrator_choice.h"
+#include "cli/run/environment.h"
+#include "core/base/error.h"
+#include "core/scene/simulation.h"
+
+namespace sim::cli {
+
+struct SceneRequest {
+  std::string scene = "scenes/cloth.lua";
+  std::map<std::string, std::string> settings;  // --set
+  std::uint64_t seed = 0;
+  IntegratorChoice integrator;
+  double dt = 0;  // s; 0 = the scene's own
+  int threads = 1;
+};
+
+// The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does
+// not exist or does not take what is said of it.
+RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry);
+
+struct LoadedScene {
+  SceneSpec spec;
+  std::vector<Simulation> systems;  // in the order of spec.systems
+
+  bool has_second_order() const;
+  std::vector<std::string> names() const;
+};
+
+// Throws Error: kUsage for an integrator of the command line that does not exist or does not take
+// what is said of it, else what load_scene and Simulation throw.
+LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
+
+// The error of a right-hand side written in Lua, with the step it failed in.
+Error in_step(const Error& error, const Simulation& system);
+
+// "64 particles", "1 spring".
+std::string counted(long count, const std::string& noun);
+
+// Springs of all families.
+long spring_count(const Simulation& system);
+
+}  // namespace sim::cli

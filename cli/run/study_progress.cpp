@@ -1,0 +1,60 @@
+#include "cli/run/study_progress.h"
+
+#include <algorithm>
+
+#include "core/output/format.h"
+
+namespace sim::cli {
+
+study::Watch StudyProgress::watch() {
+  return [this](std::string_view what, double done) {
+    draw(what, done);
+    return interrupts_.caught() == 0;
+  };
+}
+
+// At most ten times a second.
+void StudyProgress::draw(std::string_view what, double done) {
+  constexpr double kWidth = 30;
+  const Clock::time_point now = Clock::now();
+  if (!on_ || now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  const double part = std::clamp(done, 0.0, 1.0);
+  const std::string bar(static_cast<std::size_t>(part * kWidth), '#');
+  err_ << "\r[" << left(bar, static_cast<std::size_t>(kWidth)) << "] "
+       << right(brief(100 * part, 3), 4) << " %  " << what << "\x1b[K" << std::flush;
+  drawn_ = true;
+}
+
+int StudyProgress::exit_code() {
+  clear();
+  if (caught() == 0) return 0;
+  err_ << "interrupted: this is what was measured until then\n" << std::flush;
+  return 128 + caught();
+}
+
+void StudyProgress::clear() {
+  if (drawn_) err_ << "\r\x1b[K" << std::flush;
+  drawn_ = false;
+}
+
+std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
+                                         Registry& registry) {
+  std::vector<study::Choice> choices;
+  for (const IntegratorChoice& choice : given)
+    choices.push_back({choice.name, integrator_values(choice, choice.name, registry)});
+  return choices;
+}
+
+void put_studies(const std::vector<std::string>& texts, bool json, bool world, Console& console) {
+  if (!json) {
+    put(console.out, join(texts, "\n"));
+  } else if (world) {
+    put(console.out, JsonObject().json("systems", json_array(texts)).str() + '\n');
+  } else if (!texts.empty()) {
+    put(console.out, texts.front() + '\n');
+  }
+  flush_or_throw(console.out, "standard output");
+}
+
+}  // namespace sim::cli

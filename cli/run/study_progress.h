@@ -1,0 +1,54 @@
+// The bar of a study on a terminal, and how Ctrl-C ends one.
+#pragma once
+
+#include <chrono>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/command_line/integrator_choice.h"
+#include "cli/run/run.h"
+#include "cli/terminal/console.h"
+#include "cli/terminal/signals.h"
+#include "core/study/problem.h"
+
+namespace sim::cli {
+
+class StudyProgress {
+ public:
+  StudyProgress(ShowProgress when, const Console& console)
+      : err_(console.err),
+        on_(when == ShowProgress::kOn || (when == ShowProgress::kAuto && console.err_is_terminal)) {
+  }
+  ~StudyProgress() { clear(); }
+  StudyProgress(const StudyProgress&) = delete;
+  StudyProgress& operator=(const StudyProgress&) = delete;
+
+  // To be given to a study; this object outlives it.
+  study::Watch watch();
+
+  void clear();
+  int caught() const { return interrupts_.caught(); }  // the signal that ended it, or 0
+  int exit_code();  // at the end: 0, or 128 + signal with a word about it
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void draw(std::string_view what, double done);
+
+  std::ostream& err_;
+  bool on_, drawn_ = false;
+  Clock::time_point last_{};
+  Interrupts interrupts_;
+};
+
+// The integrators to study as the command line gives them. Throws Error{kUsage}.
+std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
+                                         Registry& registry);
+
+// One text a system on standard output: tables one below the other; JSON as it is, or in a world as
+// {"systems":[...]}.
+void put_studies(const std::vector<std::string>& texts, bool json, bool world, Console& console);
+
+}  // namespace sim::cli

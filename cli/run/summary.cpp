@@ -1,0 +1,108 @@
+#include "cli/run/summary.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+// Values of the integrator's parameters as texts; those without a value are left out.
+std::string params_json(const Simulation& system) {
+  JsonObject object;
+  for (const Param& param : system.integrator_plugin().params)
+    if (system.integrator_params().has(param.name))
+      object.text(param.name, to_text(system.integrator_params().value(param.name)));
+  return object.str();
+}
+
+std::string effort_json(const Simulation& system) {
+  const IntegratorInfo info = system.integrator_info();
+  const Effort effort = system.integrator().effort();
+  JsonObject object;
+  object.integer("steps", effort.steps)
+      .integer("rejected", effort.rejected)
+      .integer("evaluations", effort.evaluations);
+  if (info.implicit)
+    object.integer("newton", effort.newton)
+        .integer("factorisations", effort.factorisations)
+        .integer("linear", effort.linear)
+        .number("residual", effort.residual);
+  return object.str();
+}
+
+std::string figures_json(const study::Figures& figures) {
+  JsonObject object;
+  object.number("energy", figures.energy)
+      .number("dt_share", figures.dt_share)
+      .flag("dt_share_at_most", figures.at_most)
+      .number("strain", figures.strain.a < 0 ? std::nan("") : figures.strain.strain)
+      .number("step_error", figures.step_error)
+      .number("momentum", figures.momentum);
+  return object.str();
+}
+
+std::string system_json(Track& track) {
+  const Simulation& system = track.system();
+  const Verdict verdict = track.verdict();
+  JsonObject object;
+  object.text("name", system.name()).integer("order_of_state", system.second_order() ? 2 : 1);
+  if (system.flat()) {
+    object.integer("components", system.components());
+  } else {
+    object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
+  }
+  if (system.second_order()) {
+    JsonObject springs;
+    for (const auto& [family, count] : system.families()) springs.integer(family, count);
+    object.json("springs", springs.str());
+  }
+  object.text("integrator", system.integrator_plugin().name)
+      .number("dt", system.h())
+      .integer("steps", system.step_count())
+      .number("t", system.t());
+  object.json("integrator_params", params_json(system)).json("effort", effort_json(system));
+  if (system.second_order()) {
+    object.json("energy", JsonObject()
+                              .number("start", track.start_energy().total())
+                              .number("end", track.energy().total())
+                              .number("drift", track.drift())
+                              .str());
+  }
+  if (track.has_exact()) object.number("error", track.deviation().error);
+  return object.text("hash", hash_text(system))
+      .text("verdict", study::trust_name(verdict.trust))
+      .text("reason", verdict.reason)
+      .json("figures", figures_json(verdict.figures))
+      .str();
+}
+
+}  // namespace
+
+std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
+                         double seconds, const std::string& post_mortem) {
+  std::vector<std::string> systems;
+  for (Track& track : tracks) systems.push_back(system_json(track));
+  const Verdict verdict = overall_verdict(tracks);
+  JsonObject object;
+  object.text("scene", scene.spec.file)
+      .json("systems", json_array(systems))
+      .integer("threads", threads)
+      .number("seconds", seconds)
+      .text("verdict", study::trust_name(verdict.trust))
+      .text("reason", verdict.reason);
+  if (!post_mortem.empty()) object.json("postmortem", post_mortem);
+  return object.str();
+}
+
+std::string hash_text(const Simulation& system) {
+  std::array<char, 20> text;
+  std::snprintf(text.data(), text.size(), "%016llx",
+                static_cast<unsigned long long>(system.hash()));
+  return text.data();
+}
+
+}  // namespace sim::cli

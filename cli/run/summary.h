@@ -1,0 +1,27 @@
+// The machine form of a run's report: one JSON object.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "cli/run/scene.h"
+#include "cli/run/track.h"
+
+namespace sim::cli {
+
+// {"scene","systems":[...],"threads","seconds","verdict","reason"} with, for each system,
+//   {"name","order_of_state","particles","pinned","springs":{FAMILY:n},"integrator","dt",
+//    "steps","t","integrator_params":{NAME:text},"effort":{"steps","rejected","evaluations"},
+//    "energy":{"start","end","drift"},"error","hash","verdict","reason",
+//    "figures":{"energy","dt_share","dt_share_at_most","strain","step_error","momentum"}}
+// Springs and energy for second-order systems, error where the scene has an exact solution,
+// components instead of particles for a flat state; figures as in study::Figures, null where not
+// known or without bounds. dt, t and seconds in s, energies in J.
+// "postmortem" is added, with what is given of it, when that is not empty.
+std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
+                         double seconds, const std::string& post_mortem = "");
+
+// The state hash as 16 hexadecimal digits.
+std::string hash_text(const Simulation& system);
+
+}  // namespace sim::cli

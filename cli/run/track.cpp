@@ -1,0 +1,137 @@
+#include "cli/run/track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr std::int64_t kSamples = 100;
+
+std::string step_t_h(std::int64_t step, double t, double h) {
+  return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
+}
+
+// Where an energy without bounds comes from.
+int fastest_particle(const Simulation& system) {
+  int fastest = 0;
+  double most = -1;
+  for (int i = 0; i < system.particles(); ++i) {
+    const double speed = system.velocity(i).lpNorm<Eigen::Infinity>();
+    if (speed > most) {
+      most = speed;
+      fastest = i;
+    }
+  }
+  return fastest;
+}
+
+std::int64_t to_next(std::int64_t step, std::int64_t stride) { return stride - step % stride; }
+
+}  // namespace
+
+Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
+             std::int64_t frame_stride, std::int64_t row_stride, Registry* registry)
+    : spec_(&spec),
+      system_(&system),
+      steps_(steps),
+      frame_stride_(frame_stride),
+      row_stride_(row_stride),
+      sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
+      first_step_(system.step_count()),
+      sampled_(first_step_),
+      first_t_(system.t()),
+      monitor_(spec, system, steps - system.step_count(), registry) {
+  if (system.second_order()) start_ = energy();
+  if (has_exact()) deviation();
+}
+
+bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
+  const std::int64_t step = system_->step_count();
+  if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
+  taken = step;
+  return true;
+}
+
+void Track::sample() {
+  const std::int64_t step = system_->step_count();
+  if (step > sampled_) monitor_.advance(step - sampled_);
+  sampled_ = step;
+  if (step % sample_stride_ != 0 && step != steps_) return;
+  if (!system_->second_order())
+    monitor_.look(nullptr);
+  else if (energy_is_finite())
+    monitor_.look(&energy());
+}
+
+std::int64_t Track::due() const {
+  const std::int64_t step = system_->step_count();
+  return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
+                   to_next(step, sample_stride_), steps_ - step, monitor_.due()});
+}
+
+bool Track::energy_is_finite() {
+  if (std::isfinite(energy().kinetic) && std::isfinite(energy().total())) return true;
+  if (system_->step_count() == 0) energy_unknown_ = true;
+  if (diverged_.empty() && !energy_unknown_)
+    diverged_ = "the energy is not a finite number from " +
+                step_t_h(system_->step_count(), system_->t(), system_->h()) +
+                " on (fastest: particle " + std::to_string(fastest_particle(*system_)) + ")";
+  return false;
+}
+
+const Energy& Track::energy() {
+  if (energy_step_ != system_->step_count()) {
+    energy_ = system_->energy();
+    energy_step_ = system_->step_count();
+  }
+  return energy_;
+}
+
+void Track::mark_diverged() {
+  const Divergence& where = system_->divergence();
+  if (where.status != StepStatus::kNotFinite) {
+    diverged_ =
+        std::string(where.status == StepStatus::kStepTooSmall
+                        ? "no step is small enough for the tolerance in "
+                        : "the equations of an implicit step have no solution in reach in ") +
+        step_t_h(where.step, where.t, where.h);
+    return;
+  }
+  diverged_ = (system_->flat() ? "component " : "particle ") + std::to_string(where.particle) +
+              (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
+              step_t_h(where.step, where.t, where.h);
+}
+
+Verdict Track::verdict() {
+  if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
+  Verdict verdict = monitor_.verdict();
+  if (energy_unknown_)
+    verdict = {Trust::kSuspect,
+               "the energy is above the largest number from the start; nothing was checked"};
+  if (interrupted_) {
+    verdict.trust = Trust::kSuspect;
+    verdict.reason = "interrupted at t = " + brief(system_->t()) + " s of " + brief(end()) + " s";
+  } else if (steps_ == 0) {
+    verdict.reason = "the initial state, no step was taken";
+  }
+  return verdict;
+}
+
+Verdict overall_verdict(std::span<Track> tracks) {
+  Verdict worst;
+  for (Track& track : tracks) worst.trust = std::max(worst.trust, track.verdict().trust);
+  for (Track& track : tracks) {
+    const Verdict verdict = track.verdict();
+    if (verdict.trust != worst.trust) continue;
+    if (!worst.reason.empty()) worst.reason += "; ";
+    if (tracks.size() > 1) worst.reason += track.system().name() + ": ";
+    worst.reason += verdict.reason;
+  }
+  return worst;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,78 @@
+// One system on its way through a run: how far it goes, and what is measured when.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "core/scene/simulation.h"
+#include "core/study/verdict/verdict.h"
+
+namespace sim::cli {
+
+using study::Trust;
+using study::Verdict;
+
+class Track {
+ public:
+  static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
+
+  // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
+  // steps, reports a row every `row_stride`, both at the start and at the end too. Throws what the
+  // exact solution throws at t = 0. The registry is for the verdict, see study::Monitor.
+  Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
+        std::int64_t row_stride, Registry* registry = nullptr);
+  // Counts the drift from another total energy than the present one, in J.
+  void set_start(double total) { start_ = {0, total}; }
+
+  Simulation& system() const { return *system_; }
+  std::int64_t steps() const { return steps_; }
+  std::int64_t taken() const { return system_->step_count() - first_step_; }
+  double elapsed() const { return system_->t() - first_t_; }  // s, simulated
+  double end() const { return system_->t(steps_); }           // s
+  bool finished() const { return system_->step_count() >= steps_; }
+  bool has_exact() const { return static_cast<bool>(spec_->exact); }
+
+  // What the present state is due for; take_frame and take_row answer yes once a step, and always
+  // for the `last` state of a run that stops early.
+  bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
+  bool take_row(bool last) { return take(last_row_, row_stride_, last); }
+  void sample();             // looks at energy and error about 100 times a run
+  std::int64_t due() const;  // steps until the next of all these, at least 1
+
+  // Second order only. False when the energy of the present, finite state is not a finite number;
+  // remembered for the verdict.
+  bool energy_is_finite();
+  const Energy& energy();  // of the present state
+  const Energy& start_energy() const { return start_; }
+  double drift() { return energy().total() - start_.total(); }  // J
+
+  study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
+
+  void mark_interrupted() { interrupted_ = true; }
+  void mark_diverged();  // as the system's divergence() says
+  Verdict verdict();
+
+ private:
+  bool take(std::int64_t& taken, std::int64_t stride, bool last);
+
+  const SystemSpec* spec_;
+  Simulation* system_;
+  std::int64_t steps_, frame_stride_, row_stride_, sample_stride_;
+  std::int64_t first_step_, sampled_;
+  double first_t_;                                // s
+  std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
+  Energy start_, energy_;
+  std::int64_t energy_step_ = -1;  // the step energy_ belongs to
+  study::Monitor monitor_;
+  bool energy_unknown_ = false;  // beyond the range of numbers from the start
+  bool interrupted_ = false;
+  std::string diverged_;  // the reason
+};
+
+// The verdict on all systems of a run: the worst one's, with the names where there are several.
+Verdict overall_verdict(std::span<Track> tracks);
+
+}  // namespace sim::cli

@@ -1,0 +1,29 @@
+// Where the verbs write: data to `out`, words to `err`.
+#pragma once
+
+#include <ostream>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/output/stream.h"
+
+namespace sim::cli {
+
+struct Console {
+  std::ostream& out;
+  std::ostream& err;
+  bool err_is_terminal = false;
+};
+
+// The standard streams of a program that begins: called once, first of all in main. One that was
+// closed must not become a file that is opened later; writing to what stands in for it fails. A
+// closed pipe is met as a failed write, so that half-written files are cleaned up.
+Console standard_console();
+
+// "sim: error: WHAT: WHERE: WHY; REMEDY" in one line, control characters made visible.
+void print_error(std::ostream& err, std::string_view message);
+
+// The exit code of the exception being handled; its error line goes to err. Called in a catch.
+int report_exception(std::ostream& err);
+
+}  // namespace sim::cli

@@ -1,0 +1,216 @@
+#include "cli/verbs/describe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "cli/verbs/integrator_facts.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+std::string facts_text(const IntegratorFacts& facts) {
+  std::string text = "  " + kind_text(facts.info) + ", order " + std::to_string(facts.info.order);
+  if (facts.info.evaluations > 0)
+    text += ", " + counted(facts.info.evaluations, "evaluation") + " of f a step";
+  const auto limit = [](double value, const std::string& what) -> std::string {
+    if (std::isnan(value)) return "not known";
+    if (std::isinf(value)) return "for every step";
+    return value == 0 ? "for no step" : what + " <= " + brief(value);
+  };
+  return text + "\n  stable: oscillations without drag " +
+         limit(facts.oscillation_limit, "while h omega") + ", decays " +
+         limit(facts.decay_limit, "while h lambda") + '\n';
+}
+
+std::string bounds_text(const Param& param) {
+  if (!param.choices.empty()) return join(param.choices, " or ");
+  const bool low = std::isfinite(param.min), high = std::isfinite(param.max);
+  if (low && high) return "from " + brief(param.min) + " to " + brief(param.max);
+  if (low) return "at least " + brief(param.min);
+  if (high) return "at most " + brief(param.max);
+  return "";
+}
+
+std::string default_text(const Param& param) {
+  if (param.required) return "required";
+  const std::string text = to_text(param.default_value);
+  return text.empty() ? "none" : text;
+}
+
+std::string param_table(const PluginInfo& info) {
+  std::vector<std::vector<std::string>> rows{{"name", "type", "unit", "default", "bounds"}};
+  for (const Param& param : info.params)
+    rows.push_back({param.name, type_name(param.type), param.unit.empty() ? "-" : param.unit,
+                    default_text(param), bounds_text(param)});
+  std::string table = aligned(rows);
+  // The meaning stands below its row, so that the table fits a terminal.
+  std::string text;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::size_t end = table.find('\n', begin) + 1;
+    text += table.substr(begin, end - begin);
+    if (i > 0) text += wrapped("      " + info.params[i - 1].doc, 6) + '\n';
+    begin = end;
+  }
+  return text;
+}
+
+std::string plugin_text(const PluginInfo& info, Registry& registry) {
+  std::string text = std::string(kind_name(info.kind)) + " " + info.name;
+  if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
+  text += "\n" + wrapped("  " + info.summary, 2) + '\n';
+  if (!info.formula.empty()) text += "\n" + indented(info.formula, "    ");
+  if (!info.source.empty()) text += "\n" + wrapped("  source: " + info.source, 10) + '\n';
+  if (const auto facts = integrator_facts(info, registry); facts && facts->info.order > 0)
+    text += '\n' + facts_text(*facts);
+  if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
+  if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
+  return text + "\nfile  " + info.file + '\n';
+}
+
+std::string plugin_json(const PluginInfo& info, Registry& registry) {
+  std::vector<std::string> params, aliases;
+  for (const Param& param : info.params) {
+    JsonObject object;
+    object.text("name", param.name)
+        .text("type", type_name(param.type))
+        .text("unit", param.unit)
+        .text("default", to_text(param.default_value))
+        .flag("required", param.required)
+        .text("doc", param.doc);
+    std::vector<std::string> choices;
+    for (const std::string& choice : param.choices) choices.push_back(json_string(choice));
+    if (!choices.empty()) object.json("choices", json_array(choices));
+    if (std::isfinite(param.min)) object.number("min", param.min);
+    if (std::isfinite(param.max)) object.number("max", param.max);
+    params.push_back(object.str());
+  }
+  for (const std::string& alias : info.aliases) aliases.push_back(json_string(alias));
+  JsonObject object;
+  object.text("kind", kind_name(info.kind))
+      .text("name", info.name)
+      .json("aliases", json_array(aliases))
+      .text("summary", info.summary)
+      .text("formula", info.formula)
+      .text("source", info.source);
+  if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
+  return object.json("params", json_array(params))
+      .flag("takes_links", info.takes_links)
+      .text("file", info.file)
+      .str();
+}
+
+std::string scene_text(const LoadedScene& scene, const std::string& name) {
+  std::string text = "scene " + name + '\n';
+  std::vector<std::vector<std::string>> rows;
+  for (const Simulation& system : scene.systems)
+    rows.push_back({system.name(), system_facts(system)});
+  text += aligned(rows);
+  if (scene.spec.args.empty()) {
+    text += "\nno parameters\n";
+  } else {
+    text += "\nparameters (--set NAME=VALUE)\n";
+    rows = {{"name", "default", "value", "meaning"}};
+    for (const SceneArg& arg : scene.spec.args)
+      rows.push_back({arg.name, to_text(arg.default_value), to_text(arg.value), arg.doc});
+    text += aligned(rows);
+  }
+  return text + "\nfile  " + scene.spec.file + '\n';
+}
+
+std::string scene_json(const LoadedScene& scene, const std::string& name) {
+  std::vector<std::string> systems, args;
+  for (const Simulation& system : scene.systems) {
+    JsonObject object;
+    object.text("name", system.name()).integer("order_of_state", system.second_order() ? 2 : 1);
+    if (system.flat()) {
+      object.integer("components", system.components());
+    } else {
+      object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
+    }
+    if (system.second_order()) object.integer("springs", spring_count(system));
+    systems.push_back(object.text("integrator", system.integrator_plugin().name)
+                          .number("dt", system.h())
+                          .number("duration", system.duration())
+                          .str());
+  }
+  for (const SceneArg& arg : scene.spec.args)
+    args.push_back(JsonObject()
+                       .text("name", arg.name)
+                       .text("default", to_text(arg.default_value))
+                       .text("value", to_text(arg.value))
+                       .text("doc", arg.doc)
+                       .str());
+  return JsonObject()
+      .text("kind", "scene")
+      .text("name", name)
+      .json("systems", json_array(systems))
+      .json("args", json_array(args))
+      .text("file", scene.spec.file)
+      .str();
+}
+
+// A short name of a scene, or else the nearest of everything that can be described.
+std::string remedy_for(const std::string& name, const std::vector<std::string>& scenes,
+                       const Registry& registry) {
+  for (const std::string& scene : scenes)
+    if (std::filesystem::path(scene).stem() == name) return "did you mean '" + scene + "'?";
+  std::vector<std::string> known = scenes;
+  for (const PluginKind kind : {PluginKind::kForce, PluginKind::kField, PluginKind::kIntegrator})
+    for (const std::string& plugin : registry.names(kind)) known.push_back(plugin);
+  if (const std::string near = nearest(name, known); !near.empty())
+    return "did you mean '" + near + "'?";
+  return "'sim list' shows all names";
+}
+
+}  // namespace
+
+std::string system_facts(const Simulation& system) {
+  std::string text;
+  if (system.flat()) {
+    text = counted(system.components(), "number") + ", first order";
+  } else if (!system.second_order()) {
+    text = counted(system.particles(), "point") + ", first order";
+  } else {
+    text = counted(system.particles(), "particle");
+    if (system.pinned_count() > 0)
+      text += " (" + std::to_string(system.pinned_count()) + " pinned)";
+    text += ", " + counted(spring_count(system), "spring");
+  }
+  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
+         brief(system.duration()) + " s";
+}
+
+int describe(const DescribeRequest& request, const Environment& environment, Registry& registry,
+             Console& console) {
+  const std::string& name = request.name;
+  const bool like_a_file = name.find('/') != std::string::npos || name.ends_with(".lua");
+  std::string text;
+  if (const PluginInfo* info = like_a_file ? nullptr : registry.find(name)) {
+    text = request.json ? plugin_json(*info, registry) + "\n" : plugin_text(*info, registry);
+  } else {
+    const std::vector<std::string> scenes = list_scenes(environment.scene_folders);
+    const bool known = std::find(scenes.begin(), scenes.end(), name) != scenes.end();
+    std::error_code error;
+    if (!known && !like_a_file && !std::filesystem::is_regular_file(name, error))
+      throw Error(ErrorKind::kUsage, {"unknown name", name, "no plugin or scene is called so",
+                                      remedy_for(name, scenes, registry)});
+    SceneRequest scene_request = request.scene;
+    scene_request.scene = name;
+    const LoadedScene scene = load(scene_request, environment, registry);
+    text = request.json ? scene_json(scene, name) + "\n" : scene_text(scene, name);
+  }
+  put(console.out, text);
+  flush_or_throw(console.out, "standard output");
+  return 0;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,134 @@
+#include "cli/verbs/doctor.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cli/run/scene.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+// One thing that was looked at.
+struct Check {
+  std::string name, found;
+  bool good = true;
+};
+
+class Examination {
+ public:
+  explicit Examination(const Environment& environment) : environment_(environment) {}
+
+  void build();
+  void folders(const std::string& name, const Folders& list);
+  void plugins(const Folders& libraries);
+  void scenes();
+
+  const std::vector<Check>& checks() const { return checks_; }
+
+ private:
+  void plugins_of(PluginKind kind);
+
+  const Environment& environment_;
+  std::optional<Registry> registry_;
+  std::vector<Check> checks_;
+};
+
+void Examination::build() {
+  checks_.push_back({"program", version_line()});
+  const unsigned threads = std::thread::hardware_concurrency();
+  checks_.push_back({"threads", threads ? counted(threads, "hardware thread") : "unknown"});
+}
+
+void Examination::folders(const std::string& name, const Folders& list) {
+  if (list.empty()) checks_.push_back({name, "no such folder", false});
+  for (const std::filesystem::path& folder : list) {
+    std::error_code error;
+    const bool good = std::filesystem::is_directory(folder, error);
+    checks_.push_back({name, folder.string() + (good ? "" : " cannot be read"), good});
+  }
+}
+
+void Examination::plugins(const Folders& libraries) {
+  try {
+    registry_ = open_registry(environment_, libraries);
+  } catch (const Error& error) {
+    checks_.push_back({"plugins", error.what(), false});
+    return;
+  }
+  for (const PluginKind kind : {PluginKind::kIntegrator, PluginKind::kForce, PluginKind::kField})
+    plugins_of(kind);
+  for (const std::string& reason : registry_->rejected())
+    checks_.push_back({"rejected", reason, false});
+}
+
+void Examination::plugins_of(PluginKind kind) {
+  const std::string name = std::string(kind_name(kind)) + "s";
+  std::vector<std::string> good;
+  for (const std::string& plugin : registry_->names(kind)) {
+    try {
+      if (registry_->find(plugin)) good.push_back(plugin);
+    } catch (const Error& error) {
+      checks_.push_back({name, error.what(), false});
+    }
+  }
+  checks_.push_back({name, good.empty() ? "none found" : join(good, ", "), !good.empty()});
+}
+
+void Examination::scenes() {
+  const std::size_t count = list_scenes(environment_.scene_folders).size();
+  checks_.push_back({"scenes", counted(static_cast<long>(count), "scene"), count > 0});
+  if (!registry_) return;
+  const SceneRequest request;
+  try {
+    LoadedScene scene = load(request, environment_, *registry_);
+    const bool stepped = std::all_of(scene.systems.begin(), scene.systems.end(),
+                                     [](Simulation& system) { return system.step(); });
+    checks_.push_back(
+        {"run", request.scene + (stepped ? " takes a step" : " diverges at once"), stepped});
+  } catch (const Error& error) {
+    checks_.push_back({"run", error.what(), false});
+  }
+}
+
+}  // namespace
+
+int doctor(const DoctorRequest& request, const Environment& environment, Console& console) {
+  Examination examination(environment);
+  examination.build();
+  examination.folders("plugin path", environment.plugin_folders);
+  examination.folders("scene path", environment.scene_folders);
+  examination.plugins(request.libraries);
+  examination.scenes();
+
+  std::string text;
+  std::vector<std::string> objects;
+  long bad = 0;
+  for (const Check& check : examination.checks()) {
+    bad += !check.good;
+    text += (check.good ? "ok     " : "WRONG  ") + left(check.name, 13) + check.found + '\n';
+    objects.push_back(JsonObject()
+                          .text("check", check.name)
+                          .flag("ok", check.good)
+                          .text("found", check.found)
+                          .str());
+  }
+  text += bad == 0 ? "\nall is well\n" : "\n" + counted(bad, "problem") + " found\n";
+  if (request.json)
+    text = JsonObject().flag("ok", bad == 0).json("checks", json_array(objects)).str() + "\n";
+  put(console.out, text);
+  flush_or_throw(console.out, "standard output");
+  if (bad == 0) return 0;
+  print_error(console.err, "the environment is not sound: " + counted(bad, "problem") +
+                               "; see the lines marked WRONG");
+  return static_cast<int>(ErrorKind::kIo);
+}
+
+}  // namespace sim::cli

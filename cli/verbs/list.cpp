@@ -1,0 +1,156 @@
+#include "cli/verbs/list.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "cli/verbs/integrator_facts.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+struct Section {
+  std::string name;
+  PluginKind kind;
+};
+
+const std::array<Section, 3>& plugin_sections() {
+  static const std::array<Section, 3> sections{{{"integrators", PluginKind::kIntegrator},
+                                                {"forces", PluginKind::kForce},
+                                                {"fields", PluginKind::kField}}};
+  return sections;
+}
+
+struct Row {
+  std::string name, summary = {};
+  std::vector<std::string> aliases = {};
+  std::optional<IntegratorFacts> facts = {};
+
+  std::string title() const {
+    return aliases.empty() ? name : name + " (" + join(aliases, ", ") + ")";
+  }
+};
+
+Row plugin_row(const std::string& name, Registry& registry) {
+  try {
+    if (const PluginInfo* info = registry.find(name))
+      return {name, info->summary, info->aliases, integrator_facts(*info, registry)};
+  } catch (const Error& error) {
+    return {name, std::string("cannot be used: ") + error.what()};
+  }
+  return {name};
+}
+
+std::vector<Row> plugin_rows(PluginKind kind, Registry& registry) {
+  std::vector<Row> rows;
+  for (const std::string& name : registry.names(kind)) rows.push_back(plugin_row(name, registry));
+  return rows;
+}
+
+std::vector<Row> scene_rows(const Environment& environment) {
+  std::vector<Row> rows;
+  for (const std::string& scene : list_scenes(environment.scene_folders))
+    rows.push_back({scene, "", {}});
+  return rows;
+}
+
+std::string text_section(const std::string& name, const std::vector<Row>& rows) {
+  std::string text = name + "\n";
+  std::size_t width = 0;
+  for (const Row& row : rows) width = std::max(width, row.title().size());
+  for (const Row& row : rows)
+    text += row.summary.empty()
+                ? "  " + row.name + '\n'
+                : wrapped("  " + left(row.title(), width) + "  " + row.summary, width + 4) + '\n';
+  return text;
+}
+
+// To choose from: by order, then by evaluations; those that say nothing of themselves come last.
+std::string integrator_section(std::vector<Row> rows) {
+  const auto key = [](const Row& row) {
+    return row.facts ? std::pair(row.facts->info.order, row.facts->info.evaluations)
+                     : std::pair(std::numeric_limits<int>::max(), 0);
+  };
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](const Row& l, const Row& r) { return key(l) < key(r); });
+  std::size_t width = 4;
+  for (const Row& row : rows) width = std::max(width, row.title().size());
+  const auto line = [&](const std::string& title, const std::string& order,
+                        const std::string& evaluations, const std::string& oscillation,
+                        const std::string& decay, const std::string& kind) {
+    return "  " + left(title, width) + right(order, 7) + right(evaluations, 6) +
+           right(oscillation, 9) + right(decay, 10) + "  " + kind + '\n';
+  };
+  std::string text = "integrators\n";
+  text += line("", "", "f per", "", "stable up to", "");
+  text += line("name", "order", "step", "h omega", "h lambda", "kind");
+  for (const Row& row : rows) {
+    if (!row.facts) {
+      text += wrapped("  " + left(row.title(), width) + "   " + row.summary, width + 5) + '\n';
+      continue;
+    }
+    const auto& [info, oscillation, decay] = *row.facts;
+    text += line(row.title(), info.order > 0 ? std::to_string(info.order) : "-",
+                 info.evaluations > 0 ? std::to_string(info.evaluations) : "-",
+                 limit_text(oscillation), limit_text(decay), kind_text(info));
+  }
+  return text +
+         "  omega: the largest angular frequency, without drag; lambda: the fastest decay\n"
+         "  particles: for q'' = a(t, q) - gamma v only; sim describe NAME: formula, paper\n";
+}
+
+std::string json_section(const std::vector<Row>& rows, bool scenes) {
+  std::vector<std::string> objects;
+  for (const Row& row : rows) {
+    JsonObject object;
+    object.text("name", row.name);
+    if (!scenes) {
+      std::vector<std::string> aliases;
+      for (const std::string& alias : row.aliases) aliases.push_back(json_string(alias));
+      object.json("aliases", json_array(aliases)).text("summary", row.summary);
+      if (row.facts) add_facts(object, *row.facts);
+    }
+    objects.push_back(object.str());
+  }
+  return json_array(objects);
+}
+
+}  // namespace
+
+int list(const ListRequest& request, const Environment& environment, Registry& registry,
+         Console& console) {
+  const std::vector<std::string> known{"integrators", "forces", "fields", "scenes"};
+  if (!request.what.empty() && std::find(known.begin(), known.end(), request.what) == known.end())
+    throw Error(ErrorKind::kUsage, {"nothing of that kind to list", "sim list " + request.what,
+                                    "there are integrators, forces, fields and scenes",
+                                    suggestion(request.what, known)});
+
+  std::vector<std::pair<std::string, std::vector<Row>>> sections;
+  const auto wanted = [&](const std::string& name) {
+    return request.what.empty() || request.what == name;
+  };
+  for (const Section& section : plugin_sections())
+    if (wanted(section.name))
+      sections.emplace_back(section.name, plugin_rows(section.kind, registry));
+  if (wanted("scenes")) sections.emplace_back("scenes", scene_rows(environment));
+
+  JsonObject object;
+  std::string text;
+  for (const auto& [name, rows] : sections) {
+    object.json(name, json_section(rows, name == "scenes"));
+    text += (text.empty() ? "" : "\n") +
+            (name == "integrators" ? integrator_section(rows) : text_section(name, rows));
+  }
+  put(console.out, request.json ? object.str() + "\n" : text);
+  flush_or_throw(console.out, "standard output");
+  return 0;
+}
+
+}  // namespace sim::cli

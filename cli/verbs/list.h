@@ -1,0 +1,21 @@
+// `sim list`: what there is to use.
+#pragma once
+
+#include <string>
+
+#include "cli/run/environment.h"
+#include "cli/terminal/console.h"
+
+namespace sim::cli {
+
+struct ListRequest {
+  std::string what;  // integrators, forces, fields, scenes; empty = all of them
+  bool json = false;
+};
+
+// One line a name with its aliases and summary; a plugin that cannot be opened says why. Throws
+// Error{kUsage} for an unknown `what`.
+int list(const ListRequest& request, const Environment& environment, Registry& registry,
+         Console& console);
+
+}  // namespace sim::cli

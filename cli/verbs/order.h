@@ -1,0 +1,33 @@
+// `sim order [INTEGRATOR] [SCENE]`: the order of convergence that methods really have.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/run/run.h"
+#include "cli/run/scene.h"
+#include "cli/terminal/console.h"
+
+namespace sim::cli {
+
+struct OrderRequest {
+  SceneRequest scene;
+  std::vector<std::string> words;             // an integrator, a scene, or both in this order
+  std::vector<IntegratorChoice> integrators;  // empty = all that fit
+  std::optional<double> time;                 // s; nothing = the scene's duration, 1 s at most
+  bool json = false;
+  ShowProgress progress = ShowProgress::kAuto;
+};
+
+// A table for people, with every step where one integrator is asked for. With `json` one object,
+// for a world {"systems":[...]} of them:
+//   {"system","time","size","reference":{"how","error"},"complete","integrators":[
+//     {"name","order","observed","standard_error","constant","keeps",
+//      "points":[{"dt","tol","error","finished","evaluations"}]}]}
+// error in m is the largest rms over the free coordinates along the way, observed is null where no
+// three steps agree on one order.
+int order(const OrderRequest& request, const Environment& environment, Registry& registry,
+          Console& console);
+
+}  // namespace sim::cli

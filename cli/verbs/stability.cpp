@@ -1,0 +1,195 @@
+#include "cli/verbs/stability.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "cli/run/study_progress.h"
+#include "cli/verbs/extremes.h"
+#include "core/output/format.h"
+#include "core/study/limits/stability.h"
+
+namespace sim::cli {
+namespace {
+
+using study::MethodStability;
+using study::Stability;
+
+constexpr std::size_t kLabel = 12, kStep = 11, kEnergy = 9;
+
+std::string label(const std::string& name, const std::string& text) {
+  return left(name, kLabel) + text + '\n';
+}
+
+std::string percent(double value, int digits = 3) { return brief(100 * value, digits) + " %"; }
+
+std::string step_text(const std::optional<double>& step) {
+  if (!step) return "-";
+  if (*step == 0) return "0";
+  return std::isinf(*step) ? "any" : brief(*step, 4);
+}
+
+std::string limit_name(const MethodStability& each) {
+  if (each.method.info.adaptive) return "own steps";
+  const std::optional<double> limit = study::step_limit(each);
+  if (!limit) return "unknown";
+  return *limit == 0 ? "none stable" : std::isinf(*limit) ? "unlimited" : "step";
+}
+
+std::string off_text(const MethodStability& each) {
+  if (!each.predicted || !each.measured || *each.predicted == 0) return "";
+  const double off = 100 * (*each.measured / *each.predicted - 1);
+  if (!std::isfinite(off)) return "";
+  return std::abs(off) < 0.05 ? "0 %" : brief(off, 1) + " %";
+}
+
+// How far a step of dt is from the limit, or how fast it grows beyond it.
+std::string standing(const MethodStability& each, double dt) {
+  if (each.method.info.adaptive) return "own steps";
+  if (each.radius && *each.radius > 1 + 1e-3)
+    return std::isinf(*each.radius) ? "fails" : "x" + brief(*each.radius, 3) + "/step";
+  const std::optional<double> limit = study::step_limit(each);
+  if (!limit) return "-";
+  if (*limit == 0) return "grows";
+  return std::isinf(*limit) ? "stable" : percent(dt / *limit, 2);
+}
+
+std::string energy_text(const study::EnergyAtStep& point) {
+  return std::isinf(point.error) ? "diverges" : brief(point.error, 2);
+}
+
+std::string place_text(const Stability& result) {
+  std::vector<std::string> particles, families;
+  for (const auto& [particle, share] : result.spectrum.particles)
+    particles.push_back(std::to_string(particle));
+  for (const auto& [family, share] : result.spectrum.families)
+    families.push_back(family + " " + percent(share, 2));
+  return "mostly at particles " + join(particles, " ") + "; " + join(families, ", ");
+}
+
+// Methods that no step makes stable, and how fast they are wrong at the present one.
+std::string hopeless_text(const Stability& result) {
+  std::string text;
+  for (const MethodStability& each : result.methods) {
+    if (limit_name(each) != "none stable") continue;
+    text += wrapped(each.method.label +
+                        " has no stable step here: without enough damping it adds "
+                        "energy at every step size",
+                    2);
+    if (each.radius && *each.radius > 1)
+      text += "\n  at " + brief(result.dt) + " s the fastest mode grows e times every " +
+              brief(result.dt / std::log(*each.radius), 3) + " s";
+    text += '\n';
+  }
+  return text;
+}
+
+std::string table_text(const Stability& result) {
+  std::size_t width = 11;
+  for (const MethodStability& each : result.methods)
+    width = std::max(width, each.method.label.size() + 1);
+  std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 8) +
+                     right("", kStep) +
+                     (result.energy_time > 0 ? "   energy error at a share of it" : "") + '\n';
+  text += left("integrator", width) + right("predicted", kStep) + right("measured", kStep) +
+          right("off", 8) + right("your dt", kStep) + ' ';
+  if (result.energy_time > 0)
+    for (const char* share : {"0.25", "0.5", "0.9", "1"}) text += right(share, kEnergy);
+  text += '\n';
+  for (const MethodStability& each : result.methods) {
+    std::string line = left(each.method.label, width) + right(step_text(each.predicted), kStep) +
+                       right(step_text(each.measured), kStep) + right(off_text(each), 8) +
+                       right(standing(each, result.dt), kStep) + ' ';
+    for (const auto& point : each.energy) line += right(energy_text(point), kEnergy);
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  }
+  return text;
+}
+
+std::string text_of(const Stability& result) {
+  const study::Spectrum& spectrum = result.spectrum;
+  std::string text = label("system", result.system + ", at t = " + brief(result.t) + " s");
+  const double omega = spectrum.fastest.omega;
+  text +=
+      label("fastest",
+            brief(omega) + " rad/s" +
+                (omega > 0 ? " (period " + brief(2 * std::numbers::pi / omega, 3) + " s)" : "") +
+                ", damping " + brief(spectrum.fastest.damping) + " /s; residual " +
+                brief(spectrum.residual, 2) + " after " + std::to_string(spectrum.products) +
+                " products");
+  if (std::isfinite(spectrum.bound))
+    text += label("bound", brief(spectrum.bound) + " rad/s, from masses and stiffnesses alone");
+  if (!spectrum.particles.empty()) text += label("where", place_text(result));
+  if (spectrum.growth > 1e-4 * omega)
+    text += label("buckling", "some direction grows at " + brief(spectrum.growth, 3) +
+                                  " /s by itself, whatever the step");
+  text += label("your run", result.integrator + ", dt " + brief(result.dt) + " s");
+  text += '\n' + table_text(result);
+  if (result.energy_time > 0)
+    text += "Energy error: of runs of " + brief(result.energy_time, 4) +
+            " s, largest, relative to the energy in play; drag accounted for\n";
+  return text + hopeless_text(result);
+}
+
+std::string limit_json(const MethodStability& each) {
+  JsonObject object;
+  object.text("name", each.method.label).integer("order", each.method.info.order);
+  object.number("predicted_dt", each.predicted.value_or(std::nan("")))
+      .number("measured_dt", each.measured.value_or(std::nan("")))
+      .text("limit", limit_name(each))
+      .number("radius", each.radius.value_or(std::nan("")));
+  std::vector<std::string> energy;
+  for (const auto& point : each.energy)
+    energy.push_back(JsonObject()
+                         .number("fraction", point.fraction)
+                         .number("dt", point.dt)
+                         .number("error", point.error)
+                         .str());
+  return object.json("energy", json_array(energy)).str();
+}
+
+std::string json_of(const Stability& result) {
+  std::vector<std::string> particles, families, methods;
+  for (const auto& [particle, share] : result.spectrum.particles)
+    particles.push_back(JsonObject().integer("particle", particle).number("share", share).str());
+  for (const auto& [family, share] : result.spectrum.families)
+    families.push_back(JsonObject().text("family", family).number("share", share).str());
+  for (const MethodStability& each : result.methods) methods.push_back(limit_json(each));
+  return JsonObject()
+      .text("system", result.system)
+      .number("t", result.t)
+      .number("omega_max", result.spectrum.fastest.omega)
+      .number("damping", result.spectrum.fastest.damping)
+      .number("residual", result.spectrum.residual)
+      .number("bound", result.spectrum.bound)
+      .number("growth", result.spectrum.growth)
+      .json("particles", json_array(particles))
+      .json("families", json_array(families))
+      .text("integrator", result.integrator)
+      .number("dt", result.dt)
+      .number("energy_time", result.energy_time)
+      .flag("complete", result.complete)
+      .json("integrators", json_array(methods))
+      .str();
+}
+
+}  // namespace
+
+int stability(const StabilityRequest& request, const Environment& environment, Registry& registry,
+              Console& console) {
+  if (request.extremes) return extremes(request, registry, console);
+  const LoadedScene scene = load(request.scene, environment, registry);
+  StudyProgress progress(request.progress, console);
+  std::vector<std::string> texts;
+  for (const SystemSpec& spec : scene.spec.systems) {
+    if (progress.caught()) break;
+    const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+    const Stability result = study::stability(
+        problem, {request.at, study_choices(request.integrators, registry)}, progress.watch());
+    texts.push_back(request.json ? json_of(result) : text_of(result));
+  }
+  progress.clear();
+  put_studies(texts, request.json, scene.spec.world, console);
+  return progress.exit_code();
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,334 @@
+#include "cli/verbs/tradeoff.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/run/study_progress.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/output/format.h"
+#include "core/output/svg.h"
+#include "core/study/accuracy/work_precision.h"
+
+namespace sim::cli {
+namespace {
+
+using study::Curve;
+using study::Point;
+using study::WorkPrecision;
+using PlaceOf = study::Place;
+
+constexpr std::size_t kLabel = 12;
+
+std::string label(const std::string& name, const std::string& text) {
+  return left(name, kLabel) + text + '\n';
+}
+
+const Curve& curve_of(const WorkPrecision& study, PlaceOf place) {
+  return study.curves[place.curve];
+}
+
+bool on_front(const WorkPrecision& study, PlaceOf place) {
+  return std::any_of(study.front.begin(), study.front.end(), [&](PlaceOf each) {
+    return each.curve == place.curve && each.point == place.point;
+  });
+}
+
+// "--dt 0.00625", as a run would be told; rounded down, so that the error is not above.
+std::string settings_text(const Point& point) {
+  if (point.tolerance > 0) return "--tol " + brief(point.tolerance);
+  const double unit = std::pow(10.0, std::floor(std::log10(point.dt)) - 5);
+  const double rounded = std::floor(point.dt / unit * (1 + 1e-12)) * unit;
+  return "--dt " + brief(rounded, 6);
+}
+
+double known_to(const WorkPrecision& study) { return study.yardstick.floor() / 10; }
+
+const char* status(const WorkPrecision& study, const Point& point) {
+  if (!point.finished) return "diverged";
+  return study::stable(point, study.size) ? "finite" : "unstable";
+}
+
+std::string growth_text(const WorkPrecision& study) {
+  if (study.growth.most.empty()) return "not measured";
+  return "a disturbance at the start grows to x" + brief(study.growth.mean.back(), 2) +
+         " of itself (x" + brief(study.growth.most.back(), 2) + " at most)";
+}
+
+// Rows worth reading: the front, and of every method its cheapest point within the budget, or else
+// its most accurate one.
+std::vector<PlaceOf> rows(const WorkPrecision& study) {
+  std::vector<PlaceOf> places = study.front;
+  for (std::size_t c = 0; c < study.curves.size(); ++c) {
+    std::optional<PlaceOf> best;
+    for (std::size_t p = 0; p < study.curves[c].points.size(); ++p) {
+      const PlaceOf here{c, p};
+      const Point& point = study.at(here);
+      if (!study::stable(point, study.size)) continue;
+      const bool within = point.rms <= study.budget;
+      const auto better = [&] {
+        const bool other = study.at(*best).rms <= study.budget;
+        if (within != other) return within;
+        return within ? study.cost(here) < study.cost(*best) : point.rms < study.at(*best).rms;
+      };
+      if (!best || better()) best = here;
+    }
+    if (best && !on_front(study, *best)) places.push_back(*best);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [&](PlaceOf a, PlaceOf b) { return study.cost(a) < study.cost(b); });
+  return places;
+}
+
+std::string order_text(const Curve& curve) {
+  return std::to_string(curve.method.info.order) + "/" +
+         (curve.observed ? brief(curve.observed->slope, 2) : "-");
+}
+
+std::string table_text(const WorkPrecision& study) {
+  std::size_t width = 13;
+  for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 3);
+  std::string text = "  " + left("integrator", width - 2) + right("order", 7) +
+                     right("dt or tol", 11) + right("cost", 9) + right("error [m]", 11) +
+                     right("of size", 10) + right("energy", 9) + right("ms", 10) +
+                     right("x real", 9) + '\n';
+  for (const PlaceOf place : rows(study)) {
+    const Curve& curve = curve_of(study, place);
+    const Point& point = study.at(place);
+    text += (on_front(study, place) ? "* " : "  ") + left(curve.method.label, width - 2) +
+            right(order_text(curve), 7) +
+            right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 11) +
+            right(brief(study.cost(place), 6), 9) + right(brief(point.rms, 3), 11) +
+            right(brief(point.rms / study.size, 2), 10) +
+            right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 9) +
+            right(brief(1e3 * point.seconds, 3), 10) +
+            right(brief(study.time / point.seconds, 2), 9) + '\n';
+  }
+  for (const Curve& curve : study.curves)
+    if (std::none_of(curve.points.begin(), curve.points.end(),
+                     [&](const Point& point) { return study::stable(point, study.size); }))
+      text += "  " + curve.method.label + ": unstable at every step down to " +
+              (curve.points.empty() ? "none" : brief(curve.points.back().dt, 3)) + " s\n";
+  return text +
+         "* on the front: nothing is cheaper and closer. order: claimed/observed. cost: "
+         "evaluations of\nf; implicit methods and single precision at what their time is worth. "
+         "error: rms position,\nlargest along the way.\n";
+}
+
+std::string choice_text(const WorkPrecision& study, PlaceOf place) {
+  return curve_of(study, place).method.label + " " + settings_text(study.at(place));
+}
+
+std::string recommendation(const WorkPrecision& study) {
+  const std::string budget = brief(study.budget, 3) + " m";
+  if (study.comparable == 0) return "no recommendation: the motion cannot be known to " + budget;
+  if (!study.cheapest) return "no recommendation: no step tried is within " + budget;
+  std::string text;
+  if (study.recommended) {
+    const Point& point = study.at(*study.recommended);
+    text = "recommend " + choice_text(study, *study.recommended) + ": " + brief(point.rms, 2) +
+           " m for " + brief(study.cost(*study.recommended) / study.time, 4) + " evaluations/s (" +
+           brief(study.time / point.seconds, 2) + "x real time)";
+  } else {
+    text = "no step is within half of " + budget + " and well inside its limit of stability";
+  }
+  return text + "; cheapest under the budget of " + budget + ": " +
+         choice_text(study, *study.cheapest);
+}
+
+std::string text_of(const WorkPrecision& study) {
+  std::string text = label("system", study.system + " to t = " + brief(study.time) + " s, size " +
+                                         brief(study.size, 4) + " m, fastest " +
+                                         brief(study.fastest.omega) + " rad/s");
+  if (study.reference.points.empty()) return text;
+  text +=
+      label("reference", study.reference.how + ", known to " + brief(known_to(study), 2) + " m") +
+      label("growth", growth_text(study));
+  if (study.comparable < study.time)
+    text += label("chaotic", "beyond t = " + brief(study.comparable) +
+                                 " s positions cannot be known to " + brief(study.budget / 100, 2) +
+                                 " m; compared until then");
+  if (!study.curves.empty()) text += '\n' + table_text(study);
+  return text + '\n' + recommendation(study) + '\n';
+}
+
+JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
+  const Point& point = study.at(place);
+  JsonObject object;
+  object.number("dt", point.dt).number("tol", point.tolerance);
+  return object.text("status", status(study, point))
+      .number("error", point.finished ? point.rms : std::nan(""))
+      .number("relative", point.finished ? point.rms / study.size : std::nan(""))
+      .number("error_end", point.finished ? point.rms_end : std::nan(""))
+      .number("max_end", point.finished ? point.most_end : std::nan(""))
+      .integer("worst", point.worst)
+      .number("energy", point.energy)
+      .integer("steps", point.steps)
+      .integer("evaluations", point.effort.evaluations)
+      .integer("newton", point.effort.newton)
+      .integer("factorisations", point.effort.factorisations)
+      .integer("linear", point.effort.linear)
+      .number("cost", study.cost(place))
+      .number("seconds", point.seconds)
+      .number("spread", point.spread)
+      .flag("front", on_front(study, place));
+}
+
+std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>& place) {
+  if (!place) return "null";
+  const Point& point = study.at(*place);
+  JsonObject object;
+  object.text("integrator", curve_of(study, *place).method.label).number("dt", point.dt);
+  if (point.tolerance > 0) object.number("tol", point.tolerance);
+  return object.number("error", point.rms).number("evaluations", study.cost(*place)).str();
+}
+
+std::string json_of(const WorkPrecision& study) {
+  std::vector<std::string> curves;
+  for (std::size_t c = 0; c < study.curves.size(); ++c) {
+    const Curve& curve = study.curves[c];
+    std::vector<std::string> points;
+    for (std::size_t p = 0; p < curve.points.size(); ++p)
+      points.push_back(point_json(study, {c, p}).str());
+    curves.push_back(JsonObject()
+                         .text("name", curve.method.label)
+                         .integer("order", curve.method.info.order)
+                         .number("observed", curve.observed ? curve.observed->slope : std::nan(""))
+                         .number("limit", curve.limit.value_or(std::nan("")))
+                         .json("points", json_array(points))
+                         .str());
+  }
+  const bool known = !study.reference.points.empty();
+  const bool grown = !study.growth.most.empty();
+  return JsonObject()
+      .text("system", study.system)
+      .number("time", study.time)
+      .number("size", study.size)
+      .number("budget", study.budget)
+      .number("comparable", study.comparable)
+      .json("reference", JsonObject()
+                             .text("how", study.reference.how)
+                             .number("error", known ? known_to(study) : std::nan(""))
+                             .str())
+      .number("growth", grown ? study.growth.most.back() : std::nan(""))
+      .number("omega_max", study.fastest.omega)
+      .flag("complete", study.complete)
+      .json("recommended", choice_json(study, study.recommended))
+      .json("cheapest", choice_json(study, study.cheapest))
+      .json("integrators", json_array(curves))
+      .str();
+}
+
+// Every point of every method.
+class PointTable {
+ public:
+  PointTable(const Target& target, Console& console)
+      : output_(target, console.out), format_(target.format) {
+    if (format_ == TableFormat::kCsv)
+      output_.buffer() +=
+          "system,integrator,order,dt,tol,status,error,relative,error_end,max_end,worst,energy,"
+          "steps,evaluations,newton,factorisations,linear,cost,seconds,spread,front\n";
+  }
+
+  void add(const WorkPrecision& study) {
+    for (std::size_t c = 0; c < study.curves.size(); ++c)
+      for (std::size_t p = 0; p < study.curves[c].points.size(); ++p) row(study, {c, p});
+  }
+
+  void commit() { output_.commit(); }
+
+ private:
+  void row(const WorkPrecision& study, PlaceOf place) {
+    const Curve& curve = curve_of(study, place);
+    const Point& point = study.at(place);
+    std::string& out = output_.buffer();
+    if (format_ == TableFormat::kJsonLines) {
+      const std::string rest = point_json(study, place).str();
+      out += JsonObject()
+                 .text("system", study.system)
+                 .text("integrator", curve.method.label)
+                 .integer("order", curve.method.info.order)
+                 .str();
+      out.back() = ',';
+      out.append(rest, 1) += '\n';
+      return;
+    }
+    out += csv_field(study.system) + ',' + csv_field(curve.method.label) + ',' +
+           std::to_string(curve.method.info.order);
+    const auto number = [&](double value) {
+      out += ',';
+      if (std::isfinite(value)) append_number(out, value);
+    };
+    const double unknown = point.finished ? 0 : std::nan("");
+    number(point.dt);
+    number(point.tolerance);
+    out += std::string(",") + status(study, point);
+    for (const double value : {point.rms, point.rms / study.size, point.rms_end, point.most_end})
+      number(value + unknown);
+    for (const double value : {static_cast<double>(point.worst), point.energy}) number(value);
+    for (const std::int64_t count : {point.steps, point.effort.evaluations, point.effort.newton,
+                                     point.effort.factorisations, point.effort.linear})
+      out += ',' + std::to_string(count);
+    for (const double value : {study.cost(place), point.seconds, point.spread}) number(value);
+    out += on_front(study, place) ? ",1\n" : ",0\n";
+  }
+
+  Output output_;
+  TableFormat format_;
+};
+
+std::string plot(const WorkPrecision& study) {
+  Chart chart;
+  chart.title = study.system + " to t = " + brief(study.time) + " s: error against cost";
+  chart.x_name = "evaluations of f (implicit, single: at what their time is worth)";
+  chart.y_name = "rms error of positions [m], largest along the way";
+  chart.lines.push_back({study.budget, "budget"});
+  chart.lines.push_back({study.yardstick.reference ? study.yardstick.floor() : 0, "floor"});
+  for (const Curve& curve : study.curves) {
+    ChartCurve& drawn = chart.curves.emplace_back();
+    drawn.name = curve.method.label;
+    for (std::size_t p = 0; p < curve.points.size(); ++p)
+      if (study::stable(curve.points[p], study.size) &&
+          curve.points[p].rms > study.yardstick.floor())
+        drawn.points.emplace_back(curve.cost[p], curve.points[p].rms);
+  }
+  return svg(chart);
+}
+
+}  // namespace
+
+int tradeoff(const TradeoffRequest& request, const Environment& environment, Registry& registry,
+             Console& console) {
+  const LoadedScene scene = load(request.scene, environment, registry);
+  if (request.svg && scene.spec.systems.size() > 1)
+    throw Error(ErrorKind::kUsage, {"one plot for several systems", "--svg " + *request.svg,
+                                    "the scene is a world", "name the file of one of its scenes"});
+  std::optional<PointTable> table;
+  if (request.csv) table.emplace(*request.csv, console);
+  std::optional<Output> picture;
+  if (request.svg) picture.emplace(Target{*request.svg, TableFormat::kCsv}, console.out);
+
+  StudyProgress progress(request.progress, console);
+  std::vector<std::string> texts;
+  for (const SystemSpec& spec : scene.spec.systems) {
+    if (progress.caught()) break;
+    study::WorkPrecisionOptions options;
+    options.time = request.time.value_or(0);
+    options.budget = request.budget.value;
+    options.budget_in_metres = request.budget.in_metres;
+    options.integrators = study_choices(request.integrators, registry);
+    const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+    const auto study = study::work_precision(problem, options, progress.watch());
+    texts.push_back(request.json ? json_of(*study) : text_of(*study));
+    if (table) table->add(*study);
+    if (picture) picture->buffer() += plot(*study);
+  }
+  progress.clear();
+  if (table) table->commit();
+  if (picture) picture->commit();
+  const bool taken = request.csv && request.csv->standard_output();
+  if (!taken) put_studies(texts, request.json, scene.spec.world, console);
+  return progress.exit_code();
+}
+
+}  // namespace sim::cli

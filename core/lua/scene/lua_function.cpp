@@ -1,0 +1,135 @@
+#include "core/lua/scene/lua_function.h"
+
+#include <cmath>
+#include <span>
+
+#include "core/lua/lua_read.h"
+
+namespace sim {
+namespace {
+
+// A function held in the registry of its state.
+class LuaFunction {
+ public:
+  LuaFunction(std::shared_ptr<SceneSession> session, lua_State* L, int index, int dimension)
+      : session_(std::move(session)), dimension_(dimension) {
+    lua_Debug info;
+    lua_pushvalue(L, index);
+    lua_getinfo(L, ">S", &info);
+    place_ = lua_place(info.source, info.linedefined);
+    lua_pushvalue(L, index);
+    reference_ = luaL_ref(L, LUA_REGISTRYINDEX);
+  }
+  ~LuaFunction() { session_->lua().release(reference_); }
+  LuaFunction(const LuaFunction&) = delete;
+  LuaFunction& operator=(const LuaFunction&) = delete;
+
+  // out := f(t, x), or f(t) without x.
+  void call(double t, const std::span<const double>* x, std::span<double> out) const {
+    session_->lua().protect(place_, [&](lua_State* L) {
+      lua_rawgeti(L, LUA_REGISTRYINDEX, reference_);
+      lua_pushnumber(L, t);
+      if (x) push_state(L, *x);
+      lua_call(L, x ? 2 : 1, 1);
+      read_state(L, out);
+    });
+  }
+
+  const Place& place() const { return place_; }
+
+ private:
+  void push_state(lua_State* L, std::span<const double> x) const;
+  void read_state(lua_State* L, std::span<double> out) const;
+  double component(lua_State* L) const;  // pops it
+  [[noreturn]] void wrong(const std::string& got, std::size_t size) const;
+
+  std::shared_ptr<SceneSession> session_;
+  int dimension_, reference_ = LUA_NOREF;
+  Place place_;
+};
+
+void LuaFunction::push_state(lua_State* L, std::span<const double> x) const {
+  const int size = static_cast<int>(x.size());
+  lua_createtable(L, size / dimension_, 0);
+  for (int i = 0; i < size / dimension_; ++i) {
+    if (dimension_ == 1) {
+      lua_pushnumber(L, x[static_cast<std::size_t>(i)]);
+    } else {
+      lua_createtable(L, dimension_, 0);
+      for (int axis = 0; axis < dimension_; ++axis) {
+        lua_pushnumber(L, x[static_cast<std::size_t>(i * dimension_ + axis)]);
+        lua_rawseti(L, -2, axis + 1);
+      }
+    }
+    lua_rawseti(L, -2, i + 1);
+  }
+}
+
+void LuaFunction::wrong(const std::string& got, std::size_t size) const {
+  const std::string flat = "a list of " + std::to_string(size) + " numbers";
+  const std::string points = std::to_string(size / 3) + " vectors {x, y, z}";
+  scene_error(place_, "bad result of a function",
+              "expected " + (dimension_ == 3 ? "a list of " + points : flat) + ", got " + got,
+              "return it in the form of the state");
+}
+
+double LuaFunction::component(lua_State* L) const {
+  if (lua_type(L, -1) != LUA_TNUMBER)
+    scene_error(place_, "bad result of a function", "expected numbers, got " + show(L, -1));
+  const double value = lua_tonumber(L, -1);
+  lua_pop(L, 1);
+  return value;
+}
+
+// Flat lists are welcome for points too.
+void LuaFunction::read_state(lua_State* L, std::span<double> out) const {
+  if (!lua_istable(L, -1)) wrong(show(L, -1), out.size());
+  const std::size_t length = lua_rawlen(L, -1);
+  lua_rawgeti(L, -1, 1);
+  const bool nested = lua_istable(L, -1);
+  lua_pop(L, 1);
+  const std::size_t per_entry = nested ? 3 : 1;
+  if ((nested && dimension_ != 3) || length * per_entry != out.size())
+    wrong("a list of " + std::to_string(length) + (nested ? " tables" : " values"), out.size());
+
+  for (std::size_t i = 0; i < length; ++i) {
+    lua_rawgeti(L, -1, static_cast<lua_Integer>(i) + 1);
+    if (!nested) {
+      out[i] = component(L);
+      continue;
+    }
+    if (!lua_istable(L, -1) || lua_rawlen(L, -1) != 3)
+      wrong("an entry that is not a vector of 3 numbers", out.size());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lua_rawgeti(L, -1, static_cast<lua_Integer>(axis) + 1);
+      out[3 * i + axis] = component(L);
+    }
+    lua_pop(L, 1);
+  }
+}
+
+}  // namespace
+
+OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
+                              int dimension) {
+  auto function = std::make_shared<LuaFunction>(session, L, index, dimension);
+  return [function](double t, std::span<const double> x, std::span<double> dxdt) {
+    function->call(t, &x, dxdt);
+  };
+}
+
+std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,
+                                                      lua_State* L, int index, std::size_t size,
+                                                      int dimension) {
+  auto function = std::make_shared<LuaFunction>(session, L, index, dimension);
+  return [function, size](double t) {
+    std::vector<double> state(size);
+    function->call(t, nullptr, state);
+    for (const double value : state)
+      if (!std::isfinite(value))
+        scene_error(function->place(), "bad exact solution", "it is not finite at some t");
+    return state;
+  };
+}
+
+}  // namespace sim

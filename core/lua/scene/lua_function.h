@@ -1,0 +1,24 @@
+// Functions of a scene that outlive its loading: right-hand sides and exact solutions.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/lua/scene/session.h"
+
+namespace sim {
+
+// The Lua function at `index` as dxdt := f(t, x). Lua gets and gives the state in the form of the
+// scene: a list of vectors for dimension 3, a flat list for dimension 1. Numbers that are not
+// finite pass, so that a run can diverge; anything else but the right count of numbers throws
+// Error{kScene} at the line of the function. The session stays alive with it.
+OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
+                              int dimension);
+
+// The same for an exact solution of `size` numbers, which must be finite.
+std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,
+                                                      lua_State* L, int index, std::size_t size,
+                                                      int dimension);
+
+}  // namespace sim

@@ -1,0 +1,210 @@
+#include "core/lua/scene/sandbox.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+#include <vector>
+
+#include "core/base/text.h"
+
+namespace sim {
+namespace {
+
+constexpr const char* kRandom = "sim.random";  // registry: the library's own functions
+constexpr const char* kRandomSeed = "sim.randomseed";
+
+// Standard names that a scene does not have; reading one gives nil, as in any Lua without it.
+constexpr std::string_view kAbsent[] = {
+    "os",         "io",      "debug",    "package",        "load",
+    "loadstring", "dofile",  "loadfile", "collectgarbage", "warn",
+    "unpack",     "setfenv", "getfenv",  "module",         "jit",
+    "bit32",      "arg"};
+
+int print(lua_State* L) {
+  std::string line;
+  for (int i = 1; i <= lua_gettop(L); ++i) {
+    std::size_t size = 0;
+    const char* text = luaL_tolstring(L, i, &size);
+    if (i > 1) line += '\t';
+    line.append(text, size);
+    lua_pop(L, 1);
+  }
+  line += '\n';
+  std::fwrite(line.data(), 1, line.size(), stderr);
+  return 0;
+}
+
+struct Key {
+  int rank;  // 0 number, 1 text, 2 anything else
+  double number;
+  std::string_view text;  // kept alive by the table of keys
+  lua_Integer index;      // in the table of keys, from 1
+
+  bool operator<(const Key& other) const {
+    if (rank != other.rank) return rank < other.rank;
+    return rank == 0 ? number < other.number : rank == 1 && text < other.text;
+  }
+};
+
+// Upvalues: the keys in order, the position in them. Values set to nil meanwhile are passed over.
+int next_in_order(lua_State* L) {
+  lua_Integer position = lua_tointeger(L, lua_upvalueindex(2));
+  while (lua_rawgeti(L, lua_upvalueindex(1), ++position) != LUA_TNIL) {
+    lua_pushvalue(L, -1);
+    if (lua_rawget(L, 1) != LUA_TNIL) {
+      lua_pushinteger(L, position);
+      lua_replace(L, lua_upvalueindex(2));
+      return 2;
+    }
+    lua_pop(L, 2);
+  }
+  return 1;
+}
+
+// Lua's own order of text keys differs in every process: here numbers ascend, then text.
+int ordered_pairs(lua_State* L) {
+  luaL_checkany(L, 1);
+  if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
+    lua_pushvalue(L, 1);
+    lua_call(L, 1, 3);
+    return 3;
+  }
+  luaL_checktype(L, 1, LUA_TTABLE);
+  lua_settop(L, 1);
+  lua_newtable(L);
+  std::vector<Key> keys;
+  for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
+    Key key{2, 0, {}, static_cast<lua_Integer>(keys.size()) + 1};
+    if (lua_type(L, 3) == LUA_TNUMBER) {
+      key.rank = 0;
+      key.number = lua_tonumber(L, 3);
+    } else if (lua_type(L, 3) == LUA_TSTRING) {
+      std::size_t size = 0;
+      const char* text = lua_tolstring(L, 3, &size);
+      key.rank = 1;
+      key.text = {text, size};
+    }
+    lua_pushvalue(L, 3);
+    lua_rawseti(L, 2, key.index);
+    keys.push_back(key);
+  }
+  std::stable_sort(keys.begin(), keys.end());
+  lua_createtable(L, static_cast<int>(std::min<std::size_t>(keys.size(), 1 << 20)), 0);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    lua_rawgeti(L, 2, keys[i].index);
+    lua_rawseti(L, 3, static_cast<lua_Integer>(i) + 1);
+  }
+  lua_pushinteger(L, 0);
+  lua_pushcclosure(L, next_in_order, 2);
+  lua_pushvalue(L, 1);
+  lua_pushnil(L);
+  return 3;
+}
+
+void seed_random(lua_State* L, std::uint64_t seed) {
+  lua_getfield(L, LUA_REGISTRYINDEX, kRandomSeed);
+  lua_pushinteger(L, static_cast<lua_Integer>(seed));
+  lua_pushinteger(L, 0);
+  lua_call(L, 2, 0);
+}
+
+// Without arguments Lua would take the time of day; here the seed of the run. Upvalue: that seed.
+int randomseed(lua_State* L) {
+  const int given = lua_gettop(L);
+  if (given == 0) {
+    seed_random(L, static_cast<std::uint64_t>(lua_tointeger(L, lua_upvalueindex(1))));
+    return 0;
+  }
+  lua_getfield(L, LUA_REGISTRYINDEX, kRandomSeed);
+  lua_insert(L, 1);
+  lua_call(L, given, 0);
+  return 0;
+}
+
+// A misspelt variable would silently be nil, and its parameter the default.
+int unknown_global(lua_State* L) {
+  if (lua_type(L, 2) != LUA_TSTRING) return 0;
+  const std::string name = lua_tostring(L, 2);
+  if (std::find(std::begin(kAbsent), std::end(kAbsent), name) != std::end(kAbsent)) return 0;
+  std::vector<std::string> known;
+  for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1))
+    if (lua_type(L, -2) == LUA_TSTRING) known.emplace_back(lua_tostring(L, -2));
+  std::sort(known.begin(), known.end());
+  ErrorText text{"unknown name '" + one_line_text(name) + "'", "", "no such local or global", ""};
+  const std::string near = nearest(name, known);
+  text.remedy = near.empty() ? "declare it with local" : "did you mean '" + near + "'?";
+  lua_Debug frame;
+  for (int level = 1; lua_getstack(L, level, &frame) && text.where.empty(); ++level) {
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline > 0) text.where = lua_place(frame.source, frame.currentline);
+  }
+  raise(L, ErrorKind::kScene, text);
+}
+
+void remove(lua_State* L, const char* library, std::initializer_list<const char*> names) {
+  lua_getglobal(L, library);
+  for (const char* name : names) {
+    lua_pushnil(L);
+    lua_setfield(L, -2, name);
+  }
+  lua_pop(L, 1);
+}
+
+}  // namespace
+
+void open_sandbox(lua_State* L, std::uint64_t seed) {
+  constexpr luaL_Reg kLibraries[] = {
+      {LUA_GNAME, luaopen_base},        {LUA_TABLIBNAME, luaopen_table},
+      {LUA_STRLIBNAME, luaopen_string}, {LUA_MATHLIBNAME, luaopen_math},
+      {LUA_UTF8LIBNAME, luaopen_utf8},  {LUA_COLIBNAME, luaopen_coroutine}};
+  for (const luaL_Reg& library : kLibraries) {
+    luaL_requiref(L, library.name, library.func, 1);
+    lua_pop(L, 1);
+  }
+  remove(L, LUA_GNAME, {"load", "dofile", "loadfile", "collectgarbage", "warn"});
+  remove(L, LUA_STRLIBNAME, {"dump"});
+
+  lua_register(L, "print", print);
+  lua_register(L, "pairs", ordered_pairs);
+
+  // The library's generator, repeatable.
+  lua_getglobal(L, LUA_MATHLIBNAME);
+  lua_getfield(L, -1, "random");
+  lua_setfield(L, LUA_REGISTRYINDEX, kRandom);
+  lua_getfield(L, -1, "randomseed");
+  lua_setfield(L, LUA_REGISTRYINDEX, kRandomSeed);
+  lua_pushinteger(L, static_cast<lua_Integer>(seed));
+  lua_pushcclosure(L, randomseed, 1);
+  lua_setfield(L, -2, "randomseed");
+  lua_pop(L, 1);
+  seed_random(L, seed);
+
+  // Strict globals.
+  lua_pushglobaltable(L);
+  lua_newtable(L);
+  lua_pushcfunction(L, guarded<unknown_global>);
+  lua_setfield(L, -2, "__index");
+  lua_pushliteral(L, "scene");
+  lua_setfield(L, -2, "__metatable");
+  lua_setmetatable(L, -2);
+  lua_pop(L, 1);
+}
+
+RandomScope::RandomScope(lua_State* L, std::uint64_t seed) {
+  lua_getfield(L, LUA_REGISTRYINDEX, kRandom);
+  if (lua_getupvalue(L, -1, 1)) {
+    state_ = lua_touserdata(L, -1);
+    size_ = state_ ? std::min<std::size_t>(lua_rawlen(L, -1), sizeof saved_) : 0;
+    if (size_) std::memcpy(saved_, state_, size_);
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 1);
+  seed_random(L, seed);
+}
+
+RandomScope::~RandomScope() {
+  if (size_) std::memcpy(state_, saved_, size_);
+}
+
+}  // namespace sim

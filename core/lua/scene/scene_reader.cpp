@@ -1,0 +1,285 @@
+#include "core/lua/scene/scene_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/base/text.h"
+#include "core/lua/lua_read.h"
+#include "core/lua/scene/lua_function.h"
+
+namespace sim {
+namespace {
+
+const std::vector<std::string> kSceneKeys = {"name",  "particles",  "forces", "state",   "field",
+                                             "exact", "integrator", "dt",     "duration"};
+
+bool plain_word(const std::string& name, const char* also) {
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view(also).find(c) != std::string_view::npos;
+  });
+}
+
+// What stands where a part was expected, in a few words.
+std::string shown_part(lua_State* L, int index, const std::string& kind) {
+  if (!kind.empty()) return "a sim." + kind;
+  if (lua_isfunction(L, index)) return "a function (write sim.force.NAME { ... })";
+  return show(L, index);
+}
+
+void require_key(int type, const Place& place, const std::string& key, const std::string& remedy) {
+  if (type == LUA_TNIL)
+    scene_error(place, "missing '" + key + "'", "sim.scene needs it", "write " + remedy);
+}
+
+// A tie without stiffness takes the force's, where the force has such a parameter.
+void check_stiffness(const PluginInfo& plugin, const PartSpec& part) {
+  const auto unset = [](const Param& param) {
+    return param.name == "stiffness" && std::holds_alternative<std::monostate>(param.default_value);
+  };
+  if (part.given.count("stiffness") ||
+      std::none_of(plugin.params.begin(), plugin.params.end(), unset))
+    return;
+  const auto& ties = part.links.ties;
+  const auto bare = [](const LinkSpec& tie) { return std::isnan(tie.stiffness); };
+  if (part.links.grids.empty() && std::none_of(ties.begin(), ties.end(), bare)) return;
+  scene_error(part.place, "missing 'stiffness'", "force '" + plugin.name + "' has a tie without it",
+              "give stiffness in N/m to the force or to the tie");
+}
+
+// State of points, { x = {{x, y, z}, ...} }, or a flat list.
+void read_state(lua_State* L, int index, const Place& place, FirstOrderSpec& spec) {
+  index = lua_absindex(L, index);
+  if (!lua_istable(L, index))
+    scene_error(place, "bad state",
+                "expected { x = {{x, y, z}, ...} } or a list of numbers, got " + show(L, index));
+  const bool points = lua_rawlen(L, index) == 0;
+  if (points) {
+    read_keys(L, index, {"x"}, place, "state");
+    push_field(L, index, "x");
+    index = lua_absindex(L, -1);
+  }
+  const std::size_t count = lua_isnil(L, index) ? 0 : read_length(L, index, place, "state");
+  if (count == 0)
+    scene_error(place, "bad state", "it is empty",
+                "write state = { x = {{1, 0, 0}} } or state = {1, 0}");
+  if (count > 700'000'000) scene_error(place, "bad state", "it has more than 700 million entries");
+
+  spec.dimension = points ? 3 : 1;
+  spec.state.reserve(count * static_cast<std::size_t>(spec.dimension));
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, index, static_cast<lua_Integer>(i) + 1);
+    const std::string what = "entry " + std::to_string(i + 1) + " of state";
+    if (points) {
+      const Vec3 x = read_vector(L, -1, place, what);
+      spec.state.insert(spec.state.end(), {x[0], x[1], x[2]});
+    } else {
+      spec.state.push_back(read_number(L, -1, place, what));
+    }
+    lua_pop(L, 1);
+  }
+}
+
+}  // namespace
+
+Place SceneReader::place_of(lua_State* L, int record) const {
+  push_field(L, record, "place");
+  const Place place = session_->place(lua_tointeger(L, -1));
+  lua_pop(L, 1);
+  return place;
+}
+
+SceneSpec SceneReader::read(lua_State* L) const {
+  const int value = lua_absindex(L, -1);
+  const std::string kind = session_->push_record(L, value);
+  if (kind != "scene" && kind != "world")
+    scene_error(session_->file(), "not a scene",
+                "the file returned " + (kind.empty() ? show(L, value) : "a sim." + kind),
+                "end it with return sim.scene { ... } or return sim.world { ... }");
+  const Place place = place_of(L, -1);
+  SceneSpec spec;
+  spec.file = session_->file();
+  spec.world = kind == "world";
+  if (spec.world)
+    spec.systems = world(L, value, place);
+  else
+    spec.systems.push_back(system(L, value, place));
+  spec.args = session_->args();
+  return spec;
+}
+
+std::vector<SystemSpec> SceneReader::world(lua_State* L, int scenes, const Place& place) const {
+  std::vector<std::string> names;
+  for (lua_pushnil(L); lua_next(L, scenes); lua_pop(L, 1)) {
+    if (lua_type(L, -2) != LUA_TSTRING)
+      scene_error(place, "bad key in sim.world",
+                  "every scene has a name, found the key " + show(L, -2),
+                  "write sim.world { left = ..., right = ... }");
+    names.emplace_back(lua_tostring(L, -2), lua_rawlen(L, -2));
+    if (!plain_word(names.back(), "_-"))
+      scene_error(place, "bad name in sim.world",
+                  "expected letters, digits, _ and -, got " + show(L, -2));
+  }
+  if (names.empty())
+    scene_error(place, "empty sim.world", "it has no scene",
+                "write sim.world { left = require \"scenes.circle\" }");
+  std::sort(names.begin(), names.end());
+
+  std::vector<SystemSpec> systems;
+  for (const std::string& name : names) {
+    push_field(L, scenes, name.c_str());
+    const int scene = lua_absindex(L, -1);
+    const std::string kind = session_->push_record(L, scene);
+    if (kind != "scene")
+      scene_error(place, "bad scene '" + name + "' in sim.world",
+                  "expected a sim.scene, got " + shown_part(L, scene, kind),
+                  kind == "world" ? "worlds cannot be nested: name their scenes one by one" : "");
+    systems.push_back(system(L, scene, place_of(L, -1)));
+    systems.back().name = name;
+    lua_settop(L, scene - 1);
+  }
+  return systems;
+}
+
+SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) const {
+  const std::vector<std::string> keys = read_keys(L, scene, kSceneKeys, place, "sim.scene");
+  const auto has = [&](const char* key) {
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+  };
+  SystemSpec spec;
+  spec.place = place;
+
+  // Name, integrator and time.
+  spec.name = file_stem(place);
+  for (char& c : spec.name)
+    if (!plain_word({c}, "_-. ")) c = '_';
+  if (push_field(L, scene, "name") != LUA_TNIL) spec.name = read_text(L, -1, place, "name");
+  if (has("name") && !plain_word(spec.name, "_-. "))
+    scene_error(place, "bad name",
+                "expected letters, digits, spaces, _, - and ., got " + show(L, -1));
+  require_key(push_field(L, scene, "integrator"), place, "integrator", "integrator = \"rk4\"");
+  integrator(L, spec);
+  require_key(push_field(L, scene, "dt"), place, "dt", "dt = 0.01, the step size in s");
+  if (spec.dt = read_number(L, -1, place, "dt"); spec.dt <= 0)
+    scene_error(place, "bad dt", "expected a step size > 0 s, got " + show(L, -1));
+  require_key(push_field(L, scene, "duration"), place, "duration", "duration = 10, in s");
+  if (spec.duration = read_number(L, -1, place, "duration"); spec.duration < 0)
+    scene_error(place, "bad duration", "expected a time >= 0 s, got " + show(L, -1));
+  lua_pop(L, 4);
+
+  // Either particles with forces or a state with a field.
+  const bool second = has("particles") || has("forces"), first = has("state") || has("field");
+  if (second && first)
+    scene_error(place, "a scene of two kinds",
+                std::string("it has ") + (has("particles") ? "particles" : "forces") + " and " +
+                    (has("state") ? "state" : "field"),
+                "give particles and forces (second order), or state and field (first order)");
+  if (!second && !first)
+    scene_error(place, "an empty scene", "it has neither particles nor state",
+                "give particles and forces (second order), or state and field (first order)");
+  std::size_t size = 0;
+  int dimension = 3;
+  if (second) {
+    second_order(L, scene, spec);
+    size = 3 * static_cast<std::size_t>(spec.particles->count());
+  } else {
+    first_order(L, scene, spec);
+    size = spec.first_order->state.size();
+    dimension = spec.first_order->dimension;
+  }
+
+  if (const int type = push_field(L, scene, "exact"); type == LUA_TFUNCTION)
+    spec.exact = make_exact(session_, L, lua_absindex(L, -1), size, dimension);
+  else if (type != LUA_TNIL)
+    scene_error(place, "bad exact", "expected function(t), got " + show(L, -1));
+  lua_pop(L, 1);
+  return spec;
+}
+
+// A name, or a sim.integrator.NAME{...}; on top of the stack.
+void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
+  const int value = lua_absindex(L, -1);
+  const std::string kind = session_->push_record(L, value);
+  if (kind == "integrator") {
+    const int record = lua_absindex(L, -1);
+    push_field(L, record, "plugin");
+    const Place place = place_of(L, record);
+    PartSpec chosen = part(L, record, registry_.integrator(lua_tostring(L, -1), place), 1);
+    spec.integrator = chosen.plugin;
+    spec.integrator_given = std::move(chosen.given);
+  } else if (!kind.empty()) {
+    scene_error(spec.place, "bad integrator", "expected a name, got a sim." + kind,
+                "write integrator = \"rk4\"");
+  } else {
+    spec.integrator = read_text(L, value, spec.place, "integrator");
+    registry_.integrator(one_line_text(spec.integrator), spec.place);
+  }
+  lua_settop(L, value);
+}
+
+void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {
+  const Place& place = spec.place;
+  require_key(push_field(L, scene, "particles"), place, "particles",
+              "particles = sim.particles { ... } or sim.grid { ... }");
+  const int handle = lua_absindex(L, -1);
+  const std::string kind = session_->push_record(L, handle);
+  if (kind != "particles")
+    scene_error(place, "bad particles",
+                "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind));
+  spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
+
+  require_key(push_field(L, scene, "forces"), place, "forces",
+              "forces = { ... }, or forces = {} for none");
+  const int forces = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, forces); !got.empty())
+    scene_error(place, "bad forces", "expected a list, got a sim." + got,
+                "write forces = { sim.force.NAME { ... } }");
+  lua_pop(L, 1);
+  const std::size_t count = read_length(L, forces, place, "forces");
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, forces, static_cast<lua_Integer>(i) + 1);
+    const int force = lua_absindex(L, -1);
+    if (const std::string got = session_->push_record(L, force); got != "force")
+      scene_error(place, "bad entry " + std::to_string(i + 1) + " of forces",
+                  "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
+    const int record = lua_absindex(L, -1);
+    push_field(L, record, "plugin");
+    const ForcePlugin& plugin = registry_.force(lua_tostring(L, -1), place_of(L, record));
+    PartSpec part_spec = part(L, record, plugin, 1);
+    part_spec.links = links(L, record, *spec.particles, handle, part_spec);
+    if (!plugin.takes_links && !part_spec.links.empty())
+      scene_error(part_spec.place, "force '" + plugin.name + "'",
+                  "it takes no ties between particles");
+    check_stiffness(plugin, part_spec);
+    spec.forces.push_back(std::move(part_spec));
+    lua_settop(L, forces);
+  }
+  lua_settop(L, handle - 1);
+}
+
+void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
+  const Place& place = spec.place;
+  FirstOrderSpec& first = spec.first_order.emplace();
+  require_key(push_field(L, scene, "state"), place, "state",
+              "state = { x = {{1, 0, 0}} } or state = {1, 0}");
+  const int state = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, state); !got.empty())
+    scene_error(place, "bad state", "expected points or numbers, got a sim." + got,
+                "write state = { x = {{1, 0, 0}} } or state = {1, 0}");
+  lua_pop(L, 1);
+  read_state(L, state, place, first);
+
+  require_key(push_field(L, scene, "field"), place, "field", "field = sim.field.NAME { ... }");
+  const int field = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, field); got != "field")
+    scene_error(place, "bad field",
+                "expected a sim.field.NAME { ... }, got " + shown_part(L, field, got));
+  const int record = lua_absindex(L, -1);
+  push_field(L, record, "plugin");
+  const FieldPlugin& plugin = registry_.field(lua_tostring(L, -1), place_of(L, record));
+  first.field = part(L, record, plugin, first.dimension);
+  lua_settop(L, state - 1);
+}
+
+}  // namespace sim

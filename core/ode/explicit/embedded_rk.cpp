@@ -1,0 +1,198 @@
+#include "core/ode/explicit/embedded_rk.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/finite.h"
+
+namespace sim {
+namespace {
+
+constexpr std::size_t kMemoryHead = 5;  // numbers in front of the state
+
+}  // namespace
+
+EmbeddedRungeKutta::EmbeddedRungeKutta(EmbeddedPlan plan, int order, const Tolerance& tolerance)
+    : plan_(std::move(plan)), order_(order), tolerance_(tolerance), controller_(order) {}
+
+IntegratorInfo EmbeddedRungeKutta::info() const noexcept {
+  return {.order = order_, .evaluations = plan_.stages, .adaptive = true};
+}
+
+void EmbeddedRungeKutta::prepare(OdeSystem& system) {
+  for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_}) *array = Array(system.size());
+  stepper_ = system.embedded_stepper(plan_);
+  weights_.resize(plan_.c.size());
+  effort_ = {};
+  phase_ = Phase::kFresh;
+}
+
+StepStatus EmbeddedRungeKutta::step(OdeSystem& system, double t, double h, const double* x,
+                                    double* x_next) {
+  if (phase_ == Phase::kFresh && !begin(system, t, x)) {
+    const double euler[] = {1};
+    combine(x, h, euler, x_next);  // shows where f is not finite
+    return StepStatus::kNotFinite;
+  }
+  if (phase_ == Phase::kRecalled) {
+    stepper_->start(t_, x_.data());
+    ++effort_.evaluations;
+    try_step();
+    if (!estimate_needs_last()) close_step();
+  }
+  phase_ = Phase::kRunning;
+  while (t_ + h_ < t + h) {
+    if (system.stopped()) return StepStatus::kStopped;  // goes on from here, with the same bits
+    if (const StepStatus status = advance(x_next); status != StepStatus::kDone) return status;
+  }
+  interpolate(t + h, x_next);
+  return all_finite({x_next, x_.size()}) ? StepStatus::kDone : StepStatus::kNotFinite;
+}
+
+// A step of size 0 that ends in x. False when f(t, x) is not finite.
+bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
+  t_ = t;
+  h_ = 0;
+  std::copy(x, x + x_.size(), x_.data());
+  ++effort_.evaluations;
+  if (!stepper_->start(t, x_.data())) return false;
+  controller_.state = {.h = starting_step(system)};
+  std::copy(x, x + x_.size(), x_next_.data());
+  return true;
+}
+
+// Hairer, Norsett & Wanner, Solving ODEs I (1993), section II.4, "starting step size": a step of
+// Euler's method tells how large the second derivative is.
+double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
+  const double* const x = x_.data();
+  double* const k = error_.data();
+  const double first[] = {1};
+  combine(zero_.data(), 1, first, k);
+  const double size = scaled_norm(x, x, x), slope = scaled_norm(k, x, x);
+  double h = size < 1e-5 || slope < 1e-5 ? 1e-6 : 0.01 * size / slope;
+  if (!(h > 0) || !std::isfinite(h)) h = 1e-6;
+
+  double* const there = x_next_.data();
+  const Stage::Term euler{h, k}, less{-1, k};
+  system.eval(t_ + h, {x, {&euler, 1}}, y_.data(), there);
+  ++effort_.evaluations;
+  system.combine({there, {&less, 1}}, there);
+  const double curvature = scaled_norm(there, x, x) / h;
+
+  const double most = std::max(slope, curvature);
+  if (!std::isfinite(most)) return 1e-3 * h;
+  const double wanted =
+      most <= 1e-15 ? std::max(1e-6, 1e-3 * h) : power(0.01 / most, 1.0 / (order_ + 1));
+  return std::min(100 * h, wanted);
+}
+
+// The step after the present one, tried until its error is within the tolerance.
+StepStatus EmbeddedRungeKutta::advance(double* x_failed) {
+  t_ += h_;
+  std::swap(x_, x_next_);
+  if (h_ > 0) stepper_->shift();
+  extra_ready_ = false;
+  for (;;) {
+    h_ = controller_.state.h = std::min(controller_.state.h, tolerance_.max_step);
+    if (!(t_ + 0.1 * h_ > t_)) {
+      std::copy(x_next_.data(), x_next_.data() + x_.size(), x_failed);
+      return all_finite(x_next_.span()) ? StepStatus::kStepTooSmall : StepStatus::kNotFinite;
+    }
+    double error = try_step();
+    if (error <= 1 && !estimate_needs_last() && !close_step()) error = std::nan("");
+    if (controller_.accept(error)) break;
+    ++effort_.rejected;
+  }
+  ++effort_.steps;
+  return StepStatus::kDone;
+}
+
+// x_next and the error of the step, not a number where the step left the finite numbers.
+double EmbeddedRungeKutta::try_step() {
+  const bool finite = stepper_->step(t_, h_, x_.data(), x_next_.data());
+  effort_.evaluations += plan_.stages - 1;
+  if (estimate_needs_last()) close_step();
+  return finite ? scaled_error() : std::nan("");
+}
+
+bool EmbeddedRungeKutta::close_step() {
+  ++effort_.evaluations;
+  return stepper_->close(t_ + h_, x_next_.data());
+}
+
+double EmbeddedRungeKutta::scaled_error() {
+  const auto norm = [&](const std::vector<double>& weights) {
+    combine(zero_.data(), h_, weights, error_.data());
+    return scaled_norm(error_.data(), x_.data(), x_next_.data());
+  };
+  const double fine = norm(plan_.error);
+  if (plan_.coarse.empty() || fine == 0) return fine;
+  const double coarse = norm(plan_.coarse);
+  return fine * (fine / std::sqrt(fine * fine + 0.01 * coarse * coarse));
+}
+
+// The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); nan when one is not finite. A mean would
+// change with the number of particles and with the padding of a state, and let one particle be far
+// off; the largest also does not depend on the order of the sum.
+double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
+                                       const double* y) const {
+  constexpr std::size_t kLanes = 8;
+  double most[kLanes] = {}, poison[kLanes] = {};
+  const auto take = [&](std::size_t i, std::size_t lane) {
+    const double a = std::fabs(x[i]), b = std::fabs(y[i]);
+    const double ratio =
+        std::fabs(values[i]) / (tolerance_.atol + tolerance_.rtol * (a > b ? a : b));
+    most[lane] = ratio > most[lane] ? ratio : most[lane];
+    poison[lane] += 0 * ratio;
+  };
+  const std::size_t whole = x_.size() / kLanes * kLanes;
+  for (std::size_t i = 0; i < whole; i += kLanes)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) take(i + lane, lane);
+  for (std::size_t i = whole; i < x_.size(); ++i) take(i, 0);
+  double sum = 0;
+  for (const double lane : poison) sum += lane;
+  return sum == 0 ? *std::max_element(most, most + kLanes) : std::nan("");
+}
+
+// out := the state at t, which lies in the present step.
+void EmbeddedRungeKutta::interpolate(double t, double* out) {
+  const double theta = (t - t_) / h_;
+  if (theta >= 1) {
+    std::copy(x_next_.data(), x_next_.data() + x_.size(), out);
+    return;
+  }
+  if (!extra_ready_) {
+    stepper_->extend(t_, h_, x_.data());
+    effort_.evaluations += static_cast<int>(plan_.c.size()) - plan_.stages - 1;
+  }
+  extra_ready_ = true;
+  dense_weights(plan_.stages, plan_.method.b, plan_.dense, theta, weights_);
+  combine(x_.data(), h_, weights_, out);
+}
+
+// out := base + h sum_i weights_i k_i
+void EmbeddedRungeKutta::combine(const double* base, double h, std::span<const double> weights,
+                                 double* out) {
+  stepper_->combine(x_.data(), h, weights, base, out);
+}
+
+std::vector<double> EmbeddedRungeKutta::memory() const {
+  if (phase_ == Phase::kFresh) return {};
+  const StepController::State& state = controller_.state;
+  std::vector<double> memory{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
+  memory.insert(memory.end(), x_.data(), x_.data() + x_.size());
+  return memory;
+}
+
+void EmbeddedRungeKutta::recall(std::span<const double> memory) {
+  phase_ = Phase::kFresh;
+  if (memory.size() != kMemoryHead + x_.size()) return;
+  t_ = memory[0];
+  h_ = memory[1];
+  controller_.state = {memory[2], memory[3], memory[4] != 0};
+  std::copy(memory.begin() + kMemoryHead, memory.end(), x_.data());
+  extra_ready_ = false;
+  phase_ = Phase::kRecalled;
+}
+
+}  // namespace sim

@@ -1,0 +1,53 @@
+// All explicit Runge-Kutta methods: a tableau is all that a method has to give.
+#pragma once
+
+#include "core/ode/explicit/order_conditions.h"
+#include "core/ode/integrator.h"
+#include "core/ode/stability.h"
+
+namespace sim {
+
+class ExplicitRungeKutta final : public Integrator {
+ public:
+  template <int S>
+  ExplicitRungeKutta(const Tableau<S>& method, int order, Precision precision = Precision::kDouble)
+      : order_(order), plan_(plan_of(method)) {
+    plan_.precision = precision;
+  }
+
+  IntegratorInfo info() const noexcept override {
+    return {.order = order_, .evaluations = plan_.stages, .precision = plan_.precision};
+  }
+
+  void prepare(OdeSystem& system) override {
+    stepper_ = system.explicit_stepper(plan_);
+    steps_ = 0;
+  }
+
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
+    return steps(system, t, h, 1, x, x_next);
+  }
+
+  int at_once() const override { return stepper_->at_once(); }
+  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
+                   double* x_next) override {
+    steps_ += count;
+    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+  }
+
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }
+
+  Effort effort() const override { return {.steps = steps_, .evaluations = steps_ * plan_.stages}; }
+
+  double amplification(double h_omega, double h_gamma) const override {
+    return sim::amplification(plan_, h_omega, h_gamma);
+  }
+
+ private:
+  int order_;
+  ExplicitPlan plan_;
+  std::unique_ptr<Stepper> stepper_;
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace sim

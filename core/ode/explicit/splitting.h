@@ -1,0 +1,71 @@
+// All splitting methods: the lengths of their drifts and kicks are all that a method has to give.
+#pragma once
+
+#include "core/base/error.h"
+#include "core/ode/explicit/composition.h"
+#include "core/ode/integrator.h"
+#include "core/ode/stability.h"
+
+namespace sim {
+
+class Splitting final : public Integrator {
+ public:
+  template <int M>
+  explicit Splitting(const Composition<M>& method, Precision precision = Precision::kDouble)
+      : plan_(method.plan()), order_(order_conditions(method)) {
+    plan_.precision = precision;
+  }
+
+  IntegratorInfo info() const noexcept override {
+    return {.order = order_,
+            .evaluations = static_cast<int>(plan_.kick.size()) - (plan_.closes() ? 1 : 0),
+            .needs_second_order = true,
+            .symplectic = true,
+            .precision = plan_.precision};
+  }
+
+  void prepare(OdeSystem& system) override {
+    stepper_ = system.split_stepper(plan_);
+    effort_ = {};
+    fresh_ = true;
+    if (!stepper_)
+      throw Error(ErrorKind::kScene,
+                  {"integrator does not fit", "",
+                   "a splitting method needs q' = v, v' = a(t, q) - gamma v, and this system is of "
+                   "first order or has a force that depends on velocity in another way",
+                   "use rk4"});
+  }
+
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
+    return steps(system, t, h, 1, x, x_next);
+  }
+
+  int at_once() const override { return stepper_->at_once(); }
+  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
+                   double* x_next) override {
+    effort_.steps += count;
+    effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
+    fresh_ = false;
+    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+  }
+
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override {
+    stepper_->restart();
+    fresh_ = true;
+  }
+
+  Effort effort() const override { return effort_; }
+
+  double amplification(double h_omega, double h_gamma) const override {
+    return sim::amplification(plan_, h_omega, h_gamma);
+  }
+
+ private:
+  SplitPlan plan_;
+  int order_;
+  std::unique_ptr<Stepper> stepper_;
+  Effort effort_;
+  bool fresh_ = true;  // the last acceleration of the step before is not there
+};
+
+}  // namespace sim

@@ -1,0 +1,157 @@
+#include "core/ode/implicit/implicit.h"
+
+#include <algorithm>
+#include <complex>
+
+#include "core/base/finite.h"
+#include "core/ode/stability.h"
+
+namespace sim {
+namespace {
+
+Effort sum(const Effort& a, const Effort& b) {
+  return {.steps = a.steps + b.steps,
+          .evaluations = a.evaluations + b.evaluations,
+          .newton = a.newton + b.newton,
+          .factorisations = a.factorisations + b.factorisations,
+          .linear = a.linear + b.linear,
+          .residual = std::max(a.residual, b.residual)};
+}
+
+// Whether every number of a state is finite says the state, not the solver: its residual may
+// overflow before that.
+StepStatus judged(StepStatus status, std::span<const double> x_next) {
+  if (status == StepStatus::kNotConverged || status == StepStatus::kStopped) return status;
+  if (!all_finite(x_next)) return StepStatus::kNotFinite;
+  return status == StepStatus::kNotFinite ? StepStatus::kNotConverged : status;
+}
+
+}  // namespace
+
+void DiagonallyImplicit::prepare(OdeSystem& system) {
+  solver_ = system.stage_solver(options_);
+  change_.clear();
+  for (int i = 0; i < plan_.stages; ++i) change_.emplace_back(system.size());
+  r_ = Array(system.size());
+  terms_.resize(change_.size());
+}
+
+StepStatus DiagonallyImplicit::step(OdeSystem& system, double t, double h, const double* x,
+                                    double* x_next) {
+  // x + sum over the stages before `count` of weights_j h k_j, from what each has kept.
+  const auto form = [&](const double* weights, int count) {
+    std::size_t used = 0;
+    for (int j = 0; j < count; ++j) {
+      const double own = plan_.a_at(j, j);
+      if (weights[j] != 0)
+        terms_[used++] = {own != 0 ? weights[j] / own : weights[j] * h,
+                          change_[static_cast<std::size_t>(j)].data()};
+    }
+    return Stage{x, {terms_.data(), used}};
+  };
+
+  ++steps_;
+  std::copy_n(x, system.size(), x_next);
+  for (int i = 0; i < plan_.stages; ++i) {
+    const double* const row = &plan_.a[static_cast<std::size_t>(i * plan_.stages)];
+    double* const change = change_[static_cast<std::size_t>(i)].data();
+    const double at = t + plan_.c[static_cast<std::size_t>(i)] * h;
+    if (row[i] == 0) {
+      system.eval(at, form(row, i), x_next, change);
+      ++evaluations_;
+      continue;
+    }
+    // The last stage solved is the guess for the next.
+    system.combine(form(row, i), r_.data());
+    const StepStatus status = solver_->solve(at, row[i] * h, r_.data(), x_next);
+    if (status != StepStatus::kDone) return judged(status, {x_next, system.size()});
+    const Stage::Term minus{-1, r_.data()};
+    system.combine({x_next, {&minus, 1}}, change);
+  }
+  const bool last_is_next = std::equal(plan_.b.begin(), plan_.b.end(),
+                                       plan_.a.end() - static_cast<std::ptrdiff_t>(plan_.stages));
+  if (!last_is_next) system.combine(form(plan_.b.data(), plan_.stages), x_next);
+  return judged(StepStatus::kDone, {x_next, system.size()});
+}
+
+Effort DiagonallyImplicit::effort() const {
+  return sum(solver_->effort(), {.steps = steps_, .evaluations = evaluations_});
+}
+
+// k_i = lambda (x + h sum_{j<=i} a_ij k_j):  with x = 1,
+//   h k_i = z (1 + sum_{j<i} a_ij h k_j) / (1 - a_ii z),  R(z) = 1 + sum_i b_i h k_i
+double DiagonallyImplicit::amplification(double h_omega, double h_gamma) const {
+  const auto radius = [&](std::complex<double> z) {
+    std::vector<std::complex<double>> k;
+    std::complex<double> next = 1;
+    for (int i = 0; i < plan_.stages; ++i) {
+      std::complex<double> stage = 1;
+      for (int j = 0; j < i; ++j) stage += plan_.a_at(i, j) * k[static_cast<std::size_t>(j)];
+      k.push_back(z * stage / (1.0 - plan_.a_at(i, i) * z));
+      next += plan_.b[static_cast<std::size_t>(i)] * k.back();
+    }
+    return std::abs(next);
+  };
+  const OscillatorPair pair = oscillator_eigenvalues(h_omega, h_gamma);
+  return std::max(radius(pair.fast), radius(pair.slow));
+}
+
+void Bdf2::prepare(OdeSystem& system) {
+  solver_ = system.stage_solver(options_);
+  starter_->prepare(system);
+  last_ = Array(system.size());
+  r_ = Array(system.size());
+  last_h_ = 0;
+}
+
+StepStatus Bdf2::step(OdeSystem& system, double t, double h, const double* x, double* x_next) {
+  StepStatus status;
+  if (last_h_ != h) {
+    status = starter_->step(system, t, h, x, x_next);
+  } else {
+    const Stage::Term minus{-1, last_.data()};
+    system.combine({x, {&minus, 1}}, r_.data());
+    const Stage::Term third{1.0 / 3, r_.data()};
+    system.combine({x, {&third, 1}}, r_.data());
+    ++steps_;
+    std::copy_n(x, system.size(), x_next);
+    status = solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
+  }
+  status = judged(status, {x_next, system.size()});
+  if (status == StepStatus::kDone) {
+    std::copy_n(x, system.size(), last_.data());
+    last_h_ = h;
+  }
+  return status;
+}
+
+std::vector<double> Bdf2::memory() const {
+  if (last_h_ == 0) return {};
+  std::vector<double> kept{last_h_};
+  kept.insert(kept.end(), last_.span().begin(), last_.span().end());
+  return kept;
+}
+
+void Bdf2::recall(std::span<const double> memory) {
+  last_h_ = 0;
+  if (memory.size() != last_.size() + 1) return;
+  last_h_ = memory.front();
+  std::ranges::copy(memory.subspan(1), last_.data());
+}
+
+Effort Bdf2::effort() const {
+  return sum(sum(solver_->effort(), {.steps = steps_}), starter_->effort());
+}
+
+// (1 - 2/3 z) zeta^2 - 4/3 zeta + 1/3 = 0:  zeta = (2 +- sqrt(1 + 2 z)) / (3 - 2 z)
+double Bdf2::amplification(double h_omega, double h_gamma) const {
+  const auto radius = [](std::complex<double> z) {
+    const std::complex<double> root = std::sqrt(1.0 + 2.0 * z);
+    return std::max(std::abs((2.0 + root) / (3.0 - 2.0 * z)),
+                    std::abs((2.0 - root) / (3.0 - 2.0 * z)));
+  };
+  const OscillatorPair pair = oscillator_eigenvalues(h_omega, h_gamma);
+  return std::max(radius(pair.fast), radius(pair.slow));
+}
+
+}  // namespace sim

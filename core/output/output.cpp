@@ -1,0 +1,130 @@
+#include "core/output/output.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "core/base/error.h"
+#include "core/output/stream.h"
+
+namespace sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_standard_output(const std::string& name) {
+  return name == "-" || name == "/dev/stdout" || name == "/dev/fd/1" || name == "/proc/self/fd/1";
+}
+
+// Opened as it is, never replaced: devices, named pipes, and whatever /dev/fd/N stands for.
+bool is_stream(const std::string& name) {
+  if (name.starts_with("/dev/") || name.starts_with("/proc/self/fd/")) return true;
+  std::error_code error;
+  const fs::file_status status = fs::status(name, error);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+fs::path resolved(const std::string& name) {
+  std::error_code error;
+  const fs::path whole = fs::absolute(name, error);
+  fs::path path = fs::weakly_canonical(whole, error);
+  return error ? whole : path;
+}
+
+}  // namespace
+
+Target parse_target(std::string_view option, const std::string& text) {
+  if (is_standard_output(text)) return {};
+  if (text.ends_with(".jsonl")) return {text, TableFormat::kJsonLines};
+  if (text.ends_with(".csv") || is_stream(text)) return {text, TableFormat::kCsv};
+  throw Error(ErrorKind::kUsage, {"unknown table format", std::string(option) + "=" + text,
+                                  "the name of a table ends in .csv or .jsonl",
+                                  "rename it, or leave it out to write "
+                                  "CSV to standard output"});
+}
+
+bool same_target(const Target& a, const Target& b) {
+  if (a.standard_output() || b.standard_output()) return a.file == b.file;
+  std::error_code error;
+  if (fs::is_character_file(fs::status(a.file, error))) return false;
+  return resolved(a.file) == resolved(b.file) || fs::equivalent(a.file, b.file, error);
+}
+
+Output::Output(const Target& target, std::ostream& standard_output) : name_(target.file) {
+  if (target.standard_output()) {
+    name_ = "standard output";
+    stream_ = &standard_output;
+  } else if (is_stream(name_)) {
+    descriptor_ = ::open(name_.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC);
+    if (descriptor_ < 0) fail(errno);
+  } else {
+    create_beside(resolved(name_));
+  }
+  buffer_.reserve(kChunk + 4096);
+}
+
+// The new file lies in the same folder, so that the rename at the end is one atomic step. It keeps
+// the permissions of the file it replaces.
+void Output::create_beside(const fs::path& file) {
+  struct stat old {};
+  const bool exists = ::stat(file.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) fail(EISDIR);
+  if (exists && ::access(file.c_str(), W_OK) != 0) fail(errno);
+  for (int attempt = 0; descriptor_ < 0; ++attempt) {
+    temporary_ = file.parent_path() /
+                 (".sim-" + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".tmp");
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ < 0 && (errno != EEXIST || attempt == 100)) {
+      const int error = errno;
+      temporary_.clear();
+      fail(error);
+    }
+  }
+  if (exists) ::fchmod(descriptor_, old.st_mode & 07777);
+  final_ = file;
+}
+
+Output::~Output() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void Output::fail(int error) const {
+  throw Error(ErrorKind::kIo, {"cannot write", name_, std::strerror(error),
+                               "check the folder, its permissions and the space there"});
+}
+
+void Output::write() {
+  if (stream_ != nullptr) {
+    put(*stream_, buffer_);
+    flush_or_throw(*stream_, name_);
+  } else {
+    for (std::size_t done = 0; done < buffer_.size();) {
+      const ssize_t count = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+      if (count >= 0) {
+        done += static_cast<std::size_t>(count);
+      } else if (errno == EPIPE) {
+        throw ClosedPipe();
+      } else if (errno != EINTR) {
+        fail(errno);
+      }
+    }
+  }
+  buffer_.clear();
+}
+
+void Output::commit() {
+  write();
+  if (descriptor_ < 0) return;
+  const int closed = ::close(descriptor_);
+  descriptor_ = -1;
+  if (closed != 0) fail(errno);
+  if (temporary_.empty()) return;
+  if (::rename(temporary_.c_str(), final_.c_str()) != 0) fail(errno);
+  temporary_.clear();
+}
+
+}  // namespace sim

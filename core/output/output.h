@@ -1,0 +1,58 @@
+// The file (or stream) a table is written to. A regular file is replaced as a whole at the end: the
+// rows go to a new file beside it first, so that a run that fails leaves the old one as it was.
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+namespace sim {
+
+enum class TableFormat { kCsv, kJsonLines };
+
+// Where a table goes, as the command line says it.
+struct Target {
+  std::string file = "-";  // "-" = standard output
+  TableFormat format = TableFormat::kCsv;
+
+  bool standard_output() const { return file == "-"; }
+};
+
+// `text` is a file name that ends in .csv or .jsonl, "-", or something that is not a regular file
+// (/dev/null, a named pipe), which gets CSV. Throws Error{kUsage} naming `option`. Opens nothing.
+Target parse_target(std::string_view option, const std::string& text);
+
+// True when two tables would be written over each other.
+bool same_target(const Target& a, const Target& b);
+
+class Output {
+ public:
+  // Throws Error{kIo}: no such folder, a folder of that name, no permission, ...
+  Output(const Target& target, std::ostream& standard_output);
+  ~Output();  // without commit(): the new file is removed, the old one stays
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  // Rows are appended here; flush_if_full() now and then writes large pieces.
+  std::string& buffer() { return buffer_; }
+  void flush_if_full() {
+    if (buffer_.size() >= kChunk) write();
+  }
+  void write();   // throws Error{kIo} or ClosedPipe
+  void commit();  // the rest of the rows, then the new file takes its name
+
+ private:
+  static constexpr std::size_t kChunk = std::size_t{1} << 20;
+
+  void create_beside(const std::filesystem::path& file);
+  [[noreturn]] void fail(int error) const;
+
+  std::string name_;  // as the user wrote it
+  std::ostream* stream_ = nullptr;
+  int descriptor_ = -1;
+  std::filesystem::path final_, temporary_;  // empty unless a regular file is replaced
+  std::string buffer_;
+};
+
+}  // namespace sim

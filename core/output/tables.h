@@ -1,0 +1,57 @@
+// Tables of a run: the state (--dump) and the energy (--energy), as CSV or as JSON lines.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/output/output.h"
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+// The systems of a run and whether they come from a sim.world, whose tables have a first column
+// `system`.
+struct TableScope {
+  std::span<const Simulation* const> systems;
+  bool world = false;
+};
+
+// One row a particle: step,t,particle,x,y,z,vx,vy,vz in m and m/s. A first-order system of points
+// has no velocities: without v columns, or with these cells empty where another system of the world
+// has them. A flat state is step,t,component,value; beside particles in one world the component
+// stands under `particle` and its value under x. JSON lines name what each row has.
+class DumpTable {
+ public:
+  DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
+
+  void frame(const Simulation& system);
+  void commit() { output_.commit(); }
+
+ private:
+  enum class Columns { kFlat, kPoints, kParticles };
+
+  void csv_rows(const Simulation& system, const std::string& prefix);
+  void json_rows(const Simulation& system, const std::string& prefix);
+
+  Output output_;
+  TableFormat format_;
+  bool world_;
+  Columns columns_ = Columns::kFlat;
+};
+
+// step,t,kinetic,potential,total,drift in s and J; drift = total - total at step 0. Second-order
+// systems only.
+class EnergyTable {
+ public:
+  EnergyTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
+
+  void row(const Simulation& system, const Energy& energy, double drift);
+  void commit() { output_.commit(); }
+
+ private:
+  Output output_;
+  TableFormat format_;
+  bool world_;
+};
+
+}  // namespace sim

@@ -1,0 +1,69 @@
+// Explicit Runge-Kutta on particles: one pass a stage, or all stages in one pass.
+#pragma once
+
+#include <type_traits>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/explicit/own_state.h"
+#include "core/particles/explicit/sweeps.h"
+#include "core/particles/particle_system.h"
+
+namespace sim {
+
+// With k_i = (v_i, a_i) only the accelerations have to be kept (Hairer, Norsett & Wanner, Solving
+// ODEs I (1993), section II.14: the Nystrom form of a Runge-Kutta method):
+//   v_i = v + h sum_j a_ij a_j
+//   q_i = q + h c_i v + h^2 sum_j (A^2)_ij a_j
+//   q_next = q + h v + h^2 sum_j (b A)_j a_j,  v_next = v + h sum_j b_j a_j
+template <class Real>
+class RkStepper final : public Stepper {
+ public:
+  // Where `kept` has arrays, the accelerations of all stages are left there, and that of stage 0 is
+  // found there.
+  RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span<ArrayOf<Real>> kept = {});
+
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
+  int at_once() const override { return state_.at_once(); }
+  void restart() override { state_.forget(); }
+
+ private:
+  // The stages of a step of size h between two states, which alternate from step to step.
+  struct Script {
+    double h = 0;
+    const Real* x = nullptr;
+    Real* x_next = nullptr;
+    std::vector<RkStage<Real>> stages;
+
+    bool fits(double size, const Real* from, const Real* to) const {
+      return h == size && x == from && x_next == to;
+    }
+  };
+
+  void write(Script& script, double h, const Real* x, Real* x_next);
+  bool gather_and_step(double t, double h, const double* x,
+                       const Script& script) requires std::is_same_v<Real, double>;
+
+  static const RkStage<Real>& at(const Script& script, int s) {
+    return script.stages[static_cast<std::size_t>(s)];
+  }
+  // Null where a stage evaluates no forces.
+  static const Real* const* positions(const Script& script, int s) {
+    return at(script, s).q[0] ? at(script, s).q : nullptr;
+  }
+
+  ParticleSystem* system_;
+  SweepKernels<Real> kernels_ = sweep_kernels<Real>();
+  OwnState<Real> state_;
+  ExplicitPlan plan_;
+  int stages_;
+  Sweeps<Real> sweeps_;
+  std::vector<ArrayOf<Real>> own_;  // accelerations of stages 1 ..; those of stage 0 lie in x_next
+  std::span<ArrayOf<Real>> kept_;   // or all of them
+  ArrayOf<Real> positions_;         // of every other stage; the rest lie in x_next
+  Array velocities_[2], forces_;    // for forces that are neither affine nor springs in runs
+  Script scripts_[2];
+};
+
+}  // namespace sim

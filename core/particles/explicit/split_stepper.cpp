@@ -1,0 +1,169 @@
+#include "core/particles/explicit/split_stepper.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/math/exponential.h"
+
+namespace sim {
+
+template <class Real>
+std::vector<typename SplitStepper<Real>::Part> SplitStepper<Real>::parts_of(const SplitPlan& plan) {
+  std::vector<Part> parts;
+  double start = plan.drift.front();
+  if (start != 0) parts.push_back({0, start, 0, false});
+  for (std::size_t i = 0; i < plan.kick.size(); ++i) {
+    parts.push_back({plan.kick[i], plan.drift[i + 1], start, true});
+    start += plan.drift[i + 1];
+  }
+  return parts;
+}
+
+template <class Real>
+SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
+    : system_(&system),
+      state_(system.layout()),
+      parts_(parts_of(plan)),
+      drifts_(std::ranges::count_if(parts_, [](const Part& part) { return part.drift != 0; })),
+      closes_(plan.closes() && system.other_forces().empty()),
+      sweeps_(system, at_once() * static_cast<int>(parts_.size())),
+      kicks_(parts_.size()) {
+  stages_.reserve(parts_.size() * static_cast<std::size_t>(at_once()));
+  const Layout half(system.layout().n(), 3, kBlock<Real>);
+  if (drifts_ > 1 || at_once() > 1) positions_ = ArrayOf<Real>(half.size());
+  if (system.has_other_forces()) forces_ = Array(half.size());
+  if (closes_) v_after_ = ArrayOf<Real>(half.size());
+  if (system.motion().inverse_masses) {
+    const Layout one(system.layout().n(), 1);
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      keeps_.emplace_back(one.size());
+      gains_.emplace_back(one.size());
+    }
+  }
+}
+
+template <class Real>
+int SplitStepper<Real>::at_once() const {
+  // Other forces may read the time. A method of one drift would need another array for two.
+  const bool alternates = drifts_ > 1 || closes_ || std::is_same_v<Real, float>;
+  if (!alternates || !system_->other_forces().empty()) return 1;
+  return std::max(1, kStagesAtOnce / static_cast<int>(parts_.size()));
+}
+
+// A kick of length tau under the damping of each particle.
+template <class Real>
+Kick SplitStepper<Real>::kick(std::size_t part, double tau) {
+  const Motion& motion = system_->motion();
+  const Damping common = damping(motion.damping * motion.inverse_mass, tau);
+  if (!motion.inverse_masses) return {common.keep, common.gain, nullptr, nullptr};
+  const Layout one(system_->layout().n(), 1);
+  double* const keeps = one.block(keeps_[part].data(), 0);
+  double* const gains = one.block(gains_[part].data(), 0);
+  for (int i = 0; i < one.n(); ++i) {
+    const Damping own = damping(motion.damping * motion.inverse_masses[i], tau);
+    keeps[i] = own.keep;
+    gains[i] = own.gain;
+  }
+  return {0, 0, keeps, gains};
+}
+
+template <class Real>
+void SplitStepper<Real>::set_step_size(double h) {
+  if (h == h_) return;
+  for (std::size_t p = 0; p < parts_.size(); ++p) kicks_[p] = kick(p, parts_[p].kick * h);
+  h_ = h;
+  known_ = false;
+}
+
+// The stages of `count` steps.
+template <class Real>
+void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
+  const Layout& layout = state_.layout();
+  const Layout half(layout.n(), 3, kBlock<Real>);
+  const std::array<Real*, 3> after = half.axes(v_after_.data()), v_next = layout.axes(x_next, 3);
+  std::array<const Real*, 3> q = layout.axes(x), v = layout.axes(x, 3);
+  if (known_) std::ranges::copy(after, v.begin());
+  auto drifts = count * drifts_;
+
+  stages_.clear();
+  for (int step = 0; step < count; ++step)
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (closes_ && p == 0 && step > 0) continue;  // made with the last part of the step before
+      const bool last = p + 1 == parts_.size(), seen = last && step + 1 == count;
+      const bool both = closes_ && last;
+      KickStage<Real>& stage = stages_.emplace_back();
+      stage.kicks = parts_[p].kicks && !(p == 0 && known_);
+      stage.kick = kicks_[p];
+      stage.next_kick = kicks_.front();
+      const double drift = parts_[both && !seen ? 0 : p].drift;
+      stage.drift = drift * h_;
+      stage.check = seen;
+      // Positions alternate between two places, such that the last ones come to lie in x_next.
+      if (drift != 0) --drifts;
+      const std::array<Real*, 3> q_next =
+          drifts % 2 == 0 ? layout.axes(x_next) : half.axes(positions_.data());
+      for (int axis = 0; axis < 3; ++axis) {
+        stage.q[axis] = q[axis];
+        stage.v[axis] = v[axis];
+        if (stage.kicks && (seen || !both))
+          stage.v_next[axis] = closes_ && !seen ? after[axis] : v_next[axis];
+        if (both) stage.v_after[axis] = after[axis];
+        if (stage.kicks) v[axis] = closes_ ? after[axis] : v_next[axis];
+        if (drift != 0) q[axis] = stage.q_next[axis] = q_next[axis];
+        if constexpr (std::is_same_v<Real, double>)
+          if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
+      }
+    }
+}
+
+template <class Real>
+bool SplitStepper<Real>::step(double t, double h, int count, const double* x, double* x_next) {
+  set_step_size(h);
+  const Real* const from = state_.from(x);
+  write(count, from, state_.to(x_next));
+  known_ = closes_;
+  if constexpr (std::is_same_v<Real, double>)
+    if (system_->has_other_forces()) return gather_and_step(t, x);
+  return sweeps_.run(
+      static_cast<int>(stages_.size()),
+      [&](int s) -> const Real* const* {
+        const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
+        return stage.kicks ? stage.q : nullptr;
+      },
+      [&](Rings<Real>& rings, int s, int begin, int end) {
+        const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
+        const bool finite = kernels_.kick(rings, system_->motion(), stage, begin, end);
+        if (stage.check) state_.publish(x_next, begin, end);
+        return finite;
+      });
+}
+
+// Other forces may read any particle: each stage is complete before the next.
+template <class Real>
+bool SplitStepper<Real>::gather_and_step(double t,
+                                         const double* x) requires std::is_same_v<Real, double> {
+  const Layout half(system_->layout().n(), 3);
+  bool finite = true;
+  for (std::size_t s = 0; s < stages_.size(); ++s) {
+    const KickStage<double>& stage = stages_[s];
+    // Nobody reads the time where several steps are made at once.
+    const double start = s < parts_.size() ? parts_[s].start : 0;
+    ParticleView view = system_->view(t + start * h_, x);
+    view.x = stage.q[0];
+    view.y = stage.q[1];
+    view.z = stage.q[2];
+    view.vx = view.vy = view.vz = nullptr;
+    const auto [fx, fy, fz] = half.axes(forces_.data());
+    finite =
+        sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
+                          [&](Rings<double>& rings, int, int begin, int end) {
+                            return kernels_.kick(rings, system_->motion(), stage, begin, end);
+                          });
+  }
+  return finite;
+}
+
+template class SplitStepper<double>;
+template class SplitStepper<float>;
+
+}  // namespace sim

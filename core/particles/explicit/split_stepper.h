@@ -1,0 +1,61 @@
+// Splitting methods on particles, in one pass over them where the forces allow it.
+#pragma once
+
+#include <type_traits>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/explicit/own_state.h"
+#include "core/particles/explicit/sweeps.h"
+#include "core/particles/particle_system.h"
+
+namespace sim {
+
+// Each kick is a sweep that evaluates a(t, q), changes v, and drifts q to where the next kick wants
+// it. Where the last acceleration of a step is the first of the next, that sweep makes both kicks:
+// the next step begins with a drift, and of several steps at once each but the first is one sweep.
+template <class Real>
+class SplitStepper final : public Stepper {
+ public:
+  SplitStepper(ParticleSystem& system, const SplitPlan& plan);
+
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
+  int at_once() const override;
+  void restart() override {
+    known_ = false;
+    state_.forget();
+  }
+
+ private:
+  static constexpr int kStagesAtOnce = 16;  // more gain little
+
+  // A stage of one step: an optional kick and the drift after it.
+  struct Part {
+    double kick, drift, start;  // in units of h; start: where the drifts before it have led
+    bool kicks;
+  };
+
+  static std::vector<Part> parts_of(const SplitPlan& plan);
+  void set_step_size(double h);
+  Kick kick(std::size_t part, double tau);
+  void write(int count, const Real* x, Real* x_next);
+  bool gather_and_step(double t, const double* x) requires std::is_same_v<Real, double>;
+
+  ParticleSystem* system_;
+  SweepKernels<Real> kernels_ = sweep_kernels<Real>();
+  OwnState<Real> state_;
+  std::vector<Part> parts_;
+  std::ptrdiff_t drifts_;  // of a step, that are not 0
+  double h_ = 0;           // the step size that the kicks are for
+  bool closes_;            // the last kick of a step and the first of the next are made at once
+  bool known_ = false;     // ... and were, into v_after_
+  Sweeps<Real> sweeps_;
+  std::vector<Kick> kicks_;  // of the parts
+  std::vector<KickStage<Real>> stages_;
+  ArrayOf<Real> positions_, v_after_;
+  Array forces_;                      // that are neither affine nor springs in runs
+  std::vector<Array> keeps_, gains_;  // of the parts, where masses differ
+};
+
+}  // namespace sim

@@ -1,0 +1,90 @@
+// One evaluation of the acceleration of all particles, block by block, and what a method does with
+// each acceleration while it is still in registers.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/explicit/stages.h"
+#include "core/particles/springs/springs.h"
+
+namespace sim {
+
+// The numbers on a cache line, as many as the widest vectors hold: before and behind all arrays of
+// a sweep there is room for that many.
+template <class Real>
+inline constexpr int kBlock = 64 / sizeof(Real);
+
+// Sweeps begin at multiples of kGrain particles, whatever the numbers.
+inline constexpr int kGrain = kBlock<float>;
+
+// Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,
+// waits in a ring until the sweep comes to b = a + stride.
+template <class Real>
+struct SweepRun {
+  const std::uint8_t* owners;
+  const double *ks, *rests;  // null in a uniform run
+  double k, k_rest;
+  std::int64_t stride;
+  // Less 1, the entries of the ring: a power of two, at least stride + kBlock. Its first vector
+  // stands again behind the end.
+  std::int64_t mask;
+  Real* ring;
+};
+
+// The rings of one sweep over the runs of several forces. After a whole sweep all that is left in
+// a ring is zero, for the last particles own no springs: the next sweep goes on where this one
+// stopped.
+template <class Real>
+class Rings {
+ public:
+  Rings() = default;
+  explicit Rings(std::span<const SpringRun* const> runs);
+
+  std::span<const SweepRun<Real>> runs() const { return runs_; }
+  void clear();
+
+  std::int64_t turn = 0;  // where the next block goes in every ring, without its wraps
+  bool of_part = false;   // the last sweep was over a part of the particles: not empty
+
+ private:
+  std::vector<SweepRun<Real>> runs_;
+  ArrayOf<Real> memory_;
+};
+
+// q' = v, v' = F(q) / m + g - (c / m) v, as far as it is the same for all forces and methods.
+struct Motion {
+  const std::uint8_t* free = nullptr;      // a bit a particle; 0 where pinned
+  const double* inverse_masses = nullptr;  // 1/kg, null when all free particles have the same
+  double inverse_mass = 0;                 // 1/kg
+  double gravity[3] = {};                  // m/s^2
+  double damping = 0;                      // kg/s
+};
+
+template <class Real>
+struct SweepKernels {
+  // Sweep [begin, end), begin a multiple of kBlock<Real>, on from where the rings stand. False when
+  // a number of v_next, or of q_next in a stage that has v_next, may not be finite.
+  bool (*rk)(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& stage, int begin,
+             int end);
+  bool (*kick)(Rings<Real>& rings, const Motion& motion, const KickStage<Real>& stage, int begin,
+               int end);
+  // Fills the rings with the springs that particles [begin, end) own, for a sweep that starts at
+  // end.
+  void (*warm_up)(Rings<Real>& rings, const Real* const q[3], int begin, int end);
+
+  // Makes the rings of one of `ranks` ready for a sweep that starts at `begin`, over springs that
+  // reach so many particles far.
+  void start(Rings<Real>& rings, int ranks, const Real* const q[3], int begin, int reach) const {
+    if (ranks > 1 || rings.of_part) rings.clear();
+    rings.of_part = ranks > 1;
+    if (ranks > 1) warm_up(rings, q, std::max(0, begin - reach), begin);
+  }
+};
+template <class Real>
+SweepKernels<Real> sweep_kernels();
+
+}  // namespace sim

@@ -1,0 +1,50 @@
+#include "core/particles/explicit/sweeps.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+constexpr int kAhead = 2048;        // particles that a stage goes forward at a time
+constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level cache anyway
+constexpr int kLeastPart = 64;      // particles a rank
+
+bool one_pass(const ParticleSystem& system) {
+  return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;
+}
+
+}  // namespace
+
+template <class Real>
+Sweeps<Real>::Sweeps(ParticleSystem& system, int most_stages)
+    : system_(&system),
+      most_stages_(most_stages),
+      one_pass_(one_pass(system)),
+      wavefront_(system.layout().n(), system.reach(), most_stages, useful_ranks(1),
+                 one_pass_ ? kAhead : system.layout().n()) {
+  for (int i = 0; i < useful_ranks(1) * (one_pass_ ? most_stages : 1); ++i)
+    rings_.push_back(Rings<Real>(system.runs()));
+  finite_.resize(static_cast<std::size_t>(useful_ranks(1)));
+}
+
+// The slant of many stages takes particles too.
+template <class Real>
+int Sweeps<Real>::useful_ranks(int stages) const {
+  const int least = std::max(kLeastPart, (stages + 2) * system_->reach());
+  return std::clamp(system_->layout().n() / least, 1, system_->team().size());
+}
+
+template <class Real>
+void Sweeps<Real>::start(int rank, int ranks, int stage, int begin, const Real* const* q) {
+  if (q) kernels_.start(rings(rank, stage), ranks, q, begin, system_->reach());
+}
+
+template <class Real>
+bool Sweeps<Real>::finite() const {
+  return std::find(finite_.begin(), finite_.end(), char{0}) == finite_.end();
+}
+
+template class Sweeps<double>;
+template class Sweeps<float>;
+
+}  // namespace sim

@@ -1,0 +1,76 @@
+// The sweeps of one step over the particles: their rings, their threads, their order.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/explicit/wavefront.h"
+#include "core/particles/particle_system.h"
+
+namespace sim {
+
+// How many particles have their other forces gathered at a time: their sums stay in the first-level
+// cache.
+inline constexpr int kGatherTile = 512;
+
+template <class Real>
+class Sweeps {
+ public:
+  Sweeps(ParticleSystem& system, int most_stages);
+
+  // Runs `stages` stages. q(stage) is the array of three positions a stage reads, or null
+  // where it evaluates no forces; sweep(rings, stage, begin, end) does a piece and says whether it
+  // is finite. False when one was not.
+  template <class Q, class Sweep>
+  bool run(int stages, const Q& q, const Sweep& sweep) {
+    std::fill(finite_.begin(), finite_.end(), char{1});
+    const int ranks = useful_ranks(stages);
+    wavefront_.run(
+        system_->team(), stages, ranks,
+        [&](int rank, int stage, int begin) { start(rank, ranks, stage, begin, q(stage)); },
+        [&](int rank, int stage, int begin, int end) {
+          if (!sweep(rings(rank, stage), stage, begin, end))
+            finite_[static_cast<std::size_t>(rank)] = 0;
+        });
+    return finite();
+  }
+
+  // One stage, complete on every rank when it returns; before each piece the other forces at `view`
+  // are gathered into `sink`, unless q is null.
+  template <class Sweep>
+  bool run_alone(int stage, const ParticleView& view, ForceSink sink, const Real* const* q,
+                 const Sweep& sweep) {
+    std::fill(finite_.begin(), finite_.end(), char{1});
+    if (q) system_->prepare_gather(view);
+    const int ranks = useful_ranks(1);
+    system_->team().run([&](int rank) {
+      if (rank >= ranks) return;
+      const Part part = part_of(view.n, kGrain, rank, ranks);
+      start(rank, ranks, stage, part.begin, q);
+      for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
+        const int end = std::min(begin + kGatherTile, part.end);
+        if (q) system_->gather(view, {begin, end}, sink);
+        if (!sweep(rings(rank, stage), stage, begin, end))
+          finite_[static_cast<std::size_t>(rank)] = 0;
+      }
+    });
+    return finite();
+  }
+
+ private:
+  Rings<Real>& rings(int rank, int stage) {
+    return rings_[static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank)];
+  }
+  int useful_ranks(int stages) const;
+  void start(int rank, int ranks, int stage, int begin, const Real* const* q);
+  bool finite() const;
+
+  ParticleSystem* system_;
+  SweepKernels<Real> kernels_ = sweep_kernels<Real>();
+  int most_stages_;
+  bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
+  Wavefront wavefront_;
+  std::vector<Rings<Real>> rings_;
+  std::vector<char> finite_;  // of each rank
+};
+
+}  // namespace sim

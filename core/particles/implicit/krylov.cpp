@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/implicit/linear_solver.h"
+#include "core/particles/implicit/stage_equation.h"
+
+namespace sim {
+namespace {
+
+void add(Array& to, double factor, const Array& what) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];
+}
+
+// to := factor what
+void scale(Array& to, double factor, const Array& what) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = factor * what[i];
+}
+
+}  // namespace
+
+ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
+    : most_(most_iterations),
+      r_(layout.size()),
+      z_(layout.size()),
+      p_(layout.size()),
+      ap_(layout.size()) {}
+
+LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
+  LinearResult result;
+  std::copy_n(b, r_.size(), r_.data());
+  std::fill_n(d, r_.size(), 0.0);
+  std::ranges::fill(p_.span(), 0.0);
+  double rz = matrix.precondition(r_.data(), z_.data()), beta = 0;
+  const double goal = eta * eta * rz;
+  while (rz > goal && result.iterations < most_ && !matrix.stopped()) {
+    const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
+    if (!(curvature > 0)) {
+      result.definite = false;
+      return result;
+    }
+    const double next =
+        matrix.advance(rz / curvature, p_.data(), ap_.data(), d, r_.data(), z_.data());
+    beta = next / rz;
+    rz = next;
+    ++result.iterations;
+  }
+  result.solved = rz <= goal;
+  return result;
+}
+
+Gmres::Gmres(const Layout& layout, int most_iterations)
+    : most_(most_iterations), r_(layout.size()), z_(layout.size()) {
+  for (int j = 0; j <= kRestart; ++j) basis_.emplace_back(layout.size());
+}
+
+LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
+  LinearResult result;
+  std::fill_n(d, r_.size(), 0.0);
+  std::copy_n(b, r_.size(), r_.data());
+  double norm = std::sqrt(dot(r_, r_));
+  const double goal = eta * norm;
+  double cosine[kRestart], sine[kRestart], g[kRestart + 1];
+  while (norm > goal && result.iterations < most_ && !matrix.stopped()) {
+    // The basis v_0 = r / |r|, v_j+1 = A D^-1 v_j made orthogonal to those before.
+    scale(basis_[0], 1 / norm, r_);
+    g[0] = norm;
+    int used = 0;
+    while (used < kRestart && std::fabs(g[used]) > goal && result.iterations < most_ &&
+           !matrix.stopped()) {
+      double* const h = h_[used];
+      Array& next = basis_[static_cast<std::size_t>(used) + 1];
+      matrix.precondition(basis_[static_cast<std::size_t>(used)].data(), z_.data());
+      matrix.apply(z_.data(), next.data());
+      for (int i = 0; i <= used; ++i) {
+        h[i] = dot(next, basis_[static_cast<std::size_t>(i)]);
+        add(next, -h[i], basis_[static_cast<std::size_t>(i)]);
+      }
+      const double length = std::sqrt(dot(next, next));
+      if (length > 0) scale(next, 1 / length, next);
+
+      // Rotations keep h triangular and the residual in the last entry of g.
+      for (int i = 0; i < used; ++i) {
+        const double upper = h[i];
+        h[i] = cosine[i] * upper + sine[i] * h[i + 1];
+        h[i + 1] = cosine[i] * h[i + 1] - sine[i] * upper;
+      }
+      const double size = std::sqrt(h[used] * h[used] + length * length);
+      if (!(size > 0)) break;
+      cosine[used] = h[used] / size;
+      sine[used] = length / size;
+      h[used] = size;
+      g[used + 1] = -sine[used] * g[used];
+      g[used] *= cosine[used];
+      ++used;
+      ++result.iterations;
+    }
+    if (used == 0) break;
+    // d += D^-1 sum_j y_j v_j,  h y = g
+    std::ranges::fill(r_.span(), 0.0);
+    for (int j = used - 1; j >= 0; --j) {
+      double y = g[j];
+      for (int l = j + 1; l < used; ++l) y -= h_[l][j] * g[l];
+      g[j] = y / h_[j][j];
+      add(r_, g[j], basis_[static_cast<std::size_t>(j)]);
+    }
+    matrix.precondition(r_.data(), z_.data());
+    for (std::size_t i = 0; i < z_.size(); ++i) d[i] += z_[i];
+    // r := b - A d
+    matrix.apply(d, z_.data());
+    for (std::size_t i = 0; i < z_.size(); ++i) r_[i] = b[i] - z_[i];
+    const double before = norm;
+    norm = std::sqrt(dot(r_, r_));
+    if (!(norm < 0.99 * before)) break;
+  }
+  result.solved = norm <= goal;
+  return result;
+}
+
+}  // namespace sim

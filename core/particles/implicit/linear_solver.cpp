@@ -1,0 +1,58 @@
+#include "core/particles/implicit/linear_solver.h"
+
+#include "core/base/error.h"
+
+namespace sim {
+namespace {
+
+constexpr int kDirectUpTo = 8;      // particles; more are faster with conjugate gradients
+constexpr int kDirectAtAll = 4096;  // particles whose factor may stand by
+constexpr int kPatience = 500;      // iterations until the factor is faster, whatever the size
+
+// Conjugate gradients, and the factor where they do not get there.
+class Either final : public LinearSolver {
+ public:
+  Either(const StageMatrix& matrix, std::span<const double> masses)
+      : iterative_(matrix.layout(), kPatience), direct_(matrix, masses) {}
+
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
+    const LinearResult first = iterative_.solve(matrix, b, d, eta);
+    if (!first.definite || first.solved) return first;
+    LinearResult second = direct_.solve(matrix, b, d, eta);
+    second.iterations = first.iterations;
+    return second;
+  }
+
+ private:
+  ConjugateGradient iterative_;
+  SparseLdlt direct_;
+};
+
+}  // namespace
+
+std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix,
+                                                 const ParticleSystem& system,
+                                                 const StageOptions& options) {
+  using Solver = StageOptions::Solver;
+  // In exact arithmetic as many iterations as unknowns would do.
+  const Layout& layout = matrix.layout();
+  const int most = 100 + 6 * layout.n();
+  if (!matrix.symmetric()) {
+    if (options.solver == Solver::kDirect)
+      throw Error(ErrorKind::kScene,
+                  {"integrator does not fit", "",
+                   "the sparse factorisation is for springs, gravity and drag, and this system has "
+                   "another force, '" +
+                       system.name_of(*system.other_forces().front()) + "'",
+                   "use solver = \"auto\""});
+    return std::make_unique<Gmres>(layout, most);
+  }
+  const bool small = layout.n() <= kDirectUpTo;
+  if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
+    return std::make_unique<SparseLdlt>(matrix, system.masses());
+  if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
+    return std::make_unique<Either>(matrix, system.masses());
+  return std::make_unique<ConjugateGradient>(layout, most);
+}
+
+}  // namespace sim

@@ -1,0 +1,82 @@
+// The linear equations of a Newton step, A d = b.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/ode/ode_system.h"
+#include "core/particles/implicit/sparse.h"
+#include "core/particles/implicit/stage_matrix.h"
+
+namespace sim {
+
+struct LinearResult {
+  bool definite = true;  // false: A is not positive definite, and d is of no use
+  bool solved = true;    // to the accuracy asked for
+  int iterations = 0;    // of an iterative solver
+  int factorisations = 0;
+};
+
+class LinearSolver {
+ public:
+  virtual ~LinearSolver() = default;
+
+  // d := A^-1 b, with |b - A d| <= eta |b| if it gets there.
+  virtual LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) = 0;
+};
+
+// Conjugate gradients, preconditioned with the 3 x 3 blocks on the diagonal, in their norm.
+// Hestenes & Stiefel (1952), J. Res. Nat. Bur. Standards 49, 409-436.
+class ConjugateGradient final : public LinearSolver {
+ public:
+  ConjugateGradient(const Layout& layout, int most_iterations);
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+
+ private:
+  int most_;
+  Array r_, z_, p_, ap_;
+};
+
+// For matrices that are not symmetric: GMRES(30), preconditioned likewise from the right.
+// Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
+class Gmres final : public LinearSolver {
+ public:
+  Gmres(const Layout& layout, int most_iterations);
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+
+ private:
+  static constexpr int kRestart = 30;
+  int most_;
+  std::vector<Array> basis_;
+  Array r_, z_;
+  double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations
+};
+
+// Sparse L D L^T of Eigen with the fill-reducing order of Amestoy, Davis & Duff (1996); the pattern
+// is analysed once. Pinned particles have no rows.
+class SparseLdlt final : public LinearSolver {
+ public:
+  // masses of the particles in kg, infinity where pinned.
+  SparseLdlt(const StageMatrix& matrix, std::span<const double> masses);
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+
+ private:
+  struct Target {
+    int column[3];  // where in the values the block's part of each of three columns begins
+  };
+  Target target(int low, int high) const;
+  void assemble(const StageMatrix& matrix);
+
+  std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned
+  Eigen::SparseMatrix<double> upper_;
+  std::vector<Target> diagonal_, springs_;  // of particles; of springs in the order of for_each
+  InPlaceLdlt ldlt_;
+  Eigen::VectorXd x_;
+};
+
+// What suits the system, or what the options force. Throws Error{kScene} when that does not fit.
+std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix,
+                                                 const ParticleSystem& system,
+                                                 const StageOptions& options);
+
+}  // namespace sim

@@ -1,0 +1,48 @@
+// The derivatives of the forces that are neither affine nor springs.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/base/team.h"
+#include "core/particles/force.h"
+#include "core/particles/layout.h"
+
+namespace sim {
+
+// Of each force its own blocks, or central differences of what it accumulates.
+class OtherJacobian {
+ public:
+  struct Block {
+    int i, j;
+    Mat3 value;
+  };
+
+  OtherJacobian(std::span<Force* const> forces, int n, Team& team);
+
+  bool empty() const { return with_blocks_.empty() && without_.empty(); }
+  std::span<Force* const> without_blocks() const { return without_; }
+
+  // Chooses the point; the arrays of the view must stay as they are until the last add().
+  void at(const ParticleView& view);
+
+  // sink += df/dx dq + df/dv dv of all forces, for all particles, in N.
+  void add(const double* const dq[3], const double* const dv[3], ForceSink sink);
+
+  // At the point; the pairs (i, j) are the same at every point, in the same order.
+  std::span<const Block> position_blocks() const { return position_; }
+  std::span<const Block> velocity_blocks() const { return velocity_; }
+
+ private:
+  void add_differences(const double* const dq[3], const double* const dv[3], ForceSink sink);
+
+  std::vector<Force*> with_blocks_, without_;
+  std::vector<Block> position_, velocity_;
+  ParticleView view_;
+  Layout half_;
+  Team* team_;
+  Array moved_, sums_;  // three coordinates each
+};
+
+}  // namespace sim

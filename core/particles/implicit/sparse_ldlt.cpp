@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/implicit/linear_solver.h"
+
+namespace sim {
+
+SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses) {
+  // The order of elimination, found on the graph of particles rather than of their coordinates.
+  std::vector<std::pair<int, int>> pairs;
+  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
+  row_of_ = elimination_rows(masses, pairs);
+  int free = 0;
+  for (int& row : row_of_)
+    if (row >= 0) row *= 3, ++free;
+  const auto rows_of = [&](const std::pair<int, int>& pair) {
+    return std::minmax({row_of_[static_cast<std::size_t>(pair.first)],
+                        row_of_[static_cast<std::size_t>(pair.second)]});
+  };
+
+  // The pattern of the upper half, in that order.
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto add_block = [&](int low, int high) {
+    for (int row = 0; row < 3; ++row)
+      for (int col = low == high ? row : 0; col < 3; ++col)
+        entries.emplace_back(low + row, high + col, 0.0);
+  };
+  for (const int row : row_of_)
+    if (row >= 0) add_block(row, row);
+  for (const auto& pair : pairs)
+    if (const auto [low, high] = rows_of(pair); low >= 0) add_block(low, high);
+  upper_.resize(3 * free, 3 * free);
+  upper_.setFromTriplets(entries.begin(), entries.end());
+  upper_.makeCompressed();
+  for (const int row : row_of_) diagonal_.push_back(row < 0 ? Target{} : target(row, row));
+  for (const auto& pair : pairs) {
+    const auto [low, high] = rows_of(pair);
+    springs_.push_back(low < 0 ? Target{} : target(low, high));
+  }
+  ldlt_.analyzePattern(upper_);
+  // The first factorisation takes the memory of all: that of I.
+  for (std::size_t i = 0; i < row_of_.size(); ++i)
+    for (int col = 0; col < 3; ++col)
+      if (row_of_[i] >= 0) upper_.valuePtr()[diagonal_[i].column[col] + col] = 1;
+  if (free > 0) ldlt_.factorise(upper_);
+  x_.setZero(3 * free);
+}
+
+SparseLdlt::Target SparseLdlt::target(int low, int high) const {
+  Target found{};
+  for (int col = 0; col < 3; ++col) {
+    const int* const begin = upper_.innerIndexPtr() + upper_.outerIndexPtr()[high + col];
+    const int* const end = upper_.innerIndexPtr() + upper_.outerIndexPtr()[high + col + 1];
+    found.column[col] =
+        static_cast<int>(std::lower_bound(begin, end, low) - upper_.innerIndexPtr());
+  }
+  return found;
+}
+
+void SparseLdlt::assemble(const StageMatrix& matrix) {
+  double* const values = upper_.valuePtr();
+  std::fill_n(values, upper_.nonZeros(), 0.0);
+  for (std::size_t i = 0; i < row_of_.size(); ++i) {
+    if (row_of_[i] < 0) continue;
+    const Mat3 block = matrix.diagonal(static_cast<int>(i));
+    for (int col = 0; col < 3; ++col)
+      for (int row = 0; row <= col; ++row) values[diagonal_[i].column[col] + row] = block(row, col);
+  }
+  const double scale = -matrix.tau() * matrix.tau();
+  auto spring = springs_.begin();
+  matrix.stiffness().for_each([&](int a, int b, SpringStiffness stiffness) {
+    const Vec3 d = matrix.stiffness().position(a) - matrix.stiffness().position(b);
+    const Target& at = *spring++;
+    if (row_of_[static_cast<std::size_t>(a)] < 0 || row_of_[static_cast<std::size_t>(b)] < 0)
+      return;
+    for (int col = 0; col < 3; ++col)
+      for (int row = 0; row < 3; ++row)
+        values[at.column[col] + row] +=
+            scale * (stiffness.across * d[row] * d[col] + (row == col ? stiffness.along : 0.0));
+  });
+}
+
+LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {
+  LinearResult result{.factorisations = 1};
+  const Layout& layout = matrix.layout();
+  std::fill_n(d, layout.size(), 0.0);
+  if (x_.size() == 0) return result;
+  assemble(matrix);
+  if (!ldlt_.factorise(upper_)) {
+    result.definite = false;
+    return result;
+  }
+  const auto from = layout.axes(b);
+  const auto to = layout.axes(d);
+  for (int i = 0; i < layout.n(); ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
+        x_[row + axis] = from[axis][i];
+  ldlt_.solve_in_place(x_);
+  for (int i = 0; i < layout.n(); ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
+        to[axis][i] = x_[row + axis];
+  return result;
+}
+
+}  // namespace sim

@@ -1,0 +1,74 @@
+#include "core/particles/implicit/stage_equation.h"
+
+#include <algorithm>
+
+#include "core/simd/lanes.h"
+
+namespace sim {
+
+StageEquation::StageEquation(ParticleSystem& system)
+    : system_(&system),
+      half_(system.layout().n(), 3),
+      g_(half_.size()),
+      d_(half_.size()),
+      start_(half_.size()) {}
+
+void StageEquation::begin(double t, double tau, const double* r, double* y) {
+  t_ = t;
+  tau_ = tau;
+  r_ = r;
+  y_ = y;
+  start_here();
+  std::ranges::fill(d_.span(), 0.0);
+  place(0);
+}
+
+void StageEquation::place(double s) {
+  const Layout& layout = system_->layout();
+  const auto rq = layout.axes(r_), start = half_.axes(std::as_const(start_).data());
+  const auto d = half_.axes(std::as_const(d_).data());
+  const auto q = layout.axes(y_), v = layout.axes(y_, 3);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < layout.n(); ++i) {
+      v[axis][i] = start[axis][i] + s * d[axis][i];
+      q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
+    }
+}
+
+void StageEquation::start_here() {
+  const auto start = half_.axes(start_.data()), v = system_->layout().axes(y_, 3);
+  for (int axis = 0; axis < 3; ++axis) std::copy_n(v[axis], half_.n(), start[axis]);
+}
+
+void StageEquation::evaluate() {
+  const ParticleView at = view();
+  const auto g = half_.axes(g_.data());
+  system_->accelerate(at, g.data());
+  ++evaluations_;
+  const auto rv = system_->layout().axes(r_, 3);
+  const auto v = system_->layout().axes(y_, 3);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < at.n; ++i)
+      g[axis][i] = at.free(i) ? at.mass[i] * ((v[axis][i] - rv[axis][i]) - tau_ * g[axis][i]) : 0.0;
+}
+
+double StageEquation::phi() const {
+  const ParticleView at = view();
+  const Motion& motion = system_->motion();
+  const auto rv = system_->layout().axes(r_, 3);
+  const Vec3 gravity(motion.gravity[0], motion.gravity[1], motion.gravity[2]);
+  double sum = 0;
+  for (int i = 0; i < at.n; ++i) {
+    if (!at.free(i)) continue;
+    const Vec3 v = at.velocity(i), change = v - Vec3(rv[0][i], rv[1][i], rv[2][i]);
+    sum += at.mass[i] * (0.5 * change.squaredNorm() - tau_ * gravity.dot(v)) +
+           0.5 * tau_ * motion.damping * v.squaredNorm();
+  }
+  return sum + system_->elastic_energy(t_, y_);
+}
+
+double dot(const Array& a, const Array& b) {
+  return sum_in_lanes(std::size_t{0}, a.size(), [&](std::size_t i) { return a[i] * b[i]; });
+}
+
+}  // namespace sim

@@ -1,0 +1,179 @@
+#include "core/particles/implicit/stage_matrix.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/simd/lanes.h"
+#include "core/simd/simd_targets.h"
+
+#define SIM_KERNEL "core/particles/implicit/stage_matrix.inc"
+#include "core/simd/simd_targets.inc"
+
+namespace sim {
+namespace {
+
+constexpr int kTile = 512;  // particles, fixed, so that sums do not depend on the number of threads
+
+BlockKernels block_kernels() {
+  return for_simd_level<BlockKernels>(
+      {sse2::invert_blocks, sse2::multiply_blocks, sse2::advance, sse2::turn},
+      {avx2::invert_blocks, avx2::multiply_blocks, avx2::advance, avx2::turn},
+      {avx512::invert_blocks, avx512::multiply_blocks, avx512::advance, avx512::turn});
+}
+
+// The six blocks of an array in Layout(n, 6).
+struct SixBlocks {
+  double* at[6];
+  SixBlocks(const Layout& layout, double* values) {
+    for (int entry = 0; entry < 6; ++entry) at[entry] = layout.block(values, entry);
+  }
+};
+
+}  // namespace
+
+StageMatrix::StageMatrix(ParticleSystem& system)
+    : system_(&system),
+      half_(system.layout().n(), 3),
+      kernels_(block_kernels()),
+      stiffness_(system),
+      others_(system.other_forces(), system.layout().n(), system.team()),
+      shift_(Layout(system.layout().n(), 1).size()),
+      blocks_(system.layout().size()),
+      inverses_(system.layout().size()),
+      tile_sums_(static_cast<std::size_t>((system.layout().n() + kTile - 1) / kTile)) {
+  for (const SpringRun* run : system.runs()) reach_ = std::max(reach_, run->stride);
+  reach_ = (reach_ + 7) / 8 * 8;
+  if (!system.nets().empty()) reach_ = system.layout().n();
+  if (others_.empty()) return;
+  moved_ = Array(half_.size());
+  sums_ = Array(half_.size());
+}
+
+// The sum over all tiles of what body(begin, end, lanes) adds up in eight lanes, in a fixed order.
+template <class Body>
+double StageMatrix::over_tiles(const Body& body) {
+  const int n = half_.n(), tiles = static_cast<int>(tile_sums_.size());
+  system_->team().run_parts(tiles, 1, [&](int begin, int end) {
+    for (int tile = begin; tile < end; ++tile) {
+      double lanes[8] = {};
+      body(tile * kTile, std::min((tile + 1) * kTile, n), lanes);
+      tile_sums_[static_cast<std::size_t>(tile)] = sum_of(lanes);
+    }
+  });
+  double total = 0;
+  for (const double sum : tile_sums_) total += sum;
+  return total;
+}
+
+void StageMatrix::at(const ParticleView& view, double tau, bool clamped) {
+  tau_ = tau;
+  const double* const q[3] = {view.x, view.y, view.z};
+  stiffness_.at(q, clamped);
+  others_.at(view);
+  const int n = half_.n();
+  const double damping = tau * system_->motion().damping;
+  double* const shift = Layout(n, 1).block(shift_.data(), 0);
+  const SixBlocks blocks(system_->layout(), blocks_.data());
+  const SixBlocks inverses(system_->layout(), inverses_.data());
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
+    stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
+  });
+  // The symmetric part of what other forces have on the diagonal.
+  const auto add = [&](std::span<const OtherJacobian::Block> others, double factor) {
+    for (const auto& [i, j, value] : others) {
+      if (i != j) continue;
+      int entry = 0;
+      for (int row = 0; row < 3; ++row)
+        for (int col = row; col < 3; ++col)
+          blocks.at[entry++][i] -= 0.5 * factor * (value(row, col) + value(col, row));
+    }
+  };
+  add(others_.position_blocks(), tau * tau);
+  add(others_.velocity_blocks(), tau);
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+    kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
+  });
+}
+
+double StageMatrix::apply(const double* p, double* out) {
+  StiffProduct product{};
+  std::ranges::copy(half_.axes(p), product.p);
+  std::ranges::copy(half_.axes(out), product.out);
+  product.shift = Layout(half_.n(), 1).block(shift_.data(), 0);
+  product.scale = tau_ * tau_;
+  product.free = system_->motion().free;
+  const double dot = over_tiles(
+      [&](int begin, int end, double(&lanes)[8]) { stiffness_.apply(product, begin, end, lanes); });
+  if (!others_.empty()) apply_others(p, out);
+  return dot;
+}
+
+// out -= (tau^2 dF/dq + tau dF/dv) p
+void StageMatrix::apply_others(const double* p, double* out) {
+  for (std::size_t i = 0; i < half_.size(); ++i) moved_[i] = tau_ * p[i];
+  std::ranges::fill(sums_.span(), 0.0);
+  const auto dq = half_.axes(std::as_const(moved_).data()), dv = half_.axes(p);
+  const auto sums = half_.axes(sums_.data()), to = half_.axes(out);
+  others_.add(dq.data(), dv.data(), {sums[0], sums[1], sums[2]});
+  const std::uint8_t* const free = system_->motion().free;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < half_.n(); ++i)
+      if (free[i / 8] >> (i % 8) & 1) to[axis][i] -= tau_ * sums[axis][i];
+}
+
+double StageMatrix::precondition(const double* r, double* z) {
+  const SixBlocks inverses(system_->layout(), inverses_.data());
+  const auto from = half_.axes(r);
+  const auto to = half_.axes(z);
+  return over_tiles([&](int begin, int end, double(&lanes)[8]) {
+    kernels_.multiply(inverses.at, from.data(), to.data(), begin, end, lanes);
+  });
+}
+
+double StageMatrix::turn_and_apply(double beta, const double* z, double* p, double* out) {
+  const auto from = half_.axes(z);
+  const auto to = half_.axes(p);
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+    kernels_.turn(beta, from.data(), to.data(), begin, end);
+  });
+  return apply(p, out);
+}
+
+double StageMatrix::advance(double alpha, const double* p, const double* ap, double* d, double* r,
+                            double* z) {
+  const SixBlocks inverses(system_->layout(), inverses_.data());
+  const auto step = half_.axes(p), change = half_.axes(ap);
+  const auto to = half_.axes(d), rest = half_.axes(r), out = half_.axes(z);
+  return over_tiles([&](int begin, int end, double(&lanes)[8]) {
+    kernels_.advance(alpha, step.data(), change.data(), to.data(), rest.data(), inverses.at,
+                     out.data(), begin, end, lanes);
+  });
+}
+
+Mat3 StageMatrix::diagonal(int i) const {
+  Mat3 block;
+  int entry = 0;
+  for (int row = 0; row < 3; ++row)
+    for (int col = row; col < 3; ++col)
+      block(row, col) = block(col, row) = system_->layout().block(blocks_.data(), entry++)[i];
+  return block;
+}
+
+double StageMatrix::rounding(const ParticleView& view) const {
+  const double* const q[3] = {view.x, view.y, view.z};
+  const double* const v[3] = {view.vx, view.vy, view.vz};
+  constexpr int kDiagonal[3] = {0, 3, 5};
+  double sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* const d = system_->layout().block(blocks_.data(), kDiagonal[axis]);
+    for (int i = 0; i < half_.n(); ++i) {
+      if (!view.free(i)) continue;
+      const double size = std::fabs(q[axis][i]) / tau_ + std::fabs(v[axis][i]);
+      sum += std::fabs(d[i]) * size * size;
+    }
+  }
+  return std::numeric_limits<double>::epsilon() * std::sqrt(sum);
+}
+
+}  // namespace sim

@@ -1,0 +1,73 @@
+// The matrix of a Newton step for an implicit stage, known by what it does to a vector.
+#pragma once
+
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/implicit/other_jacobian.h"
+#include "core/particles/particle_system.h"
+#include "core/particles/springs/stiffness.h"
+
+namespace sim {
+
+struct BlockKernels {
+  // inverses := the inverses of symmetric blocks (xx xy xz yy yz zz), 0 where pinned. A block that
+  // is not positive definite counts as |trace| I.
+  void (*invert)(const double* const blocks[6], const std::uint8_t* free, double* const inverses[6],
+                 int begin, int end);
+  // z := inverses r, sums += the lanes of r.z.
+  void (*multiply)(const double* const inverses[6], const double* const r[3], double* const z[3],
+                   int begin, int end, double (&sums)[8]);
+  // d += alpha p, r -= alpha a, z := inverses r, sums += the lanes of r.z.
+  void (*advance)(double alpha, const double* const p[3], const double* const a[3],
+                  double* const d[3], double* const r[3], const double* const inverses[6],
+                  double* const z[3], int begin, int end, double (&sums)[8]);
+  // p := z + beta p.
+  void (*turn)(double beta, const double* const z[3], double* const p[3], int begin, int end);
+};
+
+// A = M + tau c + tau^2 K - tau^2 dF/dq - tau dF/dv over the free particles, K of the springs and F
+// of the other forces; D: its 3 x 3 blocks on the diagonal. A vector has three coordinates of every
+// particle, in `layout()`, and is 0 where pinned and on the padding. All sums are taken over fixed
+// tiles, so that their bits do not depend on threads.
+class StageMatrix {
+ public:
+  explicit StageMatrix(ParticleSystem& system);
+
+  const Layout& layout() const noexcept { return half_; }
+  // Springs and affine forces alone: A is symmetric, and positive definite when clamped.
+  bool symmetric() const noexcept { return others_.empty(); }
+  const Stiffness& stiffness() const noexcept { return stiffness_; }
+  const OtherJacobian& others() const noexcept { return others_; }
+  double tau() const noexcept { return tau_; }
+  bool stopped() const { return system_->stopped(); }
+  Mat3 diagonal(int i) const;  // the block of D
+
+  // Chooses the point; the arrays of the view must stay as they are until the last use.
+  void at(const ParticleView& view, double tau, bool clamped);
+
+  double apply(const double* p, double* out);       // out := A p, returns p.out
+  double precondition(const double* r, double* z);  // z := D^-1 r, returns r.z
+  double turn_and_apply(double beta, const double* z, double* p, double* out);  // p := z + beta p
+  double advance(double alpha, const double* p, const double* ap, double* d, double* r, double* z);
+
+  // The norm sqrt(v.D v) of what velocities lose when they and q = .. + tau v are rounded.
+  double rounding(const ParticleView& view) const;
+
+ private:
+  template <class Body>
+  double over_tiles(const Body& body);
+  void apply_others(const double* p, double* out);
+
+  ParticleSystem* system_;
+  Layout half_;
+  BlockKernels kernels_;
+  Stiffness stiffness_;
+  OtherJacobian others_;
+  double tau_ = 0;
+  int reach_ = 0;  // up to which a product reads ahead
+  Array shift_, blocks_, inverses_, moved_, sums_;
+  std::vector<double> tile_sums_;
+};
+
+}  // namespace sim

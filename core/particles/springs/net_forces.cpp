@@ -1,0 +1,73 @@
+#include "core/particles/springs/net_forces.h"
+
+#include "core/particles/springs/springs.h"
+#include "core/simd/simd_targets.h"
+
+namespace sim {
+namespace {
+
+// The forces on the particles at `lanes` places from p, one spring at a time: for a block in which
+// some distance is too large or too small for the fast path. Same order of sums and, for the
+// ordinary springs, the same bits.
+void careful_net(const Net& net, const double* const q[3], int p, int lanes, double (*sum)[8]) {
+  const auto position = [&](int i) { return Vec3(q[0][i], q[1][i], q[2][i]); };
+  for (int lane = 0; lane < lanes; ++lane) {
+    const int a = net.reordered() ? net.order[static_cast<std::size_t>(p + lane)] : p + lane;
+    net.at(a, [&](int b, double k, double rest) {
+      const Vec3 d = position(a) - position(b);
+      const double s = spring_factor(d, k, k * rest);
+      for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = std::fma(s, d[axis], sum[axis][lane]);
+    });
+  }
+}
+
+}  // namespace
+}  // namespace sim
+
+#define SIM_KERNEL "core/particles/springs/net_forces.inc"
+#include "core/simd/simd_targets.inc"
+
+namespace sim {
+
+NetForces::NetForces(std::vector<const Net*> nets, int particles)
+    : nets_(std::move(nets)),
+      kernels_(
+          for_simd_level<NetKernels>({sse2::add_net, sse2::pack_net, sse2::add_packed},
+                                     {avx2::add_net, avx2::pack_net, avx2::add_packed},
+                                     {avx512::add_net, avx512::pack_net, avx512::add_packed})) {
+  if (!nets_.empty()) points_ = Array(4 * static_cast<std::size_t>(particles));
+  for (const Net* net : nets_) forces_.emplace_back(4 * net->order.size());
+}
+
+void NetForces::prepare(const ParticleView& view, Team& team) {
+  if (nets_.empty()) return;
+  team.run_parts(view.n, 8, [&](int begin, int end) {
+    double* point = points_.data() + 4 * static_cast<std::size_t>(begin);
+    for (int i = begin; i < end; ++i, point += 4) {
+      point[0] = view.x[i];
+      point[1] = view.y[i];
+      point[2] = view.z[i];
+    }
+  });
+  const double* const q[3] = {view.x, view.y, view.z};
+  for (std::size_t j = 0; j < nets_.size(); ++j) {
+    const Net& net = *nets_[j];
+    if (!net.reordered()) continue;
+    team.run_parts(8 * net.blocks(), 8, [&](int begin, int end) {
+      kernels_.pack(net, q, points_.data(), begin, end, forces_[j].data());
+    });
+  }
+}
+
+void NetForces::add(const ParticleView& view, Tile tile, ForceSink sink) const {
+  const double* const q[3] = {view.x, view.y, view.z};
+  for (std::size_t j = 0; j < nets_.size(); ++j) {
+    const Net& net = *nets_[j];
+    if (net.reordered())
+      kernels_.add_packed(net, forces_[j].data(), tile.begin, tile.end, sink);
+    else
+      kernels_.add(net, q, points_.data(), tile.begin, tile.end, sink);
+  }
+}
+
+}  // namespace sim

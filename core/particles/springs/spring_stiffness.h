@@ -1,0 +1,17 @@
+// The derivative of the force of one spring.
+#pragma once
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+// -df_a/dx_a = df_a/dx_b of a spring from a to b, d = x_a - x_b:
+//   along I + across d d^T,  along = k (1 - r/|d|),  across = (k - along) / |d|^2
+// k I where r = 0, and also where d = 0 has no direction (or |d|^2 underflows). A compressed spring
+// has along < 0; clamped, along = max(0, k (1 - r/|d|)), the nearest that is not indefinite.
+struct SpringStiffness {
+  double along = 0, across = 0;  // N/m, N/m^3
+};
+SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clamped = false);
+
+}  // namespace sim

@@ -1,0 +1,137 @@
+#include "core/particles/springs/springs.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/particles/springs/energy.h"
+#include "core/simd/inverse_sqrt.h"
+
+namespace sim {
+namespace {
+
+constexpr int kMaxLayers = 4;  // springs between the same two particles that may lie in runs
+
+// What the first pass learns about all springs of one stride.
+struct StrideStatistics {
+  long count = 0;
+  double k = 0, rest = 0;
+  bool uniform = true;
+
+  void add(double spring_k, double spring_rest) {
+    if (count++ == 0) {
+      k = spring_k;
+      rest = spring_rest;
+    }
+    uniform = uniform && spring_k == k && spring_rest == rest;
+  }
+};
+
+SpringRun empty_run(int n, int stride, const StrideStatistics& statistics) {
+  SpringRun run;
+  run.stride = stride;
+  run.uniform = statistics.uniform;
+  run.k = statistics.k;
+  run.rest = statistics.rest;
+  run.owners.resize(static_cast<std::size_t>(n) / 8 + 2);
+  if (!run.uniform) {
+    const auto size = static_cast<std::size_t>(n + 2 * SpringRun::kPad);
+    run.ks = Array(size);
+    run.rests = Array(size);
+  }
+  return run;
+}
+
+void put(SpringRun& run, int a, double k, double rest) {
+  run.owners[static_cast<std::size_t>(a / 8)] |= static_cast<std::uint8_t>(1u << (a % 8));
+  ++run.count;
+  if (run.uniform) return;
+  run.ks[static_cast<std::size_t>(a + SpringRun::kPad)] = k;
+  run.rests[static_cast<std::size_t>(a + SpringRun::kPad)] = rest;
+}
+
+// A run pays where a block of 8 particles owns two or more of its springs.
+bool pays(const SpringRun& run) {
+  const long blocks = std::count_if(run.owners.begin(), run.owners.end(),
+                                    [](std::uint8_t bits) { return bits != 0; });
+  return run.count >= 2 * blocks;
+}
+
+}  // namespace
+
+double length(const Vec3& d) {
+  const double square = square_of(d[0], d[1], d[2]);
+  if (square > kSafeLeast && square < kSafeMost) return std::sqrt(square);
+  const double scale = d.cwiseAbs().maxCoeff();
+  return scale > 0 && std::isfinite(scale) ? scale * (d / scale).norm() : scale;
+}
+
+double spring_factor(const Vec3& d, double k, double k_rest) {
+  const double inverse = inverse_sqrt(square_of(d[0], d[1], d[2]));
+  if (inverse == inverse) return std::fma(k_rest, inverse, -k);
+  if (k_rest == 0) return -k;
+  // d = scale u with components of u in [-1, 1], one of them 1 or -1, so that |u| is harmless.
+  const double scale = d.cwiseAbs().maxCoeff();
+  if (scale == 0) return 0;
+  const Vec3 u = d / scale;
+  const double s = k_rest / std::sqrt((u[0] * u[0] + u[1] * u[1]) + u[2] * u[2]) / scale - k;
+  return s <= std::numeric_limits<double>::max() || s != s ? s : 0;
+}
+
+Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(n) {
+  // First pass: how many springs each stride has, and whether they are alike.
+  std::map<int, StrideStatistics> strides;
+  auto last = strides.end();
+  for_each([&](int a, int b, double k, double rest) {
+    const int stride = std::abs(a - b);
+    if (last == strides.end() || last->first != stride) last = strides.try_emplace(stride).first;
+    last->second.add(k, rest);
+    ++count_;
+  });
+
+  // Second pass: every spring into the first run of its stride where its lower end owns none yet.
+  std::map<int, std::vector<SpringRun>> layers;
+  for (const auto& [stride, statistics] : strides)
+    if (statistics.count * 64 >= n) layers[stride];
+  std::vector<Net::Spring> others;
+  for_each([&](int a, int b, double k, double rest) {
+    const int low = std::min(a, b), high = std::max(a, b);
+    const auto found = layers.find(high - low);
+    if (found != layers.end()) {
+      for (SpringRun& run : found->second)
+        if (!run.owns(low)) return put(run, low, k, rest);
+      if (found->second.size() < kMaxLayers) {
+        found->second.push_back(empty_run(n, high - low, strides[high - low]));
+        return put(found->second.back(), low, k, rest);
+      }
+    }
+    others.push_back({low, high, k, rest});
+  });
+
+  for (auto& [stride, of_stride] : layers)
+    for (SpringRun& run : of_stride) {
+      if (pays(run)) {
+        runs_.push_back(std::move(run));
+        continue;
+      }
+      for (int a = 0; a + stride < n; ++a)
+        if (run.owns(a)) others.push_back({a, a + stride, run.k_of(a), run.rest_of(a)});
+    }
+  net_ = Net(n, others);
+}
+
+double Springs::potential(const ParticleView& view, Tile tile) const {
+  double sum = 0;
+  for (const SpringRun& run : runs_) sum += run_energy(run, view, tile.begin, tile.end);
+  for (int i = tile.begin; i < tile.end; ++i)
+    net_.at(i, [&](int to, double k, double rest) {
+      if (to < i) return;
+      const double strain = length(view.position(i) - view.position(to)) - rest;
+      sum += 0.5 * k * strain * strain;
+    });
+  return sum;
+}
+
+}  // namespace sim

@@ -1,0 +1,98 @@
+// K = -dF/dx of springs at one point, as two numbers a spring.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/particle_system.h"
+#include "core/particles/springs/spring_stiffness.h"
+#include "core/particles/springs/stiff_net.h"
+
+namespace sim {
+
+// The stiffness of the springs of a run; the arrays are indexed by the lower end, 0 where it owns
+// no spring, and padded as in a layout.
+struct StiffRun {
+  const std::uint8_t* owners;
+  const double *ks, *rests;  // null in a uniform run
+  double k, rest;
+  std::int64_t stride;
+  double *along, *across;
+};
+
+// What a matrix does with p: out = shift p + scale K p; 0 where pinned.
+struct StiffProduct {
+  const double *q[3], *p[3];
+  const double* shift;  // of each particle
+  double scale;
+  const std::uint8_t* free;  // a bit a particle
+  double* out[3];
+  bool before = false;  // K p of what else there is stands in out already
+};
+
+struct StiffKernels {
+  void (*linearise)(const StiffRun& run, const double* const q[3], bool clamped, int begin,
+                    int end);
+  void (*product)(std::span<const StiffRun> runs, const StiffProduct& product, int begin, int end,
+                  double (&sums)[8]);
+  void (*diagonal)(std::span<const StiffRun> runs, const double* const q[3], const double* shift,
+                   double scale, double* const blocks[6], int begin, int end);
+};
+
+class Stiffness {
+ public:
+  explicit Stiffness(const ParticleSystem& system);
+
+  // Chooses the point; q must stay as it is until the last use.
+  void at(const double* const q[3], bool clamped);
+
+  // out on the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
+  void apply(StiffProduct product, int begin, int end, double (&sums)[8]) const;
+
+  // blocks[0 .. 5][i] := xx xy xz yy yz zz of shift I + scale sum K over the springs at i.
+  void diagonal(const double* shift, double scale, double* const blocks[6], int begin,
+                int end) const;
+
+  // Calls visit(a, b, stiffness) for every spring, a < b, always in the same order.
+  template <class Visit>
+  void for_each(Visit visit) const;
+
+  Vec3 position(int i) const { return {q_[0][i], q_[1][i], q_[2][i]}; }  // of the point
+
+ private:
+  // Calls visit(to, stiffness) for every end of a net at particle i.
+  template <class Visit>
+  void net_at(int i, Visit visit) const;
+
+  const ParticleSystem* system_;
+  StiffKernels kernels_;
+  std::vector<StiffRun> runs_;
+  std::vector<StiffNet> nets_;
+  Array memory_;
+  const double* q_[3] = {};
+};
+
+template <class Visit>
+void Stiffness::net_at(int i, Visit visit) const {
+  for (const StiffNet& net : nets_) net.at(i, visit);
+}
+
+template <class Visit>
+void Stiffness::for_each(Visit visit) const {
+  const int n = system_->layout().n();
+  for (int a = 0; a < n; ++a) {
+    for (const StiffRun& run : runs_)
+      if (run.owners[a / 8] >> (a % 8) & 1) {
+        const int b = a + static_cast<int>(run.stride);
+        visit(a, b, SpringStiffness{run.along[a], run.across[a]});
+      }
+    if (!nets_.empty())
+      net_at(a, [&](int b, SpringStiffness stiffness) {
+        if (a < b) visit(a, b, stiffness);
+      });
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,24 @@
+// How fast neighbouring motions part: what a rounding error at the start becomes.
+#pragma once
+
+#include <vector>
+
+#include "core/study/accuracy/reference.h"
+
+namespace sim::study {
+
+struct Growth {
+  std::vector<double> mean, most;  // at each output time: distance to the undisturbed run over the
+                                   // distance at the start, rms, of all runs
+  bool complete = true;
+};
+
+// 8 runs from positions disturbed at random, normally distributed, by 1e-8 of the scene's size;
+// with the reference's method at a step that is good to about 1e-6.
+Growth growth(const Problem& problem, const Reference& reference, double time, const Watch& watch);
+
+// What double precision can know of the motion: about 1e-13 of the scene's size at the start,
+// grown.
+inline constexpr double kRoundingSeed = 1e-13;
+
+}  // namespace sim::study

@@ -1,0 +1,159 @@
+#include "core/study/accuracy/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace sim::study {
+namespace {
+
+// Slope and offset of y over x by least squares.
+ObservedOrder fit(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto n = static_cast<double>(x.size());
+  double mx = 0, my = 0, sxx = 0, sxy = 0, rest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    mx += x[i] / n;
+    my += y[i] / n;
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sxx += (x[i] - mx) * (x[i] - mx);
+    sxy += (x[i] - mx) * (y[i] - my);
+  }
+  ObservedOrder result;
+  result.slope = sxy / sxx;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double off = y[i] - my - result.slope * (x[i] - mx);
+    rest += off * off;
+  }
+  result.standard_error = std::sqrt(rest / (n - 2) / sxx);
+  result.constant = std::exp(my - result.slope * mx);
+  result.points = static_cast<int>(x.size());
+  return result;
+}
+
+}  // namespace
+
+double Yardstick::floor() const {
+  double most = 0;
+  for (int k = 0; k <= last; ++k)
+    most = std::max(most, reference->error[static_cast<std::size_t>(k)]);
+  return std::max(10 * most, rounding);
+}
+
+Yardstick Yardstick::of(const Method& method) const {
+  Yardstick result = *this;
+  if (method.info.precision != Precision::kSingle) return result;
+  // Some roundings of coordinates; smaller steps only make them more.
+  double largest = 0;
+  for (const double coordinate : reference->points.front())
+    largest = std::max(largest, std::abs(coordinate));
+  result.rounding = 8 * 0x1p-24 * std::max(size, largest);
+  return result;
+}
+
+std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                     const std::vector<Choice>& choices) {
+  constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
+  Choice own = problem.integrator();
+  if (run.integrator_info().adaptive)
+    for (const char* name : kTolerances) own.given.erase(name);
+  const std::vector<Method> methods = fitting_methods(problem.with(own), choices);
+  for (const Method& method : methods)
+    for (const char* name : kTolerances)
+      if (method.info.adaptive && method.given.contains(name))
+        throw Error(ErrorKind::kUsage,
+                    {"a tolerance for '" + method.label + "'", "on the command line",
+                     "the study chooses tolerances itself", std::string("leave ") + name + " out"});
+  return methods;
+}
+
+std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
+                             double tolerance, const Yardstick& yardstick,
+                             const std::function<bool()>& go_on) {
+  const Reference& reference = *yardstick.reference;
+  const int intervals = static_cast<int>(reference.points.size()) - 1;
+  bool told = false;
+  const auto watched = [&] {
+    told = told || !go_on();
+    return !told;
+  };
+  TrajectoryPlan plan{yardstick.time, intervals, steps, tolerance, yardstick.energy};
+  const Trajectory run = run_trajectory(problem, method, plan, watched);
+  if (told) return {};
+
+  Point point;
+  point.dt = yardstick.time / static_cast<double>(steps);
+  point.tolerance = tolerance;
+  point.finished = run.finished;
+  point.energy = run.energy_error;
+  point.seconds = run.seconds;
+  point.steps = run.effort.steps > 0 ? run.effort.steps : run.steps;
+  point.effort = run.effort;
+  const auto last =
+      std::min<std::size_t>(static_cast<std::size_t>(yardstick.last) + 1, run.points.size());
+  for (std::size_t k = 0; k < last; ++k) {
+    const Distance d = distance(run.points[k], reference.points[k]);
+    point.rms = std::max(point.rms, d.rms);
+    if (k + 1 < last) continue;
+    point.rms_end = d.rms;
+    point.most_end = d.most;
+    point.worst = d.where;
+  }
+  if (!std::isfinite(point.rms)) point.finished = false;
+
+  // Many short runs, few long ones.
+  plan.energy = false;
+  std::vector<double> seconds;
+  const int most = run.seconds > 0.5 ? 0 : run.seconds > 0.02 ? 3 : yardstick.repeats;
+  const int repeats = std::min(yardstick.repeats, most);
+  for (int repeat = 0; repeat < repeats && point.finished; ++repeat) {
+    seconds.push_back(run_trajectory(problem, method, plan, watched).seconds);
+    if (told) return {};
+  }
+  std::sort(seconds.begin(), seconds.end());
+  if (!seconds.empty()) {
+    point.seconds = seconds[seconds.size() / 2];
+    point.spread = seconds.back() - seconds.front();
+  }
+  return point;
+}
+
+// The longest row of points whose local orders agree; of two the finer one.
+std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
+                                            const Yardstick& yardstick) {
+  // Steps that a tolerance chooses vary more than halved ones.
+  const double spread = !points.empty() && points.front().tolerance > 0 ? 1.5 : 0.3;
+  std::vector<double> x, y;
+  for (const Point& point : points) {
+    const bool fits =
+        point.finished && point.rms > 10 * yardstick.floor() && point.rms < 1e-2 * yardstick.size;
+    const double step = std::log(
+        point.tolerance > 0 ? yardstick.time / static_cast<double>(point.steps) : point.dt);
+    // Tolerances below a limit of the step all take the same steps.
+    if (!fits || (!x.empty() && x.back() == step)) continue;
+    x.push_back(step);
+    y.push_back(std::log(point.rms));
+  }
+  std::size_t best_begin = 0, best_length = 0;
+  for (std::size_t begin = 0; begin + 2 < x.size(); ++begin) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t end = begin + 1; end < x.size(); ++end) {
+      const double local = (y[end] - y[end - 1]) / (x[end] - x[end - 1]);
+      low = std::min(low, local);
+      high = std::max(high, local);
+      if (!(high - low < spread)) break;
+      if (end - begin + 1 < best_length) continue;
+      best_begin = begin;
+      best_length = end - begin + 1;
+    }
+  }
+  if (best_length < 3) return {};
+  const auto part = [&](const std::vector<double>& v) {
+    const auto first = v.begin() + static_cast<std::ptrdiff_t>(best_begin);
+    return std::vector<double>(first, first + static_cast<std::ptrdiff_t>(best_length));
+  };
+  return fit(part(x), part(y));
+}
+
+}  // namespace sim::study

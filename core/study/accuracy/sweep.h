@@ -1,0 +1,63 @@
+// One method at many steps (or tolerances): how wrong it is, and what it takes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/study/accuracy/reference.h"
+
+namespace sim::study {
+
+struct Point {
+  double dt = 0, tolerance = 0;  // s; the tolerance of adaptive methods, otherwise 0
+  bool finished = false;         // otherwise the run left the finite numbers, or failed
+  double rms_end = 0;            // m, over the free coordinates at the end
+  double rms = 0;                // m, the largest along the way: what "error" means elsewhere
+  double most_end = 0;           // m, of any coordinate at the end
+  int worst = 0;                 // the particle (or component) of most_end
+  double energy = 0;             // as Trajectory::energy_error
+  std::int64_t steps = 0;
+  Effort effort;
+  double seconds = 0, spread = 0;  // of stepping: median and range of the repeats
+};
+
+// What a sweep compares with, and how far along the way that makes sense.
+struct Yardstick {
+  const Reference* reference = nullptr;
+  double time = 0;  // s, of the whole run
+  double size = 1;  // m, of the scene
+  int last = 0;     // the output time up to which points are compared
+  bool energy = true;
+  int repeats = 0;      // of timing
+  double rounding = 0;  // m, what the numbers of the method leave of a position
+
+  Yardstick of(const Method& method) const;  // the same with its rounding
+  double floor() const;  // below it errors say nothing: 10 times the reference's own, or rounding
+};
+
+// fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
+// without its own. Throws Error{kUsage} for a choice with one.
+std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                     const std::vector<Choice>& choices);
+
+// At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its
+// own. Nothing when told to end.
+std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
+                             double tolerance, const Yardstick& yardstick,
+                             const std::function<bool()>& go_on);
+
+// The slope of log error over log step size, from the points whose local orders agree.
+struct ObservedOrder {
+  double slope = 0, standard_error = 0;
+  double constant = 0;  // error = constant h^slope
+  int points = 0;
+};
+
+// Points in the order of falling dt (or tolerance). Uses those above 10 times the floor and below
+// 1e-2 of the scene whose local orders differ by less than 0.3, three at least; nothing otherwise.
+// For adaptive methods h is the mean step, time / internal steps, and 1.5 is allowed.
+std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
+                                            const Yardstick& yardstick);
+
+}  // namespace sim::study

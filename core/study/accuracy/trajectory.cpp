@@ -1,0 +1,125 @@
+#include "core/study/accuracy/trajectory.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/study/energy_balance.h"
+
+namespace sim::study {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kStepsBetweenLooks = 1024;
+
+}  // namespace
+
+std::vector<double> coordinates(Simulation& system) {
+  std::vector<double> values;
+  if (const ParticleSystem* particles = particles_of(system)) {
+    const ParticleView view = particles->view(system.t(), system.state().data());
+    for (int i = 0; i < view.n; ++i)
+      if (view.free(i)) values.insert(values.end(), {view.x[i], view.y[i], view.z[i]});
+  } else {
+    values.assign(system.state().begin(), system.state().end());
+  }
+  return values;
+}
+
+std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all) {
+  const ParticleSystem* particles = particles_of(system);
+  const std::size_t size = particles ? 3 * static_cast<std::size_t>(system.particles())
+                                     : static_cast<std::size_t>(system.components());
+  if (all.size() != size)
+    throw Error(ErrorKind::kScene, {"exact solution of '" + system.name() + "'", "",
+                                    "it has " + std::to_string(all.size()) +
+                                        " numbers, the state " + std::to_string(size),
+                                    ""});
+  if (!particles) return all;
+  const ParticleView view = particles->view(system.t(), system.state().data());
+  std::vector<double> values;
+  for (int i = 0; i < view.n; ++i)
+    for (int axis = 0; axis < 3 && view.free(i); ++axis)
+      values.push_back(all[static_cast<std::size_t>(3 * i + axis)]);
+  return values;
+}
+
+Distance distance(const std::vector<double>& a, const std::vector<double>& b) {
+  Distance result;
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double difference = std::abs(a[i] - b[i]);
+    sum += difference * difference;
+    if (difference <= result.most) continue;
+    result.most = difference;
+    result.where = static_cast<int>(i);
+  }
+  result.rms = a.empty() ? 0 : std::sqrt(sum / static_cast<double>(a.size()));
+  return result;
+}
+
+double scene_size(const Simulation& system) {
+  if (system.flat()) {
+    double sum = 0;
+    for (int i = 0; i < system.components(); ++i) sum += system.component(i) * system.component(i);
+    return sum > 0 && std::isfinite(sum) ? std::sqrt(sum) : 1;
+  }
+  if (system.particles() == 0) return 1;
+  Vec3 low = system.position(0), high = low;
+  for (int i = 1; i < system.particles(); ++i) {
+    low = low.cwiseMin(system.position(i));
+    high = high.cwiseMax(system.position(i));
+  }
+  const double size = (high - low).stableNorm();
+  if (size > 0) return size;
+  const double distance = low.stableNorm();  // a single point: its distance from the origin
+  return distance > 0 ? distance : 1;
+}
+
+Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
+                          const std::function<bool()>& go_on) {
+  Problem with = problem.with(method);
+  if (plan.tolerance > 0) with.options.integrator_given["tol"] = plan.tolerance;
+  Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
+  std::optional<EnergyBalance> balance;
+  if (plan.energy && system.second_order()) balance.emplace(system);
+
+  Trajectory result;
+  result.time = plan.time;
+  result.points.push_back(coordinates(system));
+  const std::int64_t stride = plan.steps / plan.intervals;
+  bool good = true;
+  for (int k = 0; k < plan.intervals && good; ++k) {
+    for (std::int64_t done = 0; done < stride && good;) {
+      const std::int64_t next = std::min(stride, done + kStepsBetweenLooks);
+      good = go_on();
+      const auto begin = Clock::now();
+      while (done < next && good) {
+        const int taken = system.steps(balance ? 1 : next - done);
+        done += taken;
+        good = taken > 0;
+        if (!good || !balance) continue;
+        balance->advance();
+        balance->look();
+      }
+      result.seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+    }
+    if (good) result.points.push_back(coordinates(system));
+  }
+  result.finished = good;
+  result.steps = system.step_count();
+  result.effort = system.integrator().effort();
+  if (result.effort.evaluations == 0)
+    result.effort.evaluations = result.steps * system.integrator_info().evaluations;
+  if (balance && !good) result.energy_error = HUGE_VAL;
+  // Between the states of an adaptive run drag is not looked at.
+  const bool seen = balance && !(method.info.adaptive && balance->has_drag());
+  if (seen && good && balance->complete() && balance->in_play() > 0 &&
+      balance->uncertainty() <= 0.5 * std::abs(balance->error()))
+    result.energy_error = std::abs(balance->error()) / balance->in_play();
+  return result;
+}
+
+}  // namespace sim::study

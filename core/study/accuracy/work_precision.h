@@ -1,0 +1,67 @@
+// Work against precision: every fitting integrator over a range of steps, what is worth its cost,
+// and which to take.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/sweep.h"
+#include "core/study/limits/spectrum.h"
+
+namespace sim::study {
+
+struct Curve {
+  Method method;
+  std::vector<Point> points;    // from large steps (or tolerances) to small ones
+  std::vector<double> cost;     // of each point, in evaluations; implicit methods and single
+                                // precision as many as their wall time has room for
+  std::optional<double> limit;  // s, the largest stable step at the start, where it is known
+  std::optional<ObservedOrder> observed;
+};
+
+struct Place {  // of a point
+  std::size_t curve = 0, point = 0;
+};
+
+struct WorkPrecision {
+  std::string system;
+  double time = 0, size = 1;  // s, m
+  double budget = 0;          // m
+  double comparable = 0;      // s: beyond it the motion is too sensitive for points to be compared
+  Reference reference;
+  Growth growth;
+  Vibration fastest;    // at the start
+  Yardstick yardstick;  // refers to `reference`
+  std::vector<Curve> curves;
+  std::vector<Place> front;  // not beaten in both cost and error, by rising cost
+  // The cheapest point within half the budget and well inside the limit of stability, and the
+  // cheapest one within the budget.
+  std::optional<Place> recommended, cheapest;
+  bool complete = true;  // false when it was told to end
+
+  WorkPrecision() = default;
+  WorkPrecision(const WorkPrecision&) = delete;
+  WorkPrecision& operator=(const WorkPrecision&) = delete;
+  const Point& at(Place place) const { return curves[place.curve].points[place.point]; }
+  double cost(Place place) const { return curves[place.curve].cost[place.point]; }
+};
+
+// False for a run that failed, or that is off by more than the scene is large.
+bool stable(const Point& point, double size);
+
+struct WorkPrecisionOptions {
+  double time = 0;                       // s; 0 = the scene's duration
+  double budget = 1e-3;                  // of the size of the scene
+  bool budget_in_metres = false;         // or in metres
+  std::vector<Choice> integrators = {};  // empty = all that fit
+  int repeats = 5;                       // of each run, for its wall time
+};
+
+std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
+                                              const WorkPrecisionOptions& options,
+                                              const Watch& watch);
+
+}  // namespace sim::study

@@ -1,0 +1,127 @@
+#include "core/study/limits/stability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/study/energy_balance.h"
+#include "core/study/limits/step_limit.h"
+
+namespace sim::study {
+namespace {
+
+constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.0};
+constexpr double kInfinity = HUGE_VAL;
+
+bool bounded(const std::optional<double>& limit) {
+  return limit && *limit > 0 && *limit < kInfinity;
+}
+
+// Steps of one run that are not too long to wait for.
+double affordable_steps(const Simulation& system) {
+  return std::min(4e5, 5e7 / std::max(system.particles(), 1));
+}
+
+// Nothing when it was told to end.
+std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, double dt,
+                                      double time, const std::function<bool()>& go_on) {
+  Simulation run = problem.simulation(dt);
+  EnergyBalance balance(run);
+  const auto steps = static_cast<std::int64_t>(std::ceil(time / dt / 2)) * 2;
+  for (std::int64_t i = 0; i < steps; ++i) {
+    if (i % 1024 == 0 && !go_on()) return {};
+    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    balance.advance();
+    balance.look();
+  }
+  if (balance.in_play() == 0) return EnergyAtStep{fraction, dt, 0};
+  const double relative = std::abs(balance.error()) / balance.in_play();
+  return EnergyAtStep{fraction, dt, std::isnan(relative) ? kInfinity : relative};
+}
+
+// The duration of the scene; where it has none, so long that the largest step is taken often.
+double energy_time(const Simulation& system, const std::vector<MethodStability>& methods) {
+  double largest = 0;
+  for (const MethodStability& each : methods)
+    if (bounded(step_limit(each))) largest = std::max(largest, *step_limit(each));
+  return system.duration() > 0 ? system.duration() : 100 * largest;
+}
+
+// A method that takes no forces but springs and drag does not fit a system that loads hold still.
+void measure_limit(Standstill& place, const Stability& result, MethodStability& each) try {
+  if (result.spectrum.fastest.omega > 0)
+    each.radius = MeasuredRadius(place, result.spectrum, each.method)(result.dt);
+  each.measured = measured_step(place, result.spectrum, each.method);
+  // Where damping just holds a growth that is too slow to be seen, only the prediction knows.
+  if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
+} catch (const Error&) {}
+
+}  // namespace
+
+std::optional<double> step_limit(const MethodStability& method) {
+  return method.measured ? method.measured : method.predicted;
+}
+
+Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
+  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  Simulation system = problem.simulation();
+  Stability result;
+  result.system = system.name();
+  const PluginInfo& plugin = system.integrator_plugin();
+  result.integrator = spelled(plugin.name, plugin.params, system.integrator_params());
+  result.dt = system.h();
+  for (const std::int64_t last = system.steps_for(options.at); system.step_count() < last;) {
+    if (!system.step())
+      throw Error(ErrorKind::kUsage,
+                  {"no state to look at", "--at " + shortest(options.at),
+                   "the run diverges in step " + std::to_string(system.step_count() + 1),
+                   "choose a smaller --dt or an earlier time"});
+    const double done = static_cast<double>(system.step_count()) / static_cast<double>(last);
+    if (!watch("run to the state", done)) {
+      result.complete = false;
+      return result;
+    }
+  }
+  result.t = system.t();
+  result.spectrum = spectrum(system);
+  Standstill place(problem, system);
+
+  const auto count = static_cast<double>(methods.size());
+  for (const Method& method : methods) {
+    if (!watch(method.label, 0.5 * static_cast<double>(result.methods.size()) / count)) {
+      result.complete = false;
+      return result;
+    }
+    MethodStability& each = result.methods.emplace_back();
+    each.method = method;
+    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
+    if (!method.info.adaptive) measure_limit(place, result, each);
+  }
+
+  if (!system.second_order()) return result;
+  result.energy_time = energy_time(system, result.methods);
+  const double steps = affordable_steps(system);
+  for (std::size_t i = 0; i < result.methods.size(); ++i) {
+    MethodStability& each = result.methods[i];
+    const std::optional<double> limit = step_limit(each);
+    if (!bounded(limit) || each.method.info.adaptive) continue;
+    if (result.energy_time > steps * kFractions[0] * *limit) continue;
+    for (const double fraction : kFractions) {
+      const auto go_on = [&] {
+        return watch(each.method.label + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
+      };
+      const auto point = energy_at(problem.with(each.method), fraction, fraction * *limit,
+                                   result.energy_time, go_on);
+      if (!point) {
+        result.complete = false;
+        return result;
+      }
+      each.energy.push_back(*point);
+    }
+  }
+  return result;
+}
+
+}  // namespace sim::study

@@ -1,0 +1,51 @@
+// How large a step each integrator stands on a system, said and measured, and what it costs in
+// energy to go near it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/study/limits/spectrum.h"
+#include "core/study/problem.h"
+
+namespace sim::study {
+
+// A run of the system from its start with the step `fraction` of the limit.
+struct EnergyAtStep {
+  double fraction = 0, dt = 0;  // dt in s
+  double error = 0;             // largest |E + W - E0| over the energy in play; infinity: diverged
+};
+
+struct MethodStability {
+  Method method;
+  // s; 0 = no step is stable, infinity = none is unstable. Not predicted where the method does not
+  // know its own stability; not measured where it chooses its own steps.
+  std::optional<double> predicted, measured;
+  std::optional<double> radius;  // growth of the fastest mode in one step of the dt asked about
+  std::vector<EnergyAtStep> energy;
+};
+
+struct Stability {
+  std::string system, integrator;
+  double t = 0, dt = 0;  // s; dt and integrator: as a run would have them
+  Spectrum spectrum;
+  double energy_time =
+      0;  // s, the length of the runs behind EnergyAtStep; none where too many steps
+  std::vector<MethodStability> methods;
+  bool complete = true;  // false when it was told to end
+};
+
+struct StabilityOptions {
+  double at = 0;                         // s: look at the state that the run has reached then
+  std::vector<Choice> integrators = {};  // empty = all that fit
+};
+
+// Throws Error{kUsage} when the system diverges before `at`.
+Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch);
+
+// What limits a method: the measured step, or else the predicted one; nothing when neither is
+// known.
+std::optional<double> step_limit(const MethodStability& method);
+
+}  // namespace sim::study
