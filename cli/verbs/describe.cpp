@@ -40,7 +40,7 @@ std::string bounds_text(const Param& param) {
 }
 
 std::string default_text(const Param& param) {
-  if (param.required) return "required";
+  if (param.required) return param.per_tie ? "required, or by tie" : "required";
   const std::string text = to_text(param.default_value);
   return text.empty() ? "none" : text;
 }
@@ -63,6 +63,20 @@ std::string param_table(const PluginInfo& info) {
   return text;
 }
 
+// How a scene joins particles by the force, and what each tie may say for itself.
+std::string elements_text(const PluginInfo& info) {
+  std::string ids, own;
+  for (int i = 0; i < info.elements.arity; ++i)
+    ids += (i ? ", " : "") + std::string(1, static_cast<char>('a' + i));
+  for (const Param& param : info.params)
+    if (param.per_tie) own += (own.empty() ? "" : ", ") + param.name + " =";
+  std::string text = "joins particles: force:tie(" + ids;
+  if (!own.empty()) text += ", { " + own + " }";
+  text += "), or ties = { {" + ids + (own.empty() ? "" : ", " + own) + "}, ... }";
+  if (info.elements.arity == 2) text += ", or grid = and offsets =";
+  return wrapped("  " + text, 2) + '\n';
+}
+
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
   std::string text = std::string(kind_name(info.kind)) + " " + info.name;
   if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
@@ -72,7 +86,8 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   if (const auto facts = integrator_facts(info, registry); facts && facts->info.order > 0)
     text += '\n' + facts_text(*facts);
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
-  if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
+  if (info.elements.arity > 0) text += '\n' + elements_text(info);
+  if (info.pointwise) text += "\nacts on all particles, or on some: particles = {0, 1, 2}\n";
   return text + "\nfile  " + info.file + '\n';
 }
 
@@ -85,6 +100,7 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
         .text("unit", param.unit)
         .text("default", to_text(param.default_value))
         .flag("required", param.required)
+        .flag("per_tie", param.per_tie)
         .text("doc", param.doc);
     std::vector<std::string> choices;
     for (const std::string& choice : param.choices) choices.push_back(json_string(choice));
@@ -103,7 +119,8 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
       .text("source", info.source);
   if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
   return object.json("params", json_array(params))
-      .flag("takes_links", info.takes_links)
+      .integer("arity", info.elements.arity)
+      .flag("pointwise", info.pointwise)
       .text("file", info.file)
       .str();
 }

@@ -22,8 +22,10 @@ ParamType type_of(const Value& value) {
       return ParamType::kText;
     case 5:
       return ParamType::kVector;
-    default:
+    case 6:
       return ParamType::kFunction;
+    default:
+      return ParamType::kSurface;
   }
 }
 
@@ -31,6 +33,7 @@ ParamType type_of(const Value& value) {
 std::string shown(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return "'" + *text + "'";
   if (std::holds_alternative<OdeFunction>(value)) return "a function";
+  if (type_of(value) == ParamType::kSurface) return "a surface";
   return to_text(value);
 }
 
@@ -50,7 +53,8 @@ bool convert(Value& value, ParamType type) {
   return false;
 }
 
-// Why a value of the right type is not legal; empty when it is.
+}  // namespace
+
 std::string objection(const Value& value, const Param& param) {
   double number = 0;
   if (const auto* v = std::get_if<Vec3>(&value))
@@ -71,8 +75,6 @@ std::string objection(const Value& value, const Param& param) {
   return "";
 }
 
-}  // namespace
-
 const char* type_name(ParamType type) {
   switch (type) {
     case ParamType::kFlag:
@@ -87,6 +89,8 @@ const char* type_name(ParamType type) {
       return "vector {x, y, z}";
     case ParamType::kFunction:
       return "function";
+    case ParamType::kSurface:
+      return "surface (sim.surface)";
   }
   return "";
 }
@@ -107,6 +111,7 @@ std::string to_text(const Value& value) {
       return text += '}';
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
+    std::string operator()(const std::shared_ptr<const Surface>&) const { return "surface"; }
   };
   return std::visit(Writer{}, value);
 }
@@ -135,7 +140,7 @@ Params::Params(const std::string& owner, std::span<const Param> declared,
       throw Error(ErrorKind::kScene, {owner, place, name + " is " + shown(value), why});
   }
   for (const Param& param : declared)
-    if (param.required && !has(param.name))
+    if (param.required && !param.per_tie && !has(param.name))
       throw Error(ErrorKind::kScene, {owner, place, "its parameter '" + param.name + "' is missing",
                                       "give " + param.name + ", " + param.doc +
                                           (param.unit.empty() ? "" : " in " + param.unit)});
@@ -171,5 +176,6 @@ template const double& Params::get(const std::string&) const;
 template const std::string& Params::get(const std::string&) const;
 template const Vec3& Params::get(const std::string&) const;
 template const OdeFunction& Params::get(const std::string&) const;
+template const std::shared_ptr<const Surface>& Params::get(const std::string&) const;
 
 }  // namespace sim

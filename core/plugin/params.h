@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <variant>
@@ -15,15 +16,17 @@
 
 namespace sim {
 
+class Surface;
+
 // dxdt := f(t, x); both spans have the size of the state.
 using OdeFunction =
     std::function<void(double t, std::span<const double> x, std::span<double> dxdt)>;
 
 // monostate: no value given.
-using Value =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction>;
+using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
+                           OdeFunction, std::shared_ptr<const Surface>>;
 
-enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction };
+enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction, kSurface };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
 std::string to_text(const Value& value);  // "0.5", "{0, -9.81, 0}", "" for none
@@ -36,11 +39,15 @@ struct Param {
   std::string unit = {};
   std::string doc = {};
   bool required = false;    // a scene must say it; otherwise none is a legal value
+  bool per_tie = false;     // a number that each element may give for itself: see Elements
   bool positional = false;  // may be given as the first unnamed entry of the Lua table
   double min = -std::numeric_limits<double>::infinity();  // bounds of a number, inclusive
   double max = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices = {};  // for a text; none: any text
 };
+
+// Why a value of the right type is not legal; empty when it is.
+std::string objection(const Value& value, const Param& param);
 
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
 using Place = std::string;
@@ -52,7 +59,8 @@ class Params {
   Params() = default;
 
   // Checks `given` against `declared` and fills in the defaults. Throws Error{kScene} naming
-  // `owner` ("force 'spring'") and the place for an unknown name, a wrong type or a bad value.
+  // `owner` ("force 'spring'") and the place for an unknown name, a wrong type or a bad value, or
+  // where one is required that elements cannot give either.
   Params(const std::string& owner, std::span<const Param> declared,
          const std::map<std::string, Value>& given, const Place& place);
 
@@ -64,6 +72,9 @@ class Params {
   const std::string& text(const std::string& name) const { return get<std::string>(name); }
   const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
+  const std::shared_ptr<const Surface>& surface(const std::string& name) const {
+    return get<std::shared_ptr<const Surface>>(name);
+  }
 
  private:
   template <class T>

@@ -10,7 +10,7 @@
 #include "core/fields/field.h"
 #include "core/ode/integrator.h"
 #include "core/particles/force.h"
-#include "core/plugin/links.h"
+#include "core/plugin/elements.h"
 #include "core/plugin/params.h"
 
 namespace sim {
@@ -26,14 +26,16 @@ struct PluginInfo {
   std::string formula = {};  // the mathematics, one or more lines
   std::string source = {};   // author (year), equation; may be empty
   std::vector<Param> params = {};
-  bool takes_links = false;  // forces: a scene may tie pairs of particles to it
+  ElementKind elements = {};  // forces: what a scene may tie to it
+  bool pointwise = false;  // forces: the force on a particle depends on it alone, so that a scene
+                           // may name the particles it acts on
 
   std::vector<std::string> aliases = {};  // the rest is filled in by the registry
   PluginKind kind = PluginKind::kForce;
   std::string file = {};  // the library it came from
 };
 
-using MakeForce = std::function<std::unique_ptr<Force>(const Params&, const Links&)>;
+using MakeForce = std::function<std::unique_ptr<Force>(const Params&, const Elements&)>;
 using MakeField = std::function<std::unique_ptr<Field>(const Params&)>;
 using MakeIntegrator = std::function<std::unique_ptr<Integrator>(const Params&)>;
 

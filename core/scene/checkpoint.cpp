@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/hash.h"
+#include "core/particles/elements/surface.h"
 
 namespace sim {
 namespace {
@@ -33,18 +34,23 @@ void add_part(StateHash& hash, const PartSpec& part) {
   for (const auto& [name, value] : part.given) {
     add_text(hash, name);
     add_text(hash, to_text(value));
+    if (const auto* surface = std::get_if<std::shared_ptr<const Surface>>(&value))
+      for (const Surface::Triangle& triangle : (*surface)->triangles())
+        for (const int id : triangle) hash.add(static_cast<std::uint64_t>(id));
   }
-  for (const GridLinks& grid : part.links.grids) {
-    for (const int number : {grid.first, grid.rows, grid.cols, grid.di, grid.dj})
-      hash.add(static_cast<std::uint64_t>(number));
-    hash.add(grid.rest);
+  for (const GridPairs& grid : part.elements.grids) {
+    hash.add(static_cast<std::uint64_t>(grid.first));
+    for (const int number : grid.size) hash.add(static_cast<std::uint64_t>(number));
+    for (const int number : grid.step) hash.add(static_cast<std::uint64_t>(number));
+    hash.add(grid.length);
   }
-  for (const LinkSpec& tie : part.links.ties) {
-    hash.add(static_cast<std::uint64_t>(tie.a));
-    hash.add(static_cast<std::uint64_t>(tie.b));
-    hash.add(tie.stiffness);
-    hash.add(tie.rest);
+  for (const int id : part.elements.ids) hash.add(static_cast<std::uint64_t>(id));
+  for (const auto& [name, column] : part.elements.values) {
+    add_text(hash, name);
+    hash.add(std::span<const double>(column));
   }
+  if (part.particles)
+    for (const int id : *part.particles) hash.add(static_cast<std::uint64_t>(id));
 }
 
 std::uint64_t hash_of(std::string_view bytes) {
@@ -130,7 +136,7 @@ void write_value(Writer& out, const Value& value) {
     out.text(*text);
   } else if (const auto* v = std::get_if<Vec3>(&value)) {
     for (int axis = 0; axis < 3; ++axis) out.number((*v)[axis]);
-  } else if (std::holds_alternative<OdeFunction>(value)) {
+  } else if (value.index() > 5) {
     throw Error(ErrorKind::kCheckpoint,
                 {"cannot save", "", "the integrator has a function among its parameters", ""});
   }

@@ -6,6 +6,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
+#include "core/particles/group.h"
 #include "core/particles/loads.h"
 #include "core/scene/simulation_impl.h"
 
@@ -35,17 +36,6 @@ void check(const SystemSpec& spec) {
       refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
   if (!spec.loads.empty() && static_cast<int>(spec.loads.size()) != n)
     refuse("there are " + std::to_string(spec.loads.size()) + " loads", spec.place);
-  for (const PartSpec& force : spec.forces) {
-    for (const LinkSpec& tie : force.links.ties)
-      if (outside(tie.a) || outside(tie.b) || tie.a == tie.b)
-        refuse("a tie from " + std::to_string(tie.a) + " to " + std::to_string(tie.b) +
-                   " does not join two of its particles",
-               force.place);
-    for (const GridLinks& g : force.links.grids)
-      if (g.first < 0 || g.rows < 0 || g.cols < 0 || g.first + std::int64_t{g.rows} * g.cols > n ||
-          (g.di == 0 && g.dj == 0))
-        refuse("a grid of ties does not fit its particles", force.place);
-  }
 }
 
 template <class Object>
@@ -54,6 +44,20 @@ std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& p
     throw Error(ErrorKind::kPlugin,
                 {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
   return object;
+}
+
+// The force on the particles that its part names.
+std::unique_ptr<Force> on_group(std::unique_ptr<Force> force, const PluginInfo& plugin,
+                                const PartSpec& part, int n) {
+  const std::vector<int>& ids = *part.particles;
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kScene, {"force '" + plugin.name + "'", part.place, why, ""});
+  };
+  if (!plugin.pointwise) refuse("it cannot be kept to some particles");
+  if (!std::ranges::is_sorted(ids, std::less_equal{}) ||
+      (!ids.empty() && (ids.front() < 0 || ids.back() >= n)))
+    refuse("its particles are not ascending ids of the scene");
+  return make_group(std::move(force), ids);
 }
 
 }  // namespace
@@ -82,13 +86,12 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.force(part.plugin, part.place);
-    const std::string owner = "force '" + plugin.name + "'";
-    if (!plugin.takes_links && !part.links.empty())
-      throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
-                                      "tie them with sim.force.spring"});
-    const Params params(owner, plugin.params, part.given, part.place);
-    forces.push_back(
-        placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
+    const Params params("force '" + plugin.name + "'", plugin.params, part.given, part.place);
+    check_elements(part.elements, plugin, params, n, part.place);
+    auto force =
+        placed(part.place, [&] { return made(plugin.make(params, part.elements), plugin); });
+    if (part.particles) force = on_group(std::move(force), plugin, part, n);
+    forces.push_back(std::move(force));
     names.push_back(plugin.name);
   }
   if (!spec.loads.empty()) {

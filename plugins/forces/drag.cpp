@@ -26,8 +26,9 @@ SIM_PLUGIN(kForce, "drag") {
                                               .unit = "kg/s",
                                               .doc = "drag coefficient",
                                               .required = true,
-                                              .min = 0}}},
-                                 [](const sim::Params& params, const sim::Links&) {
+                                              .min = 0}},
+                                  .pointwise = true},
+                                 [](const sim::Params& params, const sim::Elements&) {
                                    return std::make_unique<Drag>(params.number("k"));
                                  }});
 }

@@ -31,8 +31,9 @@ SIM_PLUGIN(kForce, "gravity") {
                                               .type = sim::ParamType::kVector,
                                               .default_value = sim::Vec3(0, -9.81, 0),
                                               .unit = "m/s^2",
-                                              .doc = "acceleration"}}},
-                                 [](const sim::Params& params, const sim::Links&) {
+                                              .doc = "acceleration"}},
+                                  .pointwise = true},
+                                 [](const sim::Params& params, const sim::Elements&) {
                                    return std::make_unique<Gravity>(params.vector("g"));
                                  }});
 }

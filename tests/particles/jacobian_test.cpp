@@ -242,9 +242,10 @@ TEST_CASE("every force of this build has a Jacobian that agrees with differences
       if (param.required && param.type == ParamType::kNumber)
         given[param.name] = std::clamp(2.0, param.min, param.max);
     spec.forces.push_back(sim_test::make_part(name, given));
-    if (plugin.takes_links) {
+    if (plugin.elements.arity == 2) {
       spec.forces.back().given["stiffness"] = 30.0;
-      spec.forces.back().links.ties = {{.a = 0, .b = 2, .rest = 2.5}, {.a = 1, .b = 3, .rest = 0}};
+      spec.forces.back().elements.add({0, 2}, {{"rest", 2.5}});
+      spec.forces.back().elements.add({1, 3}, {{"rest", 0}});
     }
     Simulation simulation(spec, registry);
     const std::size_t size = simulation.state().size();

@@ -5,11 +5,23 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/particles/elements/surface.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
 
 namespace {
+
+constexpr int kCloud = 1500;  // particles
+
+// A strip of triangles over all particles of the cloud.
+std::vector<sim::Surface::Triangle> strip() {
+  std::vector<sim::Surface::Triangle> triangles;
+  for (int i = 0; i + 2 < kCloud; ++i)
+    triangles.push_back(i % 2 ? sim::Surface::Triangle{i + 1, i, i + 2}
+                              : sim::Surface::Triangle{i, i + 1, i + 2});
+  return triangles;
+}
 
 // A parameter list that satisfies every declaration: defaults, and 1, {1, 2, 3} ... where required.
 std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
@@ -32,6 +44,9 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kVector:
         given[param.name] = sim::Vec3(1, 2, 3);
         break;
+      case sim::ParamType::kSurface:
+        given[param.name] = std::make_shared<const sim::Surface>(kCloud, strip());
+        break;
       case sim::ParamType::kFunction:
         given[param.name] =
             sim::OdeFunction([](double t, std::span<const double> x, std::span<double> dxdt) {
@@ -51,13 +66,12 @@ sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
   spec.dt = 1e-3;
   spec.particles.emplace();
   sim::PartSpec part = make_part(force.name, acceptable(force));
-  if (force.takes_links) part.given["stiffness"] = 5.0;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < kCloud; ++i) {
     spec.particles->list.push_back(
         {.position = {std::sin(1.0 + i), std::sin(2.0 + 3 * i), std::sin(3.0 + 7 * i)},
          .velocity = {std::cos(1.0 + i), std::cos(2.0 + 5 * i), std::cos(3.0 + i)},
          .mass = 1 + 0.1 * (i % 7)});
-    if (force.takes_links && i > 2) part.links.ties.push_back({.a = i, .b = i - 1 - i % 2});
+    if (force.elements.arity == 2 && i > 2) part.elements.add({i, i - 1 - i % 2});
   }
   spec.forces = {part};
   return spec;

@@ -31,7 +31,8 @@ sim::SystemSpec make_pairs(double distance, double stiffness, double rest) {
   spec.forces = {make_springs("pair", stiffness)};
   for (int i = 0; i < 16; ++i)
     spec.particles->list.push_back({{i < 8 ? 0 : distance, i % 8 * 10.0, 0}, {0, 0, 0}, 1});
-  for (int i = 0; i < 8; ++i) spec.forces[0].links.ties.push_back({i, i + 8, stiffness, rest});
+  for (int i = 0; i < 8; ++i)
+    spec.forces[0].elements.add({i, i + 8}, {{"stiffness", stiffness}, {"rest", rest}});
   return spec;
 }
 

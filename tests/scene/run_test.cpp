@@ -142,10 +142,10 @@ TEST_CASE("the bits do not depend on the number of threads") {
   for (int i = 0; i < 5000; ++i) points.emplace_back(0.2 * i, std::sin(0.01 * i), 0);
   sim::SystemSpec rope = make_chain(points, {0, 4999}, 0.1);
   for (int i = 0; i + 37 < 5000; i += 11)
-    rope.forces[1].links.ties.push_back({.a = i, .b = i + 37, .stiffness = 3, .rest = 5});
+    rope.forces[1].elements.add({i, i + 37}, {{"stiffness", 3}, {"rest", 5}});
   for (int i = 0; i < 100; ++i)
-    rope.forces[1].links.ties.push_back(
-        {.a = i * i % 4999, .b = (7 * i * i + 13) % 4999 + 1, .stiffness = 0.5, .rest = 100});
+    rope.forces[1].elements.add({i * i % 4999, (7 * i * i + 13) % 4999 + 1},
+                                {{"stiffness", 0.5}, {"rest", 100}});
   check(rope, "rk4");
 }
 

@@ -27,7 +27,7 @@ SystemSpec hanging_particle(double stiffness, double mass, double offset) {
   gravity.given = {{"g", Vec3(0, -kGravity, 0)}};
   spring.plugin = "spring";
   spring.given = {{"stiffness", stiffness}};
-  spring.links.ties = {{.a = 0, .b = 1, .rest = 1}};
+  spring.elements.add({0, 1}, {{"rest", 1}});
   spec.forces = {gravity, spring};
   return spec;
 }
