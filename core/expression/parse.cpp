@@ -196,8 +196,10 @@ class Parser {
     const std::size_t begin = at_;
     const std::string word = name();
     if (take('(')) return call(word, begin);
-    if (const auto input = std::ranges::find(names_.inputs, word); input != names_.inputs.end())
+    if (const auto input = std::ranges::find(names_.inputs, word); input != names_.inputs.end()) {
+      names_.used.insert(word);
       return graph_.input(static_cast<int>(input - names_.inputs.begin()));
+    }
     if (const auto number = names_.numbers.find(word); number != names_.numbers.end()) {
       names_.used.insert(word);
       return graph_.number(number->second);

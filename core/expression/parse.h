@@ -15,7 +15,7 @@ namespace sim {
 struct Names {
   std::vector<std::string> inputs;        // the variables: name i is input i
   std::map<std::string, double> numbers;  // constants
-  std::set<std::string> used;             // those of `numbers` that a text named, added to
+  std::set<std::string> used = {};        // what texts named of these, added to
 };
 
 // Adds the formula to the graph and returns its node. In order of binding:
