@@ -162,7 +162,8 @@ std::vector<std::string> lua_names(Session& session, const std::string& path) {
     if (path.starts_with(prefix))
       for (const std::string& name : session.registry().names(kind)) names.push_back(prefix + name);
   if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos)
-    for (const char* name : {"arg", "field", "force", "grid", "particles", "scene", "surface", "world"})
+    for (const char* name :
+         {"arg", "field", "force", "grid", "particles", "scene", "surface", "world"})
       names.push_back(std::string("sim.") + name);
   return names;
 }

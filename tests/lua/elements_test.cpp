@@ -183,7 +183,7 @@ TEST_CASE("surfaces that a scene cannot have", "[lua][elements]") {
       {"sim.surface { particles = particles, triangles = { {0, 1, 1} } }", "a particle twice"},
       {"sim.surface { particles = particles, triangles = { {0, 1, 4}, {0, 1, 5} } }",
        "same direction"},
-      {"sim.surface { particles = particles, triangles = { {0, 1, 4}, {0, 1, 2} } }",
+      {"sim.surface { particles = particles, triangles = { {0, 1, 4}, {1, 0, 2} } }",
        "bad triangle 2 of a surface"},
       {"sim.force.gravity {}", "expected a sim.surface"},
   };
