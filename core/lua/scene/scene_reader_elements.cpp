@@ -19,7 +19,7 @@ std::string known_ids(const ParticlesSpec& particles) {
 }
 
 // |d| without overflow or underflow of the squares.
-double length(const Vec3& d) {
+double distance(const Vec3& d) {
   const double square = d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
   if (square > 1e-290 && square < 1e290) return std::sqrt(square);
   const double scale = d.cwiseAbs().maxCoeff();
@@ -154,7 +154,7 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Pl
     const std::array<int, 3> step = read_offset(L, grid, place, what);
     lua_pop(L, 1);
     GridPairs pairs{0, grid.size, step,
-                    length(step[0] * grid.du + step[1] * grid.dv + step[2] * grid.dw)};
+                    distance(step[0] * grid.du + step[1] * grid.dv + step[2] * grid.dw)};
     if (!std::isfinite(pairs.length))
       scene_error(place, "bad " + what, "its rest length is not finite");
     // Beyond the grid there is nothing to tie; the clamp keeps index arithmetic within int.
