@@ -22,9 +22,8 @@ void note_state(std::vector<Change>& changes, const std::string& prefix, const S
   const auto largest = largest_difference(before, after);
   if (!largest) return;
   const std::string id = std::to_string(largest->id);
-  const std::string what = largest->quantity == "component"
-                               ? "component " + id
-                               : largest->quantity + " of particle " + id;
+  const std::string of = (largest->item == "point" ? "particle" : largest->item) + " " + id;
+  const std::string what = largest->item == "component" ? of : largest->quantity + " of " + of;
   changes.push_back({prefix + "most changed: " + what, brief(largest->a), brief(largest->b)});
 }
 

@@ -61,13 +61,12 @@ std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& p
 // In the order of FirstOrderSpec::state.
 void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry) {
   const FirstOrderSpec& first = *spec.first_order;
-  dimension = first.dimension;
   initial_values = first.state;
   const Place& place = first.field.place;
   const FieldPlugin& plugin = registry.field(first.field.plugin, place);
   const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
   system = placed(place, [&] {
-    return std::make_unique<FieldSystem>(first.state.size(), dimension,
+    return std::make_unique<FieldSystem>(first.state.size(), first.dimension,
                                          made(plugin.make(params), plugin));
   });
   team = std::make_unique<Team>(1);
@@ -131,31 +130,27 @@ void Simulation::Impl::place_particles() {
       layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
     }
   }
+  if (particles) particles->start_memories(x.data());
   for (const int i : settings->pinned)
     for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
-  constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
-  const auto found = [&](int id, const char* quantity) {
-    divergence = {status, id, step_count + 1, t(step_count + 1), settings->h, quantity};
-    return true;
-  };
-  if (status != StepStatus::kNotFinite) return found(-1, "");
-  if (!particles) {
-    for (std::size_t i = 0; i < x_next.size(); ++i)
-      if (!std::isfinite(x_next[i])) {
-        const int id = static_cast<int>(i) / dimension;
-        return found(id, dimension == 3 ? kNames[i % 3] : "component");
-      }
-    return false;
-  }
-  for (int i = 0; i < particles->layout().n(); ++i)
-    for (int block = 0; block < 6; ++block)
-      if (!std::isfinite(particles->layout().block(x_next.data(), block)[i]))
-        return found(i, kNames[block]);
-  return false;
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h};
+  bool finite = status == StepStatus::kNotFinite;
+  if (finite)
+    shape.each([&](const StateNumber& number) {
+      finite = std::isfinite(x_next[number.at]);
+      if (finite) return true;
+      found.particle = static_cast<int>(number.item);
+      found.quantity = number.name();
+      found.item = number.part->item;
+      return false;
+    });
+  if (!finite) divergence = found;
+  return !finite;
 }
+
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
     : impl_(std::make_unique<Impl>()) {
   check(spec);
@@ -186,7 +181,8 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   } else {
     s.compile_field(spec, registry);
   }
-  if (!s.particles) s.x = Array(s.system->size());
+  s.shape = s.system->shape();
+  s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
   s.make_integrator(*settings, spec.place);
   reset();
@@ -196,34 +192,21 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
-bool Simulation::step() {
-  Impl& s = *impl_;
-  const StepStatus status = s.integrator->step(*s.system, t(), h(), s.x.data(), s.x_next.data());
-  if (status != StepStatus::kDone && s.find_divergence(status)) {
-    if (status != StepStatus::kStopped) s.restart();
-    return false;
-  }
-  std::swap(s.x, s.x_next);
-  ++s.step_count;
-  return true;
-}
+bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  const int count = static_cast<int>(std::min<std::int64_t>(most, s.integrator->at_once()));
-  if (count <= 1) return step() ? 1 : 0;
-  const StepStatus status =
-      s.integrator->steps(*s.system, t(), h(), count, s.x.data(), s.x_next.data());
-  if (status == StepStatus::kDone) {
-    std::swap(s.x, s.x_next);
-    s.step_count += count;
-    return count;
+  Advance now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
+  if (now.status != StepStatus::kDone) {
+    if (s.find_divergence(now.status)) {
+      if (now.status != StepStatus::kStopped) s.restart();
+      return 0;
+    }
+    now.taken = 1;
   }
-  // One of them failed: which one, single steps from the state before all of them say.
-  const std::vector<double> memory = s.integrator->memory();
-  s.restart();
-  s.integrator->recall(memory);
-  return step() ? 1 : 0;
+  std::swap(s.x, s.x_next);
+  s.step_count += now.taken;
+  return now.taken;
 }
 
 void Simulation::stop_when(std::function<bool()> stop) {
@@ -264,13 +247,10 @@ const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }
 std::span<const double> Simulation::state() const { return impl_->x.span(); }
 
+const StateShape& Simulation::shape() const { return impl_->shape; }
 bool Simulation::second_order() const { return impl_->particles != nullptr; }
-bool Simulation::flat() const { return !second_order() && impl_->dimension == 1; }
-
-int Simulation::particles() const {
-  if (impl_->particles) return impl_->particles->layout().n();
-  return flat() ? 0 : components() / 3;
-}
+bool Simulation::flat() const { return shape().first().components.size() == 1; }
+int Simulation::particles() const { return flat() ? 0 : static_cast<int>(shape().first().count); }
 
 int Simulation::pinned_count() const {
   return impl_->particles ? impl_->particles->pinned_count() : 0;
@@ -302,14 +282,8 @@ Energy Simulation::energy() const {
 std::uint64_t Simulation::hash() const {
   StateHash hash;
   hash.add(static_cast<std::uint64_t>(impl_->step_count));
-  if (!impl_->particles) {
-    hash.add(impl_->x.span());
-    return hash.value();
-  }
-  const Layout& layout = impl_->particles->layout();
-  for (int block = 0; block < 6; ++block)
-    hash.add(std::span<const double>(layout.block(impl_->x.data(), block),
-                                     static_cast<std::size_t>(layout.n())));
+  for (const auto& [begin, end] : impl_->shape.ranges())
+    hash.add(impl_->x.span().subspan(begin, end - begin));
   return hash.value();
 }
 

@@ -66,7 +66,8 @@ class Simulation {
   const Integrator& integrator() const;
   const Settings& settings() const;
   OdeSystem& ode();                       // for studies: the right-hand side, and
-  std::span<const double> state() const;  // X, in a layout that only the system knows
+  std::span<const double> state() const;  // X
+  const StateShape& shape() const;        // what the numbers of X are
 
   bool second_order() const;  // has particles with masses, velocities and energy
   bool flat() const;          // a flat ODE state: no particles

@@ -101,8 +101,9 @@ TEST_CASE("a method that says nothing of its stability is not predicted") {
    public:
     sim::IntegratorInfo info() const noexcept override { return {.order = 1, .evaluations = 1}; }
     void prepare(sim::OdeSystem&) override {}
-    sim::StepStatus step(sim::OdeSystem&, double, double, const double*, double*) override {
-      return sim::StepStatus::kDone;
+    sim::Advance advance(sim::OdeSystem&, double, double, std::int64_t, const double*,
+                         double*) override {
+      return {sim::StepStatus::kDone, 1};
     }
   };
   sim::Registry registry = make_registry();

@@ -30,8 +30,7 @@ std::vector<double> coordinates(Simulation& system) {
 
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all) {
   const ParticleSystem* particles = particles_of(system);
-  const std::size_t size = particles ? 3 * static_cast<std::size_t>(system.particles())
-                                     : static_cast<std::size_t>(system.components());
+  const std::size_t size = system.shape().first().count * system.shape().first().components.size();
   if (all.size() != size)
     throw Error(ErrorKind::kScene, {"exact solution of '" + system.name() + "'", "",
                                     "it has " + std::to_string(all.size()) +

@@ -50,15 +50,13 @@ const char* trust_name(Trust trust) {
 }
 
 Deviation deviation(const SystemSpec& spec, const Simulation& system) {
-  const auto numbers =
-      static_cast<std::size_t>(system.flat() ? system.components() : 3 * system.particles());
+  const StatePart& part = system.shape().first();
+  const std::size_t axes = part.components.size(), numbers = part.count * axes;
   const std::vector<double> exact = spec.exact(system.t());
   if (exact.size() != numbers) return {std::nan(""), 0};
   Deviation result;
   for (std::size_t i = 0; i < numbers; ++i) {
-    const int index = static_cast<int>(i);
-    const double value =
-        system.flat() ? system.component(index) : system.position(index / 3)[index % 3];
+    const double value = system.state()[part.at(i / axes, i % axes)];
     const double error = std::abs(value - exact[i]);
     if (!(error <= result.error)) result.error = error;
     result.size = std::max(result.size, std::abs(exact[i]));
@@ -160,8 +158,10 @@ void Monitor::double_a_step() {
       !doubled_->step(t + h / 2, h / 2, half.data(), halves.data()))
     return;
   double most = 0;
-  const std::size_t positions = system_->second_order() ? n / 2 : n;
-  for (std::size_t i = 0; i < positions; ++i) most = std::max(most, std::abs(whole[i] - halves[i]));
+  const StatePart& part = system_->shape().first();
+  for (std::size_t i = 0; i < part.count; ++i)
+    for (std::size_t c = 0; c < part.components.size(); ++c)
+      most = std::max(most, std::abs(whole[part.at(i, c)] - halves[part.at(i, c)]));
   const double error = most / (1 - std::ldexp(1.0, -system_->integrator_info().order));
   if (!(error <= figures_.step_error)) figures_.step_error = error;
 }
