@@ -43,9 +43,9 @@ Value value_of(const std::string& text, const Param& param) {
 // Integrators that have the parameter; those that cannot be opened are passed over.
 std::vector<std::string> names_with(const std::string& param, Registry& registry) {
   std::vector<std::string> names;
-  for (const std::string& name : registry.names(PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<Integrator>()) {
     try {
-      if (has_param(registry.integrator(name), param)) names.push_back(name);
+      if (has_param(registry.get<Integrator>(name), param)) names.push_back(name);
     } catch (const Error&) {
       continue;
     }
@@ -95,7 +95,7 @@ std::vector<IntegratorChoice> parse_integrators(const std::string& option,
 std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
                                                const std::string& name, Registry& registry) {
   try {
-    const IntegratorPlugin& plugin = registry.integrator(name, "on the command line");
+    const IntegratorPlugin& plugin = registry.get<Integrator>(name, "on the command line");
     const std::string owner = "integrator '" + plugin.name + "'";
     std::map<std::string, Value> given;
     for (const auto& [param, text] : choice.params) {

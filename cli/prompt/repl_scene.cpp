@@ -246,7 +246,7 @@ void LiveScene::set_integrator(const IntegratorChoice& choice) {
     text.where.clear();
     throw Error(error.kind(), text);
   }
-  const IntegratorPlugin& plugin = registry_.integrator(choice.name);
+  const IntegratorPlugin& plugin = registry_.get<Integrator>(choice.name);
   edit([&](Simulation& each) { each.set_integrator(plugin, given); });
 }
 

@@ -151,16 +151,13 @@ Answer plugins(Call& call) {
     return {};
   }
   std::vector<std::pair<Data, Data>> fields;
-  const std::pair<const char*, PluginKind> kinds[] = {{"integrators", PluginKind::kIntegrator},
-                                                      {"forces", PluginKind::kForce},
-                                                      {"fields", PluginKind::kField}};
-  for (const auto& [name, kind] : kinds) {
+  for (const PluginKind& kind : kPluginKinds) {
     std::vector<Data> names;
     for (const std::string& plugin : session.registry().names(kind)) names.emplace_back(plugin);
-    if (what == name) return {names};
-    fields.emplace_back(name, names);
+    if (what == kind.folder) return {names};
+    fields.emplace_back(std::string(kind.folder), names);
   }
-  if (!what.empty()) call.wrong("there are integrators, forces and fields");
+  if (!what.empty()) call.wrong("there are " + plural_kinds());
   return {fields};
 }
 

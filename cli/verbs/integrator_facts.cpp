@@ -7,11 +7,11 @@
 namespace sim::cli {
 
 std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry& registry) {
-  if (info.kind != PluginKind::kIntegrator) return {};
+  if (info.kind != kind_of<Integrator>) return {};
   for (const Param& param : info.params)
     if (param.required) return {};
-  const auto method = registry.integrator(info.name).make(
-      Params("integrator '" + info.name + "'", info.params, {}, {}));
+  const auto method =
+      registry.get<Integrator>(info.name).make(Params(info.title(), info.params, {}, {}));
   return IntegratorFacts{method->info(), stable_step(*method, 1, 0), stable_step(*method, 0, 1)};
 }
 

@@ -143,8 +143,7 @@ std::string json_of(const OrderStudy& result) {
 }
 
 bool is_integrator(const std::string& word, Registry& registry) {
-  const PluginInfo* plugin = registry.find(word.substr(0, word.find(':')));
-  return plugin && plugin->kind == PluginKind::kIntegrator;
+  return registry.find(kind_of<Integrator>, word.substr(0, word.find(':')));
 }
 
 }  // namespace

@@ -210,7 +210,7 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
   if (!saved.pinned.empty() && !simulation.second_order())
     refuse(where, "its contents make no sense", "make the checkpoint again");
   const auto settings = std::make_shared<const Settings>(
-      Settings{registry.integrator(saved.integrator), saved.given, saved.h, saved.pinned});
+      Settings{registry.get<Integrator>(saved.integrator), saved.given, saved.h, saved.pinned});
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
 }
 

@@ -64,8 +64,8 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
   dimension = first.dimension;
   initial_values = first.state;
   const Place& place = first.field.place;
-  const FieldPlugin& plugin = registry.field(first.field.plugin, place);
-  const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
+  const FieldPlugin& plugin = registry.get<Field>(first.field.plugin, place);
+  const Params params(plugin.title(), plugin.params, first.field.given, place);
   system = placed(place, [&] {
     return std::make_unique<FieldSystem>(first.state.size(), dimension,
                                          made(plugin.make(params), plugin));
@@ -81,8 +81,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
-    const ForcePlugin& plugin = registry.force(part.plugin, part.place);
-    const std::string owner = "force '" + plugin.name + "'";
+    const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
+    const std::string owner = plugin.title();
     if (!plugin.takes_links && !part.links.empty())
       throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
                                       "tie them with sim.force.spring"});
@@ -113,7 +113,7 @@ std::vector<double> Simulation::Impl::masses() const {
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
   const IntegratorPlugin& plugin = wanted.integrator;
-  Params params("integrator '" + plugin.name + "'", plugin.params, wanted.given, place);
+  Params params(plugin.title(), plugin.params, wanted.given, place);
   auto method = made(plugin.make(params), plugin);
   placed(place, [&] { method->prepare(*system); });
   integrator = std::move(method);
@@ -173,7 +173,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   // Parameters of the scene's integrator hold for no other one.
   const bool own = options.integrator.empty();
   settings->integrator =
-      registry.integrator(own ? spec.integrator : options.integrator, spec.place);
+      registry.get<Integrator>(own ? spec.integrator : options.integrator, spec.place);
   settings->given = options.integrator_given;
   if (own) settings->given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
 

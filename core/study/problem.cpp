@@ -30,27 +30,26 @@ Simulation Problem::simulation(double dt) const {
 
 std::unique_ptr<Integrator> Problem::make_integrator() const {
   const Choice choice = integrator();
-  const IntegratorPlugin& plugin = registry->integrator(choice.name);
-  return plugin.make(
-      Params("integrator '" + plugin.name + "'", plugin.params, choice.given, spec->place));
+  const IntegratorPlugin& plugin = registry->get<Integrator>(choice.name);
+  return plugin.make(Params(plugin.title(), plugin.params, choice.given, spec->place));
 }
 
 std::unique_ptr<Integrator> Problem::make_integrator(const Simulation& like) const {
-  return registry->integrator(like.integrator_plugin().name).make(like.integrator_params());
+  return registry->get<Integrator>(like.integrator_plugin().name).make(like.integrator_params());
 }
 
 std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& given) {
   std::vector<Choice> wanted = given;
   if (wanted.empty())
-    for (std::string& name : problem.registry->names(PluginKind::kIntegrator))
+    for (std::string& name : problem.registry->names<Integrator>())
       wanted.push_back({std::move(name)});
   const Choice own = problem.integrator();
-  const std::string own_name = problem.registry->integrator(own.name).name;
+  const std::string own_name = problem.registry->get<Integrator>(own.name).name;
   std::vector<Method> methods;
   for (Choice& choice : wanted) {
     try {
       const IntegratorPlugin& plugin =
-          problem.registry->integrator(choice.name, "on the command line");
+          problem.registry->get<Integrator>(choice.name, "on the command line");
       const auto has = [&](auto what) {
         return std::any_of(plugin.params.begin(), plugin.params.end(), what);
       };

@@ -23,7 +23,7 @@ class Gravity final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "gravity") {
+SIM_PLUGIN(Force, "gravity") {
   registrar.add(sim::ForcePlugin{{.name = "gravity",
                                   .summary = "uniform gravity on every free particle",
                                   .formula = "f = m g,  potential energy -m g.x",

@@ -63,7 +63,7 @@ class Spring final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "spring") {
+SIM_PLUGIN(Force, "spring") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "spring",

@@ -162,7 +162,7 @@ class Automatic final : public sim::Integrator {
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "auto") {
+SIM_PLUGIN(Integrator, "auto") {
   sim::IntegratorPlugin plugin;
   plugin.name = "auto";
   plugin.summary = "chooses method and step for the scene, and says why";

@@ -90,7 +90,7 @@ Contestant contestant(sim::Simulation& simulation) {
 }
 
 std::vector<IntegratorChoice> choose_integrators(const Options& options, sim::Registry& registry) {
-  const std::vector<std::string> known = registry.names(sim::PluginKind::kIntegrator);
+  const std::vector<std::string> known = registry.names<sim::Integrator>();
   if (options.integrators.empty()) {
     std::vector<IntegratorChoice> chosen;
     for (const std::string name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})

@@ -159,7 +159,7 @@ TEST_CASE("bdf2 goes on from its memory as if it had never stopped") {
 
   // Another one of the same kind, which has taken other steps before.
   Simulation other(sim_test::make_cloth(5), registry, {.integrator = "bdf2", .dt = 0.01});
-  const IntegratorPlugin& plugin = registry.integrator("bdf2");
+  const IntegratorPlugin& plugin = registry.get<sim::Integrator>("bdf2");
   const auto method = plugin.make(Params("integrator", plugin.params, {}, {}));
   method->prepare(other.ode());
   Array next(now.size());

@@ -74,7 +74,7 @@ TEST_CASE("a third-party force works like the kernel's own") {
   sim::Registry registry = make_registry();
   registry.load(fixture("attraction"));
   check_orbit(registry);
-  const sim::PluginInfo& info = registry.force("attraction");
+  const sim::PluginInfo& info = registry.get<sim::Force>("attraction");
   CHECK(info.formula == "f = -k (x - center)");
   CHECK(info.params.size() == 2);
 
@@ -141,5 +141,5 @@ TEST_CASE("the command of the README builds a plugin outside the tree") {
   sim::Registry registry({SIM_PLUGIN_DIR, folder.path()});
   CHECK(registry.rejected().empty());
   check_orbit(registry);
-  CHECK(registry.force("attraction").file == (folder.path() / "attraction.so").string());
+  CHECK(registry.get<sim::Force>("attraction").file == (folder.path() / "attraction.so").string());
 }

@@ -88,7 +88,7 @@ TEST_CASE("auto runs the method that it names") {
 
 TEST_CASE("a choice is remembered with the state") {
   sim::Registry registry = make_registry();
-  const sim::IntegratorPlugin& plugin = registry.integrator("auto");
+  const sim::IntegratorPlugin& plugin = registry.get<sim::Integrator>("auto");
   const auto make = [&] { return plugin.make(sim::Params("auto", plugin.params, {}, {})); };
   sim::Simulation scene(make_cloth(6), registry);
   sim::OdeSystem& system = scene.ode();

@@ -21,7 +21,7 @@ template <class Visit>
 int with_each_integrator(const sim::SystemSpec& spec, double dt, Visit visit) {
   sim::Registry registry = make_registry();
   int count = 0;
-  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<sim::Integrator>()) {
     std::optional<Simulation> simulation;
     try {
       simulation.emplace(spec, registry, sim::RunOptions{.integrator = name, .dt = dt});
@@ -131,7 +131,8 @@ TEST_CASE("another integrator at some step, and back to before it") {
   sim.reset();
   Timeline timeline(sim);
   REQUIRE(timeline.go_to(sim, 100, kOn));
-  timeline.edit(sim, [&](Simulation& s) { s.set_integrator(registry.integrator("rk4"), {}); });
+  timeline.edit(sim,
+                [&](Simulation& s) { s.set_integrator(registry.get<sim::Integrator>("rk4"), {}); });
   REQUIRE(timeline.go_to(sim, 200, kOn));
   CHECK(sim.integrator_plugin().name == "rk4");
   const std::uint64_t end = sim.hash();

@@ -205,7 +205,7 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     const Place place = place_of(L, record);
-    PartSpec chosen = part(L, record, registry_.integrator(lua_tostring(L, -1), place), 1);
+    PartSpec chosen = part(L, record, registry_.get<Integrator>(lua_tostring(L, -1), place), 1);
     spec.integrator = chosen.plugin;
     spec.integrator_given = std::move(chosen.given);
   } else if (!kind.empty()) {
@@ -213,7 +213,7 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
                 "write integrator = \"rk4\"");
   } else {
     spec.integrator = read_text(L, value, spec.place, "integrator");
-    registry_.integrator(one_line_text(spec.integrator), spec.place);
+    registry_.get<Integrator>(one_line_text(spec.integrator), spec.place);
   }
   lua_settop(L, value);
 }
@@ -245,7 +245,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
                   "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
-    const ForcePlugin& plugin = registry_.force(lua_tostring(L, -1), place_of(L, record));
+    const ForcePlugin& plugin = registry_.get<Force>(lua_tostring(L, -1), place_of(L, record));
     PartSpec part_spec = part(L, record, plugin, 1);
     part_spec.links = links(L, record, *spec.particles, handle, part_spec);
     if (!plugin.takes_links && !part_spec.links.empty())
@@ -277,7 +277,7 @@ void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
                 "expected a sim.field.NAME { ... }, got " + shown_part(L, field, got));
   const int record = lua_absindex(L, -1);
   push_field(L, record, "plugin");
-  const FieldPlugin& plugin = registry_.field(lua_tostring(L, -1), place_of(L, record));
+  const FieldPlugin& plugin = registry_.get<Field>(lua_tostring(L, -1), place_of(L, record));
   first.field = part(L, record, plugin, first.dimension);
   lua_settop(L, state - 1);
 }

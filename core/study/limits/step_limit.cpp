@@ -135,7 +135,7 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
   problem_.spec = &spec_;
   // That of the run, or if it takes no loads any integrator.
   std::vector<Choice> choices{problem_.integrator()};
-  for (std::string& name : problem_.registry->names(PluginKind::kIntegrator))
+  for (std::string& name : problem_.registry->names<Integrator>())
     choices.push_back({std::move(name)});
   for (const Choice& choice : choices) {
     try {
