@@ -154,7 +154,7 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
     }
     if (system.second_order()) object.integer("springs", spring_count(system));
-    systems.push_back(object.text("integrator", system.integrator_plugin().name)
+    systems.push_back(object.text("integrator", system.method().name())
                           .number("dt", system.h())
                           .number("duration", system.duration())
                           .str());
@@ -202,7 +202,7 @@ std::string system_facts(const Simulation& system) {
       text += " (" + std::to_string(system.pinned_count()) + " pinned)";
     text += ", " + counted(spring_count(system), "spring");
   }
-  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
+  return text + "; " + system.method().name() + ", " + brief(system.h()) + " s a step, " +
          brief(system.duration()) + " s";
 }
 

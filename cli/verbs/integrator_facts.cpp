@@ -10,8 +10,7 @@ std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry
   if (info.kind != kind_of<Integrator>) return {};
   for (const Param& param : info.params)
     if (param.required) return {};
-  const auto method =
-      registry.get<Integrator>(info.name).make(Params(info.title(), info.params, {}, {}));
+  const auto method = Method(registry, info.name).make();
   return IntegratorFacts{method->info(), stable_step(*method, 1, 0), stable_step(*method, 0, 1)};
 }
 

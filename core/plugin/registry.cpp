@@ -59,20 +59,8 @@ struct Registry::Impl {
                      "name it in SIM_PLUGIN"});
       plugin->aliases = promised->aliases;
       plugin->file = library.file.string();
-      if (plugin->kind == kind_of<Integrator>) connect(static_cast<IntegratorPlugin&>(*plugin));
       registered.insert(plugin->name);
       impl.of(library.kind).plugins.emplace(plugin->name, std::move(plugin));
-    }
-
-    void connect(IntegratorPlugin& plugin) {
-      if (!plugin.make_from_others) return;
-      plugin.make = [make = plugin.make_from_others, &impl = impl](const Params& params) {
-        return make(params, [&impl](const std::string& name, const auto& given) {
-          const auto& other =
-              static_cast<const IntegratorPlugin&>(impl.get(kind_of<Integrator>, name, {}));
-          return other.make(Params(other.title(), other.params, given, {}));
-        });
-      };
     }
 
     Impl& impl;
@@ -157,7 +145,8 @@ struct Registry::Impl {
   }
 };
 
-Registry::Registry(std::vector<fs::path> directories) : impl_(std::make_unique<Impl>()) {
+Registry::Registry(const std::vector<fs::path>& directories, const std::vector<fs::path>& libraries)
+    : impl_(std::make_unique<Impl>()) {
   // A broken library must not keep the others from being used: it is told when it is asked for.
   for (const fs::path& directory : directories)
     for (const fs::path& file : libraries_below(directory)) {
@@ -168,11 +157,10 @@ Registry::Registry(std::vector<fs::path> directories) : impl_(std::make_unique<I
         impl_->rejected.push_back(error.what());
       }
     }
+  for (const fs::path& library : libraries) load(library);
 }
 
 Registry::~Registry() = default;
-Registry::Registry(Registry&&) noexcept = default;
-Registry& Registry::operator=(Registry&&) noexcept = default;
 
 void Registry::load(const fs::path& library) { impl_->open(impl_->enter(fs::absolute(library))); }
 

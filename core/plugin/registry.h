@@ -3,12 +3,13 @@
 
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/plugin/kinds.h"
+#include "core/plugin/method.h"
 
 namespace sim {
 
@@ -34,9 +35,8 @@ struct Plugin : PluginInfo {
   typename Kind<Object>::Make make;
 };
 
-// Another integrator by its name, with values for its parameters; throws as Registry::get.
-using OtherIntegrator = std::function<std::unique_ptr<Integrator>(
-    const std::string& name, const std::map<std::string, Value>& given)>;
+// Another integrator, for a method built on others; throws as Method.
+using OtherIntegrator = std::function<std::unique_ptr<Integrator>(const MethodChoice&)>;
 
 template <>
 struct Plugin<Integrator> : PluginInfo {
@@ -46,6 +46,14 @@ struct Plugin<Integrator> : PluginInfo {
       make_from_others = {};
 };
 
+// The object, or an error of the plugin if it made none.
+template <class Object>
+std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
+  if (object) return object;
+  throw Error(ErrorKind::kPlugin,
+              {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
+}
+
 using ForcePlugin = Plugin<Force>;
 using FieldPlugin = Plugin<Field>;
 using IntegratorPlugin = Plugin<Integrator>;
@@ -54,10 +62,12 @@ class Registry {
  public:
   // Directories are searched in order; each has a folder for each kind, or holds libraries
   // directly. Nothing is opened yet. A directory that cannot be read is an error.
-  explicit Registry(std::vector<std::filesystem::path> directories);
+  // The `libraries` are opened at once. Methods refer to their registry: it is never moved.
+  explicit Registry(const std::vector<std::filesystem::path>& directories,
+                    const std::vector<std::filesystem::path>& libraries = {});
   ~Registry();
-  Registry(Registry&&) noexcept;
-  Registry& operator=(Registry&&) noexcept;
+  Registry(const Registry&) = delete;
+  Registry& operator=(const Registry&) = delete;
 
   // Opens one library now. Throws Error{kPlugin} with the reason.
   void load(const std::filesystem::path& library);

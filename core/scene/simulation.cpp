@@ -48,14 +48,6 @@ void check(const SystemSpec& spec) {
   }
 }
 
-template <class Object>
-std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
-  if (!object)
-    throw Error(ErrorKind::kPlugin,
-                {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
-  return object;
-}
-
 }  // namespace
 
 // In the order of FirstOrderSpec::state.
@@ -112,12 +104,9 @@ std::vector<double> Simulation::Impl::masses() const {
 }
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
-  const IntegratorPlugin& plugin = wanted.integrator;
-  Params params(plugin.title(), plugin.params, wanted.given, place);
-  auto method = made(plugin.make(params), plugin);
+  auto method = wanted.method.make();
   placed(place, [&] { method->prepare(*system); });
   integrator = std::move(method);
-  integrator_params = std::move(params);
 }
 
 // A position of -0 becomes 0, for adding 0 to it would change its bits.
@@ -162,20 +151,13 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   Impl& s = *impl_;
   s.name = spec.name;
   s.duration = spec.duration;
-  const auto settings = std::make_shared<Settings>();
+  const double h = options.dt > 0 ? options.dt : spec.dt;
+  if (!(h > 0) || !std::isfinite(h))
+    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
+                                    "its step size dt is " + shortest(h), "give dt > 0 in s"});
+  const auto settings = std::make_shared<Settings>(
+      Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}});
   s.settings = settings;
-  settings->h = options.dt > 0 ? options.dt : spec.dt;
-  if (!(settings->h > 0) || !std::isfinite(settings->h))
-    throw Error(ErrorKind::kScene,
-                {"scene '" + spec.name + "'", spec.place,
-                 "its step size dt is " + shortest(settings->h), "give dt > 0 in s"});
-
-  // Parameters of the scene's integrator hold for no other one.
-  const bool own = options.integrator.empty();
-  settings->integrator =
-      registry.get<Integrator>(own ? spec.integrator : options.integrator, spec.place);
-  settings->given = options.integrator_given;
-  if (own) settings->given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
 
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
@@ -257,8 +239,7 @@ std::int64_t Simulation::steps_for(double duration) const {
 
 const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
-const PluginInfo& Simulation::integrator_plugin() const { return impl_->settings->integrator; }
-const Params& Simulation::integrator_params() const { return impl_->integrator_params; }
+const Method& Simulation::method() const { return impl_->settings->method; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }

@@ -17,6 +17,8 @@ class Gravity final : public sim::Force {
     });
   }
 
+  bool conservative() const override { return true; }
+
  private:
   sim::Vec3 g_;
 };

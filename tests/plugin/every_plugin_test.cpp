@@ -97,7 +97,7 @@ std::unique_ptr<sim::Integrator> make_integrator(const std::string& name, sim::R
   std::map<std::string, sim::Value> given = acceptable(plugin);
   for (const sim::Param& param : plugin.params)
     if (param.name == "fixed_step") given["fixed_step"] = true;
-  return plugin.make(sim::Params("integrator", plugin.params, given, {}));
+  return sim::Method(registry, plugin, given).make();
 }
 
 }  // namespace

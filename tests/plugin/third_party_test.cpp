@@ -109,7 +109,7 @@ TEST_CASE("a third-party integrator and field work like the kernel's own") {
   spec.first_order = sim::FirstOrderSpec{
       .dimension = 1, .state = {1, -7}, .field = make_part("decay", {{"rate", 2.0}})};
   sim::Simulation simulation(spec, registry);
-  CHECK(simulation.integrator_plugin().name == "ralston");
+  CHECK(simulation.method().name() == "ralston");
   REQUIRE(run(simulation, 10));
   const double factor = std::pow(1 - 0.2 + 0.02, 10);
   CHECK(simulation.flat());

@@ -133,14 +133,13 @@ sim::SystemSpec make_falling(double mass, double drag) {
 }
 
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.get<sim::Integrator>(integrator);
-  return plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
+  return sim::Method(registry, integrator).make()->info();
 }
 
 sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry) {
   sim::RunOptions options{.integrator = integrator, .dt = dt};
   for (const sim::Param& param : registry.get<sim::Integrator>(integrator).params)
-    if (param.name == "fixed_step") options.integrator_given["fixed_step"] = true;
+    if (param.name == "fixed_step") options.integrator.given["fixed_step"] = true;
   return options;
 }
 

@@ -206,14 +206,13 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
     push_field(L, record, "plugin");
     const Place place = place_of(L, record);
     PartSpec chosen = part(L, record, registry_.get<Integrator>(lua_tostring(L, -1), place), 1);
-    spec.integrator = chosen.plugin;
-    spec.integrator_given = std::move(chosen.given);
+    spec.integrator = {chosen.plugin, std::move(chosen.given)};
   } else if (!kind.empty()) {
     scene_error(spec.place, "bad integrator", "expected a name, got a sim." + kind,
                 "write integrator = \"rk4\"");
   } else {
-    spec.integrator = read_text(L, value, spec.place, "integrator");
-    registry_.get<Integrator>(one_line_text(spec.integrator), spec.place);
+    spec.integrator.name = read_text(L, value, spec.place, "integrator");
+    registry_.get<Integrator>(one_line_text(spec.integrator.name), spec.place);
   }
   lua_settop(L, value);
 }

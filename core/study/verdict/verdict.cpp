@@ -79,8 +79,7 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   if (registry && open) probes_ = std::max(probes_, 3);
   strains_ = std::max(1, enough_for(kEvaluationsPerStrain / cost, kMostStrains));
   if (probes_ > 0 && !system.integrator_info().adaptive) {
-    const Problem same{&spec, registry, {}};
-    doubled_ = std::make_unique<StepMap>(system.ode(), same.make_integrator(system));
+    doubled_ = std::make_unique<StepMap>(system.ode(), system.method().make());
   }
   size_ = scene_size(system);
   if (!system.second_order()) return;
