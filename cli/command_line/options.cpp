@@ -271,9 +271,7 @@ RunRequest Parser::run_request() const {
   RunRequest request;
   request.scene = scene_request(t.scene);
   request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
-  if (!t.tol.empty()) request.scene.integrator.tol = positive_number("--tol", t.tol);
-  if (!t.precision.empty()) request.scene.integrator.precision = t.precision;
-  request.scene.integrator.fixed_step = t.fixed_step;
+  add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
   if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
     request.scene.dt = positive_number("--dt", dt);
   if (!t.time.empty() && !t.steps.empty())

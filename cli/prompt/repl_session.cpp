@@ -199,7 +199,7 @@ std::string Session::position() {
       const double drift = energy.total() - live_.start_energy(i);
       text += "  energy " + brief(energy.total(), 5) + " J  drift " + brief(drift, 4) + " J";
     }
-    text += "  " + system.integrator_plugin().name + ", dt = " + brief(system.h()) + " s\n";
+    text += "  " + system.method().name() + ", dt = " + brief(system.h()) + " s\n";
   }
   return text;
 }

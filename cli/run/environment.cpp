@@ -53,9 +53,7 @@ Registry open_registry(const Environment& environment, const Folders& libraries)
     throw Error(ErrorKind::kIo,
                 {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
                  "there is none beside the program", "install it again, or give --plugin-path"});
-  Registry registry(environment.plugin_folders);
-  for (const fs::path& library : libraries) registry.load(library);
-  return registry;
+  return Registry(environment.plugin_folders, libraries);
 }
 
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }

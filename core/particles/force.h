@@ -84,6 +84,9 @@ class Force {
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }
 
+  // True if the force is what its potential gives, F = -dU/dx, and does no other work.
+  virtual bool conservative() const { return false; }
+
   // Appends the links of particle i.
   virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}
 

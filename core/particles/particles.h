@@ -61,7 +61,9 @@ class Particles {
   void derive(const ParticleView& view, double* rates) const;
 
   // Springs and m g alone.
-  bool conserves_energy() const noexcept { return motion_.damping == 0 && other_forces_.empty(); }
+  bool conserves_energy() const noexcept {
+    return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
+  }
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone

@@ -154,17 +154,6 @@ const T& Params::get(const std::string& name) const {
   return std::get<T>(entry->second);
 }
 
-std::string spelled(const std::string& name, std::span<const Param> declared,
-                    const Params& params) {
-  std::string text = name;
-  for (const Param& param : declared) {
-    const std::string value = to_text(params.value(param.name));
-    if (value != to_text(param.default_value))
-      text += (text == name ? ":" : ",") + param.name + "=" + value;
-  }
-  return text;
-}
-
 template const bool& Params::get(const std::string&) const;
 template const std::int64_t& Params::get(const std::string&) const;
 template const double& Params::get(const std::string&) const;

@@ -72,7 +72,4 @@ class Params {
   std::map<std::string, Value> values_;
 };
 
-// "NAME:PARAM=VALUE,PARAM=VALUE" of the values that are not the defaults, as --integrator takes it.
-std::string spelled(const std::string& name, std::span<const Param> declared, const Params& params);
-
 }  // namespace sim

@@ -56,14 +56,13 @@ struct FirstOrderSpec {
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
-  std::vector<PartSpec> forces;
+  std::vector<PartSpec> forces, colliders;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
 
-  std::string integrator;
-  std::map<std::string, Value> integrator_given = {};  // its parameters
-  double dt = 0;                                       // s, > 0
-  double duration = 0;                                 // s, >= 0
+  MethodChoice integrator;
+  double dt = 0;        // s, > 0
+  double duration = 0;  // s, >= 0
   Place place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

@@ -48,14 +48,6 @@ void check(const SystemSpec& spec) {
   }
 }
 
-template <class Object>
-std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
-  if (!object)
-    throw Error(ErrorKind::kPlugin,
-                {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
-  return object;
-}
-
 }  // namespace
 
 // In the order of FirstOrderSpec::state.
@@ -63,8 +55,8 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
   const FirstOrderSpec& first = *spec.first_order;
   initial_values = first.state;
   const Place& place = first.field.place;
-  const FieldPlugin& plugin = registry.field(first.field.plugin, place);
-  const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
+  const FieldPlugin& plugin = registry.get<Field>(first.field.plugin, place);
+  const Params params(plugin.title(), plugin.params, first.field.given, place);
   system = placed(place, [&] {
     return std::make_unique<FieldSystem>(first.state.size(), first.dimension,
                                          made(plugin.make(params), plugin));
@@ -80,8 +72,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
-    const ForcePlugin& plugin = registry.force(part.plugin, part.place);
-    const std::string owner = "force '" + plugin.name + "'";
+    const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
+    const std::string owner = plugin.title();
     if (!plugin.takes_links && !part.links.empty())
       throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
                                       "tie them with sim.force.spring"});
@@ -101,6 +93,13 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  for (const PartSpec& part : spec.colliders) {
+    const auto& plugin = registry.get<Collider>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    placed(part.place, [&] {
+      particles->add_collider(made(plugin.make(params), plugin), plugin.name, x.data());
+    });
+  }
   system = std::move(compiled);
 }
 
@@ -111,12 +110,9 @@ std::vector<double> Simulation::Impl::masses() const {
 }
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
-  const IntegratorPlugin& plugin = wanted.integrator;
-  Params params("integrator '" + plugin.name + "'", plugin.params, wanted.given, place);
-  auto method = made(plugin.make(params), plugin);
+  auto method = wanted.method.make();
   placed(place, [&] { method->prepare(*system); });
   integrator = std::move(method);
-  integrator_params = std::move(params);
 }
 
 // A position of -0 becomes 0, for adding 0 to it would change its bits.
@@ -157,20 +153,13 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   Impl& s = *impl_;
   s.name = spec.name;
   s.duration = spec.duration;
-  const auto settings = std::make_shared<Settings>();
+  const double h = options.dt > 0 ? options.dt : spec.dt;
+  if (!(h > 0) || !std::isfinite(h))
+    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
+                                    "its step size dt is " + shortest(h), "give dt > 0 in s"});
+  const auto settings = std::make_shared<Settings>(
+      Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}});
   s.settings = settings;
-  settings->h = options.dt > 0 ? options.dt : spec.dt;
-  if (!(settings->h > 0) || !std::isfinite(settings->h))
-    throw Error(ErrorKind::kScene,
-                {"scene '" + spec.name + "'", spec.place,
-                 "its step size dt is " + shortest(settings->h), "give dt > 0 in s"});
-
-  // Parameters of the scene's integrator hold for no other one.
-  const bool own = options.integrator.empty();
-  settings->integrator =
-      registry.integrator(own ? spec.integrator : options.integrator, spec.place);
-  settings->given = options.integrator_given;
-  if (own) settings->given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
 
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
@@ -240,8 +229,7 @@ std::int64_t Simulation::steps_for(double duration) const {
 
 const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
-const PluginInfo& Simulation::integrator_plugin() const { return impl_->settings->integrator; }
-const Params& Simulation::integrator_params() const { return impl_->integrator_params; }
+const Method& Simulation::method() const { return impl_->settings->method; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }

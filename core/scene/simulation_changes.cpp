@@ -124,11 +124,9 @@ void Simulation::set_dt(double new_h) {
   s.restart();
 }
 
-void Simulation::set_integrator(const IntegratorPlugin& plugin,
-                                const std::map<std::string, Value>& given) {
+void Simulation::set_integrator(const Method& method) {
   auto wanted = std::make_shared<Settings>(*impl_->settings);
-  wanted->integrator = plugin;
-  wanted->given = given;
+  wanted->method = method;
   impl_->adopt(std::move(wanted));
   impl_->restart();
 }

@@ -35,7 +35,6 @@ struct Simulation::Impl {
   Divergence divergence;
 
   std::shared_ptr<const Settings> settings;
-  Params integrator_params;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Team> team;
   std::unique_ptr<OdeSystem> system;

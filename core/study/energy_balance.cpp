@@ -11,7 +11,7 @@ namespace sim::study {
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
   damping_ = particles.motion().damping;
-  complete_ = particles.other_forces().empty();
+  complete_ = particles.other_forces().empty() && particles.contacts().empty();
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   t_[0] = system.t();

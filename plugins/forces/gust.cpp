@@ -92,7 +92,7 @@ class Gust final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "gust") {
+SIM_PLUGIN(Force, "gust") {
   registrar.add(sim::ForcePlugin{
       {.name = "gust",
        .summary =

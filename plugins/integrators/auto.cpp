@@ -108,7 +108,7 @@ class Automatic final : public sim::Integrator {
     constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "trbdf2", "rk4"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
-    method_ = other_(kNames[choice], given);
+    method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
     name_ = kNames[choice];
     choice_ = choice;
@@ -169,7 +169,7 @@ class Automatic final : public sim::Integrator {
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "auto") {
+SIM_PLUGIN(Integrator, "auto") {
   sim::IntegratorPlugin plugin;
   plugin.name = "auto";
   plugin.summary = "chooses method and step for the scene, and says why";

@@ -8,7 +8,7 @@
 --
 -- This file only builds tables; the kernel reads them once, after the scene file has returned.
 
-local host = ...  -- what the kernel lends: places in the scene, errors, parameters
+local host = ...  -- what the kernel lends: places in the scene, errors, parameters, kinds of plugins
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
 local type, next, setmetatable, tostring = type, next, setmetatable, tostring
 local math_type, select = math.type, select
@@ -237,9 +237,10 @@ function Force:tie(a, b, options)
   return self
 end
 
-local part_class = {
-  force = class("force", Force), field = class("field", {}), integrator = class("integrator", {}),
-}
+local part_class = {}
+for _, kind in ipairs(host.kinds) do
+  part_class[kind] = class(kind, kind == "force" and Force or {})
+end
 
 -- Lists inside the options are taken as they are now: changing them later changes nothing.
 local function copy(value, depth)
@@ -249,10 +250,10 @@ local function copy(value, depth)
   return result
 end
 
--- force = sim.force.NAME { ... },  field = sim.field.NAME { ... },
--- integrator = sim.integrator.NAME { ... }
--- Any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter
--- may be marked there as positional; it can then be written without its name, first in the table.
+-- part = sim.KIND.NAME { ... }
+-- KIND is a kind of plugin: force, field, integrator, collider. NAME is any plugin that `sim list`
+-- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
+-- positional; it can then be written without its name, first in the table.
 -- Forces that act between pairs also take a grid of pairs:
 --   grid      the sim.grid that is the scene's particles
 --   offsets   list of {di, dj}, whole numbers, not both 0: each ties (i, j) to (i + di, j + dj)
@@ -311,6 +312,7 @@ end
 -- Second order (particles with mass and velocity):
 --   particles    a sim.particles or sim.grid
 --   forces       list of sim.force.NAME{...}, may be empty
+--   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
 -- First order (no masses, no velocities):
 --   state        { x = list of vectors } for points of space, or a flat list of numbers
 --   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)
@@ -338,10 +340,9 @@ end
 
 local entries = {
   arg = arg, particles = make_particles, grid = make_grid,
-  force = constructors("force"), field = constructors("field"),
-  integrator = constructors("integrator"),
   scene = "made where it is written", world = "made where it is written",
 }
+for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end
 
 local sim = setmetatable({}, {
   __index = function(_, key)

@@ -13,7 +13,7 @@ namespace {
 
 sim::RunOptions with(const std::string& method, double dt, bool single = false, int threads = 1) {
   sim::RunOptions options{.integrator = method, .dt = dt, .threads = threads};
-  if (single) options.integrator_given["precision"] = std::string("single");
+  if (single) options.integrator.given["precision"] = std::string("single");
   return options;
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("several steps at once have the bits of single ones") {
   sim::Registry registry = make_registry();
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options, int most) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
-    INFO(spec.name << " of " << one.particles() << ", " << options.integrator << ", "
+    INFO(spec.name << " of " << one.particles() << ", " << options.integrator.name << ", "
                    << options.threads << " threads");
     REQUIRE(at_once(spec, registry, options) == most);
     REQUIRE(run(one, 61));
@@ -105,8 +105,7 @@ TEST_CASE("several steps at once have the bits of single ones") {
     rope.forces[1].links.ties.push_back({.a = i, .b = i + 700, .stiffness = 3, .rest = 140});
   for (const int threads : {1, 2, 3, 4}) check(rope, with("verlet", h, threads == 4, threads), 8);
   // In two steps of verlet each.
-  check(make_cloth(12, {.drag = 0}),
-        {.integrator = "auto", .integrator_given = {{"tol", 1e-2}}, .dt = 5e-3}, 4);
+  check(make_cloth(12, {.drag = 0}), {.integrator = {"auto", {{"tol", 1e-2}}}, .dt = 5e-3}, 4);
   check(make_circle(), with("rk4", h), 1);
 }
 
@@ -120,7 +119,8 @@ TEST_CASE("methods that kick more than twice a step take several at once too") {
   };
   sim::Simulation one(make_cloth(95), registry, {.dt = 1e-4}),
       many(make_cloth(95), registry, {.dt = 1e-4}), probe(make_cloth(95), registry, {.dt = 1e-4});
-  for (sim::Simulation* each : {&one, &many, &probe}) each->set_integrator(plugin, {});
+  for (sim::Simulation* each : {&one, &many, &probe})
+    each->set_integrator(sim::Method(registry, plugin));
   REQUIRE(probe.steps(1000) == 5);
   REQUIRE(run(one, 33));
   REQUIRE(run_at_once(many, 33));
@@ -155,7 +155,7 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
   sim::SystemSpec far = make_chain({{0, 0, 0}, {0.01, 0, 0}, {5, 0, 0}}, {}, 0);
   far.forces[1].links.ties.pop_back();
   far.particles->list[2].velocity = {1.5e308, 0, 0};
-  check(far, {.integrator = "auto", .integrator_given = {{"tol", 1e-2}}, .dt = 0.02});
+  check(far, {.integrator = {"auto", {{"tol", 1e-2}}}, .dt = 0.02});
 }
 
 TEST_CASE("what is changed between several steps at once is seen") {

@@ -18,7 +18,7 @@ sim::study::Watch no_watch() {
 }
 
 sim::study::Stability study_of(const sim::SystemSpec& spec,
-                               const std::vector<sim::study::Choice>& integrators = {}) {
+                               const std::vector<sim::MethodChoice>& integrators = {}) {
   sim::Registry registry = make_registry();
   return sim::study::stability({&spec, &registry}, {.integrators = integrators}, no_watch());
 }
@@ -74,8 +74,7 @@ TEST_CASE("the run may have an integrator that takes no loads") {
   const sim::SystemSpec cloth = make_cloth(8);
   for (const sim::RunOptions& options :
        {sim::RunOptions{.integrator = "projective_dynamics"},
-        sim::RunOptions{.integrator = "rk4",
-        .integrator_given = {{"precision", std::string("single")}}}}) {
+        sim::RunOptions{.integrator = {"rk4", {{"precision", std::string("single")}}}}}) {
     const auto study = sim::study::stability({&cloth, &registry, options},
                                              {.integrators = {{"verlet"}}}, no_watch());
     CHECK(method_of(study, "verlet").measured.value() == Approx(1.035e-2).epsilon(0.01));

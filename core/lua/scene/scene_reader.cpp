@@ -11,8 +11,9 @@
 namespace sim {
 namespace {
 
-const std::vector<std::string> kSceneKeys = {"name",  "particles",  "forces", "state",   "field",
-                                             "exact", "integrator", "dt",     "duration"};
+const std::vector<std::string> kSceneKeys = {"name",  "particles", "forces", "colliders",
+                                             "state", "field",     "exact",  "integrator",
+                                             "dt",    "duration"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -169,11 +170,15 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   lua_pop(L, 4);
 
   // Either particles with forces or a state with a field.
-  const bool second = has("particles") || has("forces"), first = has("state") || has("field");
+  const bool second = has("particles") || has("forces") || has("colliders"),
+             first = has("state") || has("field");
   if (second && first)
     scene_error(place, "a scene of two kinds",
-                std::string("it has ") + (has("particles") ? "particles" : "forces") + " and " +
-                    (has("state") ? "state" : "field"),
+                std::string("it has ") +
+                    (has("particles") ? "particles"
+                     : has("forces")  ? "forces"
+                                      : "colliders") +
+                    " and " + (has("state") ? "state" : "field"),
                 "give particles and forces (second order), or state and field (first order)");
   if (!second && !first)
     scene_error(place, "an empty scene", "it has neither particles nor state",
@@ -205,15 +210,14 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     const Place place = place_of(L, record);
-    PartSpec chosen = part(L, record, registry_.integrator(lua_tostring(L, -1), place), 1);
-    spec.integrator = chosen.plugin;
-    spec.integrator_given = std::move(chosen.given);
+    PartSpec chosen = part(L, record, registry_.get<Integrator>(lua_tostring(L, -1), place), 1);
+    spec.integrator = {chosen.plugin, std::move(chosen.given)};
   } else if (!kind.empty()) {
     scene_error(spec.place, "bad integrator", "expected a name, got a sim." + kind,
                 "write integrator = \"rk4\"");
   } else {
-    spec.integrator = read_text(L, value, spec.place, "integrator");
-    registry_.integrator(one_line_text(spec.integrator), spec.place);
+    spec.integrator.name = read_text(L, value, spec.place, "integrator");
+    registry_.get<Integrator>(one_line_text(spec.integrator.name), spec.place);
   }
   lua_settop(L, value);
 }
@@ -245,7 +249,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
                   "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
-    const ForcePlugin& plugin = registry_.force(lua_tostring(L, -1), place_of(L, record));
+    const ForcePlugin& plugin = registry_.get<Force>(lua_tostring(L, -1), place_of(L, record));
     PartSpec part_spec = part(L, record, plugin, 1);
     part_spec.links = links(L, record, *spec.particles, handle, part_spec);
     if (!plugin.takes_links && !part_spec.links.empty())
@@ -256,6 +260,30 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     lua_settop(L, forces);
   }
   lua_settop(L, handle - 1);
+  colliders(L, scene, spec);
+}
+
+void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
+  if (push_field(L, scene, "colliders") == LUA_TNIL) return lua_pop(L, 1);
+  const int list = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, list); !got.empty())
+    scene_error(spec.place, "bad colliders", "expected a list, got a sim." + got,
+                "write colliders = { sim.collider.NAME { ... } }");
+  lua_pop(L, 1);
+  const std::size_t count = read_length(L, list, spec.place, "colliders");
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
+    const int collider = lua_absindex(L, -1);
+    if (const std::string got = session_->push_record(L, collider); got != "collider")
+      scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of colliders",
+                  "expected a sim.collider.NAME { ... }, got " + shown_part(L, collider, got));
+    const int record = lua_absindex(L, -1);
+    push_field(L, record, "plugin");
+    spec.colliders.push_back(
+        part(L, record, registry_.get<Collider>(lua_tostring(L, -1), place_of(L, record)), 1));
+    lua_settop(L, list);
+  }
+  lua_settop(L, list - 1);
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
@@ -277,7 +305,7 @@ void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
                 "expected a sim.field.NAME { ... }, got " + shown_part(L, field, got));
   const int record = lua_absindex(L, -1);
   push_field(L, record, "plugin");
-  const FieldPlugin& plugin = registry_.field(lua_tostring(L, -1), place_of(L, record));
+  const FieldPlugin& plugin = registry_.get<Field>(lua_tostring(L, -1), place_of(L, record));
   first.field = part(L, record, plugin, first.dimension);
   lua_settop(L, state - 1);
 }

@@ -148,8 +148,8 @@ PartSpec SceneReader::part(lua_State* L, int record, const PluginInfo& plugin,
   PartSpec spec;
   spec.plugin = plugin.name;
   spec.place = place_of(L, record);
-  const std::string owner = std::string(kind_name(plugin.kind)) + " '" + plugin.name + "'";
-  const bool links = plugin.kind == PluginKind::kForce && plugin.takes_links;
+  const std::string owner = plugin.title();
+  const bool links = plugin.kind == kind_of<Force> && plugin.takes_links;
 
   push_field(L, record, "given");
   const int given = lua_absindex(L, -1);

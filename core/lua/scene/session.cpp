@@ -55,6 +55,15 @@ void load_text(lua_State* L, std::string_view text, const std::string& chunk) {
   throw Error(ErrorKind::kScene, error);
 }
 
+// The names of the kinds of plugins, as a list.
+void push_kinds(lua_State* L) {
+  lua_createtable(L, static_cast<int>(kPluginKinds.size()), 0);
+  for (const PluginKind& kind : kPluginKinds) {
+    lua_pushlstring(L, kind.name.data(), kind.name.size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(kind.number) + 1);
+  }
+}
+
 bool legal_module_name(const std::string& name) {
   constexpr std::string_view kLegal =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-";
@@ -132,6 +141,8 @@ void SceneSession::open_language(lua_State* L) {
     luaL_newlibtable(L, kHost);
     lua_pushlightuserdata(L, this);
     luaL_setfuncs(L, kHost, 1);
+    push_kinds(L);
+    lua_setfield(L, -2, "kinds");
     lua_call(L, 1, 2);
     records_ = luaL_ref(L, LUA_REGISTRYINDEX);
     lua_setfield(L, LUA_REGISTRYINDEX, kLanguage);

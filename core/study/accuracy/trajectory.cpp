@@ -77,10 +77,10 @@ double scene_size(const Simulation& system) {
   return distance > 0 ? distance : 1;
 }
 
-Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
-                          const std::function<bool()>& go_on) {
+Trajectory run_trajectory(const Problem& problem, const Candidate& method,
+                          const TrajectoryPlan& plan, const std::function<bool()>& go_on) {
   Problem with = problem.with(method);
-  if (plan.tolerance > 0) with.options.integrator_given["tol"] = plan.tolerance;
+  if (plan.tolerance > 0) with.options.integrator.given["tol"] = plan.tolerance;
   Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);

@@ -135,10 +135,10 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
   }
   problem_.spec = &spec_;
   // That of the run, or if it takes no loads any integrator.
-  std::vector<Choice> choices{problem_.integrator()};
-  for (std::string& name : problem_.registry->names(PluginKind::kIntegrator))
+  std::vector<MethodChoice> choices{problem_.integrator()};
+  for (std::string& name : problem_.registry->names<Integrator>())
     choices.push_back({std::move(name)});
-  for (const Choice& choice : choices) {
+  for (const MethodChoice& choice : choices) {
     try {
       system_.emplace(problem_.with(choice).simulation());
       return;
@@ -148,7 +148,8 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
   }
 }
 
-MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum, const Choice& method)
+MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
+                               const MethodChoice& method)
     : place_(&place),
       spectrum_(&spectrum),
       map_(place.system().ode(), place.problem().with(method).make_integrator()),
@@ -193,7 +194,7 @@ double MeasuredRadius::operator()(double h) {
 }
 
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
-                                    const Choice& method) {
+                                    const MethodChoice& method) {
   if (!(spectrum.fastest.omega > 0)) return {};
   MeasuredRadius radius(place, spectrum, method);
   return largest_stable_step([&](double h) { return radius(h); }, spectrum.fastest.omega,

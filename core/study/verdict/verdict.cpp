@@ -77,8 +77,7 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   if (registry && open) probes_ = std::max(probes_, 3);
   strains_ = std::max(1, enough_for(kEvaluationsPerStrain / cost, kMostStrains));
   if (probes_ > 0 && !system.integrator_info().adaptive) {
-    const Problem same{&spec, registry, {}};
-    doubled_ = std::make_unique<StepMap>(system.ode(), same.make_integrator(system));
+    doubled_ = std::make_unique<StepMap>(system.ode(), system.method().make());
   }
   size_ = scene_size(system);
   if (!system.second_order()) return;
@@ -188,7 +187,14 @@ double Monitor::momentum_change() const {
 std::string Monitor::energy_words(bool& suspect) const {
   const double scale = balance_->in_play(), error = balance_->error();
   const std::string whole = brief(scale, 3) + " J in play";
-  if (!balance_->complete()) return "energy unchecked, for a force may add any";
+  const ParticleSystem& particles = *particles_of(*system_);
+  if (!particles.other_forces().empty()) return "energy unchecked, for a force may add any";
+  if (system_->ode().confined()) {
+    suspect = balance_->rise() > kTolerance * scale;
+    if (!suspect) return "energy unchecked but for a rise, because contact takes some";
+    return "energy rose by " + brief(balance_->rise(), 3) + " J, " +
+           percent(balance_->rise(), scale) + " of the " + whole + ", though contact only takes";
+  }
   // What is in play may be less than the rounding of the energies, as the motion less than that of
   // the coordinates. That is well where nothing goes anywhere.
   if (kRounding * largest_ > kTolerance * scale) {
