@@ -118,6 +118,10 @@ void Particles::add_collider(std::unique_ptr<Collider> collider, const std::stri
   contacts_.add(std::move(collider), name, view(0, x));
 }
 
+bool Particles::conserves_energy() const noexcept {
+  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
+}
+
 double Particles::kinetic_energy(double t, const double* state) const {
   const ParticleView p = view(t, state);
   return sum_over_tiles(p.n, [&](Tile tile) {

@@ -60,10 +60,7 @@ class Particles {
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
 
-  // Springs and m g alone.
-  bool conserves_energy() const noexcept {
-    return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
-  }
+  bool conserves_energy() const noexcept;                        // springs and m g alone
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone

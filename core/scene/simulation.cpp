@@ -132,7 +132,7 @@ void Simulation::Impl::place_particles() {
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
-  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h};
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", ""};
   bool finite = status == StepStatus::kNotFinite;
   if (finite)
     shape.each([&](const StateNumber& number) {

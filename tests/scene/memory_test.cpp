@@ -61,7 +61,7 @@ TEST_CASE("air without gusts keeps its velocity and takes dust along as the clos
   const sim::SystemSpec spec = make_dust(0);
   for (const char* method : {"rk4", "dopri5", "implicit_midpoint", "verlet", "pefrl"}) {
     INFO(method);
-    sim::Simulation simulation(spec, registry, {.integrator = method, .dt = 1e-3});
+    sim::Simulation simulation(spec, registry, {.integrator = {method}, .dt = 1e-3});
     CHECK(air(simulation).count == 3);
     REQUIRE(run(simulation, 1000));
     CHECK(simulation.state()[air(simulation).at(0)] == 3);
@@ -76,10 +76,10 @@ TEST_CASE("methods keep their order on forces with a memory") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec spec = make_dust(1.5);
   const double time = 1.6;
-  const auto exact = end_of(spec, registry, {.integrator = "rk4", .dt = time / 16384}, time);
+  const auto exact = end_of(spec, registry, {.integrator = {"rk4"}, .dt = time / 16384}, time);
   const auto order = [&](const char* method, int steps) {
     const auto error = [&](int count) {
-      return worst(end_of(spec, registry, {.integrator = method, .dt = time / count}, time), exact);
+      return worst(end_of(spec, registry, {.integrator = {method}, .dt = time / count}, time), exact);
     };
     INFO(method << " " << error(steps) << " " << error(2 * steps));
     CHECK(error(steps) > 1e-12);
@@ -101,7 +101,7 @@ TEST_CASE("a gust has the mean and the strength asked for, and other seeds other
     spec.forces[0].given["seed"] = seed;
     return spec;
   };
-  sim::Simulation simulation(of(1), registry, {.integrator = "rk4", .dt = 2e-3});
+  sim::Simulation simulation(of(1), registry, {.integrator = {"rk4"}, .dt = 2e-3});
   double sum = 0, squares = 0;
   constexpr int kSteps = 50000;
   for (int n = 0; n < kSteps; ++n) {
@@ -123,12 +123,12 @@ TEST_CASE("a memory takes part in the hash, in snapshots, checkpoints and travel
   const sim::SystemSpec spec = make_flag(6);
   for (const char* method : {"rk4", "verlet", "dopri5", "bdf2"}) {
     INFO(method);
-    const sim::RunOptions options{.integrator = method, .dt = 2e-3};
+    const sim::RunOptions options{.integrator = {method}, .dt = 2e-3};
     sim::Simulation whole(spec, registry, options), part(spec, registry, options);
     REQUIRE(run(whole, 150));
     REQUIRE(run(part, 90));
     sim::Simulation resumed(spec, registry, {.dt = 0.5});
-    const auto saved = sim::decode(sim::encode({.systems = {sim::checkpoint(part, spec, 0)}}), "f");
+    const auto saved = sim::decode(sim::encode({"", {}, 0, {sim::checkpoint(part, spec, 0)}}), "f");
     sim::resume(resumed, spec, saved.systems.front(), registry);
     REQUIRE(run(resumed, 60));
     CHECK(resumed.hash() == whole.hash());
@@ -161,7 +161,7 @@ TEST_CASE("forces with a memory give the same bits on any number of threads") {
     INFO(method);
     const auto with = [&](int threads) {
       sim::Simulation simulation(make_flag(72), registry,
-                                 {.integrator = method, .dt = 1e-3, .threads = threads});
+                                 {.integrator = {method}, .dt = 1e-3, .threads = threads});
       REQUIRE(run(simulation, 5));
       return simulation.hash();
     };
@@ -173,7 +173,7 @@ TEST_CASE("a memory that is not finite is named") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_dust(1);
   spec.forces[0].given["tau"] = 1e-6;
-  sim::Simulation simulation(spec, registry, {.integrator = "euler", .dt = 0.1});
+  sim::Simulation simulation(spec, registry, {.integrator = {"euler"}, .dt = 0.1});
   CHECK_FALSE(run(simulation, 1000));
   CHECK(simulation.divergence().item == "memory of 'gust'");
 }
