@@ -34,7 +34,7 @@ double first_touch(const Collider& collider, double t, double h, const Way& way)
       if (outside < 1e-12) return 0;
   } else {
     // Sphere tracing: the gap is free in every direction.
-    constexpr int kSteps = 64;
+    constexpr int kSteps = 256;  // more than a few only where the way all but touches
     double s = 0, gap = start.gap;
     for (int step = 0; step < kSteps && reach > 0; ++step) {
       s += gap / reach;

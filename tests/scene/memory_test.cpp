@@ -26,6 +26,7 @@ sim::SystemSpec make_flag(int n, double breeze = 1.5) {
 // One particle of 1 kg that only the air moves.
 sim::SystemSpec make_dust(double breeze) {
   sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list[0] = {.mass = 1};
   spec.forces = {make_part(
       "gust", {{"velocity", sim::Vec3(3, 0, -1)}, {"breeze", breeze}, {"tau", 0.4}, {"c", 2.0}})};
   return spec;
