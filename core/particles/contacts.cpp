@@ -18,26 +18,41 @@ double slack(const Vec3& x) {
   return 1e-12 * std::max({1.0, std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])});
 }
 
+// Where outside(s) turns from true to false between two places.
+template <class Outside>
+double turning_point(double yes, double no, const Outside& outside) {
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = 0.5 * (yes + no);
+    (outside(middle) ? yes : no) = middle;
+  }
+  return no;
+}
+
 // The first place where a way that begins outside touches the collider, or kNone.
 double first_touch(const Collider& collider, double t, double h, const Way& way) {
   const auto gap_at = [&](double s) { return collider.touch(t + s * h, way.at(s)).gap; };
-  const Touch start = collider.touch(t, way.at(0));
-  const double end = gap_at(1), reach = way.length() + h * collider.fastest(t, t + h);
-  if (end > 0 && start.gap > 0 && reach < start.gap + end) return kNone;
+  const auto closing = [&](double s) {
+    const Touch touch = collider.touch(t + s * h, way.at(s));
+    return (way.rate(s) - h * touch.velocity).dot(touch.normal) < 0;
+  };
+  const double start = gap_at(0), end = gap_at(1);
+  const double reach = way.length() + h * collider.fastest(t, t + h);
+  if (end > 0 && start > 0 && reach < start + end) return kNone;
 
-  double outside = 0;  // the last place that is known to be outside
-  if (start.gap <= slack(way.at(0))) {
+  double outside = 0, inside = 1;  // places known to be
+  if (start <= slack(way.at(0))) {
     // It lies on the surface. On its way out it may come back within the step.
-    if ((way.rate(0) - h * start.velocity).dot(start.normal) <= 0) return 0;
+    const Touch touch = collider.touch(t, way.at(0));
+    if ((way.rate(0) - h * touch.velocity).dot(touch.normal) <= 0) return 0;
     if (end >= 0) return kNone;
     for (outside = 0.5; gap_at(outside) <= 0; outside *= 0.5)
       if (outside < 1e-12) return 0;
   } else {
     // Sphere tracing: the gap is free in every direction.
-    constexpr int kSteps = 256;  // more than a few only where the way all but touches
-    double s = 0, gap = start.gap;
-    for (int step = 0; step < kSteps && reach > 0; ++step) {
-      s += gap / reach;
+    constexpr int kSteps = 32;
+    double gap = start;
+    for (int step = 0; step < kSteps; ++step) {
+      const double s = outside + gap / reach;
       if (!(s < 1)) break;
       gap = gap_at(s);
       if (gap <= slack(way.at(s))) {
@@ -46,14 +61,14 @@ double first_touch(const Collider& collider, double t, double h, const Way& way)
       }
       outside = s;
     }
-    if (end >= 0) return kNone;
+    if (end >= 0) {
+      // What comes near and goes away again is nearest in between.
+      if (!closing(outside) || closing(1)) return kNone;
+      inside = turning_point(outside, 1, closing);
+      if (!(gap_at(inside) < 0)) return kNone;
+    }
   }
-  double inside = 1;
-  for (int halving = 0; halving < 60; ++halving) {
-    const double middle = 0.5 * (outside + inside);
-    (gap_at(middle) > 0 ? outside : inside) = middle;
-  }
-  return inside;
+  return turning_point(outside, inside, [&](double s) { return gap_at(s) > 0; });
 }
 
 // Pressed on from s on: the end comes to lie on the surface.

@@ -71,7 +71,7 @@ StateShape ParticleSystem::shape() const {
   for (const ForceMemory& memory : memories()) {
     std::string name = "memory of '" + name_of(*memory.force) + "'";
     const auto before = std::ranges::count_if(
-        parts, [&](const StatePart& part) { return part.name.starts_with(name); });
+        parts, [&](const StatePart& earlier) { return earlier.name.starts_with(name); });
     if (before > 0) name += " " + std::to_string(before + 1);
     parts.push_back({.name = name,
                      .item = name,

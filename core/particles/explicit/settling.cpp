@@ -26,10 +26,14 @@ bool Settling::settle(double t, double h, const double* x, double* x_next, bool 
   particles_->team().run_parts(layout.n(), 8, [&](int first, int last) {
     for (int begin = first; begin < last; begin += kTile) {
       const Tile tile{begin, std::min(begin + kTile, last)};
-      // How long a way in this tile can be.
-      double longest = 0;
-      for (int i = tile.begin; i < tile.end; ++i)
-        if (before.free(i)) longest = std::max(longest, way_of(i).length());
+      // The length of any way in this tile is at most |c1| + 2 |c2| + 3 |c3| of the largest.
+      double largest[3] = {};
+      for (int i = tile.begin; i < tile.end; ++i) {
+        const Way way = way_of(i);
+        for (int k = 0; k < 3; ++k) largest[k] = std::max(largest[k], way.c[k + 1].squaredNorm());
+      }
+      const double longest =
+          std::sqrt(largest[0]) + 2 * std::sqrt(largest[1]) + 3 * std::sqrt(largest[2]);
       std::uint8_t* const near = near_.data() + begin;
       std::fill_n(near, tile.end - tile.begin, std::uint8_t{0});
       std::fill_n(pressed_.begin() + begin, tile.end - tile.begin, std::uint8_t{0});

@@ -191,7 +191,7 @@ std::string Monitor::energy_words(bool& suspect) const {
   if (!particles.other_forces().empty()) return "energy unchecked, for a force may add any";
   if (system_->ode().confined()) {
     suspect = balance_->rise() > kTolerance * scale;
-    if (!suspect) return "energy unchecked but for a rise, because contact takes some";
+    if (!suspect) return "energy did not rise, and what contact took is unchecked";
     return "energy rose by " + brief(balance_->rise(), 3) + " J, " +
            percent(balance_->rise(), scale) + " of the " + whole + ", though contact only takes";
   }
