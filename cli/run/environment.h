@@ -16,10 +16,10 @@ struct Environment {
   Folders scene_folders;   // each holds sim/ and scenes/
 };
 
-// Plugins: `plugin_path` (--plugin-path), then $SIM_PLUGIN_PATH, then lib/sim/plugins beside the
-// program's bin/. Scenes: $SIM_PATH, then share/sim beside bin/, then the scripts of the source
-// tree. The variables hold folders with colons between them. Only the built-in folders may be
-// missing.
+// Plugins: `plugin_path` (--plugin-path), then $SIM_PLUGIN_PATH, sim/plugins in $XDG_DATA_HOME (or
+// else ~/.local/share), lib/sim/plugins beside the program's bin/. Scenes: $SIM_PATH, then
+// share/sim beside bin/, then the scripts of the source tree. The variables hold folders with
+// colons between them. Only the built-in folders may be missing.
 Environment find_environment(const Folders& plugin_path);
 
 // A registry over these folders, with the libraries of --load opened. Throws Error{kIo} for a
