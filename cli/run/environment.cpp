@@ -66,6 +66,14 @@ Registry open_registry(const Environment& environment, const Folders& libraries)
   return Registry(environment.plugin_folders, libraries);
 }
 
+DevelopmentFiles development_files() {
+  const fs::path prefix = prefix_of_program();
+  std::error_code error;
+  const fs::path installed = prefix / "include/sim";
+  const fs::path tree = fs::path(SIM_SCRIPTS_DIR).parent_path();
+  return {fs::is_directory(installed, error) ? installed : tree, prefix / "lib"};
+}
+
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 
 std::string version_line() {

@@ -26,6 +26,13 @@ Environment find_environment(const Folders& plugin_path);
 // folder that cannot be read and Error{kPlugin} for a library that cannot be used.
 Registry open_registry(const Environment& environment, const Folders& libraries);
 
+// What a plugin of one's own is compiled and linked with: of the installed program, or else of the
+// source tree and its build.
+struct DevelopmentFiles {
+  std::filesystem::path headers, libraries;
+};
+DevelopmentFiles development_files();
+
 struct BuildFacts {
   std::string version, commit, compiler;
 };
