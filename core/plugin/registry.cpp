@@ -14,14 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A library in the search path: what its card promises, and whether it has been opened.
-struct Library {
-  fs::path file, canonical;
-  PluginKind kind;
-  std::vector<CardName> names;
-  bool opened = false;
-};
-
 // A name that two libraries have. Unlike a broken library it stops everything: the kernel does not
 // guess which of the two was meant.
 struct Taken : Error {
@@ -52,6 +44,14 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 }  // namespace
 
 struct Registry::Impl {
+  // A library in the search path: what its card promises, and whether it has been opened.
+  struct Library {
+    fs::path file, canonical;
+    PluginKind kind;
+    std::vector<CardName> names;
+    bool opened = false;
+  };
+
   // Takes what one library registers, and holds it to its card.
   struct Collector final : Registrar {
     Collector(Impl& owner, const Library& source) : impl(owner), library(source) {}
