@@ -7,7 +7,7 @@
 #include "core/base/text.h"
 #include "core/study/contract/examiner.h"
 
-namespace sim::study {
+namespace sim::study::contract {
 namespace {
 
 Value example_of(const Param& param) {
@@ -74,13 +74,6 @@ bool finite(std::span<const double> numbers) {
   return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
 }
 
-std::map<std::string, Value> example_values(const PluginInfo& plugin) {
-  std::map<std::string, Value> given;
-  for (const Param& param : plugin.params)
-    if (param.required) given[param.name] = example_of(param);
-  return given;
-}
-
 void Examiner::group(const std::string& name, const std::function<void()>& checks) {
   try {
     checks();
@@ -133,6 +126,17 @@ void check_field(const FieldPlugin& plugin, Contract& contract) {
   });
 }
 
+}  // namespace sim::study::contract
+
+namespace sim::study {
+
+std::map<std::string, Value> example_values(const PluginInfo& plugin) {
+  std::map<std::string, Value> given;
+  for (const Param& param : plugin.params)
+    if (param.required) given[param.name] = contract::example_of(param);
+  return given;
+}
+
 void check_contract(Registry& registry, const PluginInfo& plugin, Contract& contract) {
   for (const auto& [name, value] : example_values(plugin))
     if (std::holds_alternative<std::monostate>(value)) {
@@ -141,11 +145,11 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
       return;
     }
   if (plugin.kind == kind_of<Force>)
-    check_force(static_cast<const ForcePlugin&>(plugin), contract);
+    contract::check_force(static_cast<const ForcePlugin&>(plugin), contract);
   else if (plugin.kind == kind_of<Field>)
-    check_field(static_cast<const FieldPlugin&>(plugin), contract);
+    contract::check_field(static_cast<const FieldPlugin&>(plugin), contract);
   else if (plugin.kind == kind_of<Integrator>)
-    check_integrator(registry, static_cast<const IntegratorPlugin&>(plugin), contract);
+    contract::check_integrator(registry, static_cast<const IntegratorPlugin&>(plugin), contract);
   else
     contract.checks.push_back({plugin.title(), "registers", Outcome::kOk,
                                "there are no checks of this kind of plugin yet"});

@@ -9,7 +9,7 @@
 #include "core/base/hash.h"
 #include "core/study/contract/contract.h"
 
-namespace sim::study {
+namespace sim::study::contract {
 
 class Examiner {
  public:
@@ -54,4 +54,4 @@ void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contra
 bool same(std::span<const double> a, std::span<const double> b);
 bool finite(std::span<const double> numbers);
 
-}  // namespace sim::study
+}  // namespace sim::study::contract

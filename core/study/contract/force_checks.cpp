@@ -8,7 +8,7 @@
 #include "core/particles/particle_system.h"
 #include "core/study/contract/examiner.h"
 
-namespace sim::study {
+namespace sim::study::contract {
 namespace {
 
 constexpr int kFew = 12, kMany = 8 * 2048;  // particles
@@ -261,4 +261,4 @@ void check_force(const ForcePlugin& plugin, Contract& contract) {
   examiner.bounds([&](const Params& params) { return Cloud(plugin, params, kFew, 1).forces(); });
 }
 
-}  // namespace sim::study
+}  // namespace sim::study::contract

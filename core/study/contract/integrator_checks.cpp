@@ -7,7 +7,7 @@
 #include "core/particles/particle_system.h"
 #include "core/study/contract/examiner.h"
 
-namespace sim::study {
+namespace sim::study::contract {
 namespace {
 
 constexpr int kParticles = 3;
@@ -189,4 +189,4 @@ void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contra
   });
 }
 
-}  // namespace sim::study
+}  // namespace sim::study::contract
