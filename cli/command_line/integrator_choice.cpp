@@ -11,11 +11,6 @@
 namespace sim::cli {
 namespace {
 
-[[noreturn]] void fail(const std::string& what, const std::string& where, const std::string& why,
-                       const std::string& remedy) {
-  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
-}
-
 bool has_param(const PluginInfo& plugin, const std::string& name) {
   return std::any_of(plugin.params.begin(), plugin.params.end(),
                      [&](const Param& param) { return param.name == name; });
@@ -60,8 +55,8 @@ MethodChoice parse_integrator(const std::string& text) {
   MethodChoice choice(text.substr(0, colon));
   if (colon == std::string::npos) return choice;
   const auto refuse = [&](const std::string& why) {
-    fail("bad value", "--integrator '" + text + "'", why,
-         "write it like dopri5:tol=1e-8,max_step=0.1");
+    usage_error("bad value", "--integrator '" + text + "'", why,
+                "write it like dopri5:tol=1e-8,max_step=0.1");
   };
   if (choice.name.empty()) refuse("no name stands before the colon");
   for (std::size_t begin = colon + 1;;) {
@@ -95,8 +90,9 @@ void add_options(MethodChoice& choice, const std::string& tol, const std::string
                  bool fixed_step) {
   const auto add = [&](const std::string& param, const Value& value) {
     if (!choice.given.emplace(param, value).second)
-      fail("given twice", "--" + param + " and --integrator " + choice.name + ":" + param + "=",
-           "only one of them can hold", "keep one of them");
+      usage_error("given twice",
+                  "--" + param + " and --integrator " + choice.name + ":" + param + "=",
+                  "only one of them can hold", "keep one of them");
   };
   if (!tol.empty()) add("tol", positive_number("--tol", tol));
   if (!precision.empty()) add("precision", precision);
@@ -113,9 +109,9 @@ MethodChoice typed(const MethodChoice& choice, const std::string& name, Registry
       if (declared != plugin.params.end()) {
         result.given[param] = text ? value_of(*text, *declared) : value;
       } else if (param == "precision" || (param == "tol" && !text)) {
-        fail(param == "tol" ? "no tolerance to set" : "no precision to set", "--" + param,
-             plugin.title() + " has none",
-             "choose one that has: " + join(names_with(param, registry), ", "));
+        usage_error(param == "tol" ? "no tolerance to set" : "no precision to set", "--" + param,
+                    plugin.title() + " has none",
+                    "choose one that has: " + join(names_with(param, registry), ", "));
       } else if (text) {
         result.given[param] = value;  // for Params to refuse
       }  // A method whose steps are all of one size ignores --fixed-step.
@@ -124,8 +120,8 @@ MethodChoice typed(const MethodChoice& choice, const std::string& name, Registry
     const bool fixed = has_param(plugin, "fixed_step") && method.params().flag("fixed_step");
     for (const char* unused : {"tol", "atol", "rtol"})
       if (fixed && result.given.count(unused))
-        fail("a tolerance and steps of one size", plugin.title(),
-             std::string("with fixed_step nothing uses ") + unused, "keep one of them");
+        usage_error("a tolerance and steps of one size", plugin.title(),
+                    std::string("with fixed_step nothing uses ") + unused, "keep one of them");
     return result;
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kScene) throw;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -37,7 +37,7 @@ class Examination {
   void plugins_of(const PluginKind& kind);
 
   const Environment& environment_;
-  std::optional<Registry> registry_;
+  std::unique_ptr<Registry> registry_;
   std::vector<Check> checks_;
 };
 
@@ -58,7 +58,7 @@ void Examination::folders(const std::string& name, const Folders& list) {
 
 void Examination::plugins(const Folders& libraries) {
   try {
-    registry_ = open_registry(environment_, libraries);
+    registry_.reset(new Registry(open_registry(environment_, libraries)));
   } catch (const Error& error) {
     checks_.push_back({"plugins", error.what(), false});
     return;

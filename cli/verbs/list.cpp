@@ -15,7 +15,7 @@
 namespace sim::cli {
 namespace {
 
-struct Row {
+struct ListRow {
   std::string name, summary = {};
   std::vector<std::string> aliases = {};
   std::optional<IntegratorFacts> facts = {};
@@ -25,7 +25,7 @@ struct Row {
   }
 };
 
-Row plugin_row(const PluginKind& kind, const std::string& name, Registry& registry) {
+ListRow plugin_row(const PluginKind& kind, const std::string& name, Registry& registry) {
   try {
     const PluginInfo& info = registry.get(kind, name);
     return {name, info.summary, info.aliases, integrator_facts(info, registry)};
@@ -34,25 +34,25 @@ Row plugin_row(const PluginKind& kind, const std::string& name, Registry& regist
   }
 }
 
-std::vector<Row> plugin_rows(const PluginKind& kind, Registry& registry) {
-  std::vector<Row> rows;
+std::vector<ListRow> plugin_rows(const PluginKind& kind, Registry& registry) {
+  std::vector<ListRow> rows;
   for (const std::string& name : registry.names(kind))
     rows.push_back(plugin_row(kind, name, registry));
   return rows;
 }
 
-std::vector<Row> scene_rows(const Environment& environment) {
-  std::vector<Row> rows;
+std::vector<ListRow> scene_rows(const Environment& environment) {
+  std::vector<ListRow> rows;
   for (const std::string& scene : list_scenes(environment.scene_folders))
     rows.push_back({scene, "", {}});
   return rows;
 }
 
-std::string text_section(const std::string& name, const std::vector<Row>& rows) {
+std::string text_section(const std::string& name, const std::vector<ListRow>& rows) {
   std::string text = name + "\n";
   std::size_t width = 0;
-  for (const Row& row : rows) width = std::max(width, row.title().size());
-  for (const Row& row : rows)
+  for (const ListRow& row : rows) width = std::max(width, row.title().size());
+  for (const ListRow& row : rows)
     text += row.summary.empty()
                 ? "  " + row.name + '\n'
                 : wrapped("  " + left(row.title(), width) + "  " + row.summary, width + 4) + '\n';
@@ -60,15 +60,15 @@ std::string text_section(const std::string& name, const std::vector<Row>& rows) 
 }
 
 // To choose from: by order, then by evaluations; those that say nothing of themselves come last.
-std::string integrator_section(std::vector<Row> rows) {
-  const auto key = [](const Row& row) {
+std::string integrator_section(std::vector<ListRow> rows) {
+  const auto key = [](const ListRow& row) {
     return row.facts ? std::pair(row.facts->info.order, row.facts->info.evaluations)
                      : std::pair(std::numeric_limits<int>::max(), 0);
   };
   std::stable_sort(rows.begin(), rows.end(),
-                   [&](const Row& l, const Row& r) { return key(l) < key(r); });
+                   [&](const ListRow& l, const ListRow& r) { return key(l) < key(r); });
   std::size_t width = 4;
-  for (const Row& row : rows) width = std::max(width, row.title().size());
+  for (const ListRow& row : rows) width = std::max(width, row.title().size());
   const auto line = [&](const std::string& title, const std::string& order,
                         const std::string& evaluations, const std::string& oscillation,
                         const std::string& decay, const std::string& kind) {
@@ -78,7 +78,7 @@ std::string integrator_section(std::vector<Row> rows) {
   std::string text = "integrators\n";
   text += line("", "", "f per", "", "stable up to", "");
   text += line("name", "order", "step", "h omega", "h lambda", "kind");
-  for (const Row& row : rows) {
+  for (const ListRow& row : rows) {
     if (!row.facts) {
       text += wrapped("  " + left(row.title(), width) + "   " + row.summary, width + 5) + '\n';
       continue;
@@ -93,9 +93,9 @@ std::string integrator_section(std::vector<Row> rows) {
          "  particles: for q'' = a(t, q) - gamma v only; sim describe NAME: formula, paper\n";
 }
 
-std::string json_section(const std::vector<Row>& rows, bool scenes) {
+std::string json_section(const std::vector<ListRow>& rows, bool scenes) {
   std::vector<std::string> objects;
-  for (const Row& row : rows) {
+  for (const ListRow& row : rows) {
     JsonObject object;
     object.text("name", row.name);
     if (!scenes) {
@@ -119,7 +119,7 @@ std::string plural_kinds() {
 
 int list(const ListRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
-  std::vector<std::pair<std::string, std::vector<Row>>> sections;
+  std::vector<std::pair<std::string, std::vector<ListRow>>> sections;
   std::vector<std::string> known{"scenes"};
   const auto add = [&](const std::string& name, auto rows) {
     if (request.what.empty() || request.what == name) sections.emplace_back(name, rows());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -109,6 +110,20 @@ std::string to_text(const Value& value) {
     std::string operator()(const OdeFunction&) const { return "function"; }
   };
   return std::visit(Writer{}, value);
+}
+
+std::string settle_defaults(std::span<Param> declared) {
+  std::set<std::string> names;
+  for (Param& param : declared) {
+    const std::string what = "the parameter '" + param.name + "'";
+    if (!names.insert(param.name).second) return what + " is declared twice";
+    Value& value = param.default_value;
+    if (std::holds_alternative<std::monostate>(value)) continue;
+    const std::string text = "the default of " + what + " is " + shown(value);
+    if (!convert(value, param.type)) return text + ", not a " + type_name(param.type);
+    if (const std::string why = objection(value, param); !why.empty()) return text + ": " + why;
+  }
+  return "";
 }
 
 Params::Params(const std::string& owner, std::span<const Param> declared,

@@ -42,6 +42,10 @@ struct Param {
   std::vector<std::string> choices = {};  // for a text; none: any text
 };
 
+// Brings the defaults to the declared types: a whole number passes as a number. Returns what is
+// wrong with the declarations: a name twice, a default of another type or out of bounds; or "".
+std::string settle_defaults(std::span<Param> declared);
+
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
 using Place = std::string;
 

@@ -1,6 +1,7 @@
 #include "core/plugin/registry.h"
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <set>
 
@@ -13,12 +14,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A library in the search path: what its card promises, and whether it has been opened.
-struct Library {
-  fs::path file;
-  PluginKind kind;
-  std::vector<CardName> names;
-  bool opened = false;
+// A name that two libraries have. Unlike a broken library it stops everything: the kernel does not
+// guess which of the two was meant.
+struct Taken : Error {
+  using Error::Error;
 };
 
 // Libraries below a directory and its folders of kinds, sorted, so that the order never depends on
@@ -45,6 +44,14 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 }  // namespace
 
 struct Registry::Impl {
+  // A library in the search path: what its card promises, and whether it has been opened.
+  struct Library {
+    fs::path file, canonical;
+    PluginKind kind;
+    std::vector<CardName> names;
+    bool opened = false;
+  };
+
   // Takes what one library registers, and holds it to its card.
   struct Collector final : Registrar {
     Collector(Impl& owner, const Library& source) : impl(owner), library(source) {}
@@ -53,14 +60,19 @@ struct Registry::Impl {
           std::find_if(library.names.begin(), library.names.end(),
                        [&](const CardName& entry) { return entry.name == plugin->name; });
       if (plugin->kind != library.kind || promised == library.names.end())
-        throw Error(ErrorKind::kPlugin,
-                    {"plugin", library.file.string(),
-                     "it registers the " + plugin->title() + ", which its card does not name",
-                     "name it in SIM_PLUGIN"});
+        refuse("it registers the " + plugin->title() + ", which its card does not name",
+               "name it in SIM_PLUGIN");
+      if (!registered.insert(plugin->name).second)
+        refuse("it registers the " + plugin->title() + " twice", "register it once");
+      if (const std::string wrong = settle_defaults(plugin->params); !wrong.empty())
+        refuse(plugin->title() + ": " + wrong, "mend its declaration");
       plugin->aliases = promised->aliases;
       plugin->file = library.file.string();
-      registered.insert(plugin->name);
       impl.of(library.kind).plugins.emplace(plugin->name, std::move(plugin));
+    }
+
+    [[noreturn]] void refuse(const std::string& why, const std::string& remedy) const {
+      throw Error(ErrorKind::kPlugin, {"plugin", library.file.string(), why, remedy});
     }
 
     Impl& impl;
@@ -75,36 +87,46 @@ struct Registry::Impl {
     std::map<std::string, std::shared_ptr<const PluginInfo>> plugins;  // of opened libraries
   };
 
-  std::vector<Library> libraries;
+  std::deque<Library> libraries;
   Shelf shelves[kPluginKinds.size()];
   std::vector<std::pair<fs::path, Error>> refused;
   std::vector<std::string> rejected;
 
   Shelf& of(const PluginKind& kind) { return shelves[kind.number]; }
 
-  // Notes a library under its names. A name that is taken already is an error.
+  // The library of that file, noted under its names; known already if it is the same file by
+  // another way. A name that is taken is an error.
   Library& enter(const fs::path& file) {
+    std::error_code failed;
+    fs::path canonical = fs::canonical(file, failed);
+    if (failed) canonical = file;
+    const auto known = std::ranges::find(libraries, canonical, &Library::canonical);
+    if (known != libraries.end()) return *known;
+
     const PluginCard card = read_card(file);
-    Library library{file, kPluginKinds[card.kind], card_names(card)};
+    Library library{file, canonical, kPluginKinds[card.kind], card_names(card)};
     Shelf& shelf = of(library.kind);
+    std::set<std::string> own;
     for (const CardName& entry : library.names) {
       std::vector<std::string> words = entry.aliases;
       words.push_back(entry.name);
-      for (const std::string& word : words)
-        if (const auto taken = shelf.canonical.find(word); taken != shelf.canonical.end())
-          throw Error(ErrorKind::kPlugin,
-                      {"plugin", file.string(),
-                       "the " + std::string(library.kind.name) + " name '" + word +
-                           "' is taken by " + libraries[shelf.owner[taken->second]].file.string(),
-                       "give it another name"});
+      for (const std::string& word : words) {
+        const auto taken = shelf.canonical.find(word);
+        const bool known_name = taken != shelf.canonical.end();
+        if (!known_name && own.insert(word).second) continue;
+        const fs::path& other = known_name ? libraries[shelf.owner[taken->second]].file : file;
+        throw Taken(ErrorKind::kPlugin, {"plugin", file.string(),
+                                         "the " + std::string(library.kind.name) + " name '" +
+                                             word + "' is taken by " + other.string(),
+                                         "give one of them another name, or take it away"});
+      }
     }
     for (const CardName& entry : library.names) {
       shelf.owner[entry.name] = libraries.size();
       shelf.canonical[entry.name] = entry.name;
       for (const std::string& alias : entry.aliases) shelf.canonical[alias] = entry.name;
     }
-    libraries.push_back(std::move(library));
-    return libraries.back();
+    return libraries.emplace_back(std::move(library));
   }
 
   void open(Library& library) {
@@ -140,8 +162,11 @@ struct Registry::Impl {
     // A library of that name was there, but could not be used: its own reason helps more.
     for (const auto& [file, error] : refused)
       if (file.stem() == name) throw error;
-    throw Error(ErrorKind::kScene, {"unknown " + std::string(kind.name) + " '" + name + "'", place,
-                                    "no plugin has that name", suggestion(name, names(kind))});
+    throw Error(
+        ErrorKind::kScene,
+        {"unknown " + std::string(kind.name) + " '" + name + "'", place, "no plugin has that name",
+         suggestion(name, names(kind)) + "; a library of your own: --load FILE.so, or a folder of "
+                                         "them: --plugin-path DIR"});
   }
 };
 
@@ -152,6 +177,8 @@ Registry::Registry(const std::vector<fs::path>& directories, const std::vector<f
     for (const fs::path& file : libraries_below(directory)) {
       try {
         impl_->enter(file);
+      } catch (const Taken&) {
+        throw;
       } catch (const Error& error) {
         impl_->refused.emplace_back(file, error);
         impl_->rejected.push_back(error.what());

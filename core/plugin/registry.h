@@ -61,7 +61,8 @@ using IntegratorPlugin = Plugin<Integrator>;
 class Registry {
  public:
   // Directories are searched in order; each has a folder for each kind, or holds libraries
-  // directly. Nothing is opened yet. A directory that cannot be read is an error.
+  // directly. Nothing is opened yet. A directory that cannot be read is an error, and so is
+  // a name that two libraries have.
   // The `libraries` are opened at once. Methods refer to their registry: it is never moved.
   explicit Registry(const std::vector<std::filesystem::path>& directories,
                     const std::vector<std::filesystem::path>& libraries = {});
@@ -69,7 +70,7 @@ class Registry {
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  // Opens one library now. Throws Error{kPlugin} with the reason.
+  // Opens one library now, unless it is open. Throws Error{kPlugin} with the reason.
   void load(const std::filesystem::path& library);
 
   // The plugin of that name or alias, opened if it was not. Throws Error{kScene} for an unknown

@@ -288,6 +288,14 @@ local function constructors(kind)
   })
 end
 
+-- sim.plugin "FILE.so"
+-- Opens a plugin library that lies beside the scene's file (or in a folder below), before its forces
+-- are used: local wind = sim.force.wind { ... } comes after it. Once is enough.
+-- Errors: a file that is not there, that is no plugin of this kernel, or with a name that is taken.
+local function open_plugin(file)
+  host.plugin((here()), file)
+end
+
 -- Scenes -----------------------------------------------------------------------------------------
 
 -- value = sim.arg(name, default, doc)
@@ -339,7 +347,7 @@ local function top_constructor(kind, written)
 end
 
 local entries = {
-  arg = arg, particles = make_particles, grid = make_grid,
+  arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
   scene = "made where it is written", world = "made where it is written",
 }
 for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end

@@ -96,10 +96,11 @@ Place calling_place(lua_State* L) {
   return {};
 }
 
-SceneSession::SceneSession(fs::path file, SceneOptions options)
+SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& registry)
     : file_(std::move(file)),
       file_name_(file_.string()),
       options_(std::move(options)),
+      registry_(registry),
       lua_(options_.memory, options_.interrupted) {}
 
 SceneSession& SceneSession::of(lua_State* L) {
@@ -135,9 +136,13 @@ void SceneSession::open_language(lua_State* L) {
     if (!fs::is_regular_file(file, failed)) continue;
 
     load_text(L, read_file(file, {}), kLanguageSource);
-    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},       {"fail", guarded<fail>},
-                                  {"suggest", guarded<suggest>}, {"show", guarded<show_value>},
-                                  {"arg", guarded<arg>},         {nullptr, nullptr}};
+    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},
+                                  {"fail", guarded<fail>},
+                                  {"suggest", guarded<suggest>},
+                                  {"show", guarded<show_value>},
+                                  {"arg", guarded<arg>},
+                                  {"plugin", guarded<plugin>},
+                                  {nullptr, nullptr}};
     luaL_newlibtable(L, kHost);
     lua_pushlightuserdata(L, this);
     luaL_setfuncs(L, kHost, 1);
