@@ -83,8 +83,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
   request.integrator = parse_integrator(once(integrator, integrator_word));
-  if (!tol.empty()) request.integrator.tol = positive_number("--tol", tol);
-  if (!precision.empty()) request.integrator.precision = precision;
+  add_options(request.integrator, tol, precision, false);
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(

@@ -76,7 +76,7 @@ std::string last_name(std::string name) {
 
 std::vector<std::string> plugin_names(const Registry& registry) {
   std::vector<std::string> names;
-  for (const PluginKind kind : {PluginKind::kIntegrator, PluginKind::kForce, PluginKind::kField})
+  for (const PluginKind& kind : kPluginKinds)
     for (const std::string& name : registry.names(kind)) names.push_back(name);
   return names;
 }
@@ -112,7 +112,7 @@ std::string help_on(Session& session, const std::string& asked) {
   if (const auto doc = docs.find(name); doc != docs.end() && !dotted)
     text += (text.empty() ? "" : "\n") + doc->second;
   const bool scene = name.ends_with(".lua") || name.find('/') != std::string::npos;
-  if (!dotted && (scene || session.registry().find(name))) {
+  if (!dotted && (scene || !session.registry().find(name).empty())) {
     std::ostringstream out;
     Console console{out, session.console().err, false};
     DescribeRequest request{name, session.live().request(), false};
@@ -135,10 +135,14 @@ namespace {
 // What the first argument of a command can be.
 Completions arguments_of(Session& session, const std::string& command) {
   LiveScene& live = session.live();
-  if (command == "integrator") return {session.registry().names(PluginKind::kIntegrator)};
+  if (command == "integrator") return {session.registry().names<Integrator>()};
   if (command == "system") return {live.scene().names()};
   if (command == "mode") return {{"text", "json", "csv"}};
-  if (command == "plugins") return {{"integrators", "forces", "fields", "scenes"}};
+  if (command == "plugins") {
+    Completions found{{"scenes"}};
+    for (const PluginKind& kind : kPluginKinds) found.words.emplace_back(kind.folder);
+    return found;
+  }
   Completions found;
   if (command == "switch" || command == "diff")
     for (const auto& [name, branch] : live.branches()) found.words.push_back(name);
@@ -152,19 +156,17 @@ Completions arguments_of(Session& session, const std::string& command) {
   return found;
 }
 
-// Names of Lua, and those behind sim.force., sim.field. and sim. that only look like fields.
+// Names of Lua, and those behind sim. and sim.KIND. that only look like fields.
 std::vector<std::string> lua_names(Session& session, const std::string& path) {
   std::vector<std::string> names = session.lua().completions(path);
-  const std::pair<std::string, PluginKind> parts[] = {{"sim.integrator.", PluginKind::kIntegrator},
-                                                      {"sim.force.", PluginKind::kForce},
-                                                      {"sim.field.", PluginKind::kField}};
-  for (const auto& [prefix, kind] : parts)
-    if (path.starts_with(prefix))
+  for (const PluginKind& kind : kPluginKinds)
+    if (const std::string prefix = "sim." + std::string(kind.name) + "."; path.starts_with(prefix))
       for (const std::string& name : session.registry().names(kind)) names.push_back(prefix + name);
-  if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos)
-    for (const char* name :
-         {"arg", "field", "force", "grid", "particles", "scene", "surface", "world"})
+  if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos) {
+    for (const char* name : {"arg", "grid", "particles", "scene", "surface", "world"})
       names.push_back(std::string("sim.") + name);
+    for (const PluginKind& kind : kPluginKinds) names.push_back("sim." + std::string(kind.name));
+  }
   return names;
 }
 

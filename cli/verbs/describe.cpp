@@ -78,7 +78,7 @@ std::string elements_text(const PluginInfo& info) {
 }
 
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
-  std::string text = std::string(kind_name(info.kind)) + " " + info.name;
+  std::string text = std::string(info.kind.name) + " " + info.name;
   if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
   text += "\n" + wrapped("  " + info.summary, 2) + '\n';
   if (!info.formula.empty()) text += "\n" + indented(info.formula, "    ");
@@ -91,7 +91,14 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   return text + "\nfile  " + info.file + '\n';
 }
 
-std::string plugin_json(const PluginInfo& info, Registry& registry) {
+std::string plugins_text(const std::vector<const PluginInfo*>& plugins, Registry& registry) {
+  std::string text;
+  for (const PluginInfo* info : plugins)
+    text += (text.empty() ? "" : "\n") + plugin_text(*info, registry);
+  return text;
+}
+
+JsonObject plugin_json(const PluginInfo& info, Registry& registry) {
   std::vector<std::string> params, aliases;
   for (const Param& param : info.params) {
     JsonObject object;
@@ -111,18 +118,28 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
   }
   for (const std::string& alias : info.aliases) aliases.push_back(json_string(alias));
   JsonObject object;
-  object.text("kind", kind_name(info.kind))
+  object.text("kind", std::string(info.kind.name))
       .text("name", info.name)
       .json("aliases", json_array(aliases))
       .text("summary", info.summary)
       .text("formula", info.formula)
       .text("source", info.source);
   if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
-  return object.json("params", json_array(params))
+  object.json("params", json_array(params))
       .integer("arity", info.elements.arity)
       .flag("pointwise", info.pointwise)
-      .text("file", info.file)
-      .str();
+      .text("file", info.file);
+  return object;
+}
+
+// The first one; those of other kinds, if there are any, as its `others`.
+std::string plugins_json(const std::vector<const PluginInfo*>& plugins, Registry& registry) {
+  JsonObject first = plugin_json(*plugins.front(), registry);
+  std::vector<std::string> others;
+  for (std::size_t i = 1; i < plugins.size(); ++i)
+    others.push_back(plugin_json(*plugins[i], registry).str());
+  if (!others.empty()) first.json("others", json_array(others));
+  return first.str();
 }
 
 std::string scene_text(const LoadedScene& scene, const std::string& name) {
@@ -154,7 +171,7 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
     }
     if (system.second_order()) object.integer("springs", spring_count(system));
-    systems.push_back(object.text("integrator", system.integrator_plugin().name)
+    systems.push_back(object.text("integrator", system.method().name())
                           .number("dt", system.h())
                           .number("duration", system.duration())
                           .str());
@@ -181,7 +198,7 @@ std::string remedy_for(const std::string& name, const std::vector<std::string>& 
   for (const std::string& scene : scenes)
     if (std::filesystem::path(scene).stem() == name) return "did you mean '" + scene + "'?";
   std::vector<std::string> known = scenes;
-  for (const PluginKind kind : {PluginKind::kForce, PluginKind::kField, PluginKind::kIntegrator})
+  for (const PluginKind& kind : kPluginKinds)
     for (const std::string& plugin : registry.names(kind)) known.push_back(plugin);
   if (const std::string near = nearest(name, known); !near.empty())
     return "did you mean '" + near + "'?";
@@ -202,7 +219,7 @@ std::string system_facts(const Simulation& system) {
       text += " (" + std::to_string(system.pinned_count()) + " pinned)";
     text += ", " + counted(spring_count(system), "spring");
   }
-  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
+  return text + "; " + system.method().name() + ", " + brief(system.h()) + " s a step, " +
          brief(system.duration()) + " s";
 }
 
@@ -211,8 +228,10 @@ int describe(const DescribeRequest& request, const Environment& environment, Reg
   const std::string& name = request.name;
   const bool like_a_file = name.find('/') != std::string::npos || name.ends_with(".lua");
   std::string text;
-  if (const PluginInfo* info = like_a_file ? nullptr : registry.find(name)) {
-    text = request.json ? plugin_json(*info, registry) + "\n" : plugin_text(*info, registry);
+  std::vector<const PluginInfo*> plugins;
+  if (!like_a_file) plugins = registry.find(name);
+  if (!plugins.empty()) {
+    text = request.json ? plugins_json(plugins, registry) + "\n" : plugins_text(plugins, registry);
   } else {
     const std::vector<std::string> scenes = list_scenes(environment.scene_folders);
     const bool known = std::find(scenes.begin(), scenes.end(), name) != scenes.end();

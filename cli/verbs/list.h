@@ -9,7 +9,7 @@
 namespace sim::cli {
 
 struct ListRequest {
-  std::string what;  // integrators, forces, fields, scenes; empty = all of them
+  std::string what;  // integrators, forces, ..., scenes; empty = all of them
   bool json = false;
 };
 
@@ -17,5 +17,8 @@ struct ListRequest {
 // Error{kUsage} for an unknown `what`.
 int list(const ListRequest& request, const Environment& environment, Registry& registry,
          Console& console);
+
+// "integrators, forces, ...": the kinds of plugins.
+std::string plural_kinds();
 
 }  // namespace sim::cli

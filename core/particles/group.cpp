@@ -39,15 +39,17 @@ class Group final : public Force {
       std::fill(member_.begin() + range.begin, member_.begin() + range.end, true);
     force_->bind(initial);
     affine_ = force_->affine();
+    gathered_ = !affine_ || force_->memory_size() > 0;
   }
 
   void prepare(const ParticleView& view, Team& team) override {
-    if (!affine_) force_->prepare(view, team);
+    if (gathered_) force_->prepare(view, team);
   }
 
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const override {
     for_each_range(tile, [&](Tile part) {
-      if (!affine_) return force_->accumulate(view, part, sink);
+      if (gathered_) force_->accumulate(view, part, sink);
+      if (!affine_) return;
       for (int i = part.begin; i < part.end; ++i)
         sink.add(i,
                  view.free_mass(i) * affine_->acceleration - affine_->damping * view.velocity(i));
@@ -55,17 +57,24 @@ class Group final : public Force {
   }
 
   bool depends_on_velocity() const override {
-    return affine_ ? affine_->damping != 0 : force_->depends_on_velocity();
+    return (affine_ && affine_->damping != 0) || (gathered_ && force_->depends_on_velocity());
   }
 
-  bool has_jacobian() const override { return affine_ || force_->has_jacobian(); }
+  int memory_size() const override { return force_->memory_size(); }
+  void start(std::span<double> memory) const override { force_->start(memory); }
+  void derive(const ParticleView& view, std::span<double> rate) const override {
+    force_->derive(view, rate);
+  }
+  bool remembers_particles() const override { return force_->remembers_particles(); }
+
+  bool has_jacobian() const override { return !gathered_ || force_->has_jacobian(); }
 
   void jacobian(const ParticleView& view, BlockSink& sink) const override {
-    if (!affine_) {
+    if (gathered_) {
       GroupSink members(sink, member_);
-      return force_->jacobian(view, members);
+      force_->jacobian(view, members);
     }
-    if (affine_->damping == 0) return;
+    if (!affine_ || affine_->damping == 0) return;
     const Mat3 block = -affine_->damping * Mat3::Identity();
     for (const Tile& range : ranges_)
       for (int i = range.begin; i < range.end; ++i) sink.velocity(i, i, block);
@@ -76,6 +85,8 @@ class Group final : public Force {
     for_each_range(tile, [&](Tile part) { sum += force_->potential(view, part); });
     return sum;
   }
+
+  bool conservative() const override { return force_->conservative(); }
 
  private:
   // The runs of consecutive members in the tile.
@@ -89,6 +100,7 @@ class Group final : public Force {
 
   std::unique_ptr<Force> force_;
   std::optional<AffineForce> affine_;
+  bool gathered_ = true;  // it has a part that is not affine
   std::vector<Tile> ranges_;
   std::vector<bool> member_;
 };

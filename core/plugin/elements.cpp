@@ -52,7 +52,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
                     int particles, const Place& place) {
   if (elements.empty()) return;
   const ElementKind& kind = plugin.elements;
-  const std::string owner = std::string(kind_name(plugin.kind)) + " '" + plugin.name + "'";
+  const std::string owner = plugin.title();
   const auto refuse = [&](const std::string& what, const std::string& why,
                           const std::string& remedy) {
     throw Error(ErrorKind::kScene, {what, place, why, remedy});

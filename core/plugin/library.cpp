@@ -75,7 +75,7 @@ PluginCard read_card(const std::filesystem::path& file) {
     if (card.sizes[i] != kAbiSizes[i])
       refuse(file, "the size of an interface struct differs from the kernel's" + built,
              "build it again with the headers of this kernel");
-  if (card.kind > static_cast<std::uint32_t>(PluginKind::kIntegrator))
+  if (card.kind >= kPluginKinds.size())
     refuse(file, "its plugin card names an unknown kind of plugin");
   if (card_names(card).empty()) refuse(file, "its plugin card names no plugin");
   return card;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -116,6 +117,20 @@ std::string to_text(const Value& value) {
   return std::visit(Writer{}, value);
 }
 
+std::string settle_defaults(std::span<Param> declared) {
+  std::set<std::string> names;
+  for (Param& param : declared) {
+    const std::string what = "the parameter '" + param.name + "'";
+    if (!names.insert(param.name).second) return what + " is declared twice";
+    Value& value = param.default_value;
+    if (std::holds_alternative<std::monostate>(value)) continue;
+    const std::string text = "the default of " + what + " is " + shown(value);
+    if (!convert(value, param.type)) return text + ", not a " + type_name(param.type);
+    if (const std::string why = objection(value, param); !why.empty()) return text + ": " + why;
+  }
+  return "";
+}
+
 Params::Params(const std::string& owner, std::span<const Param> declared,
                const std::map<std::string, Value>& given, const Place& place) {
   std::vector<std::string> known;
@@ -157,17 +172,6 @@ const T& Params::get(const std::string& name) const {
   if (entry == values_.end() || !std::holds_alternative<T>(entry->second))
     throw std::logic_error("parameter '" + name + "' was read but is not declared with that type");
   return std::get<T>(entry->second);
-}
-
-std::string spelled(const std::string& name, std::span<const Param> declared,
-                    const Params& params) {
-  std::string text = name;
-  for (const Param& param : declared) {
-    const std::string value = to_text(params.value(param.name));
-    if (value != to_text(param.default_value))
-      text += (text == name ? ":" : ",") + param.name + "=" + value;
-  }
-  return text;
 }
 
 template const bool& Params::get(const std::string&) const;

@@ -48,6 +48,9 @@ struct Param {
 
 // Why a value of the right type is not legal; empty when it is.
 std::string objection(const Value& value, const Param& param);
+// Brings the defaults to the declared types: a whole number passes as a number. Returns what is
+// wrong with the declarations: a name twice, a default of another type or out of bounds; or "".
+std::string settle_defaults(std::span<Param> declared);
 
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
 using Place = std::string;
@@ -82,8 +85,5 @@ class Params {
 
   std::map<std::string, Value> values_;
 };
-
-// "NAME:PARAM=VALUE,PARAM=VALUE" of the values that are not the defaults, as --integrator takes it.
-std::string spelled(const std::string& name, std::span<const Param> declared, const Params& params);
 
 }  // namespace sim

@@ -11,6 +11,7 @@
 
 #include "core/math/vec3.h"
 #include "core/plugin/elements.h"
+#include "core/plugin/method.h"
 #include "core/plugin/params.h"
 
 namespace sim {
@@ -65,15 +66,14 @@ struct FirstOrderSpec {
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
-  std::vector<PartSpec> forces;
+  std::vector<PartSpec> forces, colliders;
   std::vector<std::shared_ptr<const Surface>> surfaces;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
 
-  std::string integrator;
-  std::map<std::string, Value> integrator_given = {};  // its parameters
-  double dt = 0;                                       // s, > 0
-  double duration = 0;                                 // s, >= 0
+  MethodChoice integrator;
+  double dt = 0;        // s, > 0
+  double duration = 0;  // s, >= 0
   Place place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

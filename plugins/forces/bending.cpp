@@ -125,6 +125,7 @@ class Bending final : public sim::Force {
   }
 
   bool depends_on_velocity() const override { return false; }
+  bool conservative() const override { return true; }
 
   bool has_jacobian() const override { return true; }
 
@@ -194,7 +195,7 @@ class Bending final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "bending") {
+SIM_PLUGIN(Force, "bending") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "bending",

@@ -17,7 +17,7 @@ class Drag final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "drag") {
+SIM_PLUGIN(Force, "drag") {
   registrar.add(sim::ForcePlugin{{.name = "drag",
                                   .summary = "linear drag on every free particle",
                                   .formula = "f = -k v",

@@ -17,13 +17,15 @@ class Gravity final : public sim::Force {
     });
   }
 
+  bool conservative() const override { return true; }
+
  private:
   sim::Vec3 g_;
 };
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "gravity") {
+SIM_PLUGIN(Force, "gravity") {
   registrar.add(sim::ForcePlugin{{.name = "gravity",
                                   .summary = "uniform gravity on every free particle",
                                   .formula = "f = m g,  potential energy -m g.x",

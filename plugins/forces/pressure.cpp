@@ -38,6 +38,7 @@ class Pressure final : public sim::Force {
   }
 
   bool depends_on_velocity() const override { return false; }
+  bool conservative() const override { return surface_->closed(); }
 
   bool has_jacobian() const override { return true; }
 
@@ -81,7 +82,7 @@ class Pressure final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "pressure") {
+SIM_PLUGIN(Force, "pressure") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "pressure",

@@ -26,6 +26,8 @@ class Spring final : public sim::Force {
     return springs_->potential(view, tile);
   }
 
+  bool conservative() const override { return true; }
+
   void links(int i, std::vector<sim::Link>& out) const override {
     springs_->at(i, [&](int to, double k, double rest) { out.push_back({family(), to, k, rest}); });
   }
@@ -52,7 +54,7 @@ class Spring final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "spring") {
+SIM_PLUGIN(Force, "spring") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "spring",

@@ -8,7 +8,7 @@
 --
 -- This file only builds tables; the kernel reads them once, after the scene file has returned.
 
-local host = ...  -- what the kernel lends: places in the scene, errors, parameters
+local host = ...  -- what the kernel lends: places in the scene, errors, parameters, kinds of plugins
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
 local type, next, setmetatable, tostring = type, next, setmetatable, tostring
 local math_type, select = math.type, select
@@ -354,9 +354,10 @@ local function make_surface(options)
   return handle
 end
 
-local part_class = {
-  force = class("force", Force), field = class("field", {}), integrator = class("integrator", {}),
-}
+local part_class = {}
+for _, kind in ipairs(host.kinds) do
+  part_class[kind] = class(kind, kind == "force" and Force or {})
+end
 
 -- Lists inside the options are taken as they are now: changing them later changes nothing.
 local function copy(value, depth)
@@ -366,10 +367,10 @@ local function copy(value, depth)
   return result
 end
 
--- force = sim.force.NAME { ... },  field = sim.field.NAME { ... },
--- integrator = sim.integrator.NAME { ... }
--- Any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter
--- may be marked there as positional; it can then be written without its name, first in the table.
+-- part = sim.KIND.NAME { ... }
+-- KIND is a kind of plugin: force, field, integrator, collider. NAME is any plugin that `sim list`
+-- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
+-- positional; it can then be written without its name, first in the table.
 -- Forces that join particles also take ties = { {a, b}, ... }, see force:tie; and those that act
 -- between pairs a grid of pairs:
 --   grid      the sim.grid that is the scene's particles
@@ -413,6 +414,14 @@ local function constructors(kind)
   })
 end
 
+-- sim.plugin "FILE.so"
+-- Opens a plugin library that lies beside the scene's file (or in a folder below), before its forces
+-- are used: local wind = sim.force.wind { ... } comes after it. Once is enough.
+-- Errors: a file that is not there, that is no plugin of this kernel, or with a name that is taken.
+local function open_plugin(file)
+  host.plugin((here()), file)
+end
+
 -- Scenes -----------------------------------------------------------------------------------------
 
 -- value = sim.arg(name, default, doc)
@@ -438,6 +447,7 @@ end
 --   particles    a sim.particles or sim.grid
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
+--   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
 -- First order (no masses, no velocities):
 --   state        { x = list of vectors } for points of space, or a flat list of numbers
 --   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)
@@ -464,11 +474,11 @@ local function top_constructor(kind, written)
 end
 
 local entries = {
-  arg = arg, particles = make_particles, grid = make_grid, surface = make_surface,
-  force = constructors("force"), field = constructors("field"),
-  integrator = constructors("integrator"),
+  arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
+  surface = make_surface,
   scene = "made where it is written", world = "made where it is written",
 }
+for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end
 
 local sim = setmetatable({}, {
   __index = function(_, key)

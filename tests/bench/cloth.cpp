@@ -100,10 +100,8 @@ double stable_step(const std::string& integrator, int n) {
   return (integrator == "rk4" ? 0.7 : 0.5) / omega;
 }
 
-sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
-                            sim::Registry& registry) {
-  return {.integrator = choice.name,
-          .integrator_given = sim::cli::integrator_values(choice, choice.name, registry),
+sim::RunOptions run_options(const sim::MethodChoice& choice, int n, sim::Registry& registry) {
+  return {.integrator = sim::cli::typed(choice, choice.name, registry),
           .dt = stable_step(choice.name, n)};
 }
 

@@ -40,6 +40,8 @@ void check_scenes(std::initializer_list<Broken> cases) {
 
 TEST_CASE("names that do not exist", "[lua][errors]") {
   check_all({
+      {"local c = sim.collider.plane { }\nc.point = 1", "scene.lua:3",
+       "cannot set 'point' of sim.collider"},
       {"return sim.scen {}", "scene.lua:2", "did you mean 'scene'?"},
       {"\nlocal p = sim.partciles {}", "scene.lua:3", "did you mean 'particles'?"},
       {"sim.extra = 1", "scene.lua:2", "cannot set 'sim.extra'"},

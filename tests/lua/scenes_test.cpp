@@ -15,7 +15,7 @@ TEST_CASE("circle.lua", "[lua][scenes]") {
   CHECK(spec.args.empty());
   const SystemSpec& circle = spec.systems[0];
   CHECK(circle.name == "circle");
-  CHECK(circle.integrator == "trapezoid");
+  CHECK(circle.integrator.name == "trapezoid");
   CHECK(circle.dt == 0.01);
   CHECK(circle.duration == 10);
   CHECK_FALSE(circle.particles);
@@ -30,7 +30,7 @@ TEST_CASE("circle.lua", "[lua][scenes]") {
 TEST_CASE("pendulum.lua", "[lua][scenes]") {
   const SystemSpec pendulum = load("scenes/pendulum.lua").systems[0];
   CHECK(pendulum.name == "pendulum");
-  CHECK(pendulum.integrator == "rk4");
+  CHECK(pendulum.integrator.name == "rk4");
   CHECK(pendulum.dt == 0.005);
   CHECK(pendulum.duration == 10);
   REQUIRE(pendulum.particles);
@@ -53,7 +53,7 @@ TEST_CASE("pendulum.lua", "[lua][scenes]") {
 TEST_CASE("cloth.lua", "[lua][scenes]") {
   const SceneSpec spec = load("scenes/cloth.lua");
   const SystemSpec& cloth = spec.systems[0];
-  CHECK(cloth.integrator == "rk4");
+  CHECK(cloth.integrator.name == "rk4");
   CHECK(cloth.dt == 0.005);
   CHECK(cloth.duration == 2);
   REQUIRE(cloth.particles);

@@ -233,8 +233,8 @@ TEST_CASE("differences of forces suit directions of any size", "[particles]") {
 
 TEST_CASE("every force of this build has a Jacobian that agrees with differences") {
   Registry registry = sim_test::make_registry();
-  for (const std::string& name : registry.names(PluginKind::kForce)) {
-    const ForcePlugin& plugin = registry.force(name);
+  for (const std::string& name : registry.names<Force>()) {
+    const ForcePlugin& plugin = registry.get<sim::Force>(name);
     SystemSpec spec =
         sim_test::make_chain({{0, 0, 0}, {1, 0, 0}, {1.5, 0.8, 0}, {0.5, 0.6, 1}}, {0}, 0.1);
     for (ParticleSpec& particle : spec.particles->list) particle.velocity = {0.3, -0.2, 0.4};

@@ -107,11 +107,11 @@ class Linear final : public sim::OdeSystem {
 
 // With steps of size h, also where the method can do otherwise.
 std::unique_ptr<sim::Integrator> make_integrator(const std::string& name, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.integrator(name);
+  const sim::IntegratorPlugin& plugin = registry.get<sim::Integrator>(name);
   std::map<std::string, sim::Value> given = acceptable(plugin);
   for (const sim::Param& param : plugin.params)
     if (param.name == "fixed_step") given["fixed_step"] = true;
-  return plugin.make(sim::Params("integrator", plugin.params, given, {}));
+  return sim::Method(registry, plugin, given).make();
 }
 
 }  // namespace
@@ -119,10 +119,9 @@ std::unique_ptr<sim::Integrator> make_integrator(const std::string& name, sim::R
 TEST_CASE("every plugin says what it is") {
   sim::Registry registry = make_registry();
   int count = 0;
-  for (const auto kind :
-       {sim::PluginKind::kForce, sim::PluginKind::kField, sim::PluginKind::kIntegrator})
+  for (const sim::PluginKind& kind : sim::kPluginKinds)
     for (const std::string& name : registry.names(kind)) {
-      const sim::PluginInfo* info = registry.find(name);
+      const sim::PluginInfo* info = registry.find(kind, name);
       INFO(name);
       REQUIRE(info);
       CHECK(info->name == name);
@@ -150,8 +149,8 @@ TEST_CASE("every plugin says what it is") {
 
 TEST_CASE("every plugin refuses parameters it does not have") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kForce)) {
-    sim::SystemSpec spec = make_cloud(registry.force(name));
+  for (const std::string& name : registry.names<sim::Force>()) {
+    sim::SystemSpec spec = make_cloud(registry.get<sim::Force>(name));
     spec.forces[0].given["no_such_parameter"] = 1.0;
     spec.forces[0].place = "cloud.lua:3";
     INFO(name);
@@ -162,8 +161,8 @@ TEST_CASE("every plugin refuses parameters it does not have") {
 
 TEST_CASE("every force is pure and does not depend on threads") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kForce)) {
-    const sim::SystemSpec spec = make_cloud(registry.force(name));
+  for (const std::string& name : registry.names<sim::Force>()) {
+    const sim::SystemSpec spec = make_cloud(registry.get<sim::Force>(name));
     sim::Simulation one(spec, registry), three(spec, registry, {.threads = 3});
     const std::uint64_t start = one.hash();
     REQUIRE(run(one, 20));
@@ -189,8 +188,8 @@ TEST_CASE("every force is pure and does not depend on threads") {
 
 TEST_CASE("every field is pure") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kField)) {
-    const sim::FieldPlugin& plugin = registry.field(name);
+  for (const std::string& name : registry.names<sim::Field>()) {
+    const sim::FieldPlugin& plugin = registry.get<sim::Field>(name);
     const auto field = plugin.make(sim::Params("field", plugin.params, acceptable(plugin), {}));
     field->bind(6, 3);
     const std::vector<double> x = {1, 2, 3, -0.5, 0.25, 7};
@@ -205,7 +204,7 @@ TEST_CASE("every field is pure") {
 
 TEST_CASE("every integrator has its order and counts its evaluations") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<sim::Integrator>()) {
     const auto method = make_integrator(name, registry);
     const sim::IntegratorInfo info = method->info();
     INFO(name);

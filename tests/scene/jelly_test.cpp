@@ -69,7 +69,7 @@ TEST_CASE("a jelly has its springs, all of them in runs") {
 TEST_CASE("a hung jelly sags and swings as computed elsewhere") {
   sim::Registry registry = make_registry();
   sim::Simulation jelly(make_jelly(3, true), registry,
-                        {.integrator = "dop853", .integrator_given = {{"tol", 1e-12}}, .dt = 0.05});
+                        {.integrator = {"dop853", {{"tol", 1e-12}}}, .dt = 0.05});
   REQUIRE(run(jelly, 1));
   const auto near = [](const sim::Vec3& x, const sim::Vec3& expected, double tolerance) {
     CHECK((x - expected).cwiseAbs().maxCoeff() <= tolerance);

@@ -10,8 +10,7 @@ using namespace sim_test;
 namespace {
 
 sim::RunOptions in_single(const std::string& method, double dt) {
-  return {
-      .integrator = method, .integrator_given = {{"precision", std::string("single")}}, .dt = dt};
+  return {.integrator = {method, {{"precision", std::string("single")}}}, .dt = dt};
 }
 
 double worst_difference(const sim::Simulation& a, const sim::Simulation& b) {

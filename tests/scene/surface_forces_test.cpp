@@ -196,8 +196,7 @@ TEST_CASE("forces on surfaces are the same on any number of threads, and conserv
   }
   for (const char* force : {"pressure", "bending"}) {
     sim::SystemSpec spec = make_dented(force);
-    sim::Simulation body(spec, registry,
-                         {.integrator = "dop853", .integrator_given = {{"tol", 1e-12}}, .dt = 0.1});
+    sim::Simulation body(spec, registry, {.integrator = {"dop853", {{"tol", 1e-12}}}, .dt = 0.1});
     const double start = body.energy().kinetic + body.energy().potential;
     REQUIRE(run(body, 5));
     const double kinetic = body.energy().kinetic;

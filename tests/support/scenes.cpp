@@ -133,19 +133,18 @@ sim::SystemSpec make_falling(double mass, double drag) {
 }
 
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.integrator(integrator);
-  return plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
+  return sim::Method(registry, integrator).make()->info();
 }
 
 sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry) {
   sim::RunOptions options{.integrator = integrator, .dt = dt};
-  for (const sim::Param& param : registry.integrator(integrator).params)
-    if (param.name == "fixed_step") options.integrator_given["fixed_step"] = true;
+  for (const sim::Param& param : registry.get<sim::Integrator>(integrator).params)
+    if (param.name == "fixed_step") options.integrator.given["fixed_step"] = true;
   return options;
 }
 
 std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry) {
-  std::vector<std::string> names = registry.names(sim::PluginKind::kIntegrator);
+  std::vector<std::string> names = registry.names<sim::Integrator>();
   if (!spec.particles)
     std::erase_if(
         names, [&](const std::string& name) { return info_of(name, registry).needs_second_order; });

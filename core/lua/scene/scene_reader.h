@@ -24,6 +24,7 @@ class SceneReader {
   SystemSpec system(lua_State* L, int scene, const Place& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
+  void colliders(lua_State* L, int scene, SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
   ParticlesSpec particles(lua_State* L, int record, const Place& place) const;
 

@@ -130,7 +130,7 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
   PartSpec spec;
   spec.plugin = plugin.name;
   spec.place = place_of(L, index);
-  const std::string owner = std::string(kind_name(plugin.kind)) + " '" + plugin.name + "'";
+  const std::string owner = plugin.title();
 
   const LuaTable record(L, index), given = record.table("given");
   for (lua_pushnil(L); lua_next(L, given.index()); lua_pop(L, 1)) {

@@ -1,6 +1,7 @@
 // Which elements (pairs, triangles, ...) touch a particle.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,7 @@ class Incidence {
 
   // The places of i among the ids, ascending.
   std::span<const int> at(int i) const {
+    if (static_cast<std::size_t>(i) + 1 >= first_.size()) return {};
     const auto begin = static_cast<std::size_t>(first_[static_cast<std::size_t>(i)]);
     const auto end = static_cast<std::size_t>(first_[static_cast<std::size_t>(i) + 1]);
     return {places_.data() + begin, end - begin};

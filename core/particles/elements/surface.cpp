@@ -46,29 +46,30 @@ void sides_at(const Surface& surface, int low, std::vector<Side>& sides) {
 
 }  // namespace
 
-Surface::Surface(int n, std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
+Surface::Surface(int n, std::vector<Triangle> triangles)
+    : particles_(n), triangles_(std::move(triangles)) {
   if (triangles_.empty()) refuse("bad surface", "it has no triangle", "list some");
-  check_triangles(n);
+  check_triangles();
   corners_ = Incidence(n, ids());
-  find_edges(n);
+  find_edges();
 }
 
-void Surface::check_triangles(int n) const {
+void Surface::check_triangles() const {
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];
     const std::string what = "bad triangle " + number_of(static_cast<int>(i)) + " of a surface";
     for (const int id : t)
-      if (id < 0 || id >= n)
+      if (id < 0 || id >= particles_)
         refuse(what, "there is no particle " + std::to_string(id),
-               "the ids of the scene are 0 to " + std::to_string(n - 1));
+               "the ids of the scene are 0 to " + std::to_string(particles_ - 1));
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
       refuse(what, shown(t) + " has a particle twice", "name three different ones");
   }
 }
 
-void Surface::find_edges(int n) {
+void Surface::find_edges() {
   std::vector<Side> sides;
-  for (int low = 0; low < n; ++low) {
+  for (int low = 0; low < particles_; ++low) {
     sides_at(*this, low, sides);
     for (std::size_t i = 0; i < sides.size();) {
       const Side& first = sides[i];

@@ -27,6 +27,7 @@ class Surface {
   // [0, n), no edge has more than two triangles, and neighbours have the same side outside.
   Surface(int n, std::vector<Triangle> triangles);
 
+  int particles() const { return particles_; }
   std::span<const Triangle> triangles() const { return triangles_; }
   std::span<const Edge> edges() const { return edges_; }
   std::span<const int> boundary() const { return boundary_; }  // edges with one triangle, ascending
@@ -38,9 +39,10 @@ class Surface {
   std::span<const int> ids() const { return {triangles_.front().data(), 3 * triangles_.size()}; }
 
  private:
-  void check_triangles(int n) const;
-  void find_edges(int n);
+  void check_triangles() const;
+  void find_edges();
 
+  int particles_;
   std::vector<Triangle> triangles_;
   std::vector<Edge> edges_;
   std::vector<int> boundary_;

@@ -101,20 +101,20 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
 // Methods that stand this step by their own account, the cheapest first.
 void try_others(const Problem& problem, const Spectrum& modes, double time, const Watch& watch,
                 PostMortem& result) {
-  std::vector<Method> methods = fitting_methods(problem, {});
-  std::erase_if(methods, [&](const Method& method) {
+  std::vector<Candidate> methods = fitting_methods(problem, {});
+  std::erase_if(methods, [&](const Candidate& method) {
     if (method.name == result.integrator) return true;
     if (method.info.adaptive) return false;
     const auto limit = predicted_step(*problem.with(method).make_integrator(), modes);
     return !limit || *limit < 1.25 * result.dt;
   });
-  const auto cost = [](const Method& method) {
+  const auto cost = [](const Candidate& method) {
     return method.info.implicit ? 1000 : method.info.adaptive ? 100 : method.info.evaluations;
   };
   std::stable_sort(methods.begin(), methods.end(),
-                   [&](const Method& a, const Method& b) { return cost(a) < cost(b); });
+                   [&](const Candidate& a, const Candidate& b) { return cost(a) < cost(b); });
   double work = 0;
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     // An adaptive method takes steps of its own, some in each radian of the fastest mode.
     const double omega = modes.fastest.omega;
     const bool own = method.info.adaptive && omega > 0;
@@ -162,9 +162,8 @@ PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
                        const Watch& watch) {
   PostMortem result;
   Simulation system = problem.simulation();
-  const IntegratorPlugin& plugin = system.settings().integrator;
-  result.integrator = plugin.name;
-  result.choice = spelled(plugin.name, plugin.params, system.integrator_params());
+  result.integrator = system.method().name();
+  result.choice = system.method().label();
   result.dt = system.h();
   const Spectrum modes = spectrum(system);
   const auto limit = predicted_step(system.integrator(), modes);
