@@ -112,7 +112,7 @@ std::string to_text(const Value& value) {
       return text += '}';
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
-    std::string operator()(const std::shared_ptr<const Surface>&) const { return "surface"; }
+    std::string operator()(const std::shared_ptr<const TriangleMesh>&) const { return "surface"; }
   };
   return std::visit(Writer{}, value);
 }
@@ -180,6 +180,6 @@ template const double& Params::get(const std::string&) const;
 template const std::string& Params::get(const std::string&) const;
 template const Vec3& Params::get(const std::string&) const;
 template const OdeFunction& Params::get(const std::string&) const;
-template const std::shared_ptr<const Surface>& Params::get(const std::string&) const;
+template const std::shared_ptr<const TriangleMesh>& Params::get(const std::string&) const;
 
 }  // namespace sim

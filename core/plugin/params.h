@@ -16,7 +16,7 @@
 
 namespace sim {
 
-class Surface;
+class TriangleMesh;
 
 // dxdt := f(t, x); both spans have the size of the state.
 using OdeFunction =
@@ -24,7 +24,7 @@ using OdeFunction =
 
 // monostate: no value given.
 using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, std::shared_ptr<const Surface>>;
+                           OdeFunction, std::shared_ptr<const TriangleMesh>>;
 
 enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction, kSurface };
 
@@ -75,8 +75,8 @@ class Params {
   const std::string& text(const std::string& name) const { return get<std::string>(name); }
   const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
-  const std::shared_ptr<const Surface>& surface(const std::string& name) const {
-    return get<std::shared_ptr<const Surface>>(name);
+  const std::shared_ptr<const TriangleMesh>& surface(const std::string& name) const {
+    return get<std::shared_ptr<const TriangleMesh>>(name);
   }
 
  private:

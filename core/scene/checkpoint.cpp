@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/hash.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 namespace {
@@ -34,8 +34,8 @@ void add_part(StateHash& hash, const PartSpec& part) {
   for (const auto& [name, value] : part.given) {
     add_text(hash, name);
     add_text(hash, to_text(value));
-    if (const auto* surface = std::get_if<std::shared_ptr<const Surface>>(&value))
-      for (const Surface::Triangle& triangle : (*surface)->triangles())
+    if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
+      for (const TriangleMesh::Triangle& triangle : (*surface)->triangles())
         for (const int id : triangle) hash.add(static_cast<std::uint64_t>(id));
   }
   for (const GridPairs& grid : part.elements.grids) {

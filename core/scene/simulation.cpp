@@ -6,7 +6,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
 #include "core/scene/simulation_impl.h"
@@ -41,7 +41,7 @@ void check(const SystemSpec& spec) {
 
 void check_surfaces(const PartSpec& part, int n) {
   for (const auto& [name, value] : part.given)
-    if (const auto* surface = std::get_if<std::shared_ptr<const Surface>>(&value))
+    if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
       if (!*surface || (*surface)->particles() != n)
         throw Error(ErrorKind::kScene,
                     {"bad " + name, part.place, "it is a surface of other particles", ""});

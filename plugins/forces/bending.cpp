@@ -14,7 +14,7 @@
 
 #include "core/math/cross.h"
 #include "core/particles/elements/incidence.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -48,7 +48,7 @@ std::array<double, 4> edge_operator(const std::array<sim::Vec3, 4>& x) {
 }
 
 // far[c]: the particle across the edge from corner c to the next one; -1 if there is none.
-Patch patch_of(const sim::Surface::Triangle& triangle, const std::array<int, 3>& far,
+Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int, 3>& far,
                const sim::ParticleView& p) {
   Patch patch;
   std::array<sim::Vec3, 3> x;
@@ -78,10 +78,10 @@ Patch patch_of(const sim::Surface::Triangle& triangle, const std::array<int, 3>&
   return patch;
 }
 
-std::vector<Patch> patches_of(const sim::Surface& surface, const sim::ParticleView& p) {
+std::vector<Patch> patches_of(const sim::TriangleMesh& surface, const sim::ParticleView& p) {
   const auto triangles = surface.triangles();
   std::vector<std::array<int, 3>> far(triangles.size(), {-1, -1, -1});
-  for (const sim::Surface::Edge& edge : surface.edges()) {
+  for (const sim::TriangleMesh::Edge& edge : surface.edges()) {
     if (edge.boundary()) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       const auto t = static_cast<std::size_t>(edge.triangles[side]);
@@ -186,7 +186,7 @@ class Bending final : public sim::Force {
     return {entries_.data() + begin, end - begin};
   }
 
-  std::shared_ptr<const sim::Surface> surface_;
+  std::shared_ptr<const sim::TriangleMesh> surface_;
   double stiffness_;
   std::vector<Patch> patches_;     // one a triangle
   std::vector<std::size_t> rows_;  // entries of row i: [rows_[i], rows_[i + 1])

@@ -1,7 +1,7 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
 #include "core/math/cross.h"
 #include "core/particles/elements/element_forces.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -75,7 +75,7 @@ class Pressure final : public sim::Force {
     return {p.position(a), p.position(b), p.position(c)};
   }
 
-  std::shared_ptr<const sim::Surface> surface_;
+  std::shared_ptr<const sim::TriangleMesh> surface_;
   double pressure_;
   Triangles triangles_;
 };

@@ -1,7 +1,7 @@
 // What a scene joins and acts on: ties of any arity, grids of three directions, surfaces, groups.
 #include <cmath>
 
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "tests/lua/scene_text.h"
 
 using namespace sim;
@@ -13,8 +13,8 @@ const std::string kBlock =
     "local particles = sim.grid { 3, 2, 4, origin = {1, 0, 0}, du = {0.5, 0, 0}, dv = {0, 2, 0}, "
     "dw = {0, 0, 1}, mass = 3 }\n";
 
-std::shared_ptr<const Surface> surface_of(const PartSpec& force) {
-  return std::get<std::shared_ptr<const Surface>>(force.given.at("surface"));
+std::shared_ptr<const TriangleMesh> surface_of(const PartSpec& force) {
+  return std::get<std::shared_ptr<const TriangleMesh>>(force.given.at("surface"));
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ TEST_CASE("a surface is the sheet or the boundary of a grid, or listed", "[lua][
           "duration = 1 }\n")
           .systems[0];
   REQUIRE(listed.surfaces.size() == 1);
-  CHECK((listed.surfaces[0]->triangles()[0] == Surface::Triangle{0, 1, 2}));
+  CHECK((listed.surfaces[0]->triangles()[0] == TriangleMesh::Triangle{0, 1, 2}));
 }
 
 TEST_CASE("surfaces that a scene cannot have", "[lua][elements]") {

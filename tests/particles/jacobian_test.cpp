@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/implicit/stage_matrix.h"
 #include "core/particles/springs/spring_stiffness.h"
@@ -241,8 +241,8 @@ TEST_CASE("every force of this build has a Jacobian that agrees with differences
     std::map<std::string, Value> given;
     for (const Param& param : plugin.params)
       if (param.required && param.type == ParamType::kSurface)
-        given[param.name] = std::make_shared<const Surface>(
-            4, std::vector<Surface::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+        given[param.name] = std::make_shared<const TriangleMesh>(
+            4, std::vector<TriangleMesh::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
     for (const Param& param : plugin.params)
       if (param.required && param.type == ParamType::kNumber)
         given[param.name] = std::clamp(2.0, param.min, param.max);

@@ -5,7 +5,7 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -15,11 +15,11 @@ namespace {
 constexpr int kCloud = 1500;  // particles
 
 // A strip of triangles over all particles of the cloud.
-std::vector<sim::Surface::Triangle> strip() {
-  std::vector<sim::Surface::Triangle> triangles;
+std::vector<sim::TriangleMesh::Triangle> strip() {
+  std::vector<sim::TriangleMesh::Triangle> triangles;
   for (int i = 0; i + 2 < kCloud; ++i)
-    triangles.push_back(i % 2 ? sim::Surface::Triangle{i + 1, i, i + 2}
-                              : sim::Surface::Triangle{i, i + 1, i + 2});
+    triangles.push_back(i % 2 ? sim::TriangleMesh::Triangle{i + 1, i, i + 2}
+                              : sim::TriangleMesh::Triangle{i, i + 1, i + 2});
   return triangles;
 }
 
@@ -45,7 +45,7 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
         given[param.name] = sim::Vec3(1, 2, 3);
         break;
       case sim::ParamType::kSurface:
-        given[param.name] = std::make_shared<const sim::Surface>(kCloud, strip());
+        given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
       case sim::ParamType::kFunction:
         given[param.name] =

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/math/cross.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -25,8 +25,8 @@ sim::SystemSpec make_surface(const std::string& force, std::map<std::string, sim
     for (int j = 0; j < size[1]; ++j)
       for (int k = 0; k < size[2]; ++k)
         spec.particles->list.push_back({.position = place(i, j, k)});
-  given["surface"] = std::make_shared<const sim::Surface>(spec.particles->count(),
-                                                          sim::grid_triangles(size, false));
+  given["surface"] = std::make_shared<const sim::TriangleMesh>(spec.particles->count(),
+                                                               sim::grid_triangles(size, false));
   spec.forces = {make_part(force, std::move(given))};
   return spec;
 }
@@ -178,7 +178,7 @@ TEST_CASE("forces on surfaces are the same on any number of threads, and conserv
     sim::SystemSpec spec = make_cloth(97, {.drag = 0});
     sim::PartSpec part = make_part(force, {});
     part.given["surface"] =
-        std::make_shared<const sim::Surface>(97 * 97, sim::grid_triangles({97, 97, 1}, false));
+        std::make_shared<const sim::TriangleMesh>(97 * 97, sim::grid_triangles({97, 97, 1}, false));
     part.given[std::string(force) == "pressure" ? "pressure" : "stiffness"] =
         std::string(force) == "pressure" ? 1.0 : 1e-4;
     spec.forces.push_back(part);
@@ -211,7 +211,7 @@ TEST_CASE("implicit methods take long steps with stiff bending") {
   sim::SystemSpec spec = make_cloth(16, {.drag = 0.5});
   sim::PartSpec part = make_part("bending", {{"stiffness", 10.0}});
   part.given["surface"] =
-      std::make_shared<const sim::Surface>(256, sim::grid_triangles({16, 16, 1}, false));
+      std::make_shared<const sim::TriangleMesh>(256, sim::grid_triangles({16, 16, 1}, false));
   spec.forces.push_back(part);
   // Explicit methods need steps far below 2 / sqrt(64 k / (m a^2)), about 0.1 ms.
   sim::Simulation cloth(spec, registry, {.integrator = "implicit_euler", .dt = 0.02});
@@ -229,7 +229,8 @@ TEST_CASE("a force that is kept to some particles acts on them as on all") {
     if (i % 2 || i > 30) odd.push_back(i);
   }
   const sim::PartSpec parts[] = {make_gravity(), make_drag(0.3),
-                                 make_part("air_drag", {{"c", 0.02}})};
+                                 make_part("air_drag", {{"c", 0.02}}),
+                                 make_part("gust", {{"c", 0.4}})};
   for (const sim::PartSpec& part : parts) {
     INFO(part.plugin);
     sim::SystemSpec spec = make_cloth(6, {.gravity = false, .drag = 0});

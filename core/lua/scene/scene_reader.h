@@ -32,14 +32,15 @@ class SceneReader {
   struct Body {
     const ParticlesSpec& particles;
     int handle;  // of the particles, on the stack
-    std::map<const void*, std::shared_ptr<const Surface>> surfaces = {};  // read so far
+    std::map<const void*, std::shared_ptr<const TriangleMesh>> surfaces = {};  // read so far
   };
   PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
                 Body* body) const;
   bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
-  std::shared_ptr<const Surface> surface(lua_State* L, int handle, int record, Body& body) const;
-  std::vector<std::shared_ptr<const Surface>> surfaces(lua_State* L, int scene, Body& body,
-                                                       const SystemSpec& spec) const;
+  std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,
+                                              Body& body) const;
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,
+                                                            const SystemSpec& spec) const;
   Elements elements(lua_State* L, int record, const PluginInfo& plugin, const Body& body,
                     const Place& place) const;
   void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,

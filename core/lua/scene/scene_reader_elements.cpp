@@ -9,7 +9,7 @@
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
 #include "core/math/cross.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 namespace {
@@ -210,16 +210,16 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
 }
 
 // Each is compiled once, however many parts name it.
-std::shared_ptr<const Surface> SceneReader::surface(lua_State* L, int handle, int index,
-                                                    Body& body) const {
-  std::shared_ptr<const Surface>& known = body.surfaces[lua_topointer(L, handle)];
+std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handle, int index,
+                                                         Body& body) const {
+  std::shared_ptr<const TriangleMesh>& known = body.surfaces[lua_topointer(L, handle)];
   if (known) return known;
   const LuaTable record(L, index);
   const Place place = place_of(L, index);
   push_field(L, index, "on");
   require_own(L, -1, body, place, "surface");
 
-  std::vector<Surface::Triangle> triangles;
+  std::vector<TriangleMesh::Triangle> triangles;
   if (record.flag("grid")) {
     const GridSpec& grid = *body.particles.grid;
     const bool mirrored = grid.directions == 3 && cross(grid.du, grid.dv).dot(grid.dw) < 0;
@@ -227,14 +227,14 @@ std::shared_ptr<const Surface> SceneReader::surface(lua_State* L, int handle, in
   } else {
     const LuaTable ids = record.table("ids");
     for (lua_Integer i = 0; i + 2 < ids.length(); i += 3) {
-      Surface::Triangle& triangle = triangles.emplace_back();
+      TriangleMesh::Triangle& triangle = triangles.emplace_back();
       for (lua_Integer corner = 0; corner < 3; ++corner)
         triangle[static_cast<std::size_t>(corner)] = static_cast<int>(ids.integer(i + corner + 1));
     }
   }
 
   try {
-    known = std::make_shared<const Surface>(body.particles.count(), std::move(triangles));
+    known = std::make_shared<const TriangleMesh>(body.particles.count(), std::move(triangles));
   } catch (const Error& error) {
     scene_error(place, error.text().what, error.text().why, error.text().remedy);
   }
@@ -245,12 +245,11 @@ std::shared_ptr<const Surface> SceneReader::surface(lua_State* L, int handle, in
   return known;
 }
 
-std::vector<std::shared_ptr<const Surface>> SceneReader::surfaces(lua_State* L, int scene,
-                                                                  Body& body,
-                                                                  const SystemSpec& spec) const {
+std::vector<std::shared_ptr<const TriangleMesh>> SceneReader::surfaces(
+    lua_State* L, int scene, Body& body, const SystemSpec& spec) const {
   // Those that the scene lists, then those that only forces name.
-  std::vector<std::shared_ptr<const Surface>> list;
-  const auto add = [&](const std::shared_ptr<const Surface>& surface) {
+  std::vector<std::shared_ptr<const TriangleMesh>> list;
+  const auto add = [&](const std::shared_ptr<const TriangleMesh>& surface) {
     if (std::ranges::find(list, surface) == list.end()) list.push_back(surface);
   };
   if (push_field(L, scene, "surfaces") != LUA_TNIL) {
@@ -269,7 +268,8 @@ std::vector<std::shared_ptr<const Surface>> SceneReader::surfaces(lua_State* L, 
   lua_pop(L, 1);
   for (const PartSpec& force : spec.forces)
     for (const auto& [name, value] : force.given)
-      if (const auto* surface = std::get_if<std::shared_ptr<const Surface>>(&value)) add(*surface);
+      if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
+        add(*surface);
   return list;
 }
 

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "core/base/text.h"
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/study/contract/examiner.h"
 
 namespace sim::study::contract {
@@ -28,7 +28,7 @@ Value example_of(const Param& param) {
         for (std::size_t i = 0; i < x.size(); ++i) dxdt[i] = 0.5 * x[x.size() - 1 - i] - t;
       });
     case ParamType::kSurface:  // of a block of particles
-      return std::make_shared<const Surface>(12, grid_triangles({2, 2, 3}, false));
+      return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
     default:
       return {};
   }

@@ -1,4 +1,4 @@
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 
 #include <algorithm>
 #include <string>
@@ -17,7 +17,7 @@ namespace {
 // As a list of the scene numbers them, from 1.
 std::string number_of(int triangle) { return std::to_string(triangle + 1); }
 
-std::string shown(const Surface::Triangle& t) {
+std::string shown(const TriangleMesh::Triangle& t) {
   return "{" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
          "}";
 }
@@ -29,11 +29,11 @@ struct Side {
 };
 
 // All sides between `low` and higher particles, by the higher one, then by triangle.
-void sides_at(const Surface& surface, int low, std::vector<Side>& sides) {
+void sides_at(const TriangleMesh& surface, int low, std::vector<Side>& sides) {
   sides.clear();
   for (const int place : surface.corners(low)) {
     const int triangle = place / 3;
-    const Surface::Triangle& t = surface.triangles()[static_cast<std::size_t>(triangle)];
+    const TriangleMesh::Triangle& t = surface.triangles()[static_cast<std::size_t>(triangle)];
     const auto corner = [&](int turn) { return t[static_cast<std::size_t>((place + turn) % 3)]; };
     const int next = corner(1), last = corner(2);
     if (next > low) sides.push_back({next, triangle, last, true});
@@ -46,7 +46,7 @@ void sides_at(const Surface& surface, int low, std::vector<Side>& sides) {
 
 }  // namespace
 
-Surface::Surface(int n, std::vector<Triangle> triangles)
+TriangleMesh::TriangleMesh(int n, std::vector<Triangle> triangles)
     : particles_(n), triangles_(std::move(triangles)) {
   if (triangles_.empty()) refuse("bad surface", "it has no triangle", "list some");
   check_triangles();
@@ -54,7 +54,7 @@ Surface::Surface(int n, std::vector<Triangle> triangles)
   find_edges();
 }
 
-void Surface::check_triangles() const {
+void TriangleMesh::check_triangles() const {
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];
     const std::string what = "bad triangle " + number_of(static_cast<int>(i)) + " of a surface";
@@ -67,7 +67,7 @@ void Surface::check_triangles() const {
   }
 }
 
-void Surface::find_edges() {
+void TriangleMesh::find_edges() {
   std::vector<Side> sides;
   for (int low = 0; low < particles_; ++low) {
     sides_at(*this, low, sides);
@@ -102,7 +102,7 @@ void Surface::find_edges() {
   }
 }
 
-int flat_triangle(const Surface& surface, const std::function<Vec3(int)>& position) {
+int flat_triangle(const TriangleMesh& surface, const std::function<Vec3(int)>& position) {
   constexpr double kFlat = 1e-12;  // of the square of a side: rounding makes of nothing that much
   const auto largest = [](const Vec3& d) {
     return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
@@ -116,8 +116,8 @@ int flat_triangle(const Surface& surface, const std::function<Vec3(int)>& positi
   return -1;
 }
 
-std::vector<Surface::Triangle> grid_triangles(const std::array<int, 3>& size, bool mirrored) {
-  std::vector<Surface::Triangle> triangles;
+std::vector<TriangleMesh::Triangle> grid_triangles(const std::array<int, 3>& size, bool mirrored) {
+  std::vector<TriangleMesh::Triangle> triangles;
   const auto add = [&](int a, int b, int c, bool turned) {
     if (turned) std::swap(b, c);
     triangles.push_back({a, b, c});

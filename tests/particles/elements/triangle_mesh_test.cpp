@@ -1,4 +1,4 @@
-#include "core/particles/elements/surface.h"
+#include "core/particles/elements/triangle_mesh.h"
 
 #include <catch2/catch.hpp>
 
@@ -11,8 +11,8 @@ using namespace sim;
 
 namespace {
 
-Surface of_grid(const std::array<int, 3>& size, bool mirrored = false) {
-  return Surface(size[0] * size[1] * size[2], grid_triangles(size, mirrored));
+TriangleMesh of_grid(const std::array<int, 3>& size, bool mirrored = false) {
+  return TriangleMesh(size[0] * size[1] * size[2], grid_triangles(size, mirrored));
 }
 
 std::array<int, 3> place(const std::array<int, 3>& size, int id) {
@@ -24,7 +24,7 @@ Vec3 point(const std::array<int, 3>& size, int id) {
   return Vec3(i, j, k);
 }
 
-Vec3 area(const std::array<int, 3>& size, const Surface::Triangle& t) {
+Vec3 area(const std::array<int, 3>& size, const TriangleMesh::Triangle& t) {
   const Vec3 a = point(size, t[0]);
   return cross(point(size, t[1]) - a, point(size, t[2]) - a) / 2;
 }
@@ -34,11 +34,11 @@ Vec3 area(const std::array<int, 3>& size, const Surface::Triangle& t) {
 TEST_CASE("the boundary of a block of particles is closed and has its outside outside") {
   for (const std::array<int, 3>& size :
        {std::array<int, 3>{2, 2, 2}, {3, 2, 2}, {2, 5, 3}, {4, 4, 4}}) {
-    const Surface surface = of_grid(size);
+    const TriangleMesh surface = of_grid(size);
     std::set<int> used;
     Vec3 sum = Vec3::Zero();
     double volume = 0;
-    for (const Surface::Triangle& t : surface.triangles()) {
+    for (const TriangleMesh::Triangle& t : surface.triangles()) {
       used.insert(t.begin(), t.end());
       sum += area(size, t);
       volume += point(size, t[0]).dot(area(size, t)) / 3;
@@ -62,7 +62,7 @@ TEST_CASE("the boundary of a block of particles is closed and has its outside ou
 TEST_CASE("a sheet of particles has two triangles a cell and one boundary around it") {
   for (const std::array<int, 3>& size :
        {std::array<int, 3>{3, 4, 1}, {3, 1, 4}, {1, 3, 4}, {2, 2, 1}}) {
-    const Surface surface = of_grid(size), mirrored = of_grid(size, true);
+    const TriangleMesh surface = of_grid(size), mirrored = of_grid(size, true);
     std::array<int, 3> sorted = size;
     std::sort(sorted.begin(), sorted.end());
     const int u = sorted[1], v = sorted[2];
@@ -83,9 +83,9 @@ TEST_CASE("edges know their triangles, and particles their corners") {
   //  3 - 2
   //  | / |      two triangles, the lower one first
   //  0 - 1
-  const Surface square(5, {{0, 1, 2}, {0, 2, 3}});
+  const TriangleMesh square(5, {{0, 1, 2}, {0, 2, 3}});
   REQUIRE(square.edges().size() == 5);
-  const Surface::Edge& diagonal = square.edges()[1];
+  const TriangleMesh::Edge& diagonal = square.edges()[1];
   CHECK((diagonal.ends == std::array<int, 2>{2, 0}));  // as the first triangle has it
   CHECK((diagonal.triangles == std::array<int, 2>{0, 1}));
   CHECK((diagonal.opposite == std::array<int, 2>{1, 3}));
@@ -107,7 +107,7 @@ TEST_CASE("edges know their triangles, and particles their corners") {
 
 TEST_CASE("what is no surface is refused with its triangles") {
   const struct {
-    std::vector<Surface::Triangle> triangles;
+    std::vector<TriangleMesh::Triangle> triangles;
     const char* what;
     const char* why;
   } cases[] = {
@@ -125,7 +125,7 @@ TEST_CASE("what is no surface is refused with its triangles") {
   for (const auto& [triangles, what, why] : cases) {
     INFO(why);
     try {
-      Surface(5, triangles);
+      TriangleMesh(5, triangles);
       FAIL("taken");
     } catch (const Error& error) {
       CHECK(error.kind() == ErrorKind::kScene);
@@ -137,7 +137,7 @@ TEST_CASE("what is no surface is refused with its triangles") {
 }
 
 TEST_CASE("triangles without an area are found at any size") {
-  const Surface surface(4, {{0, 1, 2}, {0, 2, 3}});
+  const TriangleMesh surface(4, {{0, 1, 2}, {0, 2, 3}});
   for (const double size : {1e-200, 1.0, 1e200}) {
     std::vector<Vec3> x{{0, 0, 0}, {size, 0, 0}, {size, size, 0}, {0, size, 0}};
     const auto at = [&](int i) { return x[static_cast<std::size_t>(i)]; };

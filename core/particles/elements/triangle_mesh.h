@@ -11,7 +11,7 @@
 
 namespace sim {
 
-class Surface {
+class TriangleMesh {
  public:
   using Triangle = std::array<int, 3>;  // counter-clockwise as seen from outside
 
@@ -25,7 +25,7 @@ class Surface {
 
   // Of n particles. Throws Error{kScene} unless every triangle has three different particles in
   // [0, n), no edge has more than two triangles, and neighbours have the same side outside.
-  Surface(int n, std::vector<Triangle> triangles);
+  TriangleMesh(int n, std::vector<Triangle> triangles);
 
   int particles() const { return particles_; }
   std::span<const Triangle> triangles() const { return triangles_; }
@@ -50,12 +50,12 @@ class Surface {
 };
 
 // The first triangle without an area at these positions; -1 if there is none.
-int flat_triangle(const Surface& surface, const std::function<Vec3(int)>& position);
+int flat_triangle(const TriangleMesh& surface, const std::function<Vec3(int)>& position);
 
 // Two triangles for each cell of a grid of particles (i * size[1] + j) * size[2] + k: of a sheet,
 // which has a size of 1 in one direction, or of the boundary of a block. Where i, j and k run along
 // a right-handed system, outside of a sheet in (i, j) is where k would grow; a left-handed one has
 // to be mirrored.
-std::vector<Surface::Triangle> grid_triangles(const std::array<int, 3>& size, bool mirrored);
+std::vector<TriangleMesh::Triangle> grid_triangles(const std::array<int, 3>& size, bool mirrored);
 
 }  // namespace sim
