@@ -196,10 +196,30 @@ TEST_CASE("files are short and headers begin with their purpose") {
     if (!file.header()) continue;
     REQUIRE_FALSE(file.lines.empty());
     CHECK(file.lines.front().starts_with("// "));
-    CHECK(std::find(file.lines.begin(), file.lines.end(), "#pragma once") != file.lines.end());
+    // All but those that are read once an instruction set.
+    if (std::ranges::find(file.lines, "SIM_TARGET_BEGIN") == file.lines.end() &&
+        file.path != "core/simd/foreach_target.h")
+      CHECK(std::ranges::find(file.lines, "#pragma once") != file.lines.end());
     for (const std::string& line : file.lines)
       CHECK_FALSE(std::regex_search(line, std::regex(R"(^\s*using namespace )")));
   }
+}
+
+TEST_CASE("a file that is compiled once an instruction set says so in its name") {
+  int kernels = 0;
+  for (const File& file : cpp_files({"core"})) {
+    if (file.header()) continue;
+    INFO(file.path);
+    const auto includes = includes_of(file);
+    const bool several =
+        std::ranges::find(includes, "core/simd/foreach_target.h") != includes.end();
+    CHECK(several == file.path.ends_with("_kernel.cpp"));
+    if (!several) continue;
+    ++kernels;
+    CHECK(std::ranges::find(file.lines, "#define SIM_THIS_FILE \"" + file.path + "\"") !=
+          file.lines.end());
+  }
+  CHECK(kernels >= 6);
 }
 
 TEST_CASE("every plugin file has its line in CMakeLists.txt") {
