@@ -288,9 +288,9 @@ local function constructors(kind)
   })
 end
 
--- sim.plugin "FILE.so"
+-- sim.plugin(file)
 -- Opens a plugin library that lies beside the scene's file (or in a folder below), before its forces
--- are used: local wind = sim.force.wind { ... } comes after it. Once is enough.
+-- are used: sim.plugin "wind.so". Once is enough.
 -- Errors: a file that is not there, that is no plugin of this kernel, or with a name that is taken.
 local function open_plugin(file)
   host.plugin((here()), file)
