@@ -25,7 +25,6 @@ endfunction()
 
 # Plugins share the precompiled header of the first one.
 function(sim_plugin_headers target)
-  set_target_properties(${target} PROPERTIES DEFINE_SYMBOL "")  # a header for all has no name of one
   get_property(first GLOBAL PROPERTY sim_first_plugin)
   if(first)
     target_precompile_headers(${target} REUSE_FROM ${first})
