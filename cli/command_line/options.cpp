@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -47,7 +48,8 @@ struct Texts {
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
-  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false;
+  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false,
+       luacats = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string study_scene, at, integrators, budget, csv, svg;
   std::string test_library;
@@ -95,6 +97,7 @@ class Parser {
   TradeoffRequest tradeoff_request() const;
   NewPluginRequest new_plugin_request() const;
   ShowProgress show_progress() const;
+  std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
@@ -173,12 +176,16 @@ Parser::Parser() {
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");
   app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
 
+  app_.add_flag("--man", t.man, "the manual page")->disable_flag_override();
+
   adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
   adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
   adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
   list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
   list_->add_option("WHAT", t.list_what, "integrators, forces, fields, colliders or scenes")
       ->type_name("");
+  list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
+      ->disable_flag_override();
   describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
   describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
   doctor_ = verb("doctor", "is everything there that a run needs?");
@@ -348,6 +355,13 @@ TradeoffRequest Parser::tradeoff_request() const {
   return request;
 }
 
+std::string Parser::manual() const {
+  std::vector<ManualSection> sections{{"DESCRIPTION", app_.help()}};
+  for (const CLI::App* verb : app_.get_subcommands({}))
+    sections.push_back({"sim " + verb->get_name(), verb->help("sim")});
+  return manual_page("sim", "steps particle systems and says how wrong they are", sections);
+}
+
 NewPluginRequest Parser::new_plugin_request() const {
   const std::vector<std::string>& words = texts_.plugin_words;
   if (words.size() != 3 || words[0] != "new")
@@ -379,6 +393,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       if (result.empty())
         usage_error("empty value", option->get_name(), "it was given as ''", "give a value");
   if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
+  if (texts_.man) return {Message{manual()}, {}, {}};
 
   CommandLine line;
   line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
@@ -392,7 +407,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   if (chosen.front() == adjacency_) {
     line.request = adjacency_request();
   } else if (chosen.front() == list_) {
-    line.request = ListRequest{texts_.list_what, texts_.json};
+    line.request = ListRequest{texts_.list_what, texts_.json, texts_.luacats};
   } else if (chosen.front() == describe_) {
     if (texts_.describe_name.empty())
       usage_error("argument missing", "sim describe", "it needs a name",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/verbs/integrator_facts.h"
+#include "cli/verbs/luacats.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
@@ -119,6 +120,11 @@ std::string plural_kinds() {
 
 int list(const ListRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
+  if (request.luacats) {
+    put(console.out, luacats(environment, registry));
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
   std::vector<std::pair<std::string, std::vector<ListRow>>> sections;
   std::vector<std::string> known{"scenes"};
   const auto add = [&](const std::string& name, auto rows) {

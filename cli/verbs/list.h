@@ -11,6 +11,7 @@ namespace sim::cli {
 struct ListRequest {
   std::string what;  // integrators, forces, ..., scenes; empty = all of them
   bool json = false;
+  bool luacats = false;  // instead: types for editors
 };
 
 // One line a name with its aliases and summary; a plugin that cannot be opened says why. Throws

@@ -4,7 +4,7 @@ namespace sim::cli {
 namespace {
 
 constexpr PluginTemplate kTemplates[] = {
-    {"force", R"(// A force towards a point, as of a spring of rest length 0: f = -k (x - center).
+    {"force", R"--(// A force towards a point, as of a spring of rest length 0: f = -k (x - center).
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -46,11 +46,10 @@ SIM_PLUGIN(Force, "NAME") {
                    .default_value = sim::Vec3(0, 0, 0),
                    .unit = "m",
                    .doc = "the point"}}},
-      [](const sim::Params& params, const auto&) {
-  return std::make_unique<CLASS>(params); }});
+      [](const sim::Params& params, const auto&) { return std::make_unique<CLASS>(params); }});
 }
-)",
-     R"(-- A particle under the force NAME; build the plugin first.
+)--",
+     R"--(-- A particle under the force NAME; build the plugin first.
 local sim = require "sim"
 sim.plugin "NAME.so"
 local particles = sim.particles { mass = 1 }  -- kg
@@ -61,10 +60,8 @@ return sim.scene {
   forces = { sim.force.NAME { k = 4 } },
   integrator = "verlet", dt = 0.01, duration = 10,
 }
-)"
-}
-,
-    {"field", R"(// Exponential decay of every number of the state: x' = -rate x.
+)--"},
+    {"field", R"--(// Exponential decay of every number of the state: x' = -rate x.
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -91,8 +88,8 @@ SIM_PLUGIN(Field, "NAME") {
        .params = {{.name = "rate", .default_value = 1.0, .unit = "1/s", .doc = "of decay"}}},
       [](const sim::Params& params) { return std::make_unique<CLASS>(params.number("rate")); }});
 }
-)",
-     R"(-- Numbers that the field NAME moves; build the plugin first.
+)--",
+     R"--(-- Numbers that the field NAME moves; build the plugin first.
 local sim = require "sim"
 sim.plugin "NAME.so"
 return sim.scene {
@@ -105,8 +102,8 @@ return sim.scene {
     return { e, 2 * e, 3 * e }
   end,
 }
-)"},
-    {"integrator", R"(// Ralston's method. Ralston (1962), Math. Comput. 16, 431-437.
+)--"},
+    {"integrator", R"--(// Ralston's method. Ralston (1962), Math. Comput. 16, 431-437.
 #include "core/ode/explicit/explicit_rk.h"
 #include "core/plugin/plugin.h"
 
@@ -123,11 +120,10 @@ SIM_PLUGIN(Integrator, "NAME") {
       {.name = "NAME",
        .summary = "two evaluations, second order",
        .formula = "x_next = x + h/4 (k1 + 3 f(t + 2h/3, x + 2h/3 k1))"},
-    [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kCLASS, 2); }
-});
+      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kCLASS, 2); }});
 }
-)",
-     R"(-- A particle on a spring, stepped by NAME; build the plugin first.
+)--",
+     R"--(-- A particle on a spring, stepped by NAME; build the plugin first.
 local sim = require "sim"
 sim.plugin "NAME.so"
 local particles = sim.particles { mass = 1 }  -- kg
@@ -140,11 +136,8 @@ return sim.scene {
   forces = { sim.force.spring { stiffness = 4, rest = 1 }:tie(0, 1) },
   integrator = "NAME", dt = 0.01, duration = 10,
 }
-)"
-}
-,
-}
-;
+)--"},
+};
 
 }  // namespace
 

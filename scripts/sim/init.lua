@@ -8,7 +8,7 @@
 --
 -- This file only builds tables; the kernel reads them once, after the scene file has returned.
 
-local host = ...  -- what the kernel lends: places in the scene, errors, parameters, kinds of plugins
+local host = ...  -- what the kernel lends: places in the scene, errors, parameters, plugins
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
 local type, next, setmetatable, tostring = type, next, setmetatable, tostring
 local math_type, select = math.type, select
@@ -414,9 +414,9 @@ local function constructors(kind)
   })
 end
 
--- sim.plugin "FILE.so"
--- Opens a plugin library that lies beside the scene's file (or in a folder below), before its forces
--- are used: local wind = sim.force.wind { ... } comes after it. Once is enough.
+-- sim.plugin(file)
+-- Opens a plugin library that lies beside the scene's file, or in a folder below, before what it
+-- brings is used: sim.plugin "wind.so". Once is enough. It is machine code: know where it is from.
 -- Errors: a file that is not there, that is no plugin of this kernel, or with a name that is taken.
 local function open_plugin(file)
   host.plugin((here()), file)

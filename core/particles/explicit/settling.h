@@ -35,16 +35,15 @@ class Settling {
   std::atomic<bool> touched_{false};
 };
 
-// Steps of another stepper, settled at their ends.
+// Steps of a stepper that keeps nothing of them, settled at their ends.
 class SettledStepper final : public Stepper {
  public:
   SettledStepper(Particles& particles, std::unique_ptr<Stepper> stepper)
       : settling_(particles), stepper_(std::move(stepper)) {}
 
-  // What the method keeps of a step is forgotten where something was touched.
   bool step(double t, double h, int count, const double* x, double* x_next) override {
     if (!stepper_->step(t, h, count, x, x_next)) return false;
-    if (settling_.end(t, h, x, x_next)) stepper_->restart();
+    settling_.end(t, h, x, x_next);
     return true;
   }
   void restart() override { stepper_->restart(); }

@@ -46,10 +46,14 @@ class Cloud {
     forces.push_back(made(plugin.make(params, ties(plugin, n)), plugin));
     system_ = std::make_unique<ParticleSystem>(masses, std::vector<int>{}, std::move(forces),
                                                x_.data(), team_);
+    if (system_->memory_size() == 0) return;
+    for (Array* state : {&x_, &y_, &rate_}) *state = Array(system_->size());
+    system_->start_memories(x_.data());
+    place(0, 0);
   }
 
   const Force& force() const { return *system_->forces().front(); }
-  ParticleView view() const { return system_->view(0.25, x_.data()); }
+  ParticleView view() const { return system_->seen_by(force(), all()); }
   int n() const { return layout_.n(); }
   double& position(int i, int axis) { return layout_.block(x_.data(), axis)[i]; }
   double& velocity(int i, int axis) { return layout_.block(x_.data(), 3 + axis)[i]; }
@@ -73,6 +77,13 @@ class Cloud {
     return list;
   }
 
+  // How what it remembers changes.
+  std::vector<double> memory_rates() {
+    system_->eval(0.25, {x_.data(), {}}, y_.data(), rate_.data());
+    const auto begin = rate_.data() + layout_.size();
+    return {begin, begin + system_->memory_size()};
+  }
+
   double potential() const { return system_->potential_energy(0.25, x_.data()); }
 
   // The sum over tiles of that many particles, for a force that is gathered.
@@ -80,7 +91,7 @@ class Cloud {
     const auto n = static_cast<std::size_t>(layout_.n());
     Array sum(3 * n);
     const ParticleView now = view();
-    system_->prepare_gather(now);
+    system_->prepare_gather(all());
     for (int begin = 0; begin < now.n; begin += size)
       force().accumulate(now, {begin, std::min(begin + size, now.n)},
                          {sum.data(), sum.data() + n, sum.data() + 2 * n});
@@ -88,6 +99,7 @@ class Cloud {
   }
 
  private:
+  ParticleView all() const { return system_->view(0.25, x_.data()); }
   static double mass(int i) { return 1 + 0.125 * (i % 4); }
 
   Layout layout_;
@@ -177,6 +189,8 @@ void check_jacobian(Cloud& cloud, Examiner& examiner) {
   cloud.in_tiles(cloud.n());
   Blocks blocks(cloud.n());
   cloud.force().jacobian(cloud.view(), blocks);
+  if (const auto affine = cloud.force().affine())
+    for (int i = 0; i < cloud.n(); ++i) blocks.velocity(i, i, -affine->damping * Mat3::Identity());
   const auto side = static_cast<std::size_t>(3 * cloud.n());
   double error = 0, size = 0;
   for (const bool by_velocity : {false, true})
@@ -203,6 +217,22 @@ void check_velocity(Cloud& cloud, Examiner& examiner) {
   cloud.place(0, 1);
   const bool equal = same(slow, cloud.forces());
   if (cloud.force().depends_on_velocity())
+    examiner.ok(kName, equal ? "it says it does; on these states it does not: verlet could run it"
+                             : "it does");
+  else
+    examiner.check(kName, equal, equal ? "it does not" : "it says it does not, but it does");
+}
+
+void check_memory(Cloud& cloud, Examiner& examiner) {
+  constexpr const char* kName = "remembers_particles is honest";
+  if (cloud.force().memory_size() == 0) return;
+  cloud.place(0, 0);
+  const std::vector<double> rates = cloud.memory_rates();
+  examiner.check("its memory changes by finite rates", finite(rates),
+                 std::to_string(cloud.force().memory_size()) + " numbers");
+  cloud.place(1, 0);
+  const bool equal = same(rates, cloud.memory_rates());
+  if (cloud.force().remembers_particles())
     examiner.ok(kName, equal ? "it says it does; on these states it does not: verlet could run it"
                              : "it does");
   else
@@ -261,6 +291,7 @@ void check_force(const ForcePlugin& plugin, Contract& contract) {
     check_potential(cloud, examiner);
     check_jacobian(cloud, examiner);
     check_velocity(cloud, examiner);
+    check_memory(cloud, examiner);
     check_momentum(cloud, examiner);
     check_purity(plugin, params, examiner);
   });
