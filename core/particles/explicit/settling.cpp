@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-constexpr int kTile = 512;
+constexpr int kWaysAtOnce = 512;
 
 }  // namespace
 
@@ -24,8 +24,8 @@ bool Settling::settle(double t, double h, const double* x, double* x_next, bool 
   const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
   touched_ = false;
   particles_->team().run_parts(layout.n(), 8, [&](int first, int last) {
-    for (int begin = first; begin < last; begin += kTile) {
-      const Tile tile{begin, std::min(begin + kTile, last)};
+    for (int begin = first; begin < last; begin += kWaysAtOnce) {
+      const Tile tile{begin, std::min(begin + kWaysAtOnce, last)};
       // The length of any way in this tile is at most |c1| + 2 |c2| + 3 |c3| of the largest.
       double largest[3] = {};
       for (int i = tile.begin; i < tile.end; ++i) {
