@@ -141,7 +141,7 @@ LuaState::LuaState(std::size_t memory_limit, bool (*interrupted)()) : interrupte
 void LuaState::check_interrupt(lua_State* L, lua_Debug* /*event*/) {
   if (!(*static_cast<LuaState**>(lua_getextraspace(L)))->interrupted_()) return;
   lua_sethook(L, check_interrupt, LUA_MASKCOUNT, 1);
-  luaL_error(L, "interrupted");
+  luaL_error(L, "%s", kInterrupted);
 }
 
 LuaState::~LuaState() { lua_close(lua_); }
