@@ -75,7 +75,7 @@ TEST_CASE("a bad result of a force in Lua names its line and the particle", "[lu
       {"return 1, 2, 3, 4", "got 1, 2, 3, 4"},
       {"return {1, 2, 3}", "got a table"},
       {"return 1, '2', 3", "got 1, '2', 3"},
-      {"", "got nothing"},
+      {"return", "got nothing"},
       {"return x.y.z, 0, 0", "field 'y'"},
       {"error('stop')", "stop"},
       {"error({})", "error object"},
