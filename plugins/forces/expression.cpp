@@ -413,7 +413,7 @@ SIM_PLUGIN(kForce, "expression") {
            "rest: the distance in the grid or at the start;  m: 0 of a pinned particle\n"
            "^ * / + - ( );  sqrt exp log sin cos tan sinh cosh tanh abs sign step floor\n"
            "min max pow select(c, a, b);  pi;  \"s^12 - s^6; s = sigma/r\"\n"
-           "other names are numbers given to the force: k = 100, or to a tie",
+           "other names are numbers given to the force, k = 100; ties may give stiffness and rest",
        .params =
            {{.name = "energy",
              .type = ParamType::kText,
