@@ -70,11 +70,22 @@ std::string elements_text(const PluginInfo& info) {
     ids += (i ? ", " : "") + std::string(1, static_cast<char>('a' + i));
   for (const Param& param : info.params)
     if (param.per_tie) own += (own.empty() ? "" : ", ") + param.name + " =";
+  if (info.free_numbers) own += own.empty() ? "NAME =" : ", NAME =";
   std::string text = "joins particles: force:tie(" + ids;
   if (!own.empty()) text += ", { " + own + " }";
   text += "), or ties = { {" + ids + (own.empty() ? "" : ", " + own) + "}, ... }";
   if (info.elements.arity == 2) text += ", or grid = and offsets =";
   return wrapped("  " + text, 2) + '\n';
+}
+
+// As a scene writes it.
+std::string example_text(const PluginInfo& info) {
+  std::vector<std::string> values;
+  for (const auto& [name, value] : info.example) {
+    const bool text = std::holds_alternative<std::string>(value);
+    values.push_back(name + " = " + (text ? json_string(to_text(value)) : to_text(value)));
+  }
+  return "sim." + std::string(info.kind.name) + "." + info.name + " { " + join(values, ", ") + " }";
 }
 
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
@@ -88,6 +99,8 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
   if (info.elements.arity > 0) text += '\n' + elements_text(info);
   if (info.pointwise) text += "\nacts on all particles, or on some: particles = {0, 1, 2}\n";
+  if (info.free_numbers) text += "\nother names are numbers: NAME = number\n";
+  if (!info.example.empty()) text += "\nexample  " + example_text(info) + '\n';
   return text + "\nfile  " + info.file + '\n';
 }
 
@@ -128,6 +141,8 @@ JsonObject plugin_json(const PluginInfo& info, Registry& registry) {
   object.json("params", json_array(params))
       .integer("arity", info.elements.arity)
       .flag("pointwise", info.pointwise)
+      .flag("free_numbers", info.free_numbers)
+      .text("example", info.example.empty() ? "" : example_text(info))
       .text("file", info.file);
   return object;
 }

@@ -83,10 +83,12 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
   // What they give, and what they need.
   for (const auto& [name, column] : elements.values) {
     const auto param = std::ranges::find(plugin.params, name, &Param::name);
-    if (param == plugin.params.end() || !param->per_tie || column.size() != elements.listed())
+    const bool declared = param != plugin.params.end() && param->per_tie;
+    if ((!declared && !plugin.free_numbers) || column.size() != elements.listed())
       refuse(owner, "a " + kind.name + " cannot give '" + name + "' for itself", "");
     for (const double value : column)
-      if (const std::string why = std::isnan(value) ? "" : objection(value, *param); !why.empty())
+      if (const std::string why = std::isnan(value) || !declared ? "" : objection(value, *param);
+          !why.empty())
         refuse(owner, name + " of a " + kind.name + " is " + shortest(value), why);
   }
   for (const Param& param : plugin.params) {

@@ -54,7 +54,7 @@ std::unique_ptr<Force> on_group(std::unique_ptr<Force> force, const PluginInfo& 
   const auto refuse = [&](const std::string& why) {
     throw Error(ErrorKind::kScene, {plugin.title(), part.place, why, ""});
   };
-  if (!plugin.pointwise) refuse("it cannot be kept to some particles");
+  if (!plugin.pointwise || !part.elements.empty()) refuse("it cannot be kept to some particles");
   if (!std::ranges::is_sorted(ids, std::less_equal{}) ||
       (!ids.empty() && (ids.front() < 0 || ids.back() >= n)))
     refuse("its particles are not ascending ids of the scene");
@@ -86,7 +86,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
-    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
     check_elements(part.elements, plugin, params, n, part.place);
     check_surfaces(part, n);
     auto force =

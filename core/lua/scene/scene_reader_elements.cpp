@@ -112,6 +112,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
       const double value = column.number(i, std::nan(""));
       own[static_cast<std::size_t>(i - 1)] = value;
       if (std::isnan(value)) continue;
+      if (!declared && plugin.free_numbers) continue;
       if (!declared)
         scene_error(
             place_of_tie(i),

@@ -21,9 +21,10 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
          (plugin.pointwise && key == "particles");
 }
 
-// A parameter as a plain value; which type it should have is for the plugin's declaration to say.
+// A parameter as a plain value; which type it should have is for the plugin's declaration to say,
+// but for functions, of which `of_particles` wants another kind.
 Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int dimension,
-                 const Place& place, const std::string& what) {
+                 bool of_particles, const Place& place, const std::string& what) {
   const int index = lua_absindex(L, -1);
   switch (lua_type(L, index)) {
     case LUA_TBOOLEAN:
@@ -37,6 +38,7 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
       return read_vector(L, index, place, what);
     case LUA_TFUNCTION:
       if (lua_iscfunction(L, index)) break;
+      if (of_particles) return make_particle_function(session, L, index, what);
       return make_ode_function(session, L, index, dimension);
     default:
       break;
@@ -151,13 +153,16 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     if (spec.given.count(name)) scene_error(spec.place, owner, "'" + name + "' is given twice");
 
     // A name that is not declared is for Params to report, whatever its value.
-    const bool known = std::any_of(plugin.params.begin(), plugin.params.end(),
-                                   [&](const Param& param) { return param.name == name; });
+    const auto param = std::find_if(plugin.params.begin(), plugin.params.end(),
+                                    [&](const Param& p) { return p.name == name; });
+    const bool known = param != plugin.params.end();
     if (!known) name = one_line_text(name);
     Value& value = spec.given[name];
-    if (known && !read_reference(L, -1, body, spec.place, value))
+    if (known && read_reference(L, -1, body, spec.place, value)) continue;
+    if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
       value =
-          read_value(session_, L, dimension, spec.place, "parameter '" + name + "' of " + owner);
+          read_value(session_, L, dimension, known && param->type == ParamType::kParticleFunction,
+                     spec.place, "parameter '" + name + "' of " + owner);
   }
   return spec;
 }

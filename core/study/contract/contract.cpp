@@ -27,6 +27,13 @@ Value example_of(const Param& param) {
       return OdeFunction([](double t, std::span<const double> x, std::span<double> dxdt) {
         for (std::size_t i = 0; i < x.size(); ++i) dxdt[i] = 0.5 * x[x.size() - 1 - i] - t;
       });
+    case ParamType::kParticleFunction:
+      return ParticleFunction(
+          [](const ParticleView& p, std::span<const int> ids, std::span<double> out) {
+            for (std::size_t k = 0; k < out.size(); ++k)
+              out[k] =
+                  p.x[ids[k * ids.size() / out.size()]] * (0.5 + 0.25 * static_cast<double>(k % 3));
+          });
     case ParamType::kSurface:  // of a block of particles
       return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
     default:
@@ -97,7 +104,7 @@ void Examiner::bounds(const std::function<std::vector<double>(const Params&)>& m
       const std::string what = param.name + " = " + text + ": ";
       ++tried;
       try {
-        if (!finite(make(Params(plugin_.title(), plugin_.params, given, {}))))
+        if (!finite(make(Params(plugin_.title(), plugin_.params, given, {}, plugin_.free_numbers))))
           wrong = what + "a number that is not finite";
       } catch (const Error&) {
         ++refused;  // a bound that a plugin refuses, in words
@@ -134,9 +141,10 @@ void check_field(const FieldPlugin& plugin, Contract& contract) {
 namespace sim::study {
 
 std::map<std::string, Value> example_values(const PluginInfo& plugin) {
-  std::map<std::string, Value> given;
+  std::map<std::string, Value> given = plugin.example;
   for (const Param& param : plugin.params)
-    if (param.required) given[param.name] = contract::example_of(param);
+    if (param.required && !given.contains(param.name))
+      given[param.name] = contract::example_of(param);
   return given;
 }
 
