@@ -95,7 +95,7 @@ std::unique_ptr<sim::Force> make_pair(const sim::Params& params) {
                                                                 : law.length;
   law.cutoff = params.has("cutoff") ? number(params, "cutoff") : reach;
   const std::string smooth = params.has("smooth") ? params.text("smooth") : "energy";
-  if (choice.cuts && smooth != "none") law = sim::shifted(law, smooth == "force");
+  if (choice.cuts && smooth != "off") law = sim::shifted(law, smooth == "force");
   return std::make_unique<Pair>(law, params.has("skin") ? params.number("skin") : 0.3 * law.length);
 }
 
@@ -110,7 +110,7 @@ SIM_PLUGIN(kForce, "pair") {
                   "lennard_jones  U = 4 epsilon ((sigma/r)^12 - (sigma/r)^6)\n"
                   "soft           U = k/2 (radius - r)^2 for r < radius\n"
                   "morse          U = depth (e^2 - 2 e),  e = exp(-a (r - r0))\n"
-                  "smooth         none: U as it is;  energy: U(r) - U(cutoff);\n"
+                  "smooth         off: U as it is;  energy: U(r) - U(cutoff);\n"
                   "               force: U(r) - U(cutoff) - (r - cutoff) U'(cutoff)",
        .source = "Jones (1924), Proc. R. Soc. A 106, 463-477; Morse (1929), Phys. Rev. 34, 57-64; "
                  "lists: Verlet (1967), Phys. Rev. 159, 98-103",
@@ -135,7 +135,7 @@ SIM_PLUGIN(kForce, "pair") {
             {.name = "smooth",
              .type = ParamType::kText,
              .doc = "what is continuous at the cutoff; if not given, energy",
-             .choices = {"none", "energy", "force"}},
+             .choices = {"off", "energy", "force"}},
             {.name = "skin",
              .unit = "m",
              .doc = "how much further the lists of neighbours reach, for speed alone; if not "

@@ -4,6 +4,7 @@ local sim = require "sim"
 local n = sim.arg("n", 6, "particles a side")
 local spacing = sim.arg("spacing", 1.2, "of the lattice, m")
 local temperature = sim.arg("temperature", 1, "kinetic energy a degree of freedom times two, J")
+local smooth = sim.arg("smooth", "force", "at the cutoff: off, energy or force")
 local seed = sim.arg("seed", 1, "of the velocities")
 
 -- A number in [0, 1) from a counter alone: SplitMix64, Steele, Lea & Flood (2014).
@@ -35,5 +36,5 @@ for i = 1, n^3 do
   gas:add({ spacing * a, spacing * b, spacing * c }, { velocity = velocities[i] })
 end
 return sim.scene { name = "gas", particles = gas,
-  forces = { sim.force.pair { "lennard_jones", epsilon = 1, sigma = 1, smooth = "force" } },
+  forces = { sim.force.pair { "lennard_jones", epsilon = 1, sigma = 1, smooth = smooth } },
   integrator = "verlet", dt = 0.005, duration = 2 }
