@@ -5,10 +5,6 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/simd/simd_targets.h"
-
-#define SIM_KERNEL "core/particles/neighbours/neighbours.inc"
-#include "core/simd/simd_targets.inc"
 
 namespace sim {
 namespace {
@@ -22,11 +18,7 @@ constexpr double kMargin = 1 + 1e-9;
 }  // namespace
 
 Neighbours::Neighbours(double cutoff, double skin)
-    : range_(cutoff + skin),
-      half_skin_(0.5 * skin),
-      near_(for_simd_level<Near>(sse2::near_places, avx2::near_places, avx512::near_places)),
-      spread_(for_simd_level<Spread>(sse2::spread_by_rank, avx2::spread_by_rank,
-                                     avx512::spread_by_rank)) {}
+    : range_(cutoff + skin), half_skin_(0.5 * skin) {}
 
 // Two particles that were more than cutoff + skin apart are more than the cutoff apart as long as
 // neither has moved more than skin / 2.
@@ -131,7 +123,7 @@ void Neighbours::list(int first, int last, Share& share) {
       for (int k = 0; k < count; ++k)
         share.ids[static_cast<std::size_t>(k)] = id(share.places[static_cast<std::size_t>(k)]);
       if (count <= kRanked) {
-        spread_(share.ids.data(), share.places.data(), count, slots + lane);
+        kernels_.spread(share.ids.data(), share.places.data(), count, slots + lane);
       } else {
         std::sort(share.ids.begin(), share.ids.begin() + count);
         for (int k = 0; k < count; ++k)
@@ -152,7 +144,7 @@ int Neighbours::list_of(int place, const CellGrid::Rows& rows, Share& share) con
   const double limit = range_ * range_ * kMargin;
   int count = 0;
   const auto add = [&](int begin, int end) {
-    count += near_(q, begin, end, place, limit, share.places.data() + count);
+    count += kernels_.near(q, begin, end, place, limit, share.places.data() + count);
   };
   for (int row = 0; row < rows.count; ++row) {
     const auto [begin, end] = rows.at[row];

@@ -20,6 +20,17 @@ struct NeighbourBlock {
   std::int32_t count[8];
 };
 
+struct ListKernels {
+  // Writes the places in [begin, end) whose points are at most sqrt(limit) from that at `place` and
+  // returns their number. Reads and writes up to 7 entries past the end.
+  int (*near)(const double* const q[3], int begin, int end, int place, double limit,
+              std::int32_t* found);
+  // slots[8 k] := the place of the k-th smallest of the ids, which all differ. Reads up to 15 more.
+  void (*spread)(const std::int32_t* ids, const std::int32_t* places, int count,
+                 std::int32_t* slots);
+};
+ListKernels list_kernels();  // for this machine
+
 // Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. What
 // is on a list besides the pairs within the cutoff depends on the past; whoever sums over it takes
 // the entries in their order and those beyond the cutoff as exact zeros, and gets the same bits
@@ -57,18 +68,12 @@ class Neighbours {
     std::vector<std::int32_t> places, ids;  // scratch: of one particle's list
     std::size_t needed = 0;
   };
-  using Near = int (*)(const double* const q[3], int begin, int end, int place, double limit,
-                       std::int32_t* found);
-  using Spread = void (*)(const std::int32_t* ids, const std::int32_t* places, int count,
-                          std::int32_t* slots);
-
   void build(const ParticleView& view, Team& team);
   void list(int first, int last, Share& share);
   int list_of(int place, const CellGrid::Rows& rows, Share& share) const;
 
   double range_ = 0, half_skin_ = 0;
-  Near near_ = nullptr;
-  Spread spread_ = nullptr;
+  ListKernels kernels_ = list_kernels();
   CellGrid grid_;
   std::span<const std::int32_t> order_;
   std::vector<std::int32_t> place_;

@@ -1,35 +1,8 @@
 #include "core/particles/neighbours/pair_forces.h"
 
 #include "core/simd/inverse_sqrt.h"
-#include "core/simd/simd_targets.h"
-
-#define SIM_KERNEL "core/particles/neighbours/pair_forces.inc"
-#include "core/simd/simd_targets.inc"
 
 namespace sim {
-namespace {
-
-PairKernels kernels_of(const PairLaw& law) {
-  const auto choose = [](PairKernels sse2, PairKernels avx2, PairKernels avx512) {
-    return for_simd_level(sse2, avx2, avx512);
-  };
-#define SIM_PAIR_KERNELS(...)                                                         \
-  choose({sse2::pair_forces<sse2::__VA_ARGS__>, sse2::pair_terms<sse2::__VA_ARGS__>}, \
-         {avx2::pair_forces<avx2::__VA_ARGS__>, avx2::pair_terms<avx2::__VA_ARGS__>}, \
-         {avx512::pair_forces<avx512::__VA_ARGS__>, avx512::pair_terms<avx512::__VA_ARGS__>})
-  switch (law.kind) {
-    case PairLaw::Kind::kSoft:
-      return SIM_PAIR_KERNELS(Soft);
-    case PairLaw::Kind::kMorse:
-      return SIM_PAIR_KERNELS(Morse);
-    default:
-      return law.slope_shift == 0 ? SIM_PAIR_KERNELS(LennardJones<false>)
-                                  : SIM_PAIR_KERNELS(LennardJones<true>);
-  }
-#undef SIM_PAIR_KERNELS
-}
-
-}  // namespace
 
 PairLaw shifted(PairLaw law, bool slope) {
   PairTerms terms;
@@ -37,14 +10,14 @@ PairLaw shifted(PairLaw law, bool slope) {
   const double squares[8] = {rr, rr, rr, rr, rr, rr, rr, rr};
   PairLaw whole = law;
   whole.cutoff = 2 * law.cutoff;  // terms are 0 from there on
-  kernels_of(law).terms(whole, squares, terms);
+  pair_kernels(law).terms(whole, squares, terms);
   law.energy_shift = terms.u[0];
   if (slope) law.slope_shift = -terms.g[0] * law.cutoff;
   return law;
 }
 
 PairForces::PairForces(const PairLaw& law, double skin)
-    : law_(law), kernels_(kernels_of(law)), neighbours_(law.cutoff, skin) {}
+    : law_(law), kernels_(pair_kernels(law)), neighbours_(law.cutoff, skin) {}
 
 void PairForces::prepare(const ParticleView& view, Team& team) {
   if (!neighbours_.update(view, team) && forces_.size() > 0) return;

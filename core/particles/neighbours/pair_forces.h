@@ -13,6 +13,7 @@ struct PairKernels {
                  int end, double* forces);
   void (*terms)(const PairLaw& law, const double* squares, PairTerms& terms);
 };
+PairKernels pair_kernels(const PairLaw& law);  // for this machine
 
 // The law less its value at the cutoff and, with `slope`, less its slope there times r - cutoff.
 PairLaw shifted(PairLaw law, bool slope);
