@@ -8,7 +8,7 @@ namespace {
 
 // Cells are a little wider than asked for and coordinates bounded, so that rounding of a coordinate
 // (below kFar 2^-51) cannot part neighbours.
-constexpr double kMargin = 1.001, kFar = 0x1p36;
+constexpr double kWiden = 1.001, kFar = 0x1p36;
 
 // Of about a thousand of the values; 0 when none of these is finite.
 double median(const double* values, int n, std::vector<double>& sample) {
@@ -30,7 +30,7 @@ void CellGrid::sort(const ParticleView& view, double width) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double>& coordinate = coordinates_[axis];
     coordinate.resize(n);
-    const double origin = median(q[axis], view.n, sample_), inverse = 1 / (width * kMargin);
+    const double origin = median(q[axis], view.n, sample_), inverse = 1 / (width * kWiden);
     double low = kFar, high = -kFar;
     for (std::size_t i = 0; i < n; ++i) {
       const double at = std::floor((q[axis][i] - origin) * inverse);
