@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 install(TARGETS simkernel sim_flags EXPORT sim LIBRARY DESTINATION lib)
 install(DIRECTORY scripts/ DESTINATION share/sim)
 install(DIRECTORY core/ DESTINATION include/sim/core
-  FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
+  FILES_MATCHING PATTERN "*.h")
 
 # find_package(sim) gives sim::simkernel and sim_add_plugin(NAME FILE...).
 set(package lib/cmake/sim)

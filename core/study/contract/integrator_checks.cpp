@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kParticles = 3;
 constexpr int kMostAsked = 20'000;  // times that a course asks whether to stop
-constexpr double kTime = 1;  // s, about a sixth of a period
+constexpr double kTime = 1;         // s, about a sixth of a period
 
 // f = -x - x^3 along each axis, U = x^2/2 + x^4/4: smooth, without a closed solution.
 class Well final : public Force {
