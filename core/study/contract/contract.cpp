@@ -26,6 +26,13 @@ Value example_of(const Param& param) {
       return OdeFunction([](double t, std::span<const double> x, std::span<double> dxdt) {
         for (std::size_t i = 0; i < x.size(); ++i) dxdt[i] = 0.5 * x[x.size() - 1 - i] - t;
       });
+    case ParamType::kParticleFunction:
+      return ParticleFunction(
+          [](const ParticleView& view, std::span<const int> ids, std::span<double> out) {
+            for (std::size_t i = 0, k = 0; i < ids.size(); ++i)
+              for (std::size_t end = k + out.size() / ids.size(); k < end; ++k)
+                out[k] = -view.x[ids[i]];
+          });
     default:
       return {};
   }
@@ -47,7 +54,7 @@ std::vector<std::pair<std::string, Value>> extreme_values(const Param& param) {
 }
 
 void check_field_bits(const FieldPlugin& plugin, Examiner& examiner, int dimension) {
-  const Params params(plugin.title(), plugin.params, example_values(plugin), {});
+  const Params params = example_params(plugin);
   const auto field = made(plugin.make(params), plugin);
   constexpr std::size_t kSize = 12;
   field->bind(kSize, dimension);
@@ -65,6 +72,10 @@ void check_field_bits(const FieldPlugin& plugin, Examiner& examiner, int dimensi
 }
 
 }  // namespace
+
+Params example_params(const PluginInfo& plugin) {
+  return Params(plugin.title(), plugin.params, example_values(plugin), {}, plugin.free_numbers);
+}
 
 bool same(std::span<const double> a, std::span<const double> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
@@ -94,7 +105,7 @@ void Examiner::bounds(const std::function<std::vector<double>(const Params&)>& m
       const std::string what = param.name + " = " + text + ": ";
       ++tried;
       try {
-        if (!finite(make(Params(plugin_.title(), plugin_.params, given, {}))))
+        if (!finite(make(Params(plugin_.title(), plugin_.params, given, {}, plugin_.free_numbers))))
           wrong = what + "a number that is not finite";
       } catch (const Error&) {
         ++refused;  // a bound that a plugin refuses, in words
@@ -131,9 +142,10 @@ void check_field(const FieldPlugin& plugin, Contract& contract) {
 namespace sim::study {
 
 std::map<std::string, Value> example_values(const PluginInfo& plugin) {
-  std::map<std::string, Value> given;
+  std::map<std::string, Value> given = plugin.example;
   for (const Param& param : plugin.params)
-    if (param.required) given[param.name] = contract::example_of(param);
+    if (param.required && !given.contains(param.name))
+      given[param.name] = contract::example_of(param);
   return given;
 }
 
