@@ -135,7 +135,6 @@ TEST_CASE("every plugin says what it is") {
   int count = 0;
   for (const sim::PluginKind& kind : sim::kPluginKinds)
     for (const std::string& name : registry.names(kind)) {
-      // Plugins of different kinds may have one name.
       const sim::PluginInfo* info = registry.find(kind, name);
       INFO(name);
       CHECK(info->name == name);

@@ -154,7 +154,7 @@ TEST_CASE("a pinned particle inside a collider stays there") {
 
 TEST_CASE("contact keeps the bits over threads, snapshots, checkpoints and travels in time") {
   sim::Registry registry = make_registry();
-  for (const char* method : {"rk4", "verlet", "pefrl"}) {
+  for (const char* method : {"rk4", "verlet", "pefrl", "yoshida4"}) {
     INFO(method);
     const sim::SystemSpec spec = make_draped(12);
     const sim::RunOptions options{.integrator = {method}, .dt = 2e-3};

@@ -29,10 +29,10 @@ Value example_of(const Param& param) {
       });
     case ParamType::kParticleFunction:
       return ParticleFunction(
-          [](const ParticleView& p, std::span<const int> ids, std::span<double> out) {
-            for (std::size_t k = 0; k < out.size(); ++k)
-              out[k] =
-                  p.x[ids[k * ids.size() / out.size()]] * (0.5 + 0.25 * static_cast<double>(k % 3));
+          [](const ParticleView& view, std::span<const int> ids, std::span<double> out) {
+            for (std::size_t i = 0, k = 0; i < ids.size(); ++i)
+              for (std::size_t end = k + out.size() / ids.size(); k < end; ++k)
+                out[k] = -view.x[ids[i]];
           });
     case ParamType::kSurface:  // of a block of particles
       return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
@@ -57,7 +57,7 @@ std::vector<std::pair<std::string, Value>> extreme_values(const Param& param) {
 }
 
 void check_field_bits(const FieldPlugin& plugin, Examiner& examiner, int dimension) {
-  const Params params(plugin.title(), plugin.params, example_values(plugin), {});
+  const Params params = example_params(plugin);
   const auto field = made(plugin.make(params), plugin);
   constexpr std::size_t kSize = 12;
   field->bind(kSize, dimension);
@@ -75,6 +75,10 @@ void check_field_bits(const FieldPlugin& plugin, Examiner& examiner, int dimensi
 }
 
 }  // namespace
+
+Params example_params(const PluginInfo& plugin) {
+  return Params(plugin.title(), plugin.params, example_values(plugin), {}, plugin.free_numbers);
+}
 
 bool same(std::span<const double> a, std::span<const double> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;

@@ -50,6 +50,8 @@ void check_force(const ForcePlugin& plugin, Contract& contract);
 void check_field(const FieldPlugin& plugin, Contract& contract);
 void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contract& contract);
 
+Params example_params(const PluginInfo& plugin);
+
 // The same bits.
 bool same(std::span<const double> a, std::span<const double> b);
 bool finite(std::span<const double> numbers);

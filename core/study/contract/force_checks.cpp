@@ -286,8 +286,7 @@ void check_purity(const ForcePlugin& plugin, const Params& params, Examiner& exa
 void check_force(const ForcePlugin& plugin, Contract& contract) {
   Examiner examiner(plugin, contract);
   examiner.group("evaluates", [&] {
-    const Params params(plugin.title(), plugin.params, example_values(plugin), {},
-                        plugin.free_numbers);
+    const Params params = example_params(plugin);
     Cloud cloud(plugin, params, kFew, 1);
     check_potential(cloud, examiner);
     check_jacobian(cloud, examiner);

@@ -11,7 +11,8 @@ namespace sim::study::contract {
 namespace {
 
 constexpr int kParticles = 3;
-constexpr double kTime = 1;  // s, about a sixth of a period
+constexpr int kMostAsked = 20'000;  // times that a course asks whether to stop
+constexpr double kTime = 1;         // s, about a sixth of a period
 
 // f = -x - x^3 along each axis, U = x^2/2 + x^4/4: smooth, without a closed solution.
 class Well final : public Force {
@@ -47,6 +48,8 @@ class Course {
     forces.push_back(std::make_unique<Well>());
     system_ = std::make_unique<ParticleSystem>(std::vector<double>{1, 1.5, 2}, std::vector<int>{},
                                                std::move(forces), start_.data(), team_);
+    // Steps of its own may be as many as a tolerance or a bound on them asks for.
+    system_->stop_when([this] { return ++asked_ > kMostAsked; });
     integrator_ = method.make();
     integrator_->prepare(*system_);
   }
@@ -56,6 +59,7 @@ class Course {
   void begin(double h) {
     h_ = h;
     done_ = 0;
+    asked_ = 0;
     std::ranges::copy(start_.span(), x_.data());
     integrator_->restart(0, h, x_.data());
   }
@@ -95,6 +99,7 @@ class Course {
   std::unique_ptr<Integrator> integrator_;
   double h_ = 0;
   int done_ = 0;
+  int asked_ = 0;
   bool kept_ = true;
 };
 
