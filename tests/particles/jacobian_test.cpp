@@ -5,6 +5,7 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/implicit/stage_matrix.h"
+#include "core/particles/particle_system.h"
 #include "core/particles/springs/spring_stiffness.h"
 #include "core/particles/springs/springs.h"
 #include "tests/support/scenes.h"
