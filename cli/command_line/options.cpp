@@ -54,6 +54,7 @@ struct Texts {
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
+  bool verify = false, no_verify = false;
   bool fixed_step = false, json = false, quiet = false, version = false, extremes = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string study_scene, at, integrators, budget, csv, svg;
@@ -166,6 +167,12 @@ Parser::Parser() {
             "goes on from one, bit for bit; --time and --steps\n"
             "count from the start of the first run"),
       value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
+      app_.add_flag("--verify", t.verify,
+                    "run it again with half the step, however long\n"
+                    "that takes; without it only runs below 1 s")
+          ->disable_flag_override(),
+      app_.add_flag("--no-verify", t.no_verify, "do not, however little it takes")
+          ->disable_flag_override(),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
@@ -292,6 +299,11 @@ RunRequest Parser::run_request() const {
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
   if (!t.snap.empty()) request.snap = t.snap;
   if (!t.resume.empty()) request.resume = t.resume;
+  if (t.verify && t.no_verify)
+    usage_error("two wishes", "--verify and --no-verify", "only one of them can hold",
+                "keep one of them");
+  if (t.verify) request.verify = Verify::kAlways;
+  if (t.no_verify) request.verify = Verify::kNever;
   request.json = t.json;
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);

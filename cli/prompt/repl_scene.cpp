@@ -69,6 +69,14 @@ double LiveScene::start_energy(std::size_t system) const {
   return timelines_[system].start_energy(scene_.systems[system]);
 }
 
+double LiveScene::work(std::size_t system) const {
+  return scene_.systems[system].conserves_energy() ? 0 : std::nan("");
+}
+
+double LiveScene::drift(std::size_t system, const Energy& now) const {
+  return now.total() + work(system) - start_energy(system);
+}
+
 void LiveScene::share_budget() {
   for (Timeline& timeline : timelines_)
     timeline.set_budget(budget_ / (timelines_.size() * (branches_.size() + 1)));

@@ -36,6 +36,10 @@ class LiveScene {
   const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
+  // What was taken on the way here, J: 0 where nothing takes any, else not known at the prompt,
+  // which may have come from anywhere; and the drift, likewise.
+  double work(std::size_t system) const;
+  double drift(std::size_t system, const Energy& now) const;
   Track track(std::size_t system);                // with that start
 
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest

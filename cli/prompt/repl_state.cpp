@@ -57,15 +57,16 @@ Answer energy(Call& call) {
   const Simulation& system = live.system();
   if (!system.second_order()) call.wrong("a first-order system has no energy");
   const Energy now = system.energy();
-  const double drift = now.total() - live.start_energy(live.current());
+  const double drift = live.drift(live.current(), now), work = live.work(live.current());
   Data value(std::vector<std::pair<Data, Data>>{{"step", std::int64_t{system.step_count()}},
                                                 {"t", system.t()},
                                                 {"kinetic", now.kinetic},
                                                 {"potential", now.potential},
                                                 {"total", now.total()},
+                                                {"work", work},
                                                 {"drift", drift}});
   if (!call.spoken) return {value};
-  return {value, [&call, now, drift](Mode mode) -> std::optional<std::string> {
+  return {value, [&call, now, work, drift](Mode mode) -> std::optional<std::string> {
             LiveScene& scene = call.session.live();
             if (mode == Mode::kText)
               return captured([&](std::ostream& out) {
@@ -79,7 +80,7 @@ Answer energy(Call& call) {
             return table_text(call.session, mode, captured([&](std::ostream& out) {
                                 EnergyTable table(stream_target(mode), out,
                                                   scope_of(systems, scene));
-                                table.row(scene.system(), now, drift);
+                                table.row(scene.system(), now, work, drift);
                                 table.commit();
                               }));
           }};

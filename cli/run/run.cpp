@@ -93,6 +93,7 @@ class Run {
   Track* next_track();
   bool step(Track& track);
   void measure(Track& track, bool last = false);
+  void verify(int caught);
   int conclude(int caught);
   void explain();
 
@@ -166,7 +167,7 @@ void Run::measure(Track& track, bool last) {
   if (track.take_frame(last)) {
     if (dump_) dump_->frame(system);
     if (energy_ && system.second_order() && track.energy_is_finite())
-      energy_->row(system, track.energy(), track.drift());
+      energy_->row(system, track.energy(), track.work(), track.drift());
   }
   if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
     progress_.clear();
@@ -220,6 +221,30 @@ int Run::go() {
   return conclude(caught);
 }
 
+// Short runs are always made once more with half the step, and first-order ones, which are small;
+// longer ones where the user asked for it.
+void Run::verify(int caught) {
+  constexpr double kQuick = 1;  // s
+  for (Track& track : tracks_) {
+    const bool wanted = request_.verify == Verify::kAlways ||
+                        (request_.verify == Verify::kQuick &&
+                         (seconds_ < kQuick || !track.system().second_order()));
+    if (caught) return;
+    if (!wanted) {
+      track.leave_unverified(request_.verify == Verify::kNever
+                                 ? "positions not verified"
+                                 : "positions not verified: --verify takes about " +
+                                       brief(2 * seconds_, 1) + " s");
+      continue;
+    }
+    if (seconds_ > kQuick && !request_.quiet)
+      console_.err << "sim: note: verifying with half the step takes about "
+                   << brief(2 * seconds_, 1) << " s; Ctrl-C skips it\n"
+                   << std::flush;
+    track.verify(SessionSignals::any);
+  }
+}
+
 // Runs the first system that diverged once more, to see why, and what works instead.
 void Run::explain() {
   const auto diverged = std::find_if(tracks_.begin(), tracks_.end(), [](Track& track) {
@@ -241,9 +266,11 @@ int Run::conclude(int caught) {
   if (energy_) energy_->commit();
   if (request_.snap) {
     std::vector<double> starts;
-    for (const Track& track : tracks_) starts.push_back(track.start_energy().total());
+    for (const Track& track : tracks_)
+      starts.push_back(track.start_energy().total() - track.work());
     save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
   }
+  verify(caught);
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle) {
     std::ostream& out = words(request_, console_);

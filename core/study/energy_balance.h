@@ -7,9 +7,27 @@
 
 namespace sim::study {
 
+// The integral of a power given at looks t_0 < t_1 < ..., W to the last of them. The piece between
+// two looks is that of the cubic through the last four; its uncertainty is the sum of what the
+// parabolas through three give otherwise.
+class WorkIntegral {
+ public:
+  void look(double t, double power);  // s, W
+  double value() const { return value_; }
+  double with(double t, double power) const;         // value() if that were the next look
+  double uncertainty() const;                        // J; infinite before the seventh look
+  bool settled() const { return looks_ >= kNodes; }  // its first pieces are final
+
+ private:
+  static constexpr int kNodes = 4;
+
+  std::int64_t looks_ = 0;
+  double t_[kNodes] = {}, power_[kNodes] = {};  // the last ones, ascending
+  double value_ = 0, by_parabolas_ = 0;         // J
+};
+
 // E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
-// motion. W by Simpson's rule over two steps; after an odd number of them only E is looked at,
-// which must not have risen.
+// motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
@@ -25,12 +43,10 @@ class EnergyBalance {
   // No force but gravity, springs and drag, so that E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damping_ > 0; }
-  // J, how well W is known: twice what Simpson's rule and the trapezoidal rule differ by; infinite
-  // after fewer than six steps with drag.
-  double uncertainty() const;
+  double taken() const;  // W up to the present state, J
+  double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
-  double taken() const { return taken_; }      // W, J
   double in_play() const { return in_play_; }  // largest kinetic energy + change of potential, J
   double rise() const { return rise_; }        // largest E - E(0), J
 
@@ -41,10 +57,8 @@ class EnergyBalance {
   double damping_ = 0;  // kg/s
   bool complete_ = true;
   Energy start_;
-  std::int64_t stride_ = 1, steps_ = 0, pairs_ = 0;
-  double t_[2] = {}, power_[2] = {};  // where the last pair ended, and one further
-  bool open_ = false;                 // a pair has begun
-  double taken_ = 0, taken_by_trapezoids_ = 0;
+  std::int64_t stride_ = 1, steps_ = 0;
+  WorkIntegral work_;
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 
