@@ -234,7 +234,7 @@ void Run::verify(int caught) {
       track.leave_unverified(request_.verify == Verify::kNever
                                  ? "positions not verified"
                                  : "positions not verified: --verify takes about " +
-                                       brief(2 * seconds_, 1) + " s");
+                                       brief(2 * seconds_, 2) + " s");
       continue;
     }
     if (seconds_ > kQuick && !request_.quiet)

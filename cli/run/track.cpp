@@ -119,7 +119,8 @@ void Track::mark_diverged() {
 
 void Track::verify(const std::function<bool()>& stop) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
-  parting_ = shadow_->compare(stop);
+  const double strain = monitor_.verdict().figures.strain.strain;
+  parting_ = shadow_->compare(std::min(strain, 0.0), stop);
 }
 
 void Track::leave_unverified(std::string why) {

@@ -15,7 +15,7 @@ namespace sim::study {
 struct Finding {
   Trust trust = Trust::kTrusted;
   std::string words;
-  // An alarm without proof that the result is wrong: a run that was verified outweighs it.
+  // Says less of the result than a run that was verified, which outweighs it.
   bool presumed = false;
 };
 
@@ -41,6 +41,7 @@ struct Watched {
 };
 
 constexpr double kTolerance = 0.01;  // of the energy in play, of the exact solution, of the size
+constexpr double kAtRest = 1e-12;  // of the size: the coordinates move by roundings only
 
 // Each is null where it does not apply.
 std::unique_ptr<Criterion> watch_exact(const Watched& run);

@@ -60,8 +60,9 @@ Finding EnergyCriterion::finding() const {
   if (!balance_.complete()) return {Trust::kTrusted, "energy not checked: a force may add any"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
+  const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
+  if (way <= kAtRest * size_) return {Trust::kTrusted, "hardly anything moves"};
   if (kRounding * largest_ > kTolerance * scale) {
-    const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
     if (!(way > kNoWay * size_)) return {Trust::kTrusted, "hardly anything moves"};
     return {Trust::kSuspect, "energies of " + brief(largest_, 3) + " J round away the " + whole,
             true};
@@ -117,7 +118,8 @@ class MomentumCriterion final : public Criterion {
     figures.momentum = relative((momentum(*system_) - expected).norm(), scale);
     if (figures.momentum > kMomentum)
       findings.push_back({Trust::kSuspect, "momentum changed by " + percent(figures.momentum) +
-                                               " where it must hold"});
+                                               " where it must hold",
+                          system_->integrator_info().precision == Precision::kSingle});
   }
 
  private:

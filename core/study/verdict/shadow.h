@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "core/study/problem.h"
@@ -46,7 +46,8 @@ class Shadow {
 
   // Runs the shadow over the states seen, and where the two part a neighbour of the run as well.
   // Costs two to four times the run. `stop` ends it: then the outcome is kStopped.
-  Parting compare(const std::function<bool()>& stop);
+  // `strain` is that of the spring that was pressed the most, below 0.
+  Parting compare(double strain, const std::function<bool()>& stop);
 
  private:
   struct Frame {
@@ -56,9 +57,13 @@ class Shadow {
     double energy;          // J, total
   };
 
-  Simulation copy(bool finer, double& steps_per_step) const;
-  void compare_frame(const Frame& frame, Simulation& shadow, Parting& result) const;
-  void look_for_chaos(const std::function<bool()>& stop, Parting& result) const;
+  Simulation finer_run(double& steps_per_step) const;
+  double finer_steps(double taken) const;
+  // `factor`: the error over the difference to the shadow.
+  void compare_frame(const Frame& frame, double factor, Simulation& shadow, Parting& result) const;
+  // `path` holds what the frames hold, of the shadow.
+  void look_for_chaos(std::span<const std::vector<double>> path, const std::function<bool()>& stop,
+                      Parting& result) const;
   void look_for_pulses(Simulation& shadow, Parting& result) const;
   double size_at(const Frame& frame) const;  // of the scene, m
 
@@ -66,7 +71,6 @@ class Shadow {
   Simulation* run_;
   Registry* registry_;
   Snapshot start_;
-  double order_factor_ = 1;  // estimated error over the difference to the shadow
   std::int64_t last_step_;
   std::int64_t stride_;  // looks a frame
   std::int64_t looks_ = 0;

@@ -43,7 +43,7 @@ class LimitCriterion final : public Criterion {
                               " over the run",
                           true});
     else if (share > 1)
-      findings.push_back({Trust::kTrusted, "no growth to see though dt is unstable"});
+      findings.push_back({Trust::kTrusted, "no growth to see though dt is unstable", true});
     else if (undamped_ && share > kUndampedShare)
       findings.push_back(
           {Trust::kSuspect,
@@ -109,7 +109,7 @@ class SingleStepCriterion final : public Criterion {
     if (error_ > kTolerance * size_)
       findings.push_back({Trust::kSuspect, "one step is off by " + brief(error_, 2) + unit, true});
     else if (error_ > 0)  // 0: the method chooses steps of its own within these
-      findings.push_back({Trust::kTrusted, "step error " + brief(error_, 1) + unit});
+      findings.push_back({Trust::kTrusted, "step error " + brief(error_, 1) + unit, true});
   }
 
  private:

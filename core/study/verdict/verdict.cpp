@@ -81,7 +81,8 @@ Verdict Monitor::verdict(const Parting& parting) {
   std::vector<Finding> findings;
   findings.push_back(finding_of(parting, *system_));
   for (const auto& criterion : criteria_) criterion->conclude(verdict.figures, findings);
-  if (start_scale_ > 0 && highest_ > kExplosion * start_scale_) {
+  const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
+  if (start_scale_ > 0 && highest_ > kExplosion * start_scale_ && !right) {
     verdict.trust = Trust::kDiverged;
     verdict.reason = "energy rose by " + brief(highest_, 3) + " J, from " + brief(start_scale_, 3) +
                      " J at the start: the step is unstable";
@@ -89,7 +90,6 @@ Verdict Monitor::verdict(const Parting& parting) {
   }
 
   // What was seen to be right outweighs what was only presumed to be wrong.
-  const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
   std::erase_if(findings, [&](const Finding& finding) {
     return finding.words.empty() || (finding.presumed && right);
   });
