@@ -11,11 +11,6 @@
 namespace sim::cli {
 namespace {
 
-[[noreturn]] void fail(const std::string& what, const std::string& where, const std::string& why,
-                       const std::string& remedy) {
-  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
-}
-
 bool has_param(const PluginInfo& plugin, const std::string& name) {
   return std::any_of(plugin.params.begin(), plugin.params.end(),
                      [&](const Param& param) { return param.name == name; });
@@ -60,8 +55,8 @@ IntegratorChoice parse_integrator(const std::string& text) {
   IntegratorChoice choice{.name = text.substr(0, colon)};
   if (colon == std::string::npos) return choice;
   const auto refuse = [&](const std::string& why) {
-    fail("bad value", "--integrator '" + text + "'", why,
-         "write it like dopri5:tol=1e-8,max_step=0.1");
+    usage_error("bad value", "--integrator '" + text + "'", why,
+                "write it like dopri5:tol=1e-8,max_step=0.1");
   };
   if (choice.name.empty()) refuse("no name stands before the colon");
   for (std::size_t begin = colon + 1;;) {
@@ -107,11 +102,11 @@ std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
     if (choice.fixed_step && has_param(plugin, "fixed_step")) given["fixed_step"] = true;
     const auto set = [&](const std::string& param, const std::string& what, const Value& value) {
       if (!has_param(plugin, param))
-        fail("no " + what + " to set", "--" + param, owner + " has none",
-             "choose one that has: " + join(names_with(param, registry), ", "));
+        usage_error("no " + what + " to set", "--" + param, owner + " has none",
+                    "choose one that has: " + join(names_with(param, registry), ", "));
       if (given.count(param))
-        fail("given twice", "--" + param + " and --integrator " + name + ":" + param + "=",
-             "only one of them can hold", "keep one of them");
+        usage_error("given twice", "--" + param + " and --integrator " + name + ":" + param + "=",
+                    "only one of them can hold", "keep one of them");
       given[param] = value;
     };
     if (choice.tol) set("tol", "tolerance", *choice.tol);
@@ -120,8 +115,8 @@ std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
     const bool fixed = has_param(plugin, "fixed_step") && checked.flag("fixed_step");
     for (const char* unused : {"tol", "atol", "rtol"})
       if (fixed && given.count(unused))
-        fail("a tolerance and steps of one size", owner,
-             std::string("with fixed_step nothing uses ") + unused, "keep one of them");
+        usage_error("a tolerance and steps of one size", owner,
+                    std::string("with fixed_step nothing uses ") + unused, "keep one of them");
     return given;
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kScene) throw;

@@ -8,16 +8,22 @@
 #include "core/base/text.h"
 
 namespace sim::cli {
+
+void usage_error(const std::string& what, const std::string& where, const std::string& why,
+                 const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
+}
+
 namespace {
 
-[[noreturn]] void fail(const std::string& option, const std::string& text, const std::string& why,
-                       const std::string& remedy) {
-  throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'", why, remedy});
+[[noreturn]] void bad_value(const std::string& option, const std::string& text,
+                            const std::string& why, const std::string& remedy) {
+  usage_error("bad value", option + " '" + text + "'", why, remedy);
 }
 
 double number(const std::string& option, const std::string& text) {
   const std::optional<double> value = parse_number(text);
-  if (!value) fail(option, text, "it is not a finite number", "write it like 0.005 or 5e-3");
+  if (!value) bad_value(option, text, "it is not a finite number", "write it like 0.005 or 5e-3");
   return *value;
 }
 
@@ -25,13 +31,13 @@ double number(const std::string& option, const std::string& text) {
 
 double positive_number(const std::string& option, const std::string& text) {
   const double value = number(option, text);
-  if (!(value > 0)) fail(option, text, "it must be above 0", "write it like 0.005 or 5e-3");
+  if (!(value > 0)) bad_value(option, text, "it must be above 0", "write it like 0.005 or 5e-3");
   return value;
 }
 
 double non_negative_number(const std::string& option, const std::string& text) {
   const double value = number(option, text);
-  if (!(value >= 0)) fail(option, text, "it must not be negative", "give a number of seconds");
+  if (!(value >= 0)) bad_value(option, text, "it must not be negative", "give a number of seconds");
   return value;
 }
 
@@ -41,9 +47,10 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
   const std::string range = high == std::numeric_limits<std::int64_t>::max()
                                 ? "of at least " + std::to_string(low)
                                 : "from " + std::to_string(low) + " to " + std::to_string(high);
-  if (!value) fail(option, text, "it is not an integer, or too long", "give an integer " + range);
+  if (!value)
+    bad_value(option, text, "it is not an integer, or too long", "give an integer " + range);
   if (*value < low || *value > high)
-    fail(option, text, "it is out of range", "give an integer " + range);
+    bad_value(option, text, "it is out of range", "give an integer " + range);
   return *value;
 }
 
@@ -64,7 +71,7 @@ Budget budget(const std::string& option, const std::string& text) {
   drop(relative ? '%' : 'm');
   const std::optional<double> value = parse_number(digits);
   if (!value || !(*value > 0))
-    fail(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
+    bad_value(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
   return {relative ? *value / 100 : *value, !relative};
 }
 
@@ -73,7 +80,7 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
   for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string name = text.substr(begin, end - begin);
-    if (name.empty()) fail(option, text, "a name is missing", "write it like euler,rk4");
+    if (name.empty()) bad_value(option, text, "a name is missing", "write it like euler,rk4");
     words.push_back(name);
     begin = end + 1;
   }
@@ -85,11 +92,18 @@ std::map<std::string, std::string> settings(const std::vector<std::string>& text
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos)
-      fail("--set", text, "it is not NAME=VALUE", "write it like --set n=16");
+      bad_value("--set", text, "it is not NAME=VALUE", "write it like --set n=16");
     if (!result.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
-      fail("--set", text, "this name is set twice", "keep one of them");
+      bad_value("--set", text, "this name is set twice", "keep one of them");
   }
   return result;
+}
+
+std::string once(const std::string& option, const std::string& argument) {
+  if (!option.empty() && !argument.empty())
+    usage_error("given twice", "'" + argument + "' and '" + option + "'",
+                "as an argument and as an option", "keep one of them");
+  return option.empty() ? argument : option;
 }
 
 }  // namespace sim::cli

@@ -11,6 +11,9 @@
 
 namespace sim::cli {
 
+[[noreturn]] void usage_error(const std::string& what, const std::string& where,
+                              const std::string& why, const std::string& remedy);
+
 // Each throws Error{kUsage} naming the option and what it wants.
 double positive_number(const std::string& option, const std::string& text);
 double non_negative_number(const std::string& option, const std::string& text);
@@ -19,6 +22,10 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
 ParticleChoice particle_choice(const std::string& option, const std::string& text);
 Budget budget(const std::string& option, const std::string& text);  // "1%", "1e-3 m", "1e-3"
 std::vector<std::string> comma_list(const std::string& option, const std::string& text);  // a,b,c
+
+// The value that is given as an option or as an argument; "" if neither. Throws if both are.
+std::string once(const std::string& option, const std::string& argument);
+
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
 }  // namespace sim::cli

@@ -38,14 +38,6 @@ constexpr const char* kFooter =
     "  6 checkpoint, 7 plugin, 8 a --check failed, 130 or 143 interrupted,\n"
     "  141 the reader of a pipe has gone\n";
 
-constexpr std::int64_t kMostThreads = 1024;
-constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
-
-[[noreturn]] void usage_error(const std::string& what, const std::string& where,
-                              const std::string& why, const std::string& remedy) {
-  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
-}
-
 // Everything as text, as CLI11 found it.
 struct Texts {
   std::string scene, integrator_word, dt_word;
@@ -269,12 +261,6 @@ RunRequest Parser::run_request() const {
         (word.ends_with(".csv") || word.ends_with(".jsonl")))
       usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
                   "write --dump=" + word + " or --energy=" + word);
-  const auto once = [](const std::string& option, const std::string& word) {
-    if (!option.empty() && !word.empty())
-      usage_error("given twice", "'" + word + "' and '" + option + "'",
-                  "as an argument and as an option", "keep one of them");
-    return option.empty() ? word : option;
-  };
   RunRequest request;
   request.scene = scene_request(t.scene);
   request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));

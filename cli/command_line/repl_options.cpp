@@ -17,12 +17,11 @@ constexpr const char* kAbout =
     "echo .dump | simrepl                   a script; its data go to stdout\n\n"
     "A scene at a prompt of Lua and commands; .help lists them.";
 
-constexpr const char* kFooter =
+constexpr const char* kReplFooter =
     "Without a terminal: no prompt, no banner; the first error ends with its code.\n"
     "Lines are kept in $XDG_STATE_HOME/sim/history (~/.local/state if not set).\n"
     "Exit codes, environment: as sim --help says.\n";
 
-constexpr std::int64_t kMostThreads = 1024;
 constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 
 }  // namespace
@@ -35,7 +34,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   CLI::App app{kAbout, "simrepl"};
   app.set_help_flag("-h,--help", "this text");
   app.get_formatter()->column_width(26);
-  app.footer(kFooter);
+  app.footer(kReplFooter);
   const auto word = [&](const char* name, std::string& text, const char* doc) {
     app.add_option(name, text, doc)->type_name("");
   };
@@ -80,12 +79,6 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
     line.message = version_line() + "\n";
     return line;
   }
-  const auto once = [](const std::string& option, const std::string& argument) {
-    if (!option.empty() && !argument.empty())
-      throw Error(ErrorKind::kUsage, {"given twice", "'" + argument + "' and '" + option + "'",
-                                      "as an argument and as an option", "keep one of them"});
-    return option.empty() ? argument : option;
-  };
   SceneRequest& request = line.session.scene;
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);

@@ -13,7 +13,6 @@
 namespace sim::cli {
 namespace {
 
-constexpr double kMostSteps = 9.0e15;      // every step number is exact in a double
 constexpr double kMostDurations = 100;     // of a run until something happens
 constexpr double kLongestUnknown = 100.0;  // s, of scenes without a duration
 
@@ -25,7 +24,7 @@ bool go_on() { return !SessionSignals::any(); }
 }
 
 void check_steps(double steps) {
-  if (!(steps < kMostSteps))
+  if (!(steps < static_cast<double>(kMostSteps)))
     usage_error("too many steps", "a run has at most 9e15", "choose a larger .dt or less time");
 }
 

@@ -39,7 +39,7 @@ std::size_t utf8_length(std::string_view text) {
   return length;
 }
 
-std::string quoted(std::string_view text) {
+std::string quoted_text(std::string_view text) {
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string out = "\"";
   while (!text.empty()) {
@@ -77,7 +77,7 @@ std::string scalar(const Data& value) {
     std::string operator()(bool flag) const { return flag ? "true" : "false"; }
     std::string operator()(std::int64_t number) const { return std::to_string(number); }
     std::string operator()(double number) const { return number_text(number); }
-    std::string operator()(const std::string& text) const { return quoted(text); }
+    std::string operator()(const std::string& text) const { return quoted_text(text); }
     std::string operator()(const DataFunction&) const { return "<function>"; }
     std::string operator()(const DataOpaque& words) const { return "<" + words.text + ">"; }
     std::string operator()(const std::shared_ptr<const DataTable>&) const { return ""; }

@@ -10,8 +10,8 @@ namespace {
 using study::PostMortem;
 using study::Remedy;
 
-std::string label(const std::string& name, const std::string& text) {
-  return "  " + left(name, 10) + wrapped(text, 12) + '\n';
+std::string indented_label(const std::string& name, const std::string& text) {
+  return "  " + label(name, wrapped(text, 12), 10);
 }
 
 std::string limit_text(const PostMortem& result) {
@@ -63,18 +63,18 @@ std::string remedy_json(const std::optional<Remedy>& remedy) {
 std::string post_mortem_text(const PostMortem& result, const std::string& system,
                              const SceneRequest& request) {
   std::string text = "what happened in " + system + '\n';
-  text += label("step", limit_text(result));
+  text += indented_label("step", limit_text(result));
   if (result.spring) {
     const auto& spring = *result.spring;
-    text += label("first", result.family + " spring " + std::to_string(spring.a) + "-" +
-                               std::to_string(spring.b) + ", step " + std::to_string(result.since) +
-                               ", t = " + brief(result.t, 4) + " s: strain " +
-                               brief(100 * spring.strain, 3) + " %, growing x" +
-                               brief(result.growth, 3) + " a step from then on");
-    text += label("forces", forces_text(result));
+    text += indented_label(
+        "first", result.family + " spring " + std::to_string(spring.a) + "-" +
+                     std::to_string(spring.b) + ", step " + std::to_string(result.since) +
+                     ", t = " + brief(result.t, 4) + " s: strain " + brief(100 * spring.strain, 3) +
+                     " %, growing x" + brief(result.growth, 3) + " a step from then on");
+    text += indented_label("forces", forces_text(result));
     if (result.since > 1) text += "  " + left("look", 10) + look_text(result, request) + '\n';
   }
-  return text + label("works", remedies_text(result));
+  return text + indented_label("works", remedies_text(result));
 }
 
 std::string post_mortem_json(const PostMortem& result) {

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::size_t kStepWidth = 9, kTimeWidth = 10, kNumberWidth = 12;
 constexpr int kDigits = 5;
-constexpr std::size_t kLabelWidth = 12;
 constexpr int kShownComponents = 3;
 
 std::int64_t steps_taken(std::span<Track> tracks) {
@@ -57,10 +56,6 @@ std::string effort_line(const Simulation& system) {
     text += ", residual " + brief(effort.residual, 3);
   }
   return text;
-}
-
-std::string label(std::string_view name, const std::string& text) {
-  return left(name, kLabelWidth) + text + '\n';
 }
 
 std::string families(const Simulation& system) {

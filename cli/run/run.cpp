@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
-constexpr double kMostSteps = 9.0e15;   // every step number is exact in a double
 
 bool takes_standard_output(const std::optional<Target>& target) {
   return target && target->standard_output();
@@ -63,7 +62,7 @@ void check_request(const RunRequest& request) {
 std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
   if (request.steps) return *request.steps;
   const double duration = request.time.value_or(system.duration());
-  if (!(duration / system.h() < kMostSteps))
+  if (!(duration / system.h() < static_cast<double>(kMostSteps)))
     throw Error(ErrorKind::kUsage,
                 {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
                  "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});

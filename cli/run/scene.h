@@ -13,6 +13,9 @@
 
 namespace sim::cli {
 
+inline constexpr std::int64_t kMostThreads = 1024;
+inline constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
+
 struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
   std::map<std::string, std::string> settings;  // --set

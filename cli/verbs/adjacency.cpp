@@ -32,15 +32,15 @@ std::vector<Link> sorted_links(const Simulation& system, int particle) {
 }
 
 // One row of the table: springs of a family that look the same, and where they lead.
-struct Row {
+struct SpringRow {
   std::string family, stiffness, rest, neighbours;
 };
 
-std::vector<Row> table(const std::vector<Link>& links) {
-  std::vector<Row> rows;
+std::vector<SpringRow> table(const std::vector<Link>& links) {
+  std::vector<SpringRow> rows;
   for (const Link& link : links) {
-    const Row key{link.family, brief(link.stiffness), brief(link.rest), {}};
-    auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& other) {
+    const SpringRow key{link.family, brief(link.stiffness), brief(link.rest), {}};
+    auto row = std::find_if(rows.begin(), rows.end(), [&](const SpringRow& other) {
       return other.family == key.family && other.stiffness == key.stiffness &&
              other.rest == key.rest;
     });
@@ -59,14 +59,14 @@ void print_text(const Simulation& system, const SystemSpec& spec, int particle, 
     out << " (" << particle / grid->cols << ',' << particle % grid->cols << ')';
   out << "  " << counted(static_cast<long>(links.size()), "spring") << '\n';
 
-  const std::vector<Row> rows = table(links);
+  const std::vector<SpringRow> rows = table(links);
   std::size_t family = 0, stiffness = 0, rest = 0;
-  for (const Row& row : rows) {
+  for (const SpringRow& row : rows) {
     family = std::max(family, row.family.size());
     stiffness = std::max(stiffness, row.stiffness.size());
     rest = std::max(rest, row.rest.size());
   }
-  for (const Row& row : rows)
+  for (const SpringRow& row : rows)
     out << left(row.family, family) << "  k " << right(row.stiffness, stiffness) << " N/m  rest "
         << left(row.rest, rest) << " m  " << row.neighbours << '\n';
 }

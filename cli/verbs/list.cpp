@@ -28,7 +28,7 @@ const std::array<Section, 3>& plugin_sections() {
   return sections;
 }
 
-struct Row {
+struct ListRow {
   std::string name, summary = {};
   std::vector<std::string> aliases = {};
   std::optional<IntegratorFacts> facts = {};
@@ -38,7 +38,7 @@ struct Row {
   }
 };
 
-Row plugin_row(const std::string& name, Registry& registry) {
+ListRow plugin_row(const std::string& name, Registry& registry) {
   try {
     if (const PluginInfo* info = registry.find(name))
       return {name, info->summary, info->aliases, integrator_facts(*info, registry)};
@@ -48,24 +48,24 @@ Row plugin_row(const std::string& name, Registry& registry) {
   return {name};
 }
 
-std::vector<Row> plugin_rows(PluginKind kind, Registry& registry) {
-  std::vector<Row> rows;
+std::vector<ListRow> plugin_rows(PluginKind kind, Registry& registry) {
+  std::vector<ListRow> rows;
   for (const std::string& name : registry.names(kind)) rows.push_back(plugin_row(name, registry));
   return rows;
 }
 
-std::vector<Row> scene_rows(const Environment& environment) {
-  std::vector<Row> rows;
+std::vector<ListRow> scene_rows(const Environment& environment) {
+  std::vector<ListRow> rows;
   for (const std::string& scene : list_scenes(environment.scene_folders))
     rows.push_back({scene, "", {}});
   return rows;
 }
 
-std::string text_section(const std::string& name, const std::vector<Row>& rows) {
+std::string text_section(const std::string& name, const std::vector<ListRow>& rows) {
   std::string text = name + "\n";
   std::size_t width = 0;
-  for (const Row& row : rows) width = std::max(width, row.title().size());
-  for (const Row& row : rows)
+  for (const ListRow& row : rows) width = std::max(width, row.title().size());
+  for (const ListRow& row : rows)
     text += row.summary.empty()
                 ? "  " + row.name + '\n'
                 : wrapped("  " + left(row.title(), width) + "  " + row.summary, width + 4) + '\n';
@@ -73,15 +73,15 @@ std::string text_section(const std::string& name, const std::vector<Row>& rows) 
 }
 
 // To choose from: by order, then by evaluations; those that say nothing of themselves come last.
-std::string integrator_section(std::vector<Row> rows) {
-  const auto key = [](const Row& row) {
+std::string integrator_section(std::vector<ListRow> rows) {
+  const auto key = [](const ListRow& row) {
     return row.facts ? std::pair(row.facts->info.order, row.facts->info.evaluations)
                      : std::pair(std::numeric_limits<int>::max(), 0);
   };
   std::stable_sort(rows.begin(), rows.end(),
-                   [&](const Row& l, const Row& r) { return key(l) < key(r); });
+                   [&](const ListRow& l, const ListRow& r) { return key(l) < key(r); });
   std::size_t width = 4;
-  for (const Row& row : rows) width = std::max(width, row.title().size());
+  for (const ListRow& row : rows) width = std::max(width, row.title().size());
   const auto line = [&](const std::string& title, const std::string& order,
                         const std::string& evaluations, const std::string& oscillation,
                         const std::string& decay, const std::string& kind) {
@@ -91,7 +91,7 @@ std::string integrator_section(std::vector<Row> rows) {
   std::string text = "integrators\n";
   text += line("", "", "f per", "", "stable up to", "");
   text += line("name", "order", "step", "h omega", "h lambda", "kind");
-  for (const Row& row : rows) {
+  for (const ListRow& row : rows) {
     if (!row.facts) {
       text += wrapped("  " + left(row.title(), width) + "   " + row.summary, width + 5) + '\n';
       continue;
@@ -106,9 +106,9 @@ std::string integrator_section(std::vector<Row> rows) {
          "  particles: for q'' = a(t, q) - gamma v only; sim describe NAME: formula, paper\n";
 }
 
-std::string json_section(const std::vector<Row>& rows, bool scenes) {
+std::string json_section(const std::vector<ListRow>& rows, bool scenes) {
   std::vector<std::string> objects;
-  for (const Row& row : rows) {
+  for (const ListRow& row : rows) {
     JsonObject object;
     object.text("name", row.name);
     if (!scenes) {
@@ -132,7 +132,7 @@ int list(const ListRequest& request, const Environment& environment, Registry& r
                                     "there are integrators, forces, fields and scenes",
                                     suggestion(request.what, known)});
 
-  std::vector<std::pair<std::string, std::vector<Row>>> sections;
+  std::vector<std::pair<std::string, std::vector<ListRow>>> sections;
   const auto wanted = [&](const std::string& name) {
     return request.what.empty() || request.what == name;
   };

@@ -15,11 +15,7 @@ using study::MethodOrder;
 using study::OrderStudy;
 using study::Point;
 
-constexpr std::size_t kLabel = 12, kNumber = 12;
-
-std::string label(const std::string& name, const std::string& text) {
-  return left(name, kLabel) + text + '\n';
-}
+constexpr std::size_t kNumber = 12;
 
 double known_to(const OrderStudy& result) {
   return result.reference.error.empty()

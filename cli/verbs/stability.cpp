@@ -14,11 +14,7 @@ namespace {
 using study::MethodStability;
 using study::Stability;
 
-constexpr std::size_t kLabel = 12, kStep = 11, kEnergy = 9;
-
-std::string label(const std::string& name, const std::string& text) {
-  return left(name, kLabel) + text + '\n';
-}
+constexpr std::size_t kStep = 11, kEnergy = 9;
 
 std::string percent(double value, int digits = 3) { return brief(100 * value, digits) + " %"; }
 

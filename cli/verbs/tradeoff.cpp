@@ -18,12 +18,6 @@ using study::Point;
 using study::WorkPrecision;
 using PlaceOf = study::Place;
 
-constexpr std::size_t kLabel = 12;
-
-std::string label(const std::string& name, const std::string& text) {
-  return left(name, kLabel) + text + '\n';
-}
-
 const Curve& curve_of(const WorkPrecision& study, PlaceOf place) {
   return study.curves[place.curve];
 }

@@ -16,6 +16,10 @@ std::string right(std::string_view text, std::size_t width) {
   return std::string(pad, ' ').append(text);
 }
 
+std::string label(std::string_view name, std::string_view text, std::size_t width) {
+  return left(name, width).append(text) + '\n';
+}
+
 std::string indented(std::string_view text, std::string_view indent) {
   std::string out;
   while (!text.empty()) {

@@ -15,6 +15,9 @@ namespace sim {
 std::string left(std::string_view text, std::size_t width);
 std::string right(std::string_view text, std::size_t width);
 
+// A line of a summary: the name padded to the width, the text, a newline.
+std::string label(std::string_view name, std::string_view text, std::size_t width = 12);
+
 // "  " before each line of a text of one or more lines; ends in a newline.
 std::string indented(std::string_view text, std::string_view indent = "  ");
 

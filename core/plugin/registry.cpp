@@ -19,14 +19,6 @@ const char* kind_name(PluginKind kind) {
 
 namespace {
 
-// A library in the search path: what its card promises, and whether it has been opened.
-struct Library {
-  fs::path file;
-  PluginKind kind;
-  std::vector<CardName> names;
-  bool opened = false;
-};
-
 constexpr int kKinds = 3;
 
 // Libraries below a directory and its folders of kinds, sorted, so that the order never depends on
@@ -51,6 +43,14 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 }  // namespace
 
 struct Registry::Impl {
+  // A library in the search path: what its card promises, and whether it has been opened.
+  struct Library {
+    fs::path file;
+    PluginKind kind;
+    std::vector<CardName> names;
+    bool opened = false;
+  };
+
   // Takes what one library registers, and holds it to its card.
   struct Collector final : Registrar {
     Collector(Impl& owner, const Library& source) : impl(owner), library(source) {}

@@ -9,22 +9,22 @@
 namespace sim {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what, const std::string& why,
-                         const std::string& remedy) {
+[[noreturn]] void refuse_change(const std::string& what, const std::string& why,
+                                const std::string& remedy) {
   throw Error(ErrorKind::kUsage, {what, "", why, remedy});
 }
 
 void check_particle(const Simulation& simulation, int i) {
   const int n = simulation.particles();
   if (i >= 0 && i < n) return;
-  if (n == 0) refuse("no such particle", "a flat state has components, not particles", "");
-  refuse("no such particle", std::to_string(i) + " is none of the " + std::to_string(n),
-         "ids run from 0 to " + std::to_string(n - 1));
+  if (n == 0) refuse_change("no such particle", "a flat state has components, not particles", "");
+  refuse_change("no such particle", std::to_string(i) + " is none of the " + std::to_string(n),
+                "ids run from 0 to " + std::to_string(n - 1));
 }
 
 void check_finite(const Vec3& v, const std::string& what) {
   if (!v.allFinite())
-    refuse("bad " + what, "a number of it is not finite", "give three finite numbers");
+    refuse_change("bad " + what, "a number of it is not finite", "give three finite numbers");
 }
 
 }  // namespace
@@ -81,9 +81,10 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   check_particle(*this, i);
   check_finite(v, "velocity");
   Impl& s = *impl_;
-  if (!s.particles) refuse("no velocity to set", "a first-order scene has none", "");
+  if (!s.particles) refuse_change("no velocity to set", "a first-order scene has none", "");
   if (pinned(i))
-    refuse("no velocity to set", "particle " + std::to_string(i) + " is pinned", "unpin it first");
+    refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
+                  "unpin it first");
   for (int axis = 0; axis < 3; ++axis)
     s.particles->layout().block(s.x.data(), 3 + axis)[i] = v[axis] + 0.0;
   s.restart();
@@ -91,8 +92,9 @@ void Simulation::set_velocity(int i, const Vec3& v) {
 
 void Simulation::set_component(int i, double value) {
   if (second_order() || i < 0 || i >= components())
-    refuse("no such component", std::to_string(i) + " is none of this state", "");
-  if (!std::isfinite(value)) refuse("bad component", "it is not finite", "give a finite number");
+    refuse_change("no such component", std::to_string(i) + " is none of this state", "");
+  if (!std::isfinite(value))
+    refuse_change("bad component", "it is not finite", "give a finite number");
   impl_->x[static_cast<std::size_t>(i)] = value;
   impl_->restart();
 }
@@ -104,7 +106,7 @@ bool Simulation::pinned(int i) const {
 void Simulation::set_pinned(int i, bool hold) {
   check_particle(*this, i);
   Impl& s = *impl_;
-  if (!s.particles) refuse("nothing to pin", "a first-order scene has no masses", "");
+  if (!s.particles) refuse_change("nothing to pin", "a first-order scene has no masses", "");
   if (pinned(i) == hold) return;
   auto wanted = std::make_shared<Settings>(*s.settings);
   if (hold)
@@ -118,7 +120,7 @@ void Simulation::set_pinned(int i, bool hold) {
 
 void Simulation::set_dt(double new_h) {
   if (!(new_h > 0) || !std::isfinite(new_h))
-    refuse("bad step size", "dt is " + shortest(new_h), "give a number of seconds > 0");
+    refuse_change("bad step size", "dt is " + shortest(new_h), "give a number of seconds > 0");
   Impl& s = *impl_;
   auto wanted = std::make_shared<Settings>(*s.settings);
   wanted->h = new_h;

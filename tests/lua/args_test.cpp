@@ -98,7 +98,7 @@ TEST_CASE("bad declarations are scene errors", "[lua][args]") {
 }
 
 TEST_CASE("scenes of a world share settings by name", "[lua][args]") {
-  const auto counts = [](const Settings& settings) {
+  const auto counts = [](const sim::test::Settings& settings) {
     const SceneSpec spec = load("scenes/sample.lua", settings);
     return std::pair{spec.systems[1].particles->count(), spec.systems[2].particles->count()};
   };

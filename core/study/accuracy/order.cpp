@@ -6,10 +6,7 @@
 namespace sim::study {
 namespace {
 
-constexpr int kIntervals = 20;
-constexpr double kMostEvaluations = 5e5;  // of one run; fewer in large scenes
-constexpr int kImplicitCost = 100;        // evaluations that an implicit step is worth
-constexpr double kMostSeconds = 1.5;      // after a run of that length none with smaller steps
+constexpr SweepLimits kOrderLimits{.evaluations = 5e5, .implicit_cost = 100, .seconds = 1.5};
 
 bool adaptive(const Method& method) { return method.info.adaptive && method.has_tolerance; }
 
@@ -18,7 +15,7 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Method& me
                                         const Yardstick& yardstick, double most_evaluations,
                                         const std::function<bool()>& go_on) {
   std::vector<Point> points;
-  const int cost = method.info.implicit ? kImplicitCost : std::max(1, method.info.evaluations);
+  const int cost = kOrderLimits.cost_of_step(method);
   double tolerance = 1e-3;
   for (std::int64_t steps = kIntervals; static_cast<double>(steps) * cost <= most_evaluations;) {
     const auto point =
@@ -26,7 +23,7 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Method& me
     if (!point) return {};
     points.push_back(*point);
     if (point->finished && point->rms <= yardstick.floor()) break;
-    if (point->seconds > kMostSeconds || (adaptive(method) && tolerance < 2e-13)) break;
+    if (point->seconds > kOrderLimits.seconds || (adaptive(method) && tolerance < 2e-13)) break;
     adaptive(method) ? tolerance /= 10 : steps *= 2;
   }
   return points;
@@ -49,7 +46,7 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
     study->complete = false;
     return study;
   }
-  const double most = kMostEvaluations * 64 / std::max(64, system.particles());
+  const double most = kOrderLimits.evaluations_for(system);
   for (const Method& method : methods) {
     const auto done =
         static_cast<double>(study->methods.size()) / static_cast<double>(methods.size());

@@ -10,7 +10,7 @@
 namespace sim::study {
 namespace {
 
-constexpr double kRounding = 1e-16;
+constexpr double kUnitRoundoff = 1e-16;
 
 using Points = std::vector<std::vector<double>>;
 
@@ -94,7 +94,7 @@ class Refinement {
           best.points = extrapolated(last, fine->points, method.info.order);
         }
         last_change = change;
-        if (change <= 10 * kRounding * size_) break;
+        if (change <= 10 * kUnitRoundoff * size_) break;
       }
       last = fine->points;
       finest = steps;
@@ -146,7 +146,7 @@ Reference exact_reference(const Problem& problem, double time, int intervals) {
   Simulation system = problem.simulation();
   Reference result;
   result.how = "exact solution";
-  const double rounding = 10 * kRounding * scene_size(system);
+  const double rounding = 10 * kUnitRoundoff * scene_size(system);
   for (int k = 0; k <= intervals; ++k) {
     result.points.push_back(free_coordinates(system, problem.spec->exact(time * k / intervals)));
     result.error.push_back(rounding);
@@ -195,7 +195,7 @@ Reference reference(const Problem& problem, double time, int intervals, const Wa
   result.how = first->method.name + (second ? " against " + second->method.name : "");
   result.points = first->points;
   Simulation system = problem.simulation();
-  const double rounding = kRounding * scene_size(system);
+  const double rounding = kUnitRoundoff * scene_size(system);
   for (std::size_t k = 0; k < result.points.size(); ++k) {
     const double difference =
         second ? distance(result.points[k], second->points[k]).most : first->estimate;

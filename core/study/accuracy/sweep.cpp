@@ -34,6 +34,14 @@ ObservedOrder fit(const std::vector<double>& x, const std::vector<double>& y) {
 
 }  // namespace
 
+double SweepLimits::evaluations_for(const Simulation& system) const {
+  return evaluations * 64 / std::max(64, system.particles());
+}
+
+int SweepLimits::cost_of_step(const Method& method) const {
+  return method.info.implicit ? implicit_cost : std::max(1, method.info.evaluations);
+}
+
 double Yardstick::floor() const {
   double most = 0;
   for (int k = 0; k <= last; ++k)

@@ -22,6 +22,19 @@ struct Point {
   double seconds = 0, spread = 0;  // of stepping: median and range of the repeats
 };
 
+// Output times of a sweep, at which methods are compared with the reference.
+inline constexpr int kIntervals = 20;
+
+// How much a sweep may cost.
+struct SweepLimits {
+  double evaluations;  // of one run of 64 particles; fewer in larger scenes
+  int implicit_cost;   // evaluations that an implicit step is worth
+  double seconds;      // after a run of that length none with smaller steps
+
+  double evaluations_for(const Simulation& system) const;
+  int cost_of_step(const Method& method) const;
+};
+
 // What a sweep compares with, and how far along the way that makes sense.
 struct Yardstick {
   const Reference* reference = nullptr;

@@ -11,10 +11,7 @@ bool stable(const Point& point, double size) { return point.finished && point.rm
 
 namespace {
 
-constexpr int kIntervals = 20;
-constexpr double kMostEvaluations = 5e4;  // of one run; fewer in large scenes
-constexpr int kImplicitCost = 50;         // evaluations that an implicit step is taken for at first
-constexpr double kMostSeconds = 0.5;      // after a run of that length none with smaller steps
+constexpr SweepLimits kCurveLimits{.evaluations = 5e4, .implicit_cost = 50, .seconds = 0.5};
 
 // 20 intervals of 1, 2, 3, 4, 6, 8, 11, 16, ... steps: a factor of about sqrt 2.
 std::vector<std::int64_t> step_counts(double most) {
@@ -31,7 +28,7 @@ bool sweep(const Problem& problem, const Method& method, const Yardstick& yardst
            double most_evaluations, std::vector<Point>& points,
            const std::function<bool()>& go_on) {
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
-  const int cost = method.info.implicit ? kImplicitCost : std::max(1, method.info.evaluations);
+  const int cost = kCurveLimits.cost_of_step(method);
   const auto run = [&](std::int64_t steps, double tolerance) {
     const auto point = measure(problem, method, steps, tolerance, yardstick, go_on);
     if (point) points.push_back(*point);
@@ -39,7 +36,7 @@ bool sweep(const Problem& problem, const Method& method, const Yardstick& yardst
   };
   const auto finest = [&] {
     const Point& last = points.back();
-    return last.seconds > kMostSeconds || (last.finished && last.rms <= yardstick.floor());
+    return last.seconds > kCurveLimits.seconds || (last.finished && last.rms <= yardstick.floor());
   };
   if (by_tolerance) {
     for (int digits = 2; digits <= 12; ++digits) {
@@ -164,7 +161,7 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
     return study;
   }
 
-  const double most = kMostEvaluations * 64 / std::max(64, system.particles());
+  const double most = kCurveLimits.evaluations_for(system);
   study->complete = true;
   for (const Method& method : methods) {
     const auto done =

@@ -41,7 +41,7 @@ struct Watched {
 };
 
 constexpr double kTolerance = 0.01;  // of the energy in play, of the exact solution, of the size
-constexpr double kAtRest = 1e-12;  // of the size: the coordinates move by roundings only
+constexpr double kAtRest = 1e-12;    // of the size: the coordinates move by roundings only
 
 // Each is null where it does not apply.
 std::unique_ptr<Criterion> watch_exact(const Watched& run);

@@ -117,9 +117,10 @@ class MomentumCriterion final : public Criterion {
     const double scale = std::sqrt(2 * mass_ * in_play_) + expected.norm();
     figures.momentum = relative((momentum(*system_) - expected).norm(), scale);
     if (figures.momentum > kMomentum)
-      findings.push_back({Trust::kSuspect, "momentum changed by " + percent(figures.momentum) +
-                                               " where it must hold",
-                          system_->integrator_info().precision == Precision::kSingle});
+      findings.push_back(
+          {Trust::kSuspect,
+           "momentum changed by " + percent(figures.momentum) + " where it must hold",
+           system_->integrator_info().precision == Precision::kSingle});
   }
 
  private:

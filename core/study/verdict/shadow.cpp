@@ -119,8 +119,8 @@ Simulation Shadow::finer_run(double& steps_per_step) const {
   return shadow;
 }
 
-// Two for each step that the method takes; more where there are so few that two are no finer look at
-// what happens. A method that chooses its steps inside ours tells by its evaluations.
+// Two for each step that the method takes; more where there are so few that two are no finer look
+// at what happens. A method that chooses its steps inside ours tells by its evaluations.
 double Shadow::finer_steps(double taken) const {
   constexpr double kFewest = 64, kMost = 32;
   const int each = run_->integrator_info().evaluations;
@@ -232,6 +232,7 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
   }
   const double apart = largest_distance(path.front(), places(neighbour), run_->flat());
   if (!(apart > 0)) return;
+  double known_until = HUGE_VAL;
   result.growth = 0;
   for (std::size_t k = 1; k < frames_.size(); ++k) {
     const auto count = static_cast<double>(frames_[k].step - frames_[k - 1].step);
@@ -241,7 +242,9 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
     if (result.growth * apart < 0.01 * size)
       result.rate = std::exp(std::log(growth) / (frames_[k].t - frames_.front().t));
     result.growth = std::max(result.growth, growth);
+    if (kDisturbance * growth > kWrong) known_until = std::min(known_until, frames_[k].t);
   }
+  if (result.horizon == HUGE_VAL) result.horizon = known_until;
 }
 
 // What depends on time alone can be so short that no stage of a step sees it. The right-hand side

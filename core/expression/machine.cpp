@@ -1,0 +1,30 @@
+#include "core/expression/machine.h"
+
+#include <limits>
+
+#include "core/simd/simd_targets.h"
+
+#define SIM_KERNEL "core/expression/machine.inc"
+#include "core/simd/simd_targets.inc"
+
+namespace sim {
+
+RunInstructions run_instructions() {
+  return for_simd_level<RunInstructions>(sse2::run_code, avx2::run_code, avx512::run_code);
+}
+
+double evaluate(Op op, double a, double b, double c) {
+  constexpr int kCount = 8;
+  double blocks[4][kCount];
+  double* slots[] = {blocks[0], blocks[1], blocks[2], blocks[3]};
+  for (int i = 0; i < kCount; ++i) {
+    blocks[0][i] = a;
+    blocks[1][i] = b;
+    blocks[2][i] = c;
+  }
+  const Instruction code{op, 3, {0, 1, 2}};
+  run_instructions()({&code, 1}, slots, kCount);
+  return blocks[3][0];
+}
+
+}  // namespace sim
