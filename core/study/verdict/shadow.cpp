@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
 constexpr double kWrong = 0.02;        // of the scene's size
 constexpr double kWrongEnergy = 0.01;  // of the energy in play
-constexpr double kDisturbance = 1e-7;  // of the size
+constexpr double kNeighbour = 1e-7;  // of the size
 constexpr double kChaos = 1e5;         // growth of a disturbance
 constexpr double kSharper = 10;        // the run's tolerance over the shadow's
 constexpr double kLeastTolerance = 1e-14;
@@ -68,9 +68,9 @@ bool take(Simulation& system, std::int64_t count) {
   return true;
 }
 
-std::string length(double metres) {
-  if (metres < 0.1 && metres >= 1e-3) return brief(100 * metres, 2) + " cm";
-  return brief(metres, 2) + " m";
+std::string metres(double length) {
+  if (length < 0.1 && length >= 1e-3) return brief(100 * length, 2) + " cm";
+  return brief(length, 2) + " m";
 }
 
 }  // namespace
@@ -224,10 +224,10 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
   Noise noise;
   for (int i = 0; i < (run_->flat() ? run_->components() : run_->particles()); ++i) {
     if (run_->flat()) {
-      neighbour.set_component(i, neighbour.component(i) + kDisturbance * size * noise.next());
+      neighbour.set_component(i, neighbour.component(i) + kNeighbour * size * noise.next());
     } else if (!run_->second_order() || !neighbour.pinned(i)) {
       const Vec3 away(noise.next(), noise.next(), noise.next());
-      neighbour.set_position(i, neighbour.position(i) + kDisturbance * size * away);
+      neighbour.set_position(i, neighbour.position(i) + kNeighbour * size * away);
     }
   }
   const double apart = largest_distance(path.front(), places(neighbour), run_->flat());
@@ -242,7 +242,7 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
     if (result.growth * apart < 0.01 * size)
       result.rate = std::exp(std::log(growth) / (frames_[k].t - frames_.front().t));
     result.growth = std::max(result.growth, growth);
-    if (kDisturbance * growth > kWrong) known_until = std::min(known_until, frames_[k].t);
+    if (kNeighbour * growth > kWrong) known_until = std::min(known_until, frames_[k].t);
   }
   if (result.horizon == HUGE_VAL) result.horizon = known_until;
 }
@@ -320,8 +320,8 @@ Finding finding_of(const Parting& parting, const Simulation& run) {
     return {Trust::kSuspect, "the right-hand side has a pulse near t = " +
                                  brief(parting.missed_at, 4) + " s that no step has seen"};
   const bool chaotic = parting.growth > kChaos;
-  const auto amount = [&](double error) { return flat ? brief(error, 2) : length(error); };
-  if (parting.share <= kWrong && !(chaotic && kDisturbance * parting.growth > kWrong)) {
+  const auto amount = [&](double error) { return flat ? brief(error, 2) : metres(error); };
+  if (parting.share <= kWrong && !(chaotic && kNeighbour * parting.growth > kWrong)) {
     if (parting.energy > kWrongEnergy)
       return {Trust::kSuspect, "energy off by " + percent(parting.energy, 1, 2)};
     return {Trust::kTrusted, (flat ? "numbers to " + brief(parting.error, 1)
