@@ -1,7 +1,7 @@
 # How the time of the compiler is saved. Most of what a small file costs is reading the same headers.
 
-# sim_rooms(simkernel core): compiles the files of each room below core/ as one unit. Kernels that
-# are compiled for every instruction set stay on their own. Without SIM_UNITY the files share a
+# sim_rooms(simkernel core): compiles the files of each room below core/ as one unit. Kernels, which
+# compile themselves for every instruction set (core/simd/foreach_target.h), stay on their own. Without SIM_UNITY the files share a
 # precompiled header of the standard library instead.
 function(sim_rooms target folder)
   if(NOT SIM_UNITY)
@@ -14,8 +14,7 @@ function(sim_rooms target folder)
   foreach(source ${sources})
     file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR}/${folder} ${source})
     string(REGEX REPLACE "/.*" "" room ${path})
-    file(STRINGS ${source} kernels REGEX "simd_targets\\.inc" LIMIT_COUNT 1)
-    if(kernels)
+    if(source MATCHES "_kernel\\.cpp$")
       set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     else()
       set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
@@ -25,7 +24,6 @@ endfunction()
 
 # Plugins share the precompiled header of the first one.
 function(sim_plugin_headers target)
-  set_target_properties(${target} PROPERTIES DEFINE_SYMBOL "")  # a header for all has no name of one
   get_property(first GLOBAL PROPERTY sim_first_plugin)
   if(first)
     target_precompile_headers(${target} REUSE_FROM ${first})

@@ -36,11 +36,11 @@ class LiveScene {
   const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
-  // What was taken on the way here, J: 0 where nothing takes any, else not known at the prompt,
-  // which may have come from anywhere; and the drift, likewise.
+  // What was taken on the way here, J; not a number in a state that was not run to from the start,
+  // as after a change by hand. And the drift, likewise.
   double work(std::size_t system) const;
   double drift(std::size_t system, const Energy& now) const;
-  Track track(std::size_t system);                // with that start
+  Track track(std::size_t system);  // with that start
 
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
   // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
@@ -87,6 +87,13 @@ class LiveScene {
   void resume(const std::string& file);
 
  private:
+  // The work up to the last state that was run to, by the hash of that state.
+  struct KnownWork {
+    std::uint64_t hash = 0;
+    std::vector<double> integral;  // WorkIntegral::memory()
+  };
+  const std::vector<double>* known_work(std::size_t system) const;
+
   Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                   const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
   std::vector<std::int64_t> targets_after(double seconds) const;
@@ -105,6 +112,7 @@ class LiveScene {
   bool progress_, running_ = false;
   LoadedScene scene_;
   std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
+  std::vector<KnownWork> work_;   // of each system
   std::vector<Timeline> timelines_;
   std::size_t current_ = 0;
   std::string branch_ = "main";

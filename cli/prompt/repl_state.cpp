@@ -1,4 +1,5 @@
 // Commands that show or change the state.
+#include <cmath>
 #include <sstream>
 
 #include "cli/prompt/repl_actions.h"
@@ -49,6 +50,9 @@ Answer for_each_particle(Call& call, Change change) {
   return {};
 }
 
+// Nothing for what is not known.
+Data known(double value) { return std::isnan(value) ? Data() : Data(value); }
+
 }  // namespace
 
 Answer energy(Call& call) {
@@ -63,8 +67,8 @@ Answer energy(Call& call) {
                                                 {"kinetic", now.kinetic},
                                                 {"potential", now.potential},
                                                 {"total", now.total()},
-                                                {"work", work},
-                                                {"drift", drift}});
+                                                {"work", known(work)},
+                                                {"drift", known(drift)}});
   if (!call.spoken) return {value};
   return {value, [&call, now, work, drift](Mode mode) -> std::optional<std::string> {
             LiveScene& scene = call.session.live();

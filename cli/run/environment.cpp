@@ -43,8 +43,10 @@ Environment find_environment(const Folders& plugin_path) {
   append_variable(environment.plugin_folders, "SIM_PLUGIN_PATH");
   append_if_present(environment.plugin_folders, prefix / "lib/sim/plugins");
   append_variable(environment.scene_folders, "SIM_PATH");
-  append_if_present(environment.scene_folders, prefix / "share/sim");
-  append_if_present(environment.scene_folders, SIM_SCRIPTS_DIR);
+  // Beside the program if it is installed, otherwise in the source tree.
+  const fs::path installed = prefix / "share/sim";
+  append_if_present(environment.scene_folders,
+                    fs::is_directory(installed) ? installed : fs::path(SIM_SCRIPTS_DIR));
   return environment;
 }
 

@@ -1,6 +1,7 @@
 #include "cli/run/report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "cli/run/summary.h"
@@ -151,7 +152,7 @@ std::string Report::columns(std::span<Track> tracks) {
     Track& track = tracks.front();
     std::vector<std::string> names;
     if (track.system().second_order()) {
-      names = {"kinetic [J]", "potent. [J]", "total [J]", "work [J]", "drift [J]"};
+      names = {"kinetic", "potential", "total", "work", "drift [J]"};
     } else {
       const auto shown = static_cast<int>(shown_state(track.system()).size());
       for (int i = 0; i < shown; ++i)
@@ -194,7 +195,8 @@ std::string Report::measures(Track& track) const {
     values.push_back(track.deviation().error);
   }
   std::string text;
-  for (const double value : values) text += right(brief(value, kDigits), kNumberWidth);
+  for (const double value : values)
+    text += right(std::isnan(value) ? "-" : brief(value, kDigits), kNumberWidth);
   return text;
 }
 

@@ -82,8 +82,8 @@ void print_notes(const LoadedScene& scene, Console& console) {
 
 class Run {
  public:
-  // start_energies in J: where the drift of each system counts from; empty = from here.
-  Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+  // From where the drift of each system counts; empty = from here.
+  Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
       Registry& registry, Console& console);
 
   int go();
@@ -120,7 +120,7 @@ bool shows_progress(const RunRequest& request, const Console& console) {
   return request.progress == ShowProgress::kOn || console.err_is_terminal;
 }
 
-Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
          Registry& registry, Console& console)
     : request_(request),
       scene_(scene),
@@ -143,7 +143,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> 
                   {"nothing to run", "--resume",
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
-    if (!start_energies.empty()) tracks_.back().set_start(start_energies[i]);
+    if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }
   const TableScope scope{systems, scene.spec.world};
@@ -223,11 +223,10 @@ int Run::go() {
 // Short runs are always made once more with half the step, and first-order ones, which are small;
 // longer ones where the user asked for it.
 void Run::verify(int caught) {
-  constexpr double kQuick = 1;  // s
   for (Track& track : tracks_) {
     const bool wanted = request_.verify == Verify::kAlways ||
                         (request_.verify == Verify::kQuick &&
-                         (seconds_ < kQuick || !track.system().second_order()));
+                         (seconds_ < Track::kQuick || !track.system().second_order()));
     if (caught) return;
     if (!wanted) {
       track.leave_unverified(request_.verify == Verify::kNever
@@ -236,7 +235,7 @@ void Run::verify(int caught) {
                                        brief(2 * seconds_, 2) + " s");
       continue;
     }
-    if (seconds_ > kQuick && !request_.quiet)
+    if (seconds_ > Track::kQuick && !request_.quiet)
       console_.err << "sim: note: verifying with half the step takes about "
                    << brief(2 * seconds_, 1) << " s; Ctrl-C skips it\n"
                    << std::flush;
@@ -264,10 +263,10 @@ int Run::conclude(int caught) {
   if (dump_) dump_->commit();
   if (energy_) energy_->commit();
   if (request_.snap) {
-    std::vector<double> starts;
+    std::vector<Account> accounts;
     for (const Track& track : tracks_)
-      starts.push_back(track.start_energy().total() - track.work());
-    save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
+      accounts.push_back({track.start_energy().total(), track.work_memory()});
+    save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
   }
   verify(caught);
   report_.footer(tracks_, seconds_);
@@ -312,10 +311,11 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     complete(request.scene, *saved);
   }
   LoadedScene scene = load(request.scene, environment, registry);
-  std::vector<double> start_energies;
+  std::vector<Account> accounts;
   if (saved) {
     resume_all(scene, request.scene, *saved, *asked.resume, registry);
-    for (const auto& system : saved->systems) start_energies.push_back(system.start_energy);
+    for (const auto& system : saved->systems)
+      accounts.push_back({system.start_energy, system.work});
   }
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
@@ -333,7 +333,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
   if (!request.quiet) print_notes(scene, console);
-  return Run(request, scene, start_energies, registry, console).go();
+  return Run(request, scene, accounts, registry, console).go();
 }
 
 }  // namespace sim::cli

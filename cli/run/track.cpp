@@ -117,6 +117,12 @@ void Track::mark_diverged() {
               step_t_h(where.step, where.t, where.h);
 }
 
+void Track::continue_from(double total, std::span<const double> work) {
+  if (!system_->second_order()) return;
+  if (work.empty() || !monitor_.recall_work(work)) return;  // from here, then
+  set_start(total);
+}
+
 void Track::verify(const std::function<bool()>& stop) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
   const double strain = monitor_.verdict().figures.strain.strain;

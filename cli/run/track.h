@@ -1,6 +1,7 @@
 // One system on its way through a run: how far it goes, and what is measured when.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/scene/simulation.h"
 #include "core/study/verdict/verdict.h"
@@ -19,6 +21,7 @@ using study::Verdict;
 
 class Track {
  public:
+  static constexpr double kQuick = 1;  // s: a run that takes less has its shadow always
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
 
   // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
@@ -28,6 +31,9 @@ class Track {
         std::int64_t row_stride, Registry* registry = nullptr);
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
+  // The same of a run that goes on: with the work of its first part, if that is known.
+  void continue_from(double total, std::span<const double> work);
+  std::vector<double> work_memory() const { return monitor_.work_memory(); }
 
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
@@ -49,7 +55,9 @@ class Track {
   bool energy_is_finite();
   const Energy& energy();  // of the present state
   const Energy& start_energy() const { return start_; }
-  double work() const { return monitor_.work(); }  // taken by drag since the first state, J
+  // Taken by drag since the start, J; not a number after forget_work().
+  double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
+  void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
 
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
@@ -81,7 +89,7 @@ class Track {
   study::Parting parting_;
   std::string unverified_;       // why it has no shadow
   bool energy_unknown_ = false;  // beyond the range of numbers from the start
-  bool interrupted_ = false;
+  bool interrupted_ = false, work_known_ = true;
   std::string diverged_;  // the reason
 };
 

@@ -1,17 +1,6 @@
 #include "core/expression/machine.h"
 
-#include <limits>
-
-#include "core/simd/simd_targets.h"
-
-#define SIM_KERNEL "core/expression/machine.inc"
-#include "core/simd/simd_targets.inc"
-
 namespace sim {
-
-RunInstructions run_instructions() {
-  return for_simd_level<RunInstructions>(sse2::run_code, avx2::run_code, avx512::run_code);
-}
 
 double evaluate(Op op, double a, double b, double c) {
   constexpr int kCount = 8;

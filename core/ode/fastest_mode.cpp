@@ -1,17 +1,14 @@
 #include "core/ode/fastest_mode.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
+#include "core/math/arnoldi.h"
 
 namespace sim {
 namespace {
-
-using Map = Eigen::Map<Eigen::VectorXd>;
 
 // S^-1 J S with a diagonal S that brings rows and columns to one size. Positions and velocities
 // differ by a factor omega in both directions; unscaled, J is so far from normal that Arnoldi's
@@ -56,42 +53,19 @@ class Balanced {
 
 }  // namespace
 
-// J V_m = V_m H + h v e_m^T with orthonormal V_m: eigenvalues of H approach the extreme ones of J.
 FastestMode fastest_mode(OdeSystem& system, double t, const double* x, int products) {
-  const auto n = static_cast<Eigen::Index>(system.size());
-  const int most = static_cast<int>(std::min<Eigen::Index>(products, n));
   Balanced jacobian(system, t, x);
   if (!jacobian.moves()) return {};
 
-  std::vector<Array> basis;
-  for (int i = 0; i <= most; ++i) basis.emplace_back(system.size());
-  const auto vector = [&](int i) { return Map(basis[static_cast<std::size_t>(i)].data(), n); };
-  jacobian.fill(basis[1].span());
-  jacobian.apply(basis[1].data(), basis[0].data());
-  vector(0).normalize();
-
-  Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(most + 1, most);
-  int size = 0;
-  while (size < most) {
-    const int j = size++;
-    auto next = vector(j + 1);
-    jacobian.apply(vector(j).data(), next.data());
-    const double before = next.norm();
-    for (int pass = 0; pass < 2; ++pass)
-      for (int i = 0; i <= j; ++i) {
-        const double share = vector(i).dot(next);
-        hessenberg(i, j) += share;
-        next -= share * vector(i);
-      }
-    const double rest = next.norm();
-    if (!(rest > 1e-9 * before)) break;  // the basis is invariant: the eigenvalues are exact
-    hessenberg(j + 1, j) = rest;
-    next /= rest;
-  }
-  if (!hessenberg.allFinite()) return {};
-  const Eigen::VectorXcd values = hessenberg.topLeftCorner(size, size).eigenvalues();
+  Array noise(system.size()), start(system.size());
+  jacobian.fill(noise.span());
+  jacobian.apply(noise.data(), start.data());
+  Arnoldi arnoldi([&](const double* in, double* out) { jacobian.apply(in, out); }, start.span(),
+                  products);
+  for (int i = 0; i < products; ++i) arnoldi.extend();
+  if (arnoldi.size() == 0) return {};
   std::complex<double> largest = 0;
-  for (const std::complex<double>& value : values)
+  for (const std::complex<double>& value : arnoldi.values())
     if (std::abs(value) > std::abs(largest)) largest = value;
   return {std::abs(largest), -2 * largest.real()};
 }

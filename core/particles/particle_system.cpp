@@ -107,7 +107,7 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
       ++pinned_count_;
       continue;
     }
-    free_[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
+    set_bit(free_.data(), static_cast<std::int64_t>(i));
     if (motion_.inverse_mass == 0) motion_.inverse_mass = 1 / mass_[i];
     uniform = uniform && 1 / mass_[i] == motion_.inverse_mass;
   }

@@ -1,4 +1,4 @@
-// 1 / sqrt(v) as the vector code computes it (core/simd/simd.inc), one value at a time, bit for
+// 1 / sqrt(v) as the vector code computes it (core/simd/vector.h), one value at a time, bit for
 // bit.
 #pragma once
 

@@ -1,11 +1,5 @@
-// Compiles one include file for each instruction set, and picks the best one of the machine.
-//
-//   #define SIM_KERNEL "core/particles/springs/energy.inc"
-//   #include "core/simd/simd_targets.inc"
-//
-// puts the content of SIM_KERNEL into the namespaces sse2, avx2 and avx512, each compiled for its
-// instruction set, on top of the vector type of core/simd/simd.inc. With SIM_SINGLE defined as 1
-// the vectors are of floats, and the namespaces sse2::single, avx2::single and avx512::single.
+// The instruction sets that kernels are compiled for (core/simd/foreach_target.h), and the best one
+// of the machine.
 #pragma once
 
 #include <optional>

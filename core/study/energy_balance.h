@@ -2,29 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include "core/math/work_integral.h"
 #include "core/study/problem.h"
 
 namespace sim::study {
-
-// The integral of a power given at looks t_0 < t_1 < ..., W to the last of them. The piece between
-// two looks is that of the cubic through the last four; its uncertainty is the sum of what the
-// parabolas through three give otherwise.
-class WorkIntegral {
- public:
-  void look(double t, double power);  // s, W
-  double value() const { return value_; }
-  double with(double t, double power) const;         // value() if that were the next look
-  double uncertainty() const;                        // J; infinite before the seventh look
-  bool settled() const { return looks_ >= kNodes; }  // its first pieces are final
-
- private:
-  static constexpr int kNodes = 4;
-
-  std::int64_t looks_ = 0;
-  double t_[kNodes] = {}, power_[kNodes] = {};  // the last ones, ascending
-  double value_ = 0, by_parabolas_ = 0;         // J
-};
 
 // E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
 // motion.
@@ -43,7 +27,10 @@ class EnergyBalance {
   // No force but gravity, springs and drag, so that E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damping_ > 0; }
-  double taken() const;  // W up to the present state, J
+  double taken() const;  // W up to the present state, with that of earlier parts, J
+  // What is needed to go on with W later, bit for bit.
+  std::vector<double> memory() const { return work_.memory(); }
+  bool recall(std::span<const double> memory);
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
@@ -59,6 +46,7 @@ class EnergyBalance {
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0;
   WorkIntegral work_;
+  double before_ = 0;  // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 

@@ -192,15 +192,36 @@ TEST_CASE("lines are short and hold no tabs") {
 TEST_CASE("files are short and headers begin with their purpose") {
   for (const File& file : cpp_files({"core", "plugins", "cli", "tests"})) {
     INFO(file.path << " has " << file.lines.size() << " lines");
-    const bool interface = file.header() && !file.path.starts_with("tests/");
+    // Kernels that sources share are read once an instruction set; they are no interfaces.
+    const bool kernel = file.path == "core/simd/foreach_target.h" ||
+                        std::ranges::find(file.lines, "SIM_TARGET_BEGIN") != file.lines.end();
+    const bool interface = file.header() && !kernel && !file.path.starts_with("tests/");
     CHECK(file.lines.size() <= (interface ? 110u : 450u));
     if (!file.header()) continue;
     REQUIRE_FALSE(file.lines.empty());
     CHECK(file.lines.front().starts_with("// "));
-    CHECK(std::find(file.lines.begin(), file.lines.end(), "#pragma once") != file.lines.end());
+    const bool once = std::ranges::find(file.lines, "#pragma once") != file.lines.end();
+    CHECK(once != kernel);
     for (const std::string& line : file.lines)
       CHECK_FALSE(std::regex_search(line, std::regex(R"(^\s*using namespace )")));
   }
+}
+
+TEST_CASE("a file that is compiled once an instruction set says so in its name") {
+  int kernels = 0;
+  for (const File& file : cpp_files({"core"})) {
+    if (file.header()) continue;
+    INFO(file.path);
+    const auto includes = includes_of(file);
+    const bool several =
+        std::ranges::find(includes, "core/simd/foreach_target.h") != includes.end();
+    CHECK(several == file.path.ends_with("_kernel.cpp"));
+    if (!several) continue;
+    ++kernels;
+    CHECK(std::ranges::find(file.lines, "#define SIM_THIS_FILE \"" + file.path + "\"") !=
+          file.lines.end());
+  }
+  CHECK(kernels >= 6);
 }
 
 TEST_CASE("every plugin file has its line in CMakeLists.txt") {

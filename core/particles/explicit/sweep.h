@@ -24,11 +24,7 @@ inline constexpr int kGrain = kBlock<float>;
 // Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,
 // waits in a ring until the sweep comes to b = a + stride.
 template <class Real>
-struct SweepRun {
-  const std::uint8_t* owners;
-  const double *ks, *rests;  // null in a uniform run
-  double k, k_rest;
-  std::int64_t stride;
+struct SweepRun : RunColumns {
   // Less 1, the entries of the ring: a power of two, at least stride + kBlock. Its first vector
   // stands again behind the end.
   std::int64_t mask;
@@ -85,6 +81,12 @@ struct SweepKernels {
   }
 };
 template <class Real>
-SweepKernels<Real> sweep_kernels();
+SweepKernels<Real> sweep_kernels();  // for this machine
+
+// Adds to `sum` the forces of all runs on particles [i, i + lanes), one spring at a time: where
+// some distance is too large or too small for the fast path. Same order of sums and, for the
+// ordinary springs, the same bits.
+void add_block_carefully(std::span<const SweepRun<double>> runs, std::int64_t turn,
+                         const double* const q[3], int i, int lanes, double (*sum)[8]);
 
 }  // namespace sim

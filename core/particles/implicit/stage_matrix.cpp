@@ -4,22 +4,11 @@
 #include <cmath>
 
 #include "core/simd/lanes.h"
-#include "core/simd/simd_targets.h"
-
-#define SIM_KERNEL "core/particles/implicit/stage_matrix.inc"
-#include "core/simd/simd_targets.inc"
 
 namespace sim {
 namespace {
 
 constexpr int kTile = 512;  // particles, fixed, so that sums do not depend on the number of threads
-
-BlockKernels block_kernels() {
-  return for_simd_level<BlockKernels>(
-      {sse2::invert_blocks, sse2::multiply_blocks, sse2::advance, sse2::turn},
-      {avx2::invert_blocks, avx2::multiply_blocks, avx2::advance, avx2::turn},
-      {avx512::invert_blocks, avx512::multiply_blocks, avx512::advance, avx512::turn});
-}
 
 // The six blocks of an array in Layout(n, 6).
 struct SixBlocks {
@@ -119,7 +108,7 @@ void StageMatrix::apply_others(const double* p, double* out) {
   const std::uint8_t* const free = system_->motion().free;
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < half_.n(); ++i)
-      if (free[i / 8] >> (i % 8) & 1) to[axis][i] -= tau_ * sums[axis][i];
+      if (bit(free, i)) to[axis][i] -= tau_ * sums[axis][i];
 }
 
 double StageMatrix::precondition(const double* r, double* z) {

@@ -26,6 +26,8 @@ struct BlockKernels {
   void (*turn)(double beta, const double* const z[3], double* const p[3], int begin, int end);
 };
 
+BlockKernels block_kernels();  // for this machine
+
 // A = M + tau c + tau^2 K - tau^2 dF/dq - tau dF/dv over the free particles, K of the springs and F
 // of the other forces; D: its 3 x 3 blocks on the diagonal. A vector has three coordinates of every
 // particle, in `layout()`, and is 0 where pinned and on the padding. All sums are taken over fixed

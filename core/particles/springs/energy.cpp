@@ -1,27 +1,13 @@
 #include "core/particles/springs/energy.h"
 
 #include "core/simd/lanes.h"
-#include "core/simd/simd_targets.h"
-
-#define SIM_KERNEL "core/particles/springs/energy.inc"
-#include "core/simd/simd_targets.inc"
 
 namespace sim {
-namespace {
-
-using RunEnergies = bool (*)(const SpringRun&, const double* const q[3], int begin, int end,
-                             double (&lanes)[8]);
-
-RunEnergies run_energies() {
-  return for_simd_level(sse2::run_energies, avx2::run_energies, avx512::run_energies);
-}
-
-}  // namespace
 
 double run_energy(const SpringRun& run, const ParticleView& view, int begin, int end) {
   const double* const q[3] = {view.x, view.y, view.z};
   double lanes[8] = {};
-  if (!run_energies()(run, q, begin, end, lanes)) {
+  if (!run_energies()(RunColumns(run), q, begin, end, lanes)) {
     // One spring at a time, each |d| without overflow; the same sums otherwise.
     for (double& lane : lanes) lane = 0;
     for (int a = begin; a < end; ++a) {

@@ -9,4 +9,9 @@ namespace sim {
 // The sum is taken in eight lanes (particle mod 8), so that it has the same bits everywhere.
 double run_energy(const SpringRun& run, const ParticleView& view, int begin, int end);
 
+// The same before the lanes are added. False when some |d|^2 may have underflowed or overflowed.
+using RunEnergies = bool (*)(const RunColumns& run, const double* const q[3], int begin, int end,
+                             double (&lanes)[8]);
+RunEnergies run_energies();  // for this machine
+
 }  // namespace sim

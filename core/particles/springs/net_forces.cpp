@@ -1,15 +1,11 @@
 #include "core/particles/springs/net_forces.h"
 
 #include "core/particles/springs/springs.h"
-#include "core/simd/simd_targets.h"
 
 namespace sim {
-namespace {
 
-// The forces on the particles at `lanes` places from p, one spring at a time: for a block in which
-// some distance is too large or too small for the fast path. Same order of sums and, for the
-// ordinary springs, the same bits.
-void careful_net(const Net& net, const double* const q[3], int p, int lanes, double (*sum)[8]) {
+void add_net_carefully(const Net& net, const double* const q[3], int p, int lanes,
+                       double (*sum)[8]) {
   const auto position = [&](int i) { return Vec3(q[0][i], q[1][i], q[2][i]); };
   for (int lane = 0; lane < lanes; ++lane) {
     const int a = net.reordered() ? net.order[static_cast<std::size_t>(p + lane)] : p + lane;
@@ -21,20 +17,8 @@ void careful_net(const Net& net, const double* const q[3], int p, int lanes, dou
   }
 }
 
-}  // namespace
-}  // namespace sim
-
-#define SIM_KERNEL "core/particles/springs/net_forces.inc"
-#include "core/simd/simd_targets.inc"
-
-namespace sim {
-
 NetForces::NetForces(std::vector<const Net*> nets, int particles)
-    : nets_(std::move(nets)),
-      kernels_(
-          for_simd_level<NetKernels>({sse2::add_net, sse2::pack_net, sse2::add_packed},
-                                     {avx2::add_net, avx2::pack_net, avx2::add_packed},
-                                     {avx512::add_net, avx512::pack_net, avx512::add_packed})) {
+    : nets_(std::move(nets)), kernels_(net_kernels()) {
   if (!nets_.empty()) points_ = Array(4 * static_cast<std::size_t>(particles));
   for (const Net* net : nets_) forces_.emplace_back(4 * net->order.size());
 }

@@ -27,6 +27,14 @@ struct NetKernels {
   void (*add_packed)(const Net& net, const double* forces, int begin, int end, ForceSink sink);
 };
 
+NetKernels net_kernels();  // for this machine
+
+// Adds to `sum` the forces on the particles at `lanes` places from p, one spring at a time: where
+// some distance is too large or too small for the fast path. Same order of sums and, for the
+// ordinary springs, the same bits.
+void add_net_carefully(const Net& net, const double* const q[3], int p, int lanes,
+                       double (*sum)[8]);
+
 class NetForces {
  public:
   NetForces() = default;

@@ -45,7 +45,7 @@ SpringRun empty_run(int n, int stride, const StrideStatistics& statistics) {
 }
 
 void put(SpringRun& run, int a, double k, double rest) {
-  run.owners[static_cast<std::size_t>(a / 8)] |= static_cast<std::uint8_t>(1u << (a % 8));
+  set_bit(run.owners.data(), a);
   ++run.count;
   if (run.uniform) return;
   run.ks[static_cast<std::size_t>(a + SpringRun::kPad)] = k;

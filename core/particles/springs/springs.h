@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/base/bits.h"
 #include "core/math/vec3.h"
 #include "core/particles/force.h"
 #include "core/particles/springs/net.h"
@@ -39,9 +40,29 @@ struct SpringRun {
   Array ks, rests;                   // otherwise: entry a + kPad for the spring that a owns
   std::vector<std::uint8_t> owners;  // bit a % 8 of byte a / 8; n / 8 + 2 bytes
 
-  bool owns(int a) const { return owners[static_cast<std::size_t>(a / 8)] >> (a % 8) & 1; }
+  bool owns(int a) const { return bit(owners.data(), a); }
   double k_of(int a) const { return uniform ? k : ks[static_cast<std::size_t>(a + kPad)]; }
   double rest_of(int a) const { return uniform ? rest : rests[static_cast<std::size_t>(a + kPad)]; }
+};
+
+// A run as kernels read it: arrays indexed by the particle that owns the spring.
+struct RunColumns {
+  const std::uint8_t* owners;
+  const double *ks, *rests;  // null in a uniform run
+  double k, rest, k_rest;    // of a uniform run
+  std::int64_t stride;
+
+  explicit RunColumns(const SpringRun& run)
+      : owners(run.owners.data()),
+        ks(run.uniform ? nullptr : run.ks.data() + SpringRun::kPad),
+        rests(run.uniform ? nullptr : run.rests.data() + SpringRun::kPad),
+        k(run.k),
+        rest(run.rest),
+        k_rest(run.k * run.rest),
+        stride(run.stride) {}
+
+  double k_of(std::int64_t a) const { return ks ? ks[a] : k; }
+  double rest_of(std::int64_t a) const { return ks ? rests[a] : rest; }
 };
 
 class Springs {

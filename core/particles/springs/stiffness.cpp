@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/springs/springs.h"
 #include "core/simd/inverse_sqrt.h"
-#include "core/simd/simd_targets.h"
 
 namespace sim {
 
@@ -22,53 +20,25 @@ SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clam
   return {k - pull, (pull * inverse) * inverse};
 }
 
-namespace {
-
-// The springs of a block in which some length is too large or too small for the fast path; the same
-// bits for the others.
-void careful_stiffness(const StiffRun& run, const double* const q[3], bool clamped, int i,
-                       int lanes) {
+void linearise_carefully(const StiffRun& run, const double* const q[3], bool clamped, int i,
+                         int lanes) {
   for (int a = i; a < i + lanes; ++a) {
-    if (!(run.owners[a >> 3] >> (a & 7) & 1)) continue;
+    if (!bit(run.owners, a)) continue;
     const std::int64_t b = a + run.stride;
     const Vec3 d(q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]);
-    const double k = run.ks ? run.ks[a] : run.k;
-    const auto [along, across] = spring_stiffness(d, k, run.ks ? run.rests[a] : run.rest, clamped);
+    const auto [along, across] = spring_stiffness(d, run.k_of(a), run.rest_of(a), clamped);
     run.along[a] = along;
     run.across[a] = across;
   }
 }
-
-}  // namespace
-}  // namespace sim
-
-#define SIM_KERNEL "core/particles/springs/stiffness.inc"
-#include "core/simd/simd_targets.inc"
-
-namespace sim {
-namespace {
-
-StiffKernels stiff_kernels() {
-  return for_simd_level<StiffKernels>(
-      {sse2::linearise_run, sse2::stiff_product, sse2::stiff_diagonal},
-      {avx2::linearise_run, avx2::stiff_product, avx2::stiff_diagonal},
-      {avx512::linearise_run, avx512::stiff_product, avx512::stiff_diagonal});
-}
-
-}  // namespace
 
 Stiffness::Stiffness(const ParticleSystem& system) : system_(&system), kernels_(stiff_kernels()) {
   const int count = static_cast<int>(system.runs().size());
   const Layout layout(system.layout().n(), 2 * count);
   memory_ = Array(layout.size());
   for (int r = 0; r < count; ++r) {
-    const SpringRun& run = *system.runs()[static_cast<std::size_t>(r)];
-    const auto streamed = [&](const Array& values) {
-      return run.uniform ? nullptr : values.data() + SpringRun::kPad;
-    };
-    runs_.push_back({run.owners.data(), streamed(run.ks), streamed(run.rests), run.k, run.rest,
-                     run.stride, layout.block(memory_.data(), 2 * r),
-                     layout.block(memory_.data(), 2 * r + 1)});
+    runs_.push_back({RunColumns(*system.runs()[static_cast<std::size_t>(r)]),
+                     layout.block(memory_.data(), 2 * r), layout.block(memory_.data(), 2 * r + 1)});
   }
   for (const Net* net : system.nets()) nets_.emplace_back(*net, system.layout().n());
 }

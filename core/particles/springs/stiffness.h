@@ -8,17 +8,13 @@
 #include "core/base/array.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/spring_stiffness.h"
+#include "core/particles/springs/springs.h"
 #include "core/particles/springs/stiff_net.h"
 
 namespace sim {
 
-// The stiffness of the springs of a run; the arrays are indexed by the lower end, 0 where it owns
-// no spring, and padded as in a layout.
-struct StiffRun {
-  const std::uint8_t* owners;
-  const double *ks, *rests;  // null in a uniform run
-  double k, rest;
-  std::int64_t stride;
+// The stiffness of the springs of a run: 0 where a particle owns none, padded as in a layout.
+struct StiffRun : RunColumns {
   double *along, *across;
 };
 
@@ -40,6 +36,13 @@ struct StiffKernels {
   void (*diagonal)(std::span<const StiffRun> runs, const double* const q[3], const double* shift,
                    double scale, double* const blocks[6], int begin, int end);
 };
+
+StiffKernels stiff_kernels();  // for this machine
+
+// What linearise does for particles [i, i + lanes), one spring at a time: where some distance is
+// too large or too small for the fast path.
+void linearise_carefully(const StiffRun& run, const double* const q[3], bool clamped, int i,
+                         int lanes);
 
 class Stiffness {
  public:
@@ -84,7 +87,7 @@ void Stiffness::for_each(Visit visit) const {
   const int n = system_->layout().n();
   for (int a = 0; a < n; ++a) {
     for (const StiffRun& run : runs_)
-      if (run.owners[a / 8] >> (a % 8) & 1) {
+      if (bit(run.owners, a)) {
         const int b = a + static_cast<int>(run.stride);
         visit(a, b, SpringStiffness{run.along[a], run.across[a]});
       }

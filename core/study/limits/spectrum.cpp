@@ -1,6 +1,5 @@
 #include "core/study/limits/spectrum.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -9,14 +8,12 @@
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
+#include "core/math/arnoldi.h"
 #include "core/particles/springs/springs.h"
 
 namespace sim::study {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXcd;
-using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
 // The numbers of X that are free to move, each with the square root of its mass. In a system of
@@ -59,38 +56,35 @@ class Action {
   }
 
   const Coordinates& where() const { return where_; }
-  auto size() const { return static_cast<Eigen::Index>(where_.at.size()); }
+  std::size_t size() const { return where_.at.size(); }
 
   bool second_order() const { return where_.to_velocity > 0; }
 
-  void apply(const VectorXd& u, VectorXd& y) {
+  void apply(const double* u, double* y) {
     product(u, 0);
-    y.resize(size());
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
+    for (std::size_t k = 0; k < size(); ++k) {
       const double df = df_[where_.at[k] + where_.to_velocity];
-      y[i] = second_order() ? -where_.root_mass[k] * df : df;
+      y[k] = second_order() ? -where_.root_mass[k] * df : df;
     }
   }
 
-  // u^T C u of the damping a = -C v in a system of particles.
-  double damping(const VectorXd& u) {
-    product(u, where_.to_velocity);
-    double sum = 0;
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      sum -= u[i] * where_.root_mass[k] * df_[where_.at[k] + where_.to_velocity];
+  // u^T C u / u^T u of the damping a = -C v in a system of particles, for the real part of u.
+  double damping(const std::vector<Complex>& u) {
+    std::vector<double> direction(size());
+    for (std::size_t k = 0; k < size(); ++k) direction[k] = u[k].real();
+    product(direction.data(), where_.to_velocity);
+    double sum = 0, squared = 0;
+    for (std::size_t k = 0; k < size(); ++k) {
+      sum -= direction[k] * where_.root_mass[k] * df_[where_.at[k] + where_.to_velocity];
+      squared += direction[k] * direction[k];
     }
-    return sum / u.squaredNorm();
+    return sum / squared;
   }
 
  private:
   // df := J dx, dx = M^-1/2 u in the positions, or `shift` further on.
-  void product(const VectorXd& u, std::size_t shift) {
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      dx_[where_.at[k] + shift] = u[i] / where_.root_mass[k];
-    }
+  void product(const double* u, std::size_t shift) {
+    for (std::size_t k = 0; k < size(); ++k) dx_[where_.at[k] + shift] = u[k] / where_.root_mass[k];
     jacobian_->apply(dx_.data(), df_.data());
     for (const std::size_t i : where_.at) dx_[i + shift] = 0;
   }
@@ -101,82 +95,51 @@ class Action {
 };
 
 // Neighbours against each other, as stiff modes are, and a little of everything else.
-VectorXd start_vector(Eigen::Index size) {
-  VectorXd u(size);
+std::vector<double> start_vector(std::size_t size) {
+  std::vector<double> u(size);
   Noise noise;
-  for (Eigen::Index i = 0; i < size; ++i) u[i] = (i % 2 == 0 ? 1 : -1) + noise.next();
-  return u.normalized();
-}
-
-struct Ritz {
-  VectorXcd values;               // of S, in no order
-  Eigen::MatrixXcd coefficients;  // of the vectors in the basis
-  MatrixXd basis;
-  double next = 0;  // norm of what the basis misses
-  int products = 0;
-};
-
-// The eigenpairs of H = Q^T S Q. When S is symmetric so is H, but for rounding.
-void solve(const MatrixXd& h, Ritz& ritz) {
-  const MatrixXd transposed = h.transpose();
-  if ((h - transposed).norm() <= 1e-6 * h.norm()) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (h + transposed));
-    ritz.values = solver.eigenvalues().cast<Complex>();
-    ritz.coefficients = solver.eigenvectors().cast<Complex>();
-  } else {
-    const Eigen::EigenSolver<MatrixXd> solver(h);
-    ritz.values = solver.eigenvalues();
-    ritz.coefficients = solver.eigenvectors();
-  }
+  for (std::size_t i = 0; i < size; ++i) u[i] = (i % 2 == 0 ? 1 : -1) + noise.next();
+  return u;
 }
 
 // The fastest vibration: of S in a system of particles omega^2 = value, negative ones grow instead.
-Eigen::Index fastest(const VectorXcd& values, bool second_order) {
-  Eigen::Index best = 0;
-  if (second_order)
-    values.real().maxCoeff(&best);
-  else
-    values.cwiseAbs().maxCoeff(&best);
+std::size_t fastest(const std::vector<Complex>& values, bool second_order) {
+  const auto rate = [&](Complex value) { return second_order ? value.real() : std::abs(value); };
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (rate(values[i]) > rate(values[best])) best = i;
   return best;
 }
 
-// S Q_k = Q_k H_k + h_k+1 q_k+1 e_k^T, until the fastest vibration is known to 1e-7 or the space is
-// used up.
-Ritz arnoldi(Action& action, int most) {
+struct Ritz {
+  RitzPairs pairs;
+  std::size_t first = 0;        // the fastest of them
+  std::vector<Complex> vector;  // of the fastest
+  double residual = 0;          // of the fastest, relative
+  int products = 0;
+};
+
+// Grows the space until the fastest vibration is known to 1e-7, or the space is used up. No pairs
+// if the first product is not finite.
+Ritz fastest_pairs(Action& action, int most) {
   constexpr double kTolerance = 1e-7;
   constexpr double kMostNumbers = 3e7;  // of the basis: 240 MB
-  const Eigen::Index n = action.size();
-  const auto room = static_cast<Eigen::Index>(kMostNumbers / static_cast<double>(n));
-  const Eigen::Index length = std::min<Eigen::Index>({most, n, std::max<Eigen::Index>(room, 4)});
+  const double room = kMostNumbers / static_cast<double>(action.size());
+  Arnoldi arnoldi([&](const double* u, double* y) { action.apply(u, y); },
+                  start_vector(action.size()),
+                  std::min(most, static_cast<int>(std::max(room, 4.0))));
   Ritz ritz;
-  ritz.basis.resize(n, length + 1);
-  MatrixXd h = MatrixXd::Zero(length + 1, length);
-  ritz.basis.col(0) = start_vector(n);
-  VectorXd y;
-  Eigen::Index k = 0;
-  while (k < length) {
-    action.apply(ritz.basis.col(k), y);
-    ++ritz.products;
-    if (!y.allFinite()) break;
-    const double size = y.norm();
-    for (int pass = 0; pass < 2; ++pass) {  // twice is enough (Parlett 1980)
-      const VectorXd part = ritz.basis.leftCols(k + 1).transpose() * y;
-      y -= ritz.basis.leftCols(k + 1) * part;
-      h.col(k).head(k + 1) += part;
-    }
-    ritz.next = y.norm();
-    h(k + 1, k) = ritz.next;
-    ++k;
-    const bool closed = ritz.next <= 1e-12 * std::max(size, h.cwiseAbs().maxCoeff());
-    if (!closed) ritz.basis.col(k) = y / ritz.next;
-    if (!closed && k < length && k % 5 != 0) continue;
-    solve(h.topLeftCorner(k, k), ritz);
-    const Eigen::Index i = fastest(ritz.values, action.second_order());
-    if (closed) ritz.next = 0;
-    if (ritz.next * std::abs(ritz.coefficients(k - 1, i)) <= kTolerance * std::abs(ritz.values[i]))
-      break;
+  for (bool more = true; more && !(ritz.pairs.values.size() > 0 && ritz.residual <= kTolerance);) {
+    for (int i = 0; i < 5 && more; ++i) more = arnoldi.extend();
+    if (arnoldi.size() == 0) break;
+    ritz.pairs = arnoldi.pairs();
+    ritz.first = fastest(ritz.pairs.values, action.second_order());
+    const double missed = arnoldi.rest() * std::abs(ritz.pairs.last(ritz.first));
+    const double size = std::abs(ritz.pairs.values[ritz.first]);
+    ritz.residual = missed > 0 ? missed / size : 0;
   }
-  ritz.basis.conservativeResize(n, ritz.coefficients.rows());
+  if (!ritz.pairs.values.empty()) ritz.vector = arnoldi.vector(ritz.pairs, ritz.first);
+  ritz.products = arnoldi.products();
   return ritz;
 }
 
@@ -193,7 +156,7 @@ double growth(Complex value, bool second_order, double damping) {
 }
 
 // The mode in the layout of X, as large as the coordinates of one particle can be.
-void unfold(const Simulation& system, const Coordinates& where, const VectorXcd& u,
+void unfold(const Simulation& system, const Coordinates& where, const std::vector<Complex>& u,
             Spectrum& result) {
   const bool second = where.to_velocity > 0;
   result.shape.assign(system.state().size(), 0.0);
@@ -204,9 +167,9 @@ void unfold(const Simulation& system, const Coordinates& where, const VectorXcd&
   }
   double most = 0;
   for (std::size_t k = 0; k < where.at.size(); ++k)
-    most = std::max(most, std::abs(u[static_cast<Eigen::Index>(k)]) / where.root_mass[k]);
+    most = std::max(most, std::abs(u[k]) / where.root_mass[k]);
   for (std::size_t k = 0; k < where.at.size() && most > 0; ++k) {
-    const Complex value = u[static_cast<Eigen::Index>(k)] / where.root_mass[k] / most;
+    const Complex value = u[k] / where.root_mass[k] / most;
     result.shape[where.at[k]] = value.real();
     if (second)
       result.partner[where.at[k] + where.to_velocity] = result.fastest.omega * value.real();
@@ -216,7 +179,8 @@ void unfold(const Simulation& system, const Coordinates& where, const VectorXcd&
 }
 
 // Where the mode lives: its kinetic energy by particle, its elastic energy by family.
-void locate(Simulation& system, const Coordinates& where, const VectorXcd& u, Spectrum& result) {
+void locate(Simulation& system, const Coordinates& where, const std::vector<Complex>& u,
+            Spectrum& result) {
   constexpr std::size_t kParticles = 4;
   const ParticleSystem* particles = particles_of(system);
   if (!particles) return;
@@ -224,7 +188,7 @@ void locate(Simulation& system, const Coordinates& where, const VectorXcd& u, Sp
   std::map<int, double> share;
   for (std::size_t k = 0; k < where.at.size(); ++k) {
     const auto i = static_cast<int>((where.at[k] - Layout::kPad) % (layout.size() / 6));
-    share[i] += std::norm(u[static_cast<Eigen::Index>(k)]);
+    share[i] += std::norm(u[k]);
   }
   result.particles.assign(share.begin(), share.end());
   std::stable_sort(result.particles.begin(), result.particles.end(),
@@ -313,11 +277,9 @@ Vibration fastest_vibration(Simulation& system, int products) {
   const bool second = system.second_order();
   Action action(system);
   if (action.size() == 0) return {};
-  const Ritz ritz = arnoldi(action, products);
-  if (ritz.values.size() == 0) return {std::nan(""), std::nan("")};
-  const Eigen::Index first = fastest(ritz.values, second);
-  const VectorXd u = (ritz.basis * ritz.coefficients.col(first)).real();
-  return vibration(ritz.values[first], second, second ? action.damping(u) : 0);
+  const Ritz ritz = fastest_pairs(action, products);
+  if (ritz.pairs.values.empty()) return {std::nan(""), std::nan("")};
+  return vibration(ritz.pairs.values[ritz.first], second, second ? action.damping(ritz.vector) : 0);
 }
 
 Spectrum spectrum(Simulation& system, int products) {
@@ -326,16 +288,14 @@ Spectrum spectrum(Simulation& system, int products) {
   const bool second = system.second_order();
   Action action(system);
   if (action.size() == 0) return result;
-  const Ritz ritz = arnoldi(action, products);
+  const Ritz ritz = fastest_pairs(action, products);
   result.products = ritz.products;
-  if (ritz.values.size() == 0) {
+  if (ritz.pairs.values.empty()) {
     result.fastest.omega = result.residual = std::nan("");
     return result;
   }
-  const Eigen::Index first = fastest(ritz.values, second);
-  const VectorXcd u = ritz.basis * ritz.coefficients.col(first);
-  const double damping = second ? action.damping(u.real()) : 0;
-  for (const Complex value : ritz.values) {
+  const double damping = second ? action.damping(ritz.vector) : 0;
+  for (const Complex value : ritz.pairs.values) {
     const Vibration found = vibration(value, second, damping);
     result.vibrations.push_back(found);
     result.growth = std::max(result.growth, growth(value, second, damping));
@@ -343,12 +303,9 @@ Spectrum spectrum(Simulation& system, int products) {
   std::stable_sort(result.vibrations.begin(), result.vibrations.end(),
                    [](const Vibration& a, const Vibration& b) { return a.omega > b.omega; });
   result.fastest = result.vibrations.front();
-  const double size = std::abs(ritz.values[first]);
-  result.residual =
-      size > 0 ? ritz.next * std::abs(ritz.coefficients(ritz.coefficients.rows() - 1, first)) / size
-               : 0;
-  unfold(system, action.where(), u, result);
-  locate(system, action.where(), u, result);
+  result.residual = std::isfinite(ritz.residual) ? ritz.residual : 0;
+  unfold(system, action.where(), ritz.vector, result);
+  locate(system, action.where(), ritz.vector, result);
   return result;
 }
 

@@ -1,7 +1,7 @@
 #include "core/study/limits/step_limit.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -32,10 +32,23 @@ double first_crossing(const std::function<double(double)>& radius, double from, 
   return low;
 }
 
+using Matrix2 = std::array<std::array<double, 2>, 2>;
+
+// a^-1 b.
+Matrix2 solved(const Matrix2& a, const Matrix2& b) {
+  const double det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+  Matrix2 x;
+  for (std::size_t j = 0; j < 2; ++j) {
+    x[0][j] = (a[1][1] * b[0][j] - a[0][1] * b[1][j]) / det;
+    x[1][j] = (a[0][0] * b[1][j] - a[1][0] * b[0][j]) / det;
+  }
+  return x;
+}
+
 // Of x -> a x in the plane of two numbers. Near the double eigenvalue of a very short step,
 // rounding would show as its square root: a pair that close is taken as complex.
-double spectral_radius(const Eigen::Matrix2d& a, double tolerance) {
-  const double half = 0.5 * a.trace(), det = a.determinant();
+double spectral_radius(const Matrix2& a, double tolerance) {
+  const double half = 0.5 * (a[0][0] + a[1][1]), det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
   const double square = half * half - det;
   if (!(square >= tolerance))
     return std::sqrt(std::abs(det));  // also nan, for a matrix that is not finite
@@ -176,18 +189,18 @@ double MeasuredRadius::operator()(double h) {
     return map_.step(place_->t(), h, x_.data(), out.data());
   };
   // Column j: the step's derivative along basis j, in coordinates of the basis.
-  Eigen::Matrix2d gram, moved;
-  for (int j = 0; j < 2; ++j) {
+  Matrix2 gram, moved;
+  for (std::size_t j = 0; j < 2; ++j) {
     if (!step_from(1, *basis[j], above_) || !step_from(-1, *basis[j], below_)) return kUnlimited;
     for (std::size_t i = 0; i < state.size(); ++i)
       above_[i] = (above_[i] - below_[i]) / (2 * size_);
-    for (int i = 0; i < 2; ++i) {
-      gram(i, j) = inner(*basis[i], *basis[j]);
-      moved(i, j) = inner(*basis[i], above_);
+    for (std::size_t i = 0; i < 2; ++i) {
+      gram[i][j] = inner(*basis[i], *basis[j]);
+      moved[i][j] = inner(*basis[i], above_);
     }
   }
-  if (!(gram(1, 1) > 0)) return std::abs(moved(0, 0) / gram(0, 0));  // a real eigenvalue
-  const double radius = spectral_radius(gram.inverse() * moved, tolerance_);
+  if (!(gram[1][1] > 0)) return std::abs(moved[0][0] / gram[0][0]);  // a real eigenvalue
+  const double radius = spectral_radius(solved(gram, moved), tolerance_);
   return std::isnan(radius) ? kUnlimited : radius;
 }
 

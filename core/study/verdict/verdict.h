@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -75,6 +76,10 @@ class Monitor {
   std::int64_t due() const {
     return balance_ ? balance_->due() : std::numeric_limits<std::int64_t>::max();
   }
+  std::vector<double> work_memory() const {
+    return balance_ ? balance_->memory() : std::vector<double>();
+  }
+  bool recall_work(std::span<const double> memory) { return balance_ && balance_->recall(memory); }
   double work() const { return balance_ ? balance_->taken() : 0; }  // by drag so far, J
   // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);

@@ -1,0 +1,104 @@
+#include <limits>
+
+#include "core/expression/machine.h"
+
+#undef SIM_THIS_FILE
+#define SIM_THIS_FILE "core/expression/machine_kernel.cpp"
+#include "core/simd/foreach_target.h"
+
+#include "core/expression/functions_kernel.h"
+
+SIM_TARGET_BEGIN
+namespace sim::SIM_TARGET {
+namespace {
+
+SIM_INLINE Doubles min_of(Doubles a, Doubles b) { return ((a <= b) | (a != a)) ? a : b; }
+SIM_INLINE Doubles max_of(Doubles a, Doubles b) { return ((a >= b) | (a != a)) ? a : b; }
+SIM_INLINE Doubles step_of(Doubles a) {
+  const Doubles known = a < splat<double>(0) ? splat<double>(0) : splat<double>(1);
+  return a == a ? known : a;
+}
+SIM_INLINE Doubles sign_of(Doubles a) {
+  const Doubles above = a > splat<double>(0) ? splat<double>(1) : a;  // 0 and not a number stay
+  return a < splat<double>(0) ? splat<double>(-1) : above;
+}
+SIM_INLINE Doubles select_of(Doubles a, Doubles b, Doubles c) {
+  const Doubles chosen = a != splat<double>(0) ? b : c;
+  return a == a ? chosen : a;
+}
+
+template <class F>
+SIM_INLINE void each(double* to, int count, const double* a, F f) {
+  for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i)));
+}
+template <class F>
+SIM_INLINE void each(double* to, int count, const double* a, const double* b, F f) {
+  for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i), load(b + i)));
+}
+
+void run_code(std::span<const Instruction> code, double* const* slots, int count) {
+  for (const Instruction& now : code) {
+    double* const to = slots[now.to];
+    const double *const a = slots[now.operand[0]], *const b = slots[now.operand[1]];
+#define SIM_UNARY(op, f)                                                           \
+  case Op::op:                                                                     \
+    each(                                                                          \
+        to, count, a, [](Doubles x) __attribute__((always_inline)) { return f; }); \
+    break;
+#define SIM_BINARY(op, f)                                                                        \
+  case Op::op:                                                                                   \
+    each(                                                                                        \
+        to, count, a, b, [](Doubles x, Doubles y) __attribute__((always_inline)) { return f; }); \
+    break;
+    switch (now.op) {
+      SIM_UNARY(kCopy, x)
+      SIM_UNARY(kNegate, -x)
+      SIM_UNARY(kAbs, magnitude(x))
+      SIM_UNARY(kSign, sign_of(x))
+      SIM_UNARY(kStep, step_of(x))
+      SIM_UNARY(kFloor, floor_of(x))
+      SIM_UNARY(kPositive, x > splat<double>(0) ? x : not_a_number())
+      SIM_UNARY(kSqrt, square_root(x))
+      SIM_UNARY(kExp, exp_of(x))
+      SIM_UNARY(kLog, log_of(x))
+      SIM_UNARY(kSin, sine_cosine(x).sine)
+      SIM_UNARY(kCos, sine_cosine(x).cosine)
+      SIM_UNARY(kTan, tan_of(x))
+      SIM_UNARY(kSinh, sinh_of(x))
+      SIM_UNARY(kCosh, cosh_of(x))
+      SIM_UNARY(kTanh, tanh_of(x))
+      SIM_BINARY(kAdd, x + y)
+      SIM_BINARY(kSubtract, x - y)
+      SIM_BINARY(kMultiply, x * y)
+      SIM_BINARY(kDivide, x / y)
+      SIM_BINARY(kMin, min_of(x, y))
+      SIM_BINARY(kMax, max_of(x, y))
+      SIM_BINARY(kPower, exp_of(y * log_of(x)))
+      case Op::kSelect: {
+        const double* const c = slots[now.operand[2]];
+        for (int i = 0; i < count; i += kDoubles)
+          store(to + i, select_of(load(a + i), load(b + i), load(c + i)));
+        break;
+      }
+      case Op::kNumber:
+      case Op::kInput:
+        break;
+    }
+#undef SIM_UNARY
+#undef SIM_BINARY
+  }
+}
+
+}  // namespace
+}  // namespace sim::SIM_TARGET
+SIM_TARGET_END
+
+#if SIM_ONCE
+namespace sim {
+
+RunInstructions run_instructions() {
+  return for_simd_level(sse2::run_code, avx2::run_code, avx512::run_code);
+}
+
+}  // namespace sim
+#endif

@@ -1,0 +1,67 @@
+// What kernels of springs share: the geometry of a run's springs and their forces, for a vector of
+// particles.
+//
+// Read once an instruction set, behind core/simd/foreach_target.h.
+SIM_TARGET_BEGIN
+namespace sim::SIM_TARGET {
+
+// k and k r of springs, for instance those that the particles from i on own.
+template <class Real>
+struct Constants {
+  V<Real> k, k_rest;
+
+  SIM_INLINE Constants(V<Real> stiffness, V<Real> times_rest) : k(stiffness), k_rest(times_rest) {}
+  SIM_INLINE Constants(const RunColumns& run, std::int64_t i)
+      : k(splat<Real>(run.k)), k_rest(splat<Real>(run.k_rest)) {
+    if (!run.ks) return;
+    k = load<Real>(run.ks + i);
+    k_rest = k * load<Real>(run.rests + i);
+  }
+};
+
+// d = x_a - x_b of these springs.
+template <class Real>
+SIM_INLINE V3<Real> difference(const RunColumns& run, const Real* const q[3], std::int64_t i) {
+  return load(q, i) - load(q, i + run.stride);
+}
+
+// sum += s d
+template <class Real>
+SIM_INLINE void add_scaled(V<Real> s, const V3<Real>& d, V3<Real>& sum) {
+  sum.x = fma(s, d.x, sum.x);
+  sum.y = fma(s, d.y, sum.y);
+  sum.z = fma(s, d.z, sum.z);
+}
+
+// The factor s = k rest / |d| - k of springs in the lanes whose bit is set: their force is s d. In
+// the others 0, whatever lies there. From dd = |d|^2 and the seed r of 1/|d|; errors += the squared
+// errors of the seeds.
+SIM_INLINE Doubles spring_factors(Doubles dd, Doubles r, const Constants<double>& spring,
+                                  unsigned bits, Doubles& errors) {
+  const Doubles e = seed_error(dd, r);
+  errors = add_square(bits, e, errors);
+  return keep(bits, fma(spring.k_rest, refined(r, e), -spring.k));
+}
+SIM_INLINE Doubles spring_factors(const V3<double>& d, const Constants<double>& spring,
+                                  unsigned bits, Doubles& errors) {
+  const Doubles dd = squared(d);
+  return spring_factors(dd, seed(dd), spring, bits, errors);
+}
+
+// In single precision distances below kLeastDistance count as that: no force at 0, no overflow.
+SIM_INLINE Floats spring_factors(const V3<float>& d, const Constants<float>& spring, unsigned bits,
+                                 Floats& /*errors*/) {
+  constexpr double kLeastDistance = 1e-15;  // m
+  const Floats least = splat<float>(kLeastDistance * kLeastDistance);
+  return keep(bits, fma(spring.k_rest, inverse_sqrt(greater(squared(d), least)), -spring.k));
+}
+
+// True if a seed failed, or a sum is not finite: it may be a 0 of no spring times a distance that
+// overflowed.
+SIM_INLINE bool needs_care(Doubles errors, const V3<double>& sum) {
+  const Doubles zero{};
+  return any_above(fma(zero, sum.x, fma(zero, sum.y, fma(zero, sum.z, errors))), kSeedError);
+}
+
+}  // namespace sim::SIM_TARGET
+SIM_TARGET_END

@@ -1,0 +1,49 @@
+// What core/simd/vector.h leaves to the instruction set; core/simd/vector_sse2.h says what it is.
+SIM_TARGET_BEGIN
+namespace sim::SIM_TARGET {
+
+SIM_INLINE Doubles fma(Doubles a, Doubles b, Doubles c) {
+  return (Doubles)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
+}
+SIM_INLINE Floats fma(Floats a, Floats b, Floats c) {
+  return (Floats)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+}
+
+SIM_INLINE Doubles keep(unsigned bits, Doubles v) {
+  const __m256i lane = _mm256_set_epi64x(8, 4, 2, 1);
+  const __m256i set = _mm256_and_si256(_mm256_set1_epi64x(static_cast<long long>(bits)), lane);
+  return (Doubles)_mm256_and_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)), (__m256d)v);
+}
+SIM_INLINE Floats keep(unsigned bits, Floats v) {
+  const __m256i lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+  const __m256i set = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(bits)), lane);
+  return (Floats)_mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)), (__m256)v);
+}
+
+SIM_INLINE Doubles square_root(Doubles v) { return (Doubles)_mm256_sqrt_pd((__m256d)v); }
+SIM_INLINE Doubles seed(Doubles v) {
+  const __m128 f = _mm256_cvtpd_ps((__m256d)v);
+  return (Doubles)_mm256_cvtps_pd(_mm_div_ps(_mm_set1_ps(1), _mm_sqrt_ps(f)));
+}
+SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
+  const Doubles kept = keep(bits, v);
+  return fma(kept, kept, sum);
+}
+SIM_INLINE bool any_above(Doubles v, double limit) {
+  const __m256d above = _mm256_cmp_pd((__m256d)v, (__m256d)splat<double>(limit), _CMP_NLE_UQ);
+  return _mm256_movemask_pd(above) != 0;
+}
+
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
+  const auto point = [&](int lane) { return points + 4 * std::ptrdiff_t{index[lane]}; };
+  const double *a = point(0), *b = point(1), *c = point(2), *d = point(3);
+  return {Doubles{a[0], b[0], c[0], d[0]}, Doubles{a[1], b[1], c[1], d[1]},
+          Doubles{a[2], b[2], c[2], d[2]}};
+}
+
+SIM_INLINE Floats greater(Floats a, Floats b) {
+  return (Floats)_mm256_max_ps((__m256)a, (__m256)b);
+}
+
+}  // namespace sim::SIM_TARGET
+SIM_TARGET_END

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Installs a build into a folder, moves the folder, and makes a plugin against it outside the tree:
+# with find_package(sim), and with the flags of pkg-config. Both have to run in the installed
+# program, and to give the same bits.
+# usage: outside.sh BUILD SOURCE CMAKE CXX
+set -euo pipefail
+
+build=$1 source=$2 cmake=$3 cxx=$4
+fail() { echo "outside: $1" >&2; exit 1; }
+nm -D "$build/bin/sim" | grep -q __asan_init && { echo 'skipped: a sanitizer'; exit 77; }
+
+place=$(mktemp -d)
+trap 'rm -rf -- "$place"' EXIT
+cd "$place"
+unset SIM_PATH SIM_PLUGIN_PATH
+"$cmake" --install "$build" --prefix "$place/first" >install.log || { cat install.log; exit 1; }
+mv first prefix
+sim=$place/prefix/bin/sim
+
+# The program lives on what is beside it: its scenes, its plugins.
+found=$("$sim" doctor) || fail 'sim doctor does not find its parts'
+grep -q "$place/prefix/lib/sim/plugins" <<<"$found" || fail "other plugins: $found"
+grep -q "$place/prefix/share/sim" <<<"$found" || fail "other scenes: $found"
+! grep -q "$source" <<<"$found" || fail "it looks into the source tree: $found"
+
+cp -r "$source/tests/install/attraction" .
+cp "$source/tests/plugin/fixtures/attraction.cpp" attraction/
+orbit() { "$sim" "$place/attraction/orbit.lua" --load "$1" --quiet --json | grep -o '"hash":"[^"]*"'; }
+
+"$cmake" -S attraction -B by-cmake -DCMAKE_PREFIX_PATH="$place/prefix" -DCMAKE_CXX_COMPILER="$cxx" \
+  >cmake.log || { cat cmake.log; exit 1; }
+"$cmake" --build by-cmake >>cmake.log || { cat cmake.log; exit 1; }
+by_cmake=$(orbit by-cmake/attraction.so) || fail 'the plugin of find_package(sim) does not run'
+
+command -v pkg-config >/dev/null || { echo 'pkg-config is not here'; exit 0; }
+export PKG_CONFIG_PATH=$place/prefix/lib/pkgconfig
+# shellcheck disable=SC2046
+"$cxx" -O2 -shared attraction/attraction.cpp -o attraction.so $(pkg-config --cflags --libs sim)
+by_hand=$(orbit attraction.so) || fail 'the plugin of pkg-config does not run'
+[[ $by_cmake == "$by_hand" ]] || fail "two results: $by_cmake, $by_hand"
