@@ -13,11 +13,18 @@ namespace {
 
 constexpr int kFew = 12, kMany = 8 * 2048;  // particles
 
-// Pairs of neighbours by number, for a force that acts between them.
+// Pairs of neighbours by number, for a force that acts between them; with the values of their own
+// that its parameters allow.
 Links ties(const PluginInfo& plugin, int n) {
+  const auto takes = [&](const char* name) {
+    return std::ranges::count(plugin.params, name, &Param::name) > 0;
+  };
   Links links;
-  for (int i = 0; plugin.takes_links && i + 1 < n; ++i)
-    links.ties.push_back({.a = i, .b = i + 1, .stiffness = 3 + 0.1 * (i % 5), .rest = 0.5});
+  for (int i = 0; plugin.takes_links && i + 1 < n; ++i) {
+    LinkSpec& tie = links.ties.emplace_back(LinkSpec{.a = i, .b = i + 1});
+    if (takes("stiffness")) tie.stiffness = 3 + 0.1 * (i % 5);
+    if (takes("rest")) tie.rest = 0.5;
+  }
   return links;
 }
 
