@@ -101,7 +101,7 @@ std::unique_ptr<sim::Force> make_pair(const sim::Params& params) {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "pair") {
+SIM_PLUGIN(Force, "pair") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "pair",
