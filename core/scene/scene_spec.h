@@ -9,6 +9,7 @@
 
 #include "core/math/vec3.h"
 #include "core/plugin/links.h"
+#include "core/plugin/method.h"
 #include "core/plugin/params.h"
 
 namespace sim {

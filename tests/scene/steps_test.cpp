@@ -129,7 +129,7 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
   sim::Registry registry = make_registry();
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
-    INFO(options.integrator << " on " << options.threads);
+    INFO(options.integrator.name << " on " << options.threads);
     REQUIRE(at_once(many) > 1);
     CHECK_FALSE(run(one, 100000));
     CHECK_FALSE(run_at_once(many, 100000));
