@@ -61,7 +61,7 @@ LiveScene::LiveScene(const SceneRequest& request, const Environment& environment
 Track LiveScene::track(std::size_t system) {
   Simulation& simulation = scene_.systems[system];
   Track track(scene_.spec.systems[system], simulation, simulation.step_count(), 1, 1);
-  const std::vector<double>* const known = known_work(system);
+  const std::vector<double>* const known = ledger_.find(system, simulation);
   if (known) track.continue_from(start_energy(system), *known);
   if (std::isnan(work(system))) track.forget_work();
   track.set_start(start_energy(system));
@@ -70,21 +70,6 @@ Track LiveScene::track(std::size_t system) {
 
 double LiveScene::start_energy(std::size_t system) const {
   return timelines_[system].start_energy(scene_.systems[system]);
-}
-
-// Null where it is not known.
-const std::vector<double>* LiveScene::known_work(std::size_t system) const {
-  return system < work_.size() && work_[system].hash == scene_.systems[system].hash()
-             ? &work_[system].integral
-             : nullptr;
-}
-
-double LiveScene::work(std::size_t system) const {
-  const Simulation& present = scene_.systems[system];
-  if (present.step_count() == 0 || present.conserves_energy()) return 0;
-  WorkIntegral integral;
-  const std::vector<double>* const known = known_work(system);
-  return known && integral.recall(*known) ? integral.value() : std::nan("");
 }
 
 double LiveScene::drift(std::size_t system, const Energy& now) const {
@@ -114,14 +99,13 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   std::vector<Track> tracks;
   bool repeats = false, moved = false;
   std::vector<bool> accounted;  // the work so far is known
-  work_.resize(scene_.systems.size());
   const auto begin = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
     tracks.emplace_back(scene.spec.systems[i], system, targets[i], Track::kNever, Track::kNever,
                         &registry_);
-    const std::vector<double>* const known = known_work(i);
+    const std::vector<double>* const known = &scene == &scene_ ? ledger_.find(i, system) : nullptr;
     accounted.push_back(&scene == &scene_ && (known || system.step_count() == 0));
     if (known) tracks.back().continue_from(start_energy(i), *known);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
@@ -153,7 +137,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     progress.update(tracks);
   }
   for (std::size_t i = 0; i < tracks.size(); ++i)
-    if (accounted[i]) work_[i] = {scene.systems[i].hash(), tracks[i].work_memory()};
+    if (accounted[i]) ledger_.keep(i, scene.systems[i], tracks[i].work_memory());
   if (repeats || !moved) return {};
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -274,17 +258,16 @@ void LiveScene::edit(const std::function<void(Simulation&)>& change) {
 
 // --- Settings and the file --------------------------------------------------------------------
 
-void LiveScene::set_integrator(const IntegratorChoice& choice) {
-  std::map<std::string, Value> given;
+void LiveScene::set_integrator(const MethodChoice& choice) {
+  std::optional<Method> method;
   try {
-    given = integrator_values(choice, choice.name, registry_);
+    method.emplace(registry_, typed(choice, choice.name, registry_));
   } catch (const Error& error) {  // which speaks of a command line
     ErrorText text = error.text();
     text.where.clear();
     throw Error(error.kind(), text);
   }
-  const IntegratorPlugin& plugin = registry_.integrator(choice.name);
-  edit([&](Simulation& each) { each.set_integrator(plugin, given); });
+  edit([&](Simulation& each) { each.set_integrator(*method); });
 }
 
 void LiveScene::set_dt(double h) {
@@ -297,8 +280,7 @@ void LiveScene::apply_choices(LoadedScene& scene) const {
       const Simulation& old = scene_.systems[i];
       if (old.name() != each.name() && scene_.spec.world) continue;
       const Settings &chosen = old.settings(), &given = loaded_[i];
-      if (!same_method(chosen, given.integrator.name, given.given))
-        each.set_integrator(chosen.integrator, chosen.given);
+      if (chosen.method.choice() != given.method.choice()) each.set_integrator(chosen.method);
       if (chosen.h != given.h) each.set_dt(chosen.h);
     }
 }
@@ -426,7 +408,10 @@ std::optional<LiveScene::FirstDifference> LiveScene::diff(const std::string& a,
 
 void LiveScene::save(const std::string& file) {
   std::vector<Account> accounts;
-  for (std::size_t i = 0; i < timelines_.size(); ++i) accounts.push_back({start_energy(i), {}});
+  for (std::size_t i = 0; i < timelines_.size(); ++i) {
+    const std::vector<double>* const known = ledger_.find(i, scene_.systems[i]);
+    accounts.push_back({start_energy(i), known ? *known : std::vector<double>()});
+  }
   save_checkpoint(file, request_, scene_, accounts, std::cout);
 }
 
@@ -445,6 +430,7 @@ void LiveScene::resume(const std::string& file) {
   for (std::size_t i = 0; i < scene_.systems.size(); ++i) {
     timelines_.emplace_back(scene_.systems[i], budget_);
     timelines_.back().set_start(saved.systems[i].start_energy);
+    ledger_.keep(i, scene_.systems[i], saved.systems[i].work);
   }
   branches_.clear();
   branch_ = "main";

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/prompt/scene_changes.h"
+#include "cli/prompt/work_ledger.h"
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
@@ -14,12 +16,6 @@
 #include "core/scene/timeline.h"
 
 namespace sim::cli {
-
-// In words.
-struct Change {
-  std::string what, before, after;
-};
-std::vector<Change> differences(const LoadedScene& before, const LoadedScene& after);
 
 class LiveScene {
  public:
@@ -36,9 +32,8 @@ class LiveScene {
   const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
-  // What was taken on the way here, J; not a number in a state that was not run to from the start,
-  // as after a change by hand. And the drift, likewise.
-  double work(std::size_t system) const;
+  // In J; not a number where it is not known, see WorkLedger.
+  double work(std::size_t system) const { return ledger_.work(system, scene_.systems[system]); }
   double drift(std::size_t system, const Energy& now) const;
   Track track(std::size_t system);  // with that start
 
@@ -57,7 +52,7 @@ class LiveScene {
   void edit(const std::function<void(Simulation&)>& change);  // of the present system
 
   // Choices that outlast a reload.
-  void set_integrator(const IntegratorChoice& choice);
+  void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
 
   // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
@@ -87,13 +82,6 @@ class LiveScene {
   void resume(const std::string& file);
 
  private:
-  // The work up to the last state that was run to, by the hash of that state.
-  struct KnownWork {
-    std::uint64_t hash = 0;
-    std::vector<double> integral;  // WorkIntegral::memory()
-  };
-  const std::vector<double>* known_work(std::size_t system) const;
-
   Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                   const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
   std::vector<std::int64_t> targets_after(double seconds) const;
@@ -112,7 +100,7 @@ class LiveScene {
   bool progress_, running_ = false;
   LoadedScene scene_;
   std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
-  std::vector<KnownWork> work_;   // of each system
+  WorkLedger ledger_;
   std::vector<Timeline> timelines_;
   std::size_t current_ = 0;
   std::string branch_ = "main";

@@ -10,8 +10,9 @@ namespace sim::study {
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
   damping_ = particles.motion().damping;
-  for (const auto& force : particles.forces())
-    complete_ = complete_ && (force->affine() || force->springs());
+  complete_ = particles.contacts().empty() &&
+              std::ranges::all_of(particles.other_forces(),
+                                  [](const Force* force) { return force->conservative(); });
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   if (damping_ > 0) work_.look(system.t(), power());
@@ -20,10 +21,9 @@ EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(syst
 
 // c sum |v|^2: pinned particles have no velocity.
 double EnergyBalance::power() const {
-  const Layout& layout = particles_of(*system_)->layout();
-  const auto v = layout.axes(system_->state().data(), 3);
-  return damping_ * sum_in_lanes(0, layout.n(), [&](int i) {
-           return v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i];
+  const ParticleView p = particles_of(*system_)->view(system_->t(), system_->state().data());
+  return damping_ * sum_in_lanes(0, p.n, [&](int i) {
+           return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
          });
 }
 

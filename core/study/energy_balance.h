@@ -24,7 +24,7 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  // No force but gravity, springs and drag, so that E and W say all.
+  // Every force but drag is what its potential gives, and nothing is hit: E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damping_ > 0; }
   double taken() const;  // W up to the present state, with that of earlier parts, J

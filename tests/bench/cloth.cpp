@@ -43,6 +43,15 @@ sim::SystemSpec load_cloth(int n, sim::Registry& registry) {
   return sim::load_scene("scenes/cloth.lua", registry, options).systems.front();
 }
 
+sim::SystemSpec load_gas(int n, sim::Registry& registry) {
+  sim::SceneOptions options;
+  options.search_path = {SIM_BENCH_SCRIPTS};
+  options.settings = {{"n", std::to_string(n)}, {"smooth", "energy"}};
+  sim::SystemSpec spec = sim::load_scene("scenes/gas.lua", registry, options).systems.front();
+  spec.forces.front().given.insert({{"cutoff", 2.5}, {"skin", 0.3}});
+  return spec;
+}
+
 sim::SystemSpec tied_cloth(const sim::SystemSpec& cloth, Ties ties) {
   sim::SystemSpec spec = cloth;
   const int n = spec.particles->count();
@@ -57,22 +66,23 @@ sim::SystemSpec tied_cloth(const sim::SystemSpec& cloth, Ties ties) {
   all.plugin = "spring";
   std::mt19937_64 random(7);
   for (const sim::PartSpec& part : cloth.forces) {
-    if (part.links.empty()) continue;
+    if (part.elements.empty()) continue;
     const double stiffness = number_of(part.given.at("stiffness"));
-    part.links.for_each([&](const sim::LinkSpec& link, double natural) {
+    part.elements.for_each([&](const sim::Element& tie) {
       const double unit = static_cast<double>(random() >> 11) * 0x1p-53;
-      const double rest = ties == Ties::kJittered ? natural * (1 + 1e-3 * (unit - 0.5)) : natural;
-      all.links.ties.push_back({order[static_cast<std::size_t>(link.a)],
-                                order[static_cast<std::size_t>(link.b)], stiffness, rest});
+      const double jitter = ties == Ties::kJittered ? 1 + 1e-3 * (unit - 0.5) : 1;
+      all.elements.add({order[static_cast<std::size_t>(tie.ids[0])],
+                        order[static_cast<std::size_t>(tie.ids[1])]},
+                       {{"stiffness", stiffness}, {"rest", tie.length * jitter}});
     });
   }
-  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return !part.links.empty(); });
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return !part.elements.empty(); });
   spec.forces.push_back(std::move(all));
   return spec;
 }
 
 sim::SystemSpec springs_only(sim::SystemSpec spec) {
-  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.links.empty(); });
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.elements.empty(); });
   return spec;
 }
 
@@ -84,7 +94,7 @@ double number_of(const sim::Value& value) {
 
 long count_springs(const sim::SystemSpec& spec) {
   long count = 0;
-  for (const sim::PartSpec& part : spec.forces) count += static_cast<long>(part.links.count());
+  for (const sim::PartSpec& part : spec.forces) count += static_cast<long>(part.elements.count());
   return count;
 }
 
@@ -99,10 +109,8 @@ double stable_step(const std::string& integrator, int n) {
   return (integrator == "rk4" ? 0.7 : 0.5) / omega;
 }
 
-sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
-                            sim::Registry& registry) {
-  return {.integrator = choice.name,
-          .integrator_given = sim::cli::integrator_values(choice, choice.name, registry),
+sim::RunOptions run_options(const sim::MethodChoice& choice, int n, sim::Registry& registry) {
+  return {.integrator = sim::cli::typed(choice, choice.name, registry),
           .dt = stable_step(choice.name, n)};
 }
 

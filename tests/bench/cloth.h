@@ -1,5 +1,5 @@
-// The scenes of the benchmark: the cloth of scripts/scenes/cloth.lua, and variations on its
-// springs.
+// The scenes of the benchmark: the cloth of scripts/scenes/cloth.lua, variations on its springs,
+// and the gas.
 #pragma once
 
 #include <string>
@@ -16,6 +16,9 @@ sim::Registry make_registry();
 
 // scenes/cloth.lua with n particles a side, read like any user's scene.
 sim::SystemSpec load_cloth(int n, sim::Registry& registry);
+
+// scenes/gas.lua with n^3 particles, and every number that LAMMPS has to know given.
+sim::SystemSpec load_gas(int n, sim::Registry& registry);
 
 // The same springs, listed one by one with their stiffness and rest length in a single force.
 enum class Ties {
@@ -39,7 +42,6 @@ long count_springs(const sim::SystemSpec& spec);
 double stable_step(const std::string& integrator, int n);
 
 // With that integrator at that step. Throws sim::Error{kUsage}.
-sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
-                            sim::Registry& registry);
+sim::RunOptions run_options(const sim::MethodChoice& choice, int n, sim::Registry& registry);
 
 }  // namespace sim_bench

@@ -48,8 +48,7 @@ struct Ties {
     const double length = (particles[static_cast<std::size_t>(a)].position -
                            particles[static_cast<std::size_t>(b)].position)
                               .norm();
-    part.links.ties.push_back(
-        {.a = a, .b = b, .stiffness = stiffness, .rest = rest_share * length});
+    part.elements.add({a, b}, {{"stiffness", stiffness}, {"rest", rest_share * length}});
   }
 };
 
@@ -278,26 +277,26 @@ RandomScene random_scene(std::uint64_t seed, sim::Registry& registry) {
   const std::string method =
       methods[static_cast<std::size_t>(random.integer(0, static_cast<int>(methods.size()) - 1))];
   const sim::IntegratorInfo info = info_of(method, registry);
-  const sim::IntegratorPlugin& plugin = registry.integrator(method);
+  const auto& plugin = registry.get<sim::Integrator>(method);
   const auto has = [&](const char* name) {
     return std::ranges::any_of(plugin.params,
                                [&](const sim::Param& param) { return param.name == name; });
   };
   sim::RunOptions& options = scene.options;
-  options.integrator = method;
+  options.integrator.name = method;
   double h = 2 / fastest * random.decade(-2.3, 0.18);
   if (info.implicit) h = random.decade(-2, 1.5) / fastest;
   if (info.adaptive || has("rtol") || method == "auto") {
     h = time / random.integer(10, 200);
-    if (has("tol")) options.integrator_given["tol"] = random.decade(-6, -1);
+    if (has("tol")) options.integrator.given["tol"] = random.decade(-6, -1);
   } else if (has("precision") && spec.particles && random.chance(0.15)) {
-    options.integrator_given["precision"] = std::string("single");
+    options.integrator.given["precision"] = std::string("single");
   }
   h = std::clamp(h, time / 4000, time / 5);
   options.dt = h;
   scene.steps = std::max<std::int64_t>(1, static_cast<std::int64_t>(time / h));
   scene.words += "; " + method;
-  for (const auto& [name, value] : options.integrator_given)
+  for (const auto& [name, value] : options.integrator.given)
     scene.words += ":" + name + "=" + sim::to_text(value);
   scene.words += ", " + std::to_string(scene.steps) + " steps of " + sim::brief(h, 3) + " s";
   return scene;

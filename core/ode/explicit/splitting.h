@@ -29,24 +29,26 @@ class Splitting final : public Integrator {
     effort_ = {};
     fresh_ = true;
     if (!stepper_)
-      throw Error(ErrorKind::kScene,
-                  {"integrator does not fit", "",
-                   "a splitting method needs q' = v, v' = a(t, q) - gamma v, and this system is of "
-                   "first order or has a force that depends on velocity in another way",
-                   "use rk4"});
+      throw Error(
+          ErrorKind::kScene,
+          {"integrator does not fit", "",
+           "a splitting method needs q' = v, v' = a(t, q) - gamma v, and this system is of "
+           "first order or has a force that depends on velocity, or remembers, in another way",
+           "use rk4"});
   }
 
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
-    return steps(system, t, h, 1, x, x_next);
-  }
-
-  int at_once() const override { return stepper_->at_once(); }
-  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
-                   double* x_next) override {
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override {
+    const int count = stepper_->most_of(most);
+    const bool done = stepper_->step(t, h, count, x, x_next);
+    if (!done && count > 1) {
+      restart(t, h, x);
+      return advance(system, t, h, 1, x, x_next);
+    }
     effort_.steps += count;
     effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
     fresh_ = false;
-    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+    return done ? Advance{StepStatus::kDone, count} : Advance{StepStatus::kNotFinite, 0};
   }
 
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override {

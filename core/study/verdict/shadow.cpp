@@ -13,26 +13,24 @@ namespace {
 constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
 constexpr double kWrong = 0.02;        // of the scene's size
 constexpr double kWrongEnergy = 0.01;  // of the energy in play
-constexpr double kNeighbour = 1e-7;  // of the size
+constexpr double kNeighbour = 1e-7;    // of the size
 constexpr double kChaos = 1e5;         // growth of a disturbance
 constexpr double kSharper = 10;        // the run's tolerance over the shadow's
 constexpr double kLeastTolerance = 1e-14;
 constexpr int kFinestStates = 200;  // that an adaptive shadow shows, at least
 
-using Given = std::map<std::string, Value>;
-
-// The integrator of the run as exact as it takes: in double precision, with sharper tolerances.
-Given sharper(const Simulation& run) {
-  Given given = run.settings().given;
-  for (const Param& param : run.integrator_plugin().params) {
+// The method of the run as exact as it takes: in double precision, with sharper tolerances.
+MethodChoice sharper(const Method& own) {
+  MethodChoice choice = own.choice();
+  for (const Param& param : own.plugin().params) {
     const bool tolerance = param.name == "tol" || param.name == "atol" || param.name == "rtol";
-    if (param.name == "precision") given[param.name] = std::string("double");
-    if (!tolerance || !run.integrator_params().has(param.name)) continue;
-    const double own = run.integrator_params().number(param.name);
+    if (param.name == "precision") choice.given[param.name] = std::string("double");
+    if (!tolerance || !own.params().has(param.name)) continue;
+    const double given = own.params().number(param.name);
     const double least = std::max(kLeastTolerance, param.min);
-    given[param.name] = std::min(own, std::max(own / kSharper, least));
+    choice.given[param.name] = std::min(given, std::max(given / kSharper, least));
   }
-  return given;
+  return choice;
 }
 
 // Of every particle, pinned or not, or the numbers of a flat state.
@@ -110,9 +108,7 @@ Simulation Shadow::finer_run(double& steps_per_step) const {
                        ? std::clamp(std::ceil(kFinestStates / taken), 1.0, double(kFinestStates))
                        : finer_steps(taken);
   Simulation shadow(*spec_, *registry_,
-                    {.integrator = own.integrator.name,
-                     .integrator_given = sharper(*run_),
-                     .dt = own.h / steps_per_step});
+                    {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
   auto settings = std::make_shared<Settings>(shadow.settings());
   settings->pinned = own.pinned;
   shadow.restore({std::move(settings), 0, 0, start_.t(), start_.x, {}});

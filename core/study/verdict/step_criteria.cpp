@@ -97,7 +97,7 @@ class SingleStepCriterion final : public Criterion {
       : system_(&run.system),
         size_(scene_size(run.system)),
         probes_(run.steps, times),
-        map_(run.system.ode(), Problem{&run.spec, run.registry, {}}.make_integrator(run.system)) {}
+        map_(run.system.ode(), run.system.method().make()) {}
 
   void look(const Energy* /*energy*/) override {
     if (probes_.take(system_->step_count())) probe();
@@ -122,9 +122,10 @@ class SingleStepCriterion final : public Criterion {
         !map_.step(t + h / 2, h / 2, half.data(), halves.data()))
       return;
     double most = 0;
-    const std::size_t positions = system_->second_order() ? n / 2 : n;
-    for (std::size_t i = 0; i < positions; ++i)
-      most = std::max(most, std::abs(whole[i] - halves[i]));
+    const StatePart& part = system_->shape().first();
+    for (std::size_t i = 0; i < part.count; ++i)
+      for (std::size_t c = 0; c < part.components.size(); ++c)
+        most = std::max(most, std::abs(whole[part.at(i, c)] - halves[part.at(i, c)]));
     const double error = most / (1 - std::ldexp(1.0, -system_->integrator_info().order));
     if (!(error <= error_)) error_ = error;
   }

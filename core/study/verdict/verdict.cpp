@@ -32,15 +32,13 @@ std::string percent(double part, double whole, int digits) {
 }
 
 Deviation deviation(const SystemSpec& spec, const Simulation& system) {
-  const auto numbers =
-      static_cast<std::size_t>(system.flat() ? system.components() : 3 * system.particles());
+  const StatePart& part = system.shape().first();
+  const std::size_t axes = part.components.size(), numbers = part.count * axes;
   const std::vector<double> exact = spec.exact(system.t());
   if (exact.size() != numbers) return {std::nan(""), 0};
   Deviation result;
   for (std::size_t i = 0; i < numbers; ++i) {
-    const int index = static_cast<int>(i);
-    const double value =
-        system.flat() ? system.component(index) : system.position(index / 3)[index % 3];
+    const double value = system.state()[part.at(i / axes, i % axes)];
     const double error = std::abs(value - exact[i]);
     if (!(error <= result.error)) result.error = error;
     result.size = std::max(result.size, std::abs(exact[i]));
