@@ -19,7 +19,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  sim                                        a cloth falls, as its scene says\n"
     "  sim scenes/sample.lua r 0.005              three systems, RK4, steps of 5 ms\n"
-    "  sim scenes/cloth.lua -s n=32 --dump=c.csv  another size, every frame in a file\n\n"
+    "  sim scenes/cloth.lua -s n=32 -d 0.001 --dump=c.csv     another size, to a file\n\n"
     "Steps a scene and says how far the result can be trusted.";
 
 constexpr const char* kFooter =
@@ -28,7 +28,7 @@ constexpr const char* kFooter =
     "            step,t,component,value. A world has a first column system; where it\n"
     "            mixes orders, cells that a system lacks stay empty; a flat state has\n"
     "            its components under particle and their values under x.\n"
-    "  --energy  step,t,kinetic,potential,total,drift in J; second order only\n"
+    "  --energy  step,t,kinetic,potential,total,work,drift in J; second order only\n"
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
     "Environment\n"
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
@@ -49,7 +49,7 @@ struct Texts {
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
   bool fixed_step = false, json = false, quiet = false, version = false, extremes = false,
-       luacats = false, man = false;
+       luacats = false, verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string study_scene, at, integrators, budget, csv, svg;
   std::string test_library;
@@ -165,6 +165,12 @@ Parser::Parser() {
             "goes on from one, bit for bit; --time and --steps\n"
             "count from the start of the first run"),
       value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
+      app_.add_flag("--verify", t.verify,
+                    "run it again with half the step, however long\n"
+                    "that takes; without it only runs below 1 s")
+          ->disable_flag_override(),
+      app_.add_flag("--no-verify", t.no_verify, "do not, however little it takes")
+          ->disable_flag_override(),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
@@ -295,6 +301,9 @@ RunRequest Parser::run_request() const {
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
   if (!t.snap.empty()) request.snap = t.snap;
   if (!t.resume.empty()) request.resume = t.resume;
+  if (t.verify && t.no_verify)
+    usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");
+  request.verify = t.verify ? Verify::kAlways : t.no_verify ? Verify::kNever : Verify::kQuick;
   request.json = t.json;
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);

@@ -1,6 +1,7 @@
 #include "cli/prompt/repl_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iostream>
 
@@ -60,12 +61,19 @@ LiveScene::LiveScene(const SceneRequest& request, const Environment& environment
 Track LiveScene::track(std::size_t system) {
   Simulation& simulation = scene_.systems[system];
   Track track(scene_.spec.systems[system], simulation, simulation.step_count(), 1, 1);
+  const std::vector<double>* const known = ledger_.find(system, simulation);
+  if (known) track.continue_from(start_energy(system), *known);
+  if (std::isnan(work(system))) track.forget_work();
   track.set_start(start_energy(system));
   return track;
 }
 
 double LiveScene::start_energy(std::size_t system) const {
   return timelines_[system].start_energy(scene_.systems[system]);
+}
+
+double LiveScene::drift(std::size_t system, const Energy& now) const {
+  return now.total() + work(system) - start_energy(system);
 }
 
 void LiveScene::share_budget() {
@@ -90,11 +98,16 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   running_ = true;
   std::vector<Track> tracks;
   bool repeats = false, moved = false;
+  std::vector<bool> accounted;  // the work so far is known
+  const auto begin = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
     tracks.emplace_back(scene.spec.systems[i], system, targets[i], Track::kNever, Track::kNever,
                         &registry_);
+    const std::vector<double>* const known = &scene == &scene_ ? ledger_.find(i, system) : nullptr;
+    accounted.push_back(&scene == &scene_ && (known || system.step_count() == 0));
+    if (known) tracks.back().continue_from(start_energy(i), *known);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
     tracks.back().sample();
   }
@@ -123,7 +136,16 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     tracks[next].sample();
     progress.update(tracks);
   }
+  for (std::size_t i = 0; i < tracks.size(); ++i)
+    if (accounted[i]) ledger_.keep(i, scene.systems[i], tracks[i].work_memory());
   if (repeats || !moved) return {};
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  for (Track& track : tracks)
+    if (!until && seconds < Track::kQuick)
+      track.verify(SessionSignals::any);
+    else
+      track.leave_unverified("positions not verified");
   const Verdict verdict = overall_verdict(tracks);
   if (verdict.trust == Trust::kDiverged)
     throw Error(ErrorKind::kDiverged, {"diverged", scene.spec.file, verdict.reason,
@@ -385,9 +407,12 @@ std::optional<LiveScene::FirstDifference> LiveScene::diff(const std::string& a,
 // --- Checkpoints ------------------------------------------------------------------------------
 
 void LiveScene::save(const std::string& file) {
-  std::vector<double> starts;
-  for (std::size_t i = 0; i < timelines_.size(); ++i) starts.push_back(start_energy(i));
-  save_checkpoint(file, request_, scene_, starts, std::cout);
+  std::vector<Account> accounts;
+  for (std::size_t i = 0; i < timelines_.size(); ++i) {
+    const std::vector<double>* const known = ledger_.find(i, scene_.systems[i]);
+    accounts.push_back({start_energy(i), known ? *known : std::vector<double>()});
+  }
+  save_checkpoint(file, request_, scene_, accounts, std::cout);
 }
 
 void LiveScene::resume(const std::string& file) {
@@ -405,6 +430,7 @@ void LiveScene::resume(const std::string& file) {
   for (std::size_t i = 0; i < scene_.systems.size(); ++i) {
     timelines_.emplace_back(scene_.systems[i], budget_);
     timelines_.back().set_start(saved.systems[i].start_energy);
+    ledger_.keep(i, scene_.systems[i], saved.systems[i].work);
   }
   branches_.clear();
   branch_ = "main";

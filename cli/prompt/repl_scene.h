@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/prompt/scene_changes.h"
+#include "cli/prompt/work_ledger.h"
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
@@ -14,12 +16,6 @@
 #include "core/scene/timeline.h"
 
 namespace sim::cli {
-
-// In words.
-struct Change {
-  std::string what, before, after;
-};
-std::vector<Change> differences(const LoadedScene& before, const LoadedScene& after);
 
 class LiveScene {
  public:
@@ -36,7 +32,10 @@ class LiveScene {
   const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
-  Track track(std::size_t system);                // with that start
+  // In J; not a number where it is not known, see WorkLedger.
+  double work(std::size_t system) const { return ledger_.work(system, scene_.systems[system]); }
+  double drift(std::size_t system, const Energy& now) const;
+  Track track(std::size_t system);  // with that start
 
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
   // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
@@ -101,6 +100,7 @@ class LiveScene {
   bool progress_, running_ = false;
   LoadedScene scene_;
   std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
+  WorkLedger ledger_;
   std::vector<Timeline> timelines_;
   std::size_t current_ = 0;
   std::string branch_ = "main";

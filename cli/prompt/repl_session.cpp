@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -197,8 +198,9 @@ std::string Session::position() {
     text += "step " + std::to_string(system.step_count()) + "  t = " + brief(system.t()) + " s";
     if (system.second_order()) {
       const Energy energy = system.energy();
-      const double drift = energy.total() - live_.start_energy(i);
-      text += "  energy " + brief(energy.total(), 5) + " J  drift " + brief(drift, 4) + " J";
+      text += "  energy " + brief(energy.total(), 5) + " J";
+      if (const double drift = live_.drift(i, energy); !std::isnan(drift))
+        text += "  drift " + brief(drift, 4) + " J";
     }
     text += "  " + system.method().name() + ", dt = " + brief(system.h()) + " s\n";
   }

@@ -1,4 +1,5 @@
 // Commands that show or change the state.
+#include <cmath>
 #include <sstream>
 
 #include "cli/prompt/repl_actions.h"
@@ -49,6 +50,9 @@ Answer for_each_particle(Call& call, Change change) {
   return {};
 }
 
+// Nothing for what is not known.
+Data known(double value) { return std::isnan(value) ? Data() : Data(value); }
+
 }  // namespace
 
 Answer energy(Call& call) {
@@ -57,15 +61,16 @@ Answer energy(Call& call) {
   const Simulation& system = live.system();
   if (!system.second_order()) call.wrong("a first-order system has no energy");
   const Energy now = system.energy();
-  const double drift = now.total() - live.start_energy(live.current());
+  const double drift = live.drift(live.current(), now), work = live.work(live.current());
   Data value(std::vector<std::pair<Data, Data>>{{"step", std::int64_t{system.step_count()}},
                                                 {"t", system.t()},
                                                 {"kinetic", now.kinetic},
                                                 {"potential", now.potential},
                                                 {"total", now.total()},
-                                                {"drift", drift}});
+                                                {"work", known(work)},
+                                                {"drift", known(drift)}});
   if (!call.spoken) return {value};
-  return {value, [&call, now, drift](Mode mode) -> std::optional<std::string> {
+  return {value, [&call, now, work, drift](Mode mode) -> std::optional<std::string> {
             LiveScene& scene = call.session.live();
             if (mode == Mode::kText)
               return captured([&](std::ostream& out) {
@@ -79,7 +84,7 @@ Answer energy(Call& call) {
             return table_text(call.session, mode, captured([&](std::ostream& out) {
                                 EnergyTable table(stream_target(mode), out,
                                                   scope_of(systems, scene));
-                                table.row(scene.system(), now, drift);
+                                table.row(scene.system(), now, work, drift);
                                 table.commit();
                               }));
           }};

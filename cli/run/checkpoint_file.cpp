@@ -21,13 +21,16 @@ namespace {
 }  // namespace
 
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
-                     std::span<const double> start_energies, std::ostream& standard_output) {
+                     std::span<const Account> accounts, std::ostream& standard_output) {
   Checkpoint saved;
   saved.scene = request.scene;
   saved.settings = request.settings;
   saved.seed = request.seed;
-  for (std::size_t i = 0; i < scene.systems.size(); ++i)
-    saved.systems.push_back(checkpoint(scene.systems[i], scene.spec.systems[i], start_energies[i]));
+  for (std::size_t i = 0; i < scene.systems.size(); ++i) {
+    saved.systems.push_back(
+        checkpoint(scene.systems[i], scene.spec.systems[i], accounts[i].start_energy));
+    saved.systems.back().work = accounts[i].work;
+  }
   Output output({file}, standard_output);
   output.buffer() = encode(saved);
   output.commit();

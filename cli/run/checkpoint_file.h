@@ -4,16 +4,23 @@
 #include <ostream>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "cli/run/scene.h"
 #include "core/scene/checkpoint.h"
 
 namespace sim::cli {
 
-// Replaces the file as a whole. start_energies in J, one a system, from where the drift counts.
+// From where the drift of a system counts, and what has been taken since.
+struct Account {
+  double start_energy = 0;   // J
+  std::vector<double> work;  // WorkIntegral::memory(); empty: not known
+};
+
+// Replaces the file as a whole; one account a system.
 // Throws Error{kIo}.
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
-                     std::span<const double> start_energies, std::ostream& standard_output);
+                     std::span<const Account> accounts, std::ostream& standard_output);
 
 // Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for one that is no good.
 Checkpoint read_checkpoint(const std::string& file);

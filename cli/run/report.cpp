@@ -1,6 +1,7 @@
 #include "cli/run/report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "cli/run/summary.h"
@@ -10,7 +11,8 @@
 namespace sim::cli {
 namespace {
 
-constexpr std::size_t kStepWidth = 9, kTimeWidth = 10, kNumberWidth = 14;
+constexpr std::size_t kStepWidth = 9, kTimeWidth = 10, kNumberWidth = 12;
+constexpr int kDigits = 5;
 constexpr int kShownComponents = 3;
 
 std::int64_t steps_taken(std::span<Track> tracks) {
@@ -150,7 +152,7 @@ std::string Report::columns(std::span<Track> tracks) {
     Track& track = tracks.front();
     std::vector<std::string> names;
     if (track.system().second_order()) {
-      names = {"kinetic [J]", "potential [J]", "total [J]", "drift [J]"};
+      names = {"kinetic", "potential", "total", "work", "drift [J]"};
     } else {
       const auto shown = static_cast<int>(shown_state(track.system()).size());
       for (int i = 0; i < shown; ++i)
@@ -188,12 +190,13 @@ std::string Report::measures(Track& track) const {
   }
   if (system.second_order()) {
     const Energy& energy = track.energy();
-    values = {energy.kinetic, energy.potential, energy.total(), track.drift()};
+    values = {energy.kinetic, energy.potential, energy.total(), track.work(), track.drift()};
   } else if (track.has_exact()) {
     values.push_back(track.deviation().error);
   }
   std::string text;
-  for (const double value : values) text += right(brief(value), kNumberWidth);
+  for (const double value : values)
+    text += right(std::isnan(value) ? "-" : brief(value, kDigits), kNumberWidth);
   return text;
 }
 

@@ -82,8 +82,8 @@ void print_notes(const LoadedScene& scene, Console& console) {
 
 class Run {
  public:
-  // start_energies in J: where the drift of each system counts from; empty = from here.
-  Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+  // From where the drift of each system counts; empty = from here.
+  Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
       Registry& registry, Console& console);
 
   int go();
@@ -92,6 +92,7 @@ class Run {
   Track* next_track();
   bool step(Track& track);
   void measure(Track& track, bool last = false);
+  void verify(int caught);
   int conclude(int caught);
   void explain();
 
@@ -119,7 +120,7 @@ bool shows_progress(const RunRequest& request, const Console& console) {
   return request.progress == ShowProgress::kOn || console.err_is_terminal;
 }
 
-Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> start_energies,
+Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
          Registry& registry, Console& console)
     : request_(request),
       scene_(scene),
@@ -142,7 +143,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const double> 
                   {"nothing to run", "--resume",
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
-    if (!start_energies.empty()) tracks_.back().set_start(start_energies[i]);
+    if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }
   const TableScope scope{systems, scene.spec.world};
@@ -165,7 +166,7 @@ void Run::measure(Track& track, bool last) {
   if (track.take_frame(last)) {
     if (dump_) dump_->frame(system);
     if (energy_ && system.second_order() && track.energy_is_finite())
-      energy_->row(system, track.energy(), track.drift());
+      energy_->row(system, track.energy(), track.work(), track.drift());
   }
   if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
     progress_.clear();
@@ -219,6 +220,29 @@ int Run::go() {
   return conclude(caught);
 }
 
+// Short runs are always made once more with half the step, and first-order ones, which are small;
+// longer ones where the user asked for it.
+void Run::verify(int caught) {
+  for (Track& track : tracks_) {
+    const bool wanted = request_.verify == Verify::kAlways ||
+                        (request_.verify == Verify::kQuick &&
+                         (seconds_ < Track::kQuick || !track.system().second_order()));
+    if (caught) return;
+    if (!wanted) {
+      track.leave_unverified(request_.verify == Verify::kNever
+                                 ? "positions not verified"
+                                 : "positions not verified: --verify takes about " +
+                                       brief(2 * seconds_, 2) + " s");
+      continue;
+    }
+    if (seconds_ > Track::kQuick && !request_.quiet)
+      console_.err << "sim: note: verifying with half the step takes about "
+                   << brief(2 * seconds_, 1) << " s; Ctrl-C skips it\n"
+                   << std::flush;
+    track.verify(SessionSignals::any);
+  }
+}
+
 // Runs the first system that diverged once more, to see why, and what works instead.
 void Run::explain() {
   const auto diverged = std::find_if(tracks_.begin(), tracks_.end(), [](Track& track) {
@@ -239,10 +263,12 @@ int Run::conclude(int caught) {
   if (dump_) dump_->commit();
   if (energy_) energy_->commit();
   if (request_.snap) {
-    std::vector<double> starts;
-    for (const Track& track : tracks_) starts.push_back(track.start_energy().total());
-    save_checkpoint(*request_.snap, request_.scene, scene_, starts, console_.out);
+    std::vector<Account> accounts;
+    for (const Track& track : tracks_)
+      accounts.push_back({track.start_energy().total(), track.work_memory()});
+    save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
   }
+  verify(caught);
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle) {
     std::ostream& out = words(request_, console_);
@@ -285,10 +311,11 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     complete(request.scene, *saved);
   }
   LoadedScene scene = load(request.scene, environment, registry);
-  std::vector<double> start_energies;
+  std::vector<Account> accounts;
   if (saved) {
     resume_all(scene, request.scene, *saved, *asked.resume, registry);
-    for (const auto& system : saved->systems) start_energies.push_back(system.start_energy);
+    for (const auto& system : saved->systems)
+      accounts.push_back({system.start_energy, system.work});
   }
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
@@ -306,7 +333,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
   if (!request.quiet) print_notes(scene, console);
-  return Run(request, scene, start_energies, registry, console).go();
+  return Run(request, scene, accounts, registry, console).go();
 }
 
 }  // namespace sim::cli

@@ -14,6 +14,9 @@ namespace sim::cli {
 
 enum class ShowProgress { kAuto, kOn, kOff };
 
+// Whether the run is made once more with half the step: where that takes little time, or as asked.
+enum class Verify { kQuick, kAlways, kNever };
+
 struct RunRequest {
   SceneRequest scene;
   std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
@@ -25,6 +28,7 @@ struct RunRequest {
   std::optional<Checks> checks;
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
+  Verify verify = Verify::kQuick;
 };
 
 // The exit code: 0, 4 (diverged, tables kept) or 130 / 143 (interrupted, tables kept). Throws

@@ -42,6 +42,12 @@ std::string figures_json(const study::Figures& figures) {
       .number("strain", figures.strain.a < 0 ? std::nan("") : figures.strain.strain)
       .number("step_error", figures.step_error)
       .number("momentum", figures.momentum);
+  const study::Parting& shadow = figures.shadow;
+  object.flag("verified", shadow.verified())
+      .number("position_error", shadow.error)
+      .number("position_share", shadow.share)
+      .number("horizon", shadow.horizon)
+      .number("neighbours", shadow.rate);
   return object.str();
 }
 
@@ -69,6 +75,7 @@ std::string system_json(Track& track) {
     object.json("energy", JsonObject()
                               .number("start", track.start_energy().total())
                               .number("end", track.energy().total())
+                              .number("work", track.work())
                               .number("drift", track.drift())
                               .str());
   }

@@ -12,8 +12,9 @@ namespace sim::cli {
 // {"scene","systems":[...],"threads","seconds","verdict","reason"} with, for each system,
 //   {"name","order_of_state","particles","pinned","springs":{FAMILY:n},"integrator","dt",
 //    "steps","t","integrator_params":{NAME:text},"effort":{"steps","rejected","evaluations"},
-//    "energy":{"start","end","drift"},"error","hash","verdict","reason",
-//    "figures":{"energy","dt_share","dt_share_at_most","strain","step_error","momentum"}}
+//    "energy":{"start","end","work","drift"},"error","hash","verdict","reason",
+//    "figures":{"energy","dt_share","dt_share_at_most","strain","step_error","momentum","verified",
+//               "position_error","position_share","horizon","neighbours"}}
 // Springs and energy for second-order systems, error where the scene has an exact solution,
 // components instead of particles for a flat state; figures as in study::Figures, null where not
 // known or without bounds. dt, t and seconds in s, energies in J.

@@ -9,7 +9,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr std::int64_t kSamples = 100;
+constexpr std::int64_t kLooks = 100;
 
 std::string step_t_h(std::int64_t step, double t, double h) {
   return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
@@ -40,11 +40,11 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       steps_(steps),
       frame_stride_(frame_stride),
       row_stride_(row_stride),
-      sample_stride_(std::max<std::int64_t>(1, steps / kSamples)),
       first_step_(system.step_count()),
       sampled_(first_step_),
       first_t_(system.t()),
       monitor_(spec, system, steps - system.step_count(), registry) {
+  if (registry) shadow_.emplace(spec, system, steps - system.step_count(), *registry);
   if (system.second_order()) start_ = energy();
   if (has_exact()) deviation();
 }
@@ -60,17 +60,28 @@ void Track::sample() {
   const std::int64_t step = system_->step_count();
   if (step > sampled_) monitor_.advance(step - sampled_);
   sampled_ = step;
-  if (step % sample_stride_ != 0 && step != steps_) return;
-  if (!system_->second_order())
-    monitor_.look(nullptr);
-  else if (energy_is_finite())
-    monitor_.look(&energy());
+  if (step != steps_ && step < next_look()) return;
+  while (next_look() <= step && step < steps_) ++looks_;
+  const Energy* const now = system_->second_order() ? &energy() : nullptr;
+  if (now && !energy_is_finite()) return;
+  monitor_.look(now);
+  if (shadow_) shadow_->look(now);
+}
+
+// Looks at equal intervals would see a vibration that fits them as if it stood still. The k-th look
+// is moved on by the fractional part of k times the golden section, of an interval (Weyl 1916).
+std::int64_t Track::next_look() const {
+  constexpr double kGolden = 0.6180339887498949;
+  const double k = static_cast<double>(looks_);
+  const double interval = static_cast<double>(steps_ - first_step_) / static_cast<double>(kLooks);
+  const double shift = k * kGolden - std::floor(k * kGolden);
+  return std::min(steps_, first_step_ + static_cast<std::int64_t>(interval * (k + shift)));
 }
 
 std::int64_t Track::due() const {
   const std::int64_t step = system_->step_count();
   return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
-                   to_next(step, sample_stride_), steps_ - step, monitor_.due()});
+                   std::max<std::int64_t>(1, next_look() - step), steps_ - step, monitor_.due()});
 }
 
 bool Track::energy_is_finite() {
@@ -107,9 +118,28 @@ void Track::mark_diverged() {
               step_t_h(where.step, where.t, where.h);
 }
 
+void Track::continue_from(double total, std::span<const double> work) {
+  if (!system_->second_order()) return;
+  if (work.empty() || !monitor_.recall_work(work)) return;  // from here, then
+  set_start(total);
+}
+
+void Track::verify(const std::function<bool()>& stop) {
+  if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
+  const double strain = monitor_.verdict().figures.strain.strain;
+  parting_ = shadow_->compare(std::min(strain, 0.0), stop);
+}
+
+void Track::leave_unverified(std::string why) {
+  if (shadow_) unverified_ = std::move(why);
+  shadow_.reset();
+}
+
 Verdict Track::verdict() {
   if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
-  Verdict verdict = monitor_.verdict();
+  Verdict verdict = monitor_.verdict(parting_);
+  if (verdict.trust == Trust::kTrusted && !unverified_.empty())
+    verdict.reason += "; " + unverified_;
   if (energy_unknown_)
     verdict = {Trust::kSuspect,
                "the energy is above the largest number from the start; nothing was checked"};

@@ -1,11 +1,15 @@
 // One system on its way through a run: how far it goes, and what is measured when.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/scene/simulation.h"
 #include "core/study/verdict/verdict.h"
@@ -17,6 +21,7 @@ using study::Verdict;
 
 class Track {
  public:
+  static constexpr double kQuick = 1;  // s: a run that takes less has its shadow always
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
 
   // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
@@ -26,6 +31,9 @@ class Track {
         std::int64_t row_stride, Registry* registry = nullptr);
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
+  // The same of a run that goes on: with the work of its first part, if that is known.
+  void continue_from(double total, std::span<const double> work);
+  std::vector<double> work_memory() const { return monitor_.work_memory(); }
 
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
@@ -39,7 +47,7 @@ class Track {
   // for the `last` state of a run that stops early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
-  void sample();             // looks at energy and error about 100 times a run
+  void sample();             // looks at energy and error about 100 times a run, unevenly
   std::int64_t due() const;  // steps until the next of all these, at least 1
 
   // Second order only. False when the energy of the present, finite state is not a finite number;
@@ -47,9 +55,17 @@ class Track {
   bool energy_is_finite();
   const Energy& energy();  // of the present state
   const Energy& start_energy() const { return start_; }
-  double drift() { return energy().total() - start_.total(); }  // J
+  // Taken by drag since the start, J; not a number after forget_work().
+  double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
+  void forget_work() { work_known_ = false; }
+  double drift() { return energy().total() + work() - start_.total(); }  // J
 
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
+
+  // After the run: runs its shadow, as far as `stop` lets it; costs two to four times the run.
+  void verify(const std::function<bool()>& stop);
+  // There will be no shadow; the verdict says why, where that is not empty.
+  void leave_unverified(std::string why);
 
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says
@@ -60,15 +76,20 @@ class Track {
 
   const SystemSpec* spec_;
   Simulation* system_;
-  std::int64_t steps_, frame_stride_, row_stride_, sample_stride_;
-  std::int64_t first_step_, sampled_;
+  std::int64_t next_look() const;  // the step of the next look
+
+  std::int64_t steps_, frame_stride_, row_stride_;
+  std::int64_t first_step_, sampled_, looks_ = 0;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to
   study::Monitor monitor_;
+  std::optional<study::Shadow> shadow_;
+  study::Parting parting_;
+  std::string unverified_;       // why it has no shadow
   bool energy_unknown_ = false;  // beyond the range of numbers from the start
-  bool interrupted_ = false;
+  bool interrupted_ = false, work_known_ = true;
   std::string diverged_;  // the reason
 };
 

@@ -75,7 +75,8 @@ std::string language_function(const std::string& name, const std::string& doc) {
   const std::size_t begin = colon == std::string::npos ? 0 : doc.rfind(' ', colon) + 1;
   const std::string owner = colon == std::string::npos ? "" : doc.substr(begin, colon - begin);
   const bool method = word(owner.substr(owner.find('\n') + 1));
-  return comment(doc) + (method ? "function Handle:" : "function sim.") + name + "(...) end\n\n";
+  return comment(doc) + "---@return any\n" + (method ? "function Handle:" : "function sim.") +
+         name + "(...) end\n\n";
 }
 
 }  // namespace

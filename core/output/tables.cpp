@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 
 #include "core/base/text.h"
@@ -19,13 +20,16 @@ void append_integer(std::string& out, std::int64_t value) {
 void append_csv(std::string& out, std::initializer_list<double> values) {
   for (const double value : values) {
     out += ',';
-    append_number(out, value);
+    if (!std::isnan(value)) append_number(out, value);
   }
 }
 
 void append_json(std::string& out, std::string_view key, double value) {
   out.append(",\"").append(key).append("\":");
-  append_number(out, value);
+  if (std::isnan(value))
+    out += "null";
+  else
+    append_number(out, value);
 }
 
 // What all rows of one frame begin with: [system,]step,t.
@@ -102,20 +106,21 @@ EnergyTable::EnergyTable(const Target& target, std::ostream& standard_output,
     : output_(target, standard_output), format_(target.format), world_(scope.world) {
   if (format_ != TableFormat::kCsv) return;
   output_.buffer() += world_ ? "system," : "";
-  output_.buffer() += "step,t,kinetic,potential,total,drift\n";
+  output_.buffer() += "step,t,kinetic,potential,total,work,drift\n";
 }
 
-void EnergyTable::row(const Simulation& system, const Energy& energy, double drift) {
+void EnergyTable::row(const Simulation& system, const Energy& energy, double work, double drift) {
   std::string& out = output_.buffer();
   if (format_ == TableFormat::kCsv) {
     out += csv_prefix(system, world_);
-    append_csv(out, {energy.kinetic, energy.potential, energy.total(), drift});
+    append_csv(out, {energy.kinetic, energy.potential, energy.total(), work, drift});
     out += '\n';
   } else {
     out += json_prefix(system, world_);
     append_json(out, "kinetic", energy.kinetic);
     append_json(out, "potential", energy.potential);
     append_json(out, "total", energy.total());
+    append_json(out, "work", work);
     append_json(out, "drift", drift);
     out += "}\n";
   }

@@ -36,13 +36,14 @@ class DumpTable {
   std::size_t columns_ = 1;  // of numbers, for the widest system
 };
 
-// step,t,kinetic,potential,total,drift in s and J; drift = total - total at step 0. Second-order
-// systems only.
+// step,t,kinetic,potential,total,work,drift in s and J: work is what drag and other forces that do
+// work have taken so far, drift = total + work - total at step 0; not a number: unknown, an empty
+// field. Second-order systems only.
 class EnergyTable {
  public:
   EnergyTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
 
-  void row(const Simulation& system, const Energy& energy, double drift);
+  void row(const Simulation& system, const Energy& energy, double work, double drift);
   void commit() { output_.commit(); }
 
  private:

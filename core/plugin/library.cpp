@@ -60,7 +60,7 @@ PluginCard read_card(const std::filesystem::path& file) {
   PluginCard card;
   if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size != sizeof card ||
       !read_at(in, section.sh_offset, card))
-    refuse(file, "it has no plugin card", "write SIM_PLUGIN(kind, names) { ... } in it");
+    refuse(file, "it has no plugin card", "write SIM_PLUGIN(Kind, names) { ... } in it");
   if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
   card.names[sizeof card.names - 1] = 0;
   card.build[sizeof card.build - 1] = 0;

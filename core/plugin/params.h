@@ -1,5 +1,4 @@
-// Parameters of plugins: declared once in the registration, checked there against what a scene
-// says.
+// Parameters of plugins: declared once, in the registration, where what a scene says is checked.
 #pragma once
 
 #include <cstdint>

@@ -68,10 +68,9 @@ using IntegratorPlugin = Plugin<Integrator>;
 
 class Registry {
  public:
-  // Directories are searched in order; each has a folder for each kind, or holds libraries
-  // directly. Nothing is opened yet. A directory that cannot be read is an error, and so is
-  // a name that two libraries have.
-  // The `libraries` are opened at once. Methods refer to their registry: it is never moved.
+  // Directories are searched in order; each has a folder for each kind, or holds the libraries.
+  // Nothing of them is opened yet; the `libraries` are, at once. A directory that cannot be read is
+  // an error, and so is a name that two libraries have. Methods refer to their registry: it stays.
   explicit Registry(const std::vector<std::filesystem::path>& directories,
                     const std::vector<std::filesystem::path>& libraries = {});
   ~Registry();
@@ -96,9 +95,8 @@ class Registry {
   }
   std::vector<std::string> names(const PluginKind& kind) const;
 
-  // The same, but null for an unknown name.
+  // The same, but null for an unknown name; and every kind's plugin of that name.
   const PluginInfo* find(const PluginKind& kind, const std::string& name);
-  // Every kind's plugin of that name.
   std::vector<const PluginInfo*> find(const std::string& name);
 
   // Libraries that were found in the directories but cannot be used, with the reason.

@@ -13,7 +13,7 @@ namespace sim {
 namespace {
 
 constexpr std::string_view kMagic = "SIMSNAP\n";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {
@@ -199,7 +199,7 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
   return {simulation.name(), scene_identity(spec), settings.method.choice(),
           settings.h,        snapshot.t0,          snapshot.step,
           snapshot.n0,       start_energy,         settings.pinned,
-          snapshot.x,        snapshot.memory};
+          snapshot.x,        snapshot.memory,         {}};
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
@@ -250,6 +250,7 @@ std::string encode(const Checkpoint& checkpoint) {
     for (const int id : system.pinned) out.integer(static_cast<std::uint64_t>(id));
     out.numbers(system.x);
     out.numbers(system.memory);
+    out.numbers(system.work);
   }
   out.integer(hash_of(out.bytes()));
   return std::move(out.bytes());
@@ -292,6 +293,7 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
       system.pinned.push_back(static_cast<int>(in.integer()));
     system.x = in.numbers();
     system.memory = in.numbers();
+    system.work = in.numbers();
   }
   if (!in.empty()) refuse(file, "the file is damaged", "make it again");
   return checkpoint;

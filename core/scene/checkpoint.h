@@ -21,6 +21,7 @@ struct Checkpoint {
     double start_energy = 0;  // J, from where the drift counts
     std::vector<int> pinned;
     std::vector<double> x, memory;
+    std::vector<double> work;  // WorkIntegral::memory(); empty: not known
   };
   std::string scene;                            // as it was asked for
   std::map<std::string, std::string> settings;  // --set

@@ -7,15 +7,15 @@
 #include "core/simd/lanes.h"
 
 namespace sim::study {
-
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
   damping_ = particles.motion().damping;
-  complete_ = particles.other_forces().empty() && particles.contacts().empty();
+  complete_ = particles.contacts().empty() &&
+              std::ranges::all_of(particles.other_forces(),
+                                  [](const Force* force) { return force->conservative(); });
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
-  t_[0] = system.t();
-  power_[0] = power();
+  if (damping_ > 0) work_.look(system.t(), power());
   in_play_ = start_.kinetic;
 }
 
@@ -27,43 +27,34 @@ double EnergyBalance::power() const {
          });
 }
 
-double EnergyBalance::uncertainty() const {
-  if (damping_ > 0 && pairs_ < 3) return HUGE_VAL;
-  return 2 * std::abs(taken_ - taken_by_trapezoids_);
-}
-
 std::int64_t EnergyBalance::due() const {
   return damping_ == 0 ? std::numeric_limits<std::int64_t>::max() : stride_ - steps_ % stride_;
 }
 
 void EnergyBalance::advance(std::int64_t steps) {
   steps_ += steps;
-  if (damping_ == 0 || steps_ % stride_ != 0) return;
-  const double t = system_->t(), now = power();
-  if (!open_) {
-    t_[1] = t;
-    power_[1] = now;
-  } else {
-    // The parabola through three looks, a and b apart.
-    const double a = t_[1] - t_[0], b = t - t_[1];
-    taken_ +=
-        (a + b) / 6 *
-        ((2 - b / a) * power_[0] + (a + b) * (a + b) / (a * b) * power_[1] + (2 - a / b) * now);
-    taken_by_trapezoids_ += 0.5 * (a * (power_[0] + power_[1]) + b * (power_[1] + now));
-    t_[0] = t;
-    power_[0] = now;
-    ++pairs_;
-  }
-  open_ = !open_;
+  if (damping_ > 0 && steps_ % stride_ == 0) work_.look(system_->t(), power());
+}
+
+// The energy at the start of the first part is not known here; E + W counts from this state.
+bool EnergyBalance::recall(std::span<const double> memory) {
+  if (!work_.recall(memory)) return false;
+  before_ = taken();
+  return true;
+}
+
+double EnergyBalance::taken() const {
+  if (damping_ == 0) return 0;
+  return steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
 }
 
 void EnergyBalance::look(const Energy& now) {
   const double change = now.total() - start_.total();
   in_play_ = std::max(in_play_, now.kinetic + std::abs(now.potential - start_.potential));
   rise_ = std::max(rise_, change);
-  const double error = change + taken_;
-  const bool whole = damping_ == 0 || t_[0] == system_->t();
-  if (whole ? !(std::abs(error) <= std::abs(error_)) : error > std::abs(error_)) error_ = error;
+  const double error = change + taken() - before_;
+  const bool known = damping_ == 0 || work_.settled();
+  if (known ? !(std::abs(error) <= std::abs(error_)) : error > std::abs(error_)) error_ = error;
 }
 
 }  // namespace sim::study

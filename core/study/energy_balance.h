@@ -2,14 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include "core/math/work_integral.h"
 #include "core/study/problem.h"
 
 namespace sim::study {
 
 // E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
-// motion. W by Simpson's rule over two steps; after an odd number of them only E is looked at,
-// which must not have risen.
+// motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
@@ -22,15 +24,16 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  // No force but gravity, springs and drag, so that E and W say all.
+  // Every force but drag is what its potential gives, and nothing is hit: E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damping_ > 0; }
-  // J, how well W is known: twice what Simpson's rule and the trapezoidal rule differ by; infinite
-  // after fewer than six steps with drag.
-  double uncertainty() const;
+  double taken() const;  // W up to the present state, with that of earlier parts, J
+  // What is needed to go on with W later, bit for bit.
+  std::vector<double> memory() const { return work_.memory(); }
+  bool recall(std::span<const double> memory);
+  double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
-  double taken() const { return taken_; }      // W, J
   double in_play() const { return in_play_; }  // largest kinetic energy + change of potential, J
   double rise() const { return rise_; }        // largest E - E(0), J
 
@@ -41,10 +44,9 @@ class EnergyBalance {
   double damping_ = 0;  // kg/s
   bool complete_ = true;
   Energy start_;
-  std::int64_t stride_ = 1, steps_ = 0, pairs_ = 0;
-  double t_[2] = {}, power_[2] = {};  // where the last pair ended, and one further
-  bool open_ = false;                 // a pair has begun
-  double taken_ = 0, taken_by_trapezoids_ = 0;
+  std::int64_t stride_ = 1, steps_ = 0;
+  WorkIntegral work_;
+  double before_ = 0;  // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 

@@ -69,6 +69,7 @@ class Pair final : public sim::Force {
     forces_.add(tile, sink);
   }
   bool depends_on_velocity() const override { return false; }
+  bool conservative() const override { return true; }
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     return forces_.potential(view, tile);
   }

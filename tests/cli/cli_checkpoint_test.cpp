@@ -90,7 +90,7 @@ TEST_CASE("an interrupted run can be gone on with") {
   TemporaryFolder folder;
   const std::string snap = (folder.path() / "a.snap").string();
   const Outcome outcome = run_sim({"-T", "1000", "--every", "1000", "--snap", snap},
-                                  {.signal = SIGINT, .signal_at = "total [J]"});
+                                  {.signal = SIGINT, .signal_at = "drift [J]"});
   CHECK(outcome.code == 130);
   CHECK(run_sim({"--resume", snap, "-T", "1000", "-q"}).code == 0);
 }

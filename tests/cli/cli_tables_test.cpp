@@ -94,7 +94,7 @@ TEST_CASE("a world tells its systems apart in a first column") {
   const Outcome energy = run_sim({"world.lua", "-n", "2", "--energy"}, options);
   const auto rows = lines_of(energy.out);
   REQUIRE(rows.size() == 4);
-  CHECK(rows[0] == "system,step,t,kinetic,potential,total,drift");
+  CHECK(rows[0] == "system,step,t,kinetic,potential,total,work,drift");
   for (std::size_t i = 1; i < 4; ++i) CHECK(rows[i].rfind("b," + std::to_string(i - 1), 0) == 0);
   CHECK(energy.err.find("'a' is first-order") != std::string::npos);
   CHECK(energy.err.find("'c' is first-order") != std::string::npos);
@@ -136,17 +136,18 @@ TEST_CASE("energies add up and drift from the start") {
       run_sim({"thrown.lua", "-n", "5", "--energy", "-q"}, {.folder = folder.path()});
   const auto lines = lines_of(outcome.out);
   REQUIRE(lines.size() == 7);
-  CHECK(lines[0] == "step,t,kinetic,potential,total,drift");
+  CHECK(lines[0] == "step,t,kinetic,potential,total,work,drift");
   const double start = number(cells_of(lines[1])[4]);
   CHECK(start == Approx(60.36).epsilon(1e-14));
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto cells = cells_of(lines[i]);
-    REQUIRE(cells.size() == 6);
+    REQUIRE(cells.size() == 7);
+    CHECK(number(cells[5]) == 0);
     CHECK(number(cells[2]) + number(cells[3]) == number(cells[4]));
-    CHECK(number(cells[4]) - start == number(cells[5]));
+    CHECK(number(cells[4]) - start == number(cells[6]));
   }
   // Forward Euler gains m (g h)^2 / 2 a step.
-  CHECK(number(cells_of(lines[6])[5]) == Approx(5 * 3 * 0.981 * 0.981 / 2).epsilon(1e-12));
+  CHECK(number(cells_of(lines[6])[6]) == Approx(5 * 3 * 0.981 * 0.981 / 2).epsilon(1e-12));
 }
 
 TEST_CASE("JSON lines carry the same numbers") {
@@ -169,7 +170,7 @@ TEST_CASE("JSON lines carry the same numbers") {
   const auto energies = lines_of(read_text(folder.path() / "e.jsonl"));
   REQUIRE(energies.size() == 3);
   CHECK(read_json(energies[2]).keys ==
-        std::vector<std::string>{"step", "t", "kinetic", "potential", "total", "drift"});
+        std::vector<std::string>{"step", "t", "kinetic", "potential", "total", "work", "drift"});
 }
 
 TEST_CASE("files are replaced only by a run that ended") {

@@ -174,7 +174,7 @@ TEST_CASE("forces that a scene cannot use", "[lua][errors]") {
       {"sim.force.drag { k = 1, particles = {0, 0.5} }", "no particle 0.5"},
       {"sim.force.drag { k = 1, particles = particles }", "not the particles"},
       {"sim.force.drag { k = 1, particles = sim.force.drag { k = 1 } }", "got a sim.force"},
-      {"sim.force.drag { k = sim.surface { grid = grid } }", "got a surface; give a number"},
+      {"sim.force.drag { k = sim.surface { grid = grid } }", "k is a surface; give a number"},
       {"sim.force.drag { k = grid }", "expected a value or a sim.surface, got a sim.particles"},
       {"sim.force.pressure { pressure = 1, surface = {1, 2, 3} }", "give a surface"},
       {"sim.force.spring {}:tie(0, 1)", "missing 'stiffness'"},

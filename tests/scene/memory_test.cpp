@@ -80,7 +80,8 @@ TEST_CASE("methods keep their order on forces with a memory") {
   const auto exact = end_of(spec, registry, {.integrator = {"rk4"}, .dt = time / 16384}, time);
   const auto order = [&](const char* method, int steps) {
     const auto error = [&](int count) {
-      return worst(end_of(spec, registry, {.integrator = {method}, .dt = time / count}, time), exact);
+      return worst(end_of(spec, registry, {.integrator = {method}, .dt = time / count}, time),
+                   exact);
     };
     INFO(method << " " << error(steps) << " " << error(2 * steps));
     CHECK(error(steps) > 1e-12);

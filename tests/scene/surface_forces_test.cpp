@@ -249,12 +249,14 @@ TEST_CASE("a force that is kept to some particles acts on them as on all") {
     for (const char* method : {"rk4", "implicit_midpoint"}) {
       const sim::Simulation free = moved({}, method), every = moved(all, method),
                             some = moved(odd, method), none = moved(std::vector<int>{}, method);
+      // Newton's method stops at 1e-8 of the residual, and both runs have residuals of their own.
+      const double least = some.integrator_info().implicit ? 1e-8 : 1e-14;
       CHECK(every.energy().potential == Approx(free.energy().potential).margin(1e-12));
       for (int i = 0; i < 36; ++i) {
-        CHECK((every.position(i) - free.position(i)).cwiseAbs().maxCoeff() <= 1e-14);
+        CHECK((every.position(i) - free.position(i)).cwiseAbs().maxCoeff() <= least);
         const bool member = std::ranges::find(odd, i) != odd.end();
         const sim::Simulation& like = member ? free : none;
-        CHECK((some.velocity(i) - like.velocity(i)).cwiseAbs().maxCoeff() <= 1e-14);
+        CHECK((some.velocity(i) - like.velocity(i)).cwiseAbs().maxCoeff() <= least);
       }
       CHECK(none.energy().potential == 0);
     }

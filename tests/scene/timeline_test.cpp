@@ -250,6 +250,6 @@ TEST_CASE("differences say where, in units in the last place") {
   CHECK(largest->id == 9);
   CHECK(largest->quantity == "vy");
   CHECK(largest->relative() == 1);
-  CHECK(sim::Difference{0, "x", -0.0, 0.0}.ulps() == 0);
-  CHECK(sim::Difference{0, "x", -5e-324, 5e-324}.ulps() == 2);
+  CHECK(sim::Difference{0, "particle", "x", -0.0, 0.0}.ulps() == 0);
+  CHECK(sim::Difference{0, "particle", "x", -5e-324, 5e-324}.ulps() == 2);
 }

@@ -69,6 +69,31 @@ std::vector<double> PlainModel::derivative(const std::vector<double>& state) con
   return out;
 }
 
+double PlainModel::kinetic(const std::vector<double>& state) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < masses_.size(); ++i)
+    for (std::size_t axis = 3; axis < 6 && !pinned_[i]; ++axis)
+      sum += 0.5 * masses_[i] * state[6 * i + axis] * state[6 * i + axis];
+  return sum;
+}
+
+double PlainModel::potential(const std::vector<double>& state) const {
+  double sum = 0;
+  for (const Spring& spring : springs_) {
+    double squared = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double d = state[6 * spring.a + axis] - state[6 * spring.b + axis];
+      squared += d * d;
+    }
+    const double stretch = std::sqrt(squared) - spring.rest;
+    sum += 0.5 * spring.k * stretch * stretch;
+  }
+  for (std::size_t i = 0; i < masses_.size(); ++i)
+    for (std::size_t axis = 0; axis < 3 && !pinned_[i]; ++axis)
+      sum -= masses_[i] * gravity_[static_cast<Eigen::Index>(axis)] * state[6 * i + axis];
+  return sum;
+}
+
 void PlainModel::step(const std::string& method, double h) {
   const auto moved = [this](double by, const std::vector<double>& slope) {
     std::vector<double> state = state_;

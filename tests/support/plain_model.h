@@ -17,13 +17,15 @@ class PlainModel {
   void step(const std::string& method, double h);  // euler, trapezoid or rk4
   // x y z vx vy vz of one particle after the other.
   const std::vector<double>& state() const { return state_; }
+  std::vector<double> derivative(const std::vector<double>& state) const;
+  double kinetic(const std::vector<double>& state) const;    // J
+  double potential(const std::vector<double>& state) const;  // J, of springs and gravity
 
  private:
   struct Spring {
     std::size_t a, b;
     double k, rest;
   };
-  std::vector<double> derivative(const std::vector<double>& state) const;
 
   std::vector<double> state_, masses_;
   std::vector<bool> pinned_;

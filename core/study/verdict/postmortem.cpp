@@ -10,9 +10,10 @@
 namespace sim::study {
 namespace {
 
-constexpr double kGone = 1;        // strain at which a spring is out of its range
-constexpr double kMostWork = 5e7;  // particle-steps of all runs that are tried
-constexpr int kLooks = 100;        // of the monitor in a run
+constexpr double kGone = 1;         // strain at which a spring is out of its range
+constexpr double kMostWork = 5e7;   // particle-steps of all runs that are tried
+constexpr double kMostTries = 2e5;  // of an adaptive run, whose steps are its own
+constexpr int kLooks = 100;         // of the monitor in a run
 
 // How large each share of the force on one particle is.
 std::vector<std::pair<std::string, double>> largest_forces(const Simulation& system, int i) {
@@ -67,10 +68,12 @@ void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watc
     result.growth = std::pow(last / first, 1 / static_cast<double>(result.step - result.since));
 }
 
+double size_of(const Problem& problem) {
+  return problem.spec->particles ? std::max(1, problem.spec->particles->count()) : 1;
+}
+
 bool affordable(const Problem& problem, double time, double dt, double& work) {
-  const auto particles = static_cast<double>(std::max<std::size_t>(
-      1, problem.spec->particles ? static_cast<std::size_t>(problem.spec->particles->count()) : 1));
-  work += time / dt * particles;
+  work += time / dt * size_of(problem);
   return work <= kMostWork;
 }
 
@@ -136,6 +139,10 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
 
 std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch) {
   Simulation system = problem.simulation(dt);
+  // An adaptive method may creep up to a singularity in ever smaller steps.
+  double tries = 0;
+  system.stop_when(
+      [&tries, most = std::max(1e4, kMostTries / size_of(problem))] { return ++tries > most; });
   Remedy result{"", dt, system.steps_for(time), {}};
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
   const std::int64_t stride = std::max<std::int64_t>(1, result.steps / kLooks);

@@ -5,18 +5,22 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/study/energy_balance.h"
 #include "core/study/problem.h"
+#include "core/study/verdict/shadow.h"
 #include "core/study/verdict/strain.h"
 
 namespace sim::study {
 
-enum class Trust { kTrusted, kSuspect, kDiverged };
+// kChaotic: neighbouring states part, so that positions are right up to some time only, with any
+// method; what else was checked is as it should be.
+enum class Trust { kTrusted, kChaotic, kSuspect, kDiverged };
 
-const char* trust_name(Trust trust);  // "trusted", "suspect", "diverged"
+const char* trust_name(Trust trust);  // "trusted", "chaotic", "suspect", "diverged"
 
 // Not a number: not known.
 struct Figures {
@@ -28,6 +32,7 @@ struct Figures {
   StrainedSpring strain;             // the worst seen
   double step_error = std::nan("");  // m, of one step, by doubling it
   double momentum = std::nan("");    // change over the momentum in play, where it must hold
+  Parting shadow;                    // from a run with half the step
 };
 
 struct Verdict {
@@ -43,9 +48,11 @@ struct Deviation {
 };
 Deviation deviation(const SystemSpec& spec, const Simulation& system);
 
+class Criterion;
+
 // Watches one system. What makes a run suspect:
-// - energy: E + W off by more than 1 % of the energy in play. Where the forces are not all gravity,
-//   springs and drag it is not checked; where drag is too quick for the looks, only a rise of E;
+// - its shadow, a run with half the step: where the two part by more than 2 % of the scene's size;
+// - energy: E + W off by more than 1 % of the energy in play;
 // - the step: beyond the largest stable one, so that the fastest mode grows; without drag already
 //   beyond 80 % of it;
 // - a step that doubling shows to be off by more than 1 % of the scene's size;
@@ -58,6 +65,9 @@ class Monitor {
   // Spec and system outlive it. `steps` the run is to take; the registry, if given, is asked for
   // another integrator of the same kind, for the doubled steps.
   Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps, Registry* registry);
+  ~Monitor();
+  Monitor(Monitor&&) noexcept;
+  Monitor& operator=(Monitor&&) noexcept;
 
   // After steps, at most due() of them.
   void advance(std::int64_t steps = 1) {
@@ -66,37 +76,24 @@ class Monitor {
   std::int64_t due() const {
     return balance_ ? balance_->due() : std::numeric_limits<std::int64_t>::max();
   }
-  // At the present state, at equal intervals of time; `energy` in a second-order system only.
+  std::vector<double> work_memory() const {
+    return balance_ ? balance_->memory() : std::vector<double>();
+  }
+  bool recall_work(std::span<const double> memory) { return balance_ && balance_->recall(memory); }
+  double work() const { return balance_ ? balance_->taken() : 0; }  // by drag so far, J
+  // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);
 
-  // Of the run up to the present state.
-  Verdict verdict();
+  // Of the run up to the present state; `parting` from its shadow, where it had one.
+  Verdict verdict(const Parting& parting = {});
 
  private:
-  void look_at_exact();
-  void look_at_limit();
-  void look_at_strain();
-  void double_a_step();
-  double momentum_change() const;
-  std::string energy_words(bool& suspect) const;
-
-  const SystemSpec* spec_;
   Simulation* system_;
-  std::int64_t steps_;
-  std::optional<EnergyBalance> balance_;
+  std::unique_ptr<EnergyBalance> balance_;  // null in a first-order system
   double start_scale_ = 0;  // J, at the start and the first time that anything moves
   double highest_ = 0;      // J, rise of E above the start
-  double largest_ = 0;      // J, |E| as the sum of its parts
   Energy start_;
-  Vec3 start_momentum_ = Vec3::Zero();
-  double mass_ = 0;     // kg, of free particles
-  double start_t_ = 0;  // s
-  std::unique_ptr<StepMap> doubled_;
-  double size_ = 1;                           // m
-  int looks_ = 0, probes_ = 0, strains_ = 0;  // taken; to be taken in the run
-  std::int64_t last_limit_ = -1, last_strain_ = -1, last_probe_ = -1;  // steps
-  double error_ = 0, exact_size_ = 0;                                  // largest seen
-  Figures figures_;
+  std::vector<std::unique_ptr<Criterion>> criteria_;
 };
 
 }  // namespace sim::study

@@ -1,0 +1,45 @@
+// What was taken, by drag and the like, on the way to the states of a session.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/math/work_integral.h"
+#include "core/scene/simulation.h"
+
+namespace sim::cli {
+
+// Of each system the work up to the last state that was run to. A state that was reached in another
+// way, as by a change by hand, has another hash: of it nothing is known.
+class WorkLedger {
+ public:
+  // WorkIntegral::memory() at the present state of a system; null where it is not known.
+  const std::vector<double>* find(std::size_t index, const Simulation& system) const {
+    const bool known = index < entries_.size() && !entries_[index].integral.empty() &&
+                       entries_[index].hash == system.hash();
+    return known ? &entries_[index].integral : nullptr;
+  }
+
+  void keep(std::size_t index, const Simulation& system, std::vector<double> integral) {
+    if (index >= entries_.size()) entries_.resize(index + 1);
+    entries_[index] = {system.hash(), std::move(integral)};
+  }
+
+  // In J; not a number where it is not known.
+  double work(std::size_t index, const Simulation& system) const {
+    if (system.step_count() == 0 || system.conserves_energy()) return 0;
+    WorkIntegral integral;
+    const std::vector<double>* const known = find(index, system);
+    return known && integral.recall(*known) ? integral.value() : std::nan("");
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t hash = 0;
+    std::vector<double> integral;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace sim::cli

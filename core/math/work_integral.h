@@ -1,0 +1,33 @@
+// Work from a power that is looked at now and then.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sim {
+
+// The integral of a power given at looks t_0 < t_1 < ..., W to the last of them. The piece between
+// two looks is that of the cubic through the last four; its uncertainty is the sum of what the
+// parabolas through three give otherwise.
+class WorkIntegral {
+ public:
+  void look(double t, double power);  // s, W
+  double value() const { return value_; }
+  double with(double t, double power) const;         // value() if that were the next look
+  double uncertainty() const;                        // J; infinite before the seventh look
+  bool settled() const { return looks_ >= kNodes; }  // its first pieces are final
+
+  // All of it as numbers; recall() goes on from there, bit for bit. False for other numbers.
+  std::vector<double> memory() const;
+  bool recall(std::span<const double> memory);
+
+ private:
+  static constexpr int kNodes = 4;
+
+  std::int64_t looks_ = 0;
+  double t_[kNodes] = {}, power_[kNodes] = {};  // the last ones, ascending
+  double value_ = 0, by_parabolas_ = 0;         // J
+};
+
+}  // namespace sim

@@ -1,0 +1,74 @@
+// One thing that a verdict looks at: the energy, the step, the momentum, ...
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/study/problem.h"
+#include "core/study/verdict/verdict.h"
+
+namespace sim::study {
+
+// What one criterion has to say of a run.
+struct Finding {
+  Trust trust = Trust::kTrusted;
+  std::string words;
+  // Says less of the result than a run that was verified, which outweighs it.
+  bool presumed = false;
+};
+
+class Criterion {
+ public:
+  virtual ~Criterion() = default;
+
+  // At the start, now and then, and at the end; the energy is that of the present state, null in a
+  // first-order system.
+  virtual void look(const Energy* energy) = 0;
+
+  // At the last state: its figures, and its findings in the order in which people want them.
+  virtual void conclude(Figures& figures, std::vector<Finding>& findings) = 0;
+};
+
+// What all of them are made from; spec, system and registry outlive them.
+struct Watched {
+  const SystemSpec& spec;
+  Simulation& system;
+  std::int64_t steps;      // the run is to take
+  Registry* registry;      // null: no other integrators can be made
+  EnergyBalance* balance;  // null in a first-order system
+};
+
+constexpr double kTolerance = 0.01;  // of the energy in play, of the exact solution, of the size
+constexpr double kAtRest = 1e-12;    // of the size: the coordinates move by roundings only
+
+// Each is null where it does not apply.
+std::unique_ptr<Criterion> watch_exact(const Watched& run);
+std::unique_ptr<Criterion> watch_energy(const Watched& run);
+std::unique_ptr<Criterion> watch_limit(const Watched& run);
+std::unique_ptr<Criterion> watch_strain(const Watched& run);
+std::unique_ptr<Criterion> watch_single_steps(const Watched& run);
+std::unique_ptr<Criterion> watch_momentum(const Watched& run);
+
+// "1.23 %" of the whole.
+std::string percent(double part, double whole = 1, int digits = 3);
+
+// Spreads `times` looks over a run of so many steps.
+class Spread {
+ public:
+  Spread(std::int64_t steps, int times) : steps_(steps), times_(times) {}
+  // True when the next look is due at `step`, which it then was taken at.
+  bool take(std::int64_t step) {
+    if (times_ == 0 || step <= 0 || (last_ >= 0 && step - last_ < steps_ / times_)) return false;
+    last_ = step;
+    return true;
+  }
+  std::int64_t last() const { return last_; }
+
+ private:
+  std::int64_t steps_, last_ = -1;
+  int times_;
+};
+
+}  // namespace sim::study

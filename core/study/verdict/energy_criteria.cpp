@@ -1,0 +1,152 @@
+// The balance of energy, and the momentum where it must hold.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/text.h"
+#include "core/study/accuracy/trajectory.h"
+#include "core/study/energy_balance.h"
+#include "core/study/verdict/criterion.h"
+
+namespace sim::study {
+namespace {
+
+constexpr double kMomentum = 1e-9;
+constexpr double kRounding = 1e-15, kNoWay = 1e-6;  // of the energies; of the size
+
+double relative(double part, double whole) { return whole > 0 ? std::abs(part) / whole : 0; }
+
+double free_mass(Simulation& system) {
+  const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
+  double mass = 0;
+  for (int i = 0; i < p.n; ++i) mass += p.free_mass(i);
+  return mass;
+}
+
+class EnergyCriterion final : public Criterion {
+ public:
+  explicit EnergyCriterion(const Watched& run)
+      : system_(&run.system),
+        balance_(*run.balance),
+        size_(scene_size(run.system)),
+        mass_(free_mass(run.system)),
+        start_t_(run.system.t()) {}
+
+  void look(const Energy* energy) override {
+    if (started_) balance_.look(*energy);
+    started_ = true;
+    largest_ = std::max(largest_, energy->kinetic + std::abs(energy->potential));
+  }
+
+  void conclude(Figures& figures, std::vector<Finding>& findings) override {
+    if (balance_.complete() && std::isfinite(balance_.uncertainty()))
+      figures.energy =
+          relative(std::abs(balance_.error()) + balance_.uncertainty(), balance_.in_play());
+    findings.push_back(finding());
+  }
+
+ private:
+  Finding finding() const;
+
+  Simulation* system_;
+  EnergyBalance& balance_;
+  double size_, mass_, start_t_;  // m, kg, s
+  double largest_ = 0;            // J, |E| as the sum of its parts
+  bool started_ = false;
+};
+
+Finding EnergyCriterion::finding() const {
+  const double scale = balance_.in_play(), error = balance_.error();
+  const std::string whole = brief(scale, 3) + " J in play";
+  if (system_->ode().confined()) {
+    if (!(balance_.rise() > kTolerance * scale))
+      return {Trust::kTrusted, "energy did not rise (what contact took is not checked)"};
+    return {Trust::kSuspect, "energy rose by " + brief(balance_.rise(), 3) + " J, " +
+                                 percent(balance_.rise(), scale) + " of the " + whole +
+                                 ", though contact only takes"};
+  }
+  if (!balance_.complete()) return {Trust::kTrusted, "energy not checked: a force may add any"};
+  // The energy in play may be below the rounding error of the energies, and the motion below that
+  // of the coordinates. That is fine for a system at rest.
+  const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
+  if (way <= kAtRest * size_) return {Trust::kTrusted, "hardly anything moves"};
+  if (kRounding * largest_ > kTolerance * scale) {
+    if (!(way > kNoWay * size_)) return {Trust::kTrusted, "hardly anything moves"};
+    return {Trust::kSuspect, "energies of " + brief(largest_, 3) + " J round away the " + whole,
+            true};
+  }
+  const double size = std::abs(error), unknown = balance_.uncertainty();
+  if (!(size - unknown > kTolerance * scale) && size + unknown > kTolerance * scale) {
+    const std::string rise = "energy rose by at most " + percent(balance_.rise(), scale);
+    const std::string rest = ", what drag took not checked";
+    if (!(balance_.rise() > kTolerance * scale)) return {Trust::kTrusted, rise + rest};
+    return {Trust::kSuspect, rise + " of the " + whole + rest, true};
+  }
+  if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
+  // States far apart say little of what drag took between them; only then it may be a false alarm.
+  const bool drag = balance_.has_drag();
+  const bool presumed = drag && system_->integrator_info().adaptive;
+  if (error > 0)
+    return {Trust::kSuspect,
+            "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
+                whole + (drag ? ", above what drag left" : ""),
+            presumed};
+  return {Trust::kSuspect,
+          "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
+              whole + (drag ? ", below what drag left" : ", and no force takes any"),
+          presumed};
+}
+
+Vec3 momentum(Simulation& system) {
+  const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < p.n; ++i)
+    if (p.free(i)) sum += p.mass[i] * p.velocity(i);
+  return sum;
+}
+
+// |P - P(0) - M g t| over the largest momentum there could be, where nothing holds or brakes.
+class MomentumCriterion final : public Criterion {
+ public:
+  explicit MomentumCriterion(const Watched& run)
+      : system_(&run.system),
+        start_(momentum(run.system)),
+        mass_(free_mass(run.system)),
+        start_t_(run.system.t()),
+        start_potential_(run.system.energy().potential) {}
+
+  void look(const Energy* energy) override {
+    in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
+  }
+
+  void conclude(Figures& figures, std::vector<Finding>& findings) override {
+    const double* g = particles_of(*system_)->motion().gravity;
+    const Vec3 expected = start_ + mass_ * (system_->t() - start_t_) * Vec3(g[0], g[1], g[2]);
+    const double scale = std::sqrt(2 * mass_ * in_play_) + expected.norm();
+    figures.momentum = relative((momentum(*system_) - expected).norm(), scale);
+    if (figures.momentum > kMomentum)
+      findings.push_back(
+          {Trust::kSuspect,
+           "momentum changed by " + percent(figures.momentum) + " where it must hold",
+           system_->integrator_info().precision == Precision::kSingle});
+  }
+
+ private:
+  Simulation* system_;
+  Vec3 start_;                               // kg m/s
+  double mass_, start_t_, start_potential_;  // kg, s, J
+  double in_play_ = 0;                       // J
+};
+
+}  // namespace
+
+std::unique_ptr<Criterion> watch_energy(const Watched& run) {
+  if (!run.system.second_order()) return nullptr;
+  return std::make_unique<EnergyCriterion>(run);
+}
+
+std::unique_ptr<Criterion> watch_momentum(const Watched& run) {
+  if (!run.system.conserves_energy() || run.system.pinned_count() > 0) return nullptr;
+  return std::make_unique<MomentumCriterion>(run);
+}
+
+}  // namespace sim::study

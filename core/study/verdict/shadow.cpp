@@ -1,0 +1,338 @@
+#include "core/study/verdict/shadow.h"
+
+#include <algorithm>
+
+#include "core/base/array.h"
+#include "core/base/noise.h"
+#include "core/base/text.h"
+#include "core/study/verdict/criterion.h"
+
+namespace sim::study {
+namespace {
+
+constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
+constexpr double kWrong = 0.02;        // of the scene's size
+constexpr double kWrongEnergy = 0.01;  // of the energy in play
+constexpr double kNeighbour = 1e-7;    // of the size
+constexpr double kChaos = 1e5;         // growth of a disturbance
+constexpr double kSharper = 10;        // the run's tolerance over the shadow's
+constexpr double kLeastTolerance = 1e-14;
+constexpr int kFinestStates = 200;  // that an adaptive shadow shows, at least
+
+// The method of the run as exact as it takes: in double precision, with sharper tolerances.
+MethodChoice sharper(const Method& own) {
+  MethodChoice choice = own.choice();
+  for (const Param& param : own.plugin().params) {
+    const bool tolerance = param.name == "tol" || param.name == "atol" || param.name == "rtol";
+    if (param.name == "precision") choice.given[param.name] = std::string("double");
+    if (!tolerance || !own.params().has(param.name)) continue;
+    const double given = own.params().number(param.name);
+    const double least = std::max(kLeastTolerance, param.min);
+    choice.given[param.name] = std::min(given, std::max(given / kSharper, least));
+  }
+  return choice;
+}
+
+// Of every particle, pinned or not, or the numbers of a flat state.
+std::vector<double> places(Simulation& system) {
+  if (!system.second_order()) return {system.state().begin(), system.state().end()};
+  const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
+  std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(3 * p.n));
+  for (int i = 0; i < p.n; ++i) values.insert(values.end(), {p.x[i], p.y[i], p.z[i]});
+  return values;
+}
+
+// Largest distance of a particle, or difference of a number of a flat state.
+double largest_distance(const std::vector<double>& a, const std::vector<double>& b, bool flat) {
+  double most = 0;
+  const std::size_t width = flat ? 1 : 3;
+  for (std::size_t i = 0; i < a.size(); i += width) {
+    double square = 0;
+    for (std::size_t k = i; k < i + width; ++k) square += (a[k] - b[k]) * (a[k] - b[k]);
+    const double distance = std::sqrt(square);
+    if (!(distance <= most)) most = distance;  // not a number counts as the worst
+  }
+  return std::isnan(most) ? HUGE_VAL : most;
+}
+
+// Takes `count` steps; false when one fails or the run is stopped.
+bool take(Simulation& system, std::int64_t count) {
+  while (count > 0) {
+    const int taken = system.steps(count);
+    if (taken == 0) return false;
+    count -= taken;
+  }
+  return true;
+}
+
+std::string metres(double length) {
+  if (length < 0.1 && length >= 1e-3) return brief(100 * length, 2) + " cm";
+  return brief(length, 2) + " m";
+}
+
+}  // namespace
+
+Shadow::Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Registry& registry)
+    : spec_(&spec),
+      run_(&run),
+      registry_(&registry),
+      start_(run.snapshot()),
+      last_step_(run.step_count() + steps) {
+  const auto numbers = std::max<std::size_t>(1, run.state().size());
+  const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
+  constexpr std::int64_t kLooks = 100;
+  stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
+}
+
+void Shadow::look(const Energy* energy) {
+  if (energy) {
+    if (frames_.empty()) start_potential_ = energy->potential;
+    in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
+  }
+  if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
+  frames_.push_back(
+      {run_->step_count(), run_->t(), places(*run_), energy ? energy->total() : std::nan("")});
+}
+
+void Shadow::drop() {
+  frames_.clear();
+  frames_.shrink_to_fit();
+}
+
+// The run from its first state again, with finer settings and so many steps for each of its own.
+Simulation Shadow::finer_run(double& steps_per_step) const {
+  const Settings& own = run_->settings();
+  const auto taken = static_cast<double>(frames_.back().step - frames_.front().step);
+  steps_per_step = run_->integrator_info().adaptive
+                       ? std::clamp(std::ceil(kFinestStates / taken), 1.0, double(kFinestStates))
+                       : finer_steps(taken);
+  Simulation shadow(*spec_, *registry_,
+                    {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
+  auto settings = std::make_shared<Settings>(shadow.settings());
+  settings->pinned = own.pinned;
+  shadow.restore({std::move(settings), 0, 0, start_.t(), start_.x, {}});
+  return shadow;
+}
+
+// Two for each step that the method takes; more where there are so few that two are no finer look
+// at what happens. A method that chooses its steps inside ours tells by its evaluations.
+double Shadow::finer_steps(double taken) const {
+  constexpr double kFewest = 64, kMost = 32;
+  const int each = run_->integrator_info().evaluations;
+  const auto evaluations = static_cast<double>(run_->integrator().effort().evaluations);
+  const double inside = each > 0 ? std::max(1.0, std::round(evaluations / (each * taken))) : 1;
+  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * taken)), 1.0, kMost);
+}
+
+// The extent of the scene, then or at the start; of a single point how far it has come, of numbers
+// the largest.
+double Shadow::size_at(const Frame& frame) const {
+  const Frame& first = frames_.front();
+  double size = 0;
+  if (run_->flat()) {
+    for (const Frame* each : {&first, &frame})
+      for (const double value : each->x) size = std::max(size, std::abs(value));
+    return size;
+  }
+  for (const Frame* each : {&first, &frame})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      double low = HUGE_VAL, high = -HUGE_VAL;
+      for (std::size_t i = axis; i < each->x.size(); i += 3) {
+        low = std::min(low, each->x[i]);
+        high = std::max(high, each->x[i]);
+      }
+      size = std::max(size, high - low);
+    }
+  if (size > 0) return size;
+  for (const Frame& each : frames_) {
+    size = std::max(size, largest_distance(each.x, first.x, false));
+    if (&each == &frame) break;
+  }
+  if (!run_->second_order())
+    size = std::max(size, largest_distance(frame.x, std::vector(frame.x.size(), 0.0), false));
+  return size;
+}
+
+void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
+                           Parting& result) const {
+  const double error = factor * largest_distance(frame.x, places(shadow), run_->flat());
+  const double size = size_at(frame);
+  const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
+  if (!(error <= result.error)) result.error = error;
+  if (!(share <= result.share)) result.share = share;
+  if (share > kWrong) result.horizon = std::min(result.horizon, frame.t);
+  result.at_end = error;
+  const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
+  if (!run_->second_order() || !(in_play_ > 0) || moved <= kAtRest * size) return;
+  const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
+  if (!(energy <= result.energy)) result.energy = energy;
+}
+
+Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
+  Parting result;
+  if (frames_.size() < 2) return result;
+  double finer = 1;
+  Simulation shadow = finer_run(finer);
+  std::vector<std::vector<double>> path{frames_.front().x};
+  // err = C tol, or C h^p: the difference to the shadow is err (1 - finer^-p).
+  const IntegratorInfo info = run_->integrator_info();
+  const double factor = info.adaptive ? kSharper / (kSharper - 1)
+                                      : 1 / (1 - std::pow(finer, -std::max(1, info.order)));
+  shadow.stop_when(stop);
+  const bool watch_strain = run_->second_order() && run_->integrator_info().adaptive && finer > 1;
+  for (std::size_t k = 1; k < frames_.size(); ++k) {
+    auto left = static_cast<std::int64_t>(
+        finer * static_cast<double>(frames_[k].step - frames_[k - 1].step));
+    while (left > 0) {
+      const std::int64_t count = watch_strain ? 1 : left;
+      if (stop() || !take(shadow, count)) {
+        const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
+        result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
+        return result;
+      }
+      left -= count;
+      if (!watch_strain) continue;
+      const StrainedSpring worst = worst_spring(shadow);
+      if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
+        result.strain = worst;
+    }
+    compare_frame(frames_[k], factor, shadow, result);
+    path.push_back(places(shadow));
+  }
+  result.outcome = Parting::Outcome::kCompared;
+  // A spring that is pressed to a point may leave it on either side.
+  constexpr double kPressed = 0.9;
+  if (result.share > kWrong || -strain > kPressed) look_for_chaos(path, stop, result);
+  if (!run_->second_order()) look_for_pulses(shadow, result);
+  return result;
+}
+
+// A neighbour of the first state, 1e-7 of the size away, takes the steps of the shadow: how far
+// they part over how far apart they began is the growth of a disturbance (Lyapunov 1892).
+void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
+                            const std::function<bool()>& stop, Parting& result) const {
+  double finer = 1;
+  Simulation neighbour = finer_run(finer);
+  neighbour.stop_when(stop);
+  const double start = size_at(frames_.front());
+  const double size = start > 0 ? start : size_at(frames_.back());
+  Noise noise;
+  for (int i = 0; i < (run_->flat() ? run_->components() : run_->particles()); ++i) {
+    if (run_->flat()) {
+      neighbour.set_component(i, neighbour.component(i) + kNeighbour * size * noise.next());
+    } else if (!run_->second_order() || !neighbour.pinned(i)) {
+      const Vec3 away(noise.next(), noise.next(), noise.next());
+      neighbour.set_position(i, neighbour.position(i) + kNeighbour * size * away);
+    }
+  }
+  const double apart = largest_distance(path.front(), places(neighbour), run_->flat());
+  if (!(apart > 0)) return;
+  double known_until = HUGE_VAL;
+  result.growth = 0;
+  for (std::size_t k = 1; k < frames_.size(); ++k) {
+    const auto count = static_cast<double>(frames_[k].step - frames_[k - 1].step);
+    if (stop() || !take(neighbour, static_cast<std::int64_t>(finer * count))) return;
+    const double growth = largest_distance(path[k], places(neighbour), run_->flat()) / apart;
+    // The rate is that of growth, until the distance is as large as the scene lets it be.
+    if (result.growth * apart < 0.01 * size)
+      result.rate = std::exp(std::log(growth) / (frames_[k].t - frames_.front().t));
+    result.growth = std::max(result.growth, growth);
+    if (kNeighbour * growth > kWrong) known_until = std::min(known_until, frames_[k].t);
+  }
+  if (result.horizon == HUGE_VAL) result.horizon = known_until;
+}
+
+// What depends on time alone can be so short that no stage of a step sees it. The right-hand side
+// is asked at many times between two states, of the first of them: where it is far from all that it
+// is at the states, its integral must be found in the way from one to the next.
+void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
+  constexpr int kProbes = 20'000, kFine = 1000;
+  constexpr double kFar = 3;
+  OdeSystem& system = shadow.ode();
+  const std::size_t n = system.size();
+  Array y(n), rate(n), here(n);
+  const auto rate_at = [&](double t, const Frame& frame, Array& out) {
+    system.eval(t, {frame.x.data(), {}}, y.data(), out.data());
+  };
+  const auto largest = [&](const Array& values, const Array* other) {
+    double most = 0;
+    for (std::size_t i = 0; i < n; ++i)
+      most = std::max(most, std::abs(values[i] - (other ? (*other)[i] : 0)));
+    return most;
+  };
+  std::vector<double> sizes;
+  for (const Frame& frame : frames_) {
+    rate_at(frame.t, frame, rate);
+    sizes.push_back(largest(rate, nullptr));
+  }
+  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
+  const double usual = sizes[sizes.size() / 2];
+  Noise noise;
+  const int probes = std::max(1, kProbes / static_cast<int>(frames_.size()));
+  for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
+    const Frame &from = frames_[k], &to = frames_[k + 1];
+    const double span = to.t - from.t;
+    rate_at(from.t, from, here);
+    double worst = kFar * usual, at = std::nan("");
+    for (int i = 0; i < probes; ++i) {
+      const double t = from.t + span * (i + noise.next() + 0.5) / probes;
+      rate_at(t, from, rate);
+      if (largest(rate, &here) > worst) {
+        worst = largest(rate, &here);
+        at = t;
+      }
+    }
+    if (std::isnan(at)) continue;
+    std::vector<double> impulse(n, 0.0);
+    for (int i = 0; i < kFine; ++i) {
+      rate_at(from.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
+      for (std::size_t c = 0; c < n; ++c) impulse[c] += span * (rate[c] - here[c]) / kFine;
+    }
+    for (std::size_t c = 0; c < n; ++c) {
+      const double found = to.x[c] - from.x[c] - span * here[c];
+      const double missing = std::abs(impulse[c] - found);
+      if (std::abs(impulse[c]) > kWrong * size_at(to) && missing > 0.5 * std::abs(impulse[c]))
+        result.missed_at = at;
+    }
+    if (!std::isnan(result.missed_at)) return;
+  }
+}
+
+Finding finding_of(const Parting& parting, const Simulation& run) {
+  using Outcome = Parting::Outcome;
+  const bool flat = run.flat();
+  switch (parting.outcome) {
+    case Outcome::kNone:
+      return {};
+    case Outcome::kStopped:
+      return {Trust::kTrusted, "not verified: stopped"};
+    case Outcome::kShadowFailed:
+      return {Trust::kSuspect, "the same run with half the step or a tenth of the tolerance fails"};
+    case Outcome::kCompared:
+      break;
+  }
+  if (!std::isnan(parting.missed_at))
+    return {Trust::kSuspect, "the right-hand side has a pulse near t = " +
+                                 brief(parting.missed_at, 4) + " s that no step has seen"};
+  const bool chaotic = parting.growth > kChaos;
+  const auto amount = [&](double error) { return flat ? brief(error, 2) : metres(error); };
+  if (parting.share <= kWrong && !(chaotic && kNeighbour * parting.growth > kWrong)) {
+    if (parting.energy > kWrongEnergy)
+      return {Trust::kSuspect, "energy off by " + percent(parting.energy, 1, 2)};
+    return {Trust::kTrusted, (flat ? "numbers to " + brief(parting.error, 1)
+                                   : "positions to " + brief(parting.error, 1) + " m") +
+                                 " (verified)"};
+  }
+  if (chaotic)
+    return {Trust::kChaotic, std::string(flat ? "numbers" : "positions") +
+                                 " are right until about t = " + brief(parting.horizon, 2) +
+                                 " s (neighbours part by x" + brief(parting.rate, 2) +
+                                 " a second)"};
+  const std::string share = ", " + percent(parting.share, 1, 2) + " of the size";
+  if (2 * parting.at_end >= parting.error)
+    return {Trust::kSuspect, "off by about " + amount(parting.at_end) + " by the end" + share};
+  return {Trust::kSuspect, "off by up to " + amount(parting.error) + " on the way" + share};
+}
+
+}  // namespace sim::study

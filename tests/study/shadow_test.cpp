@@ -1,0 +1,215 @@
+// A run and its shadow: how far they part is how wrong the run is.
+#include "core/study/verdict/shadow.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/study/energy_balance.h"
+#include "core/study/verdict/verdict.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::Parting;
+using sim::study::Trust;
+using sim::study::Verdict;
+
+namespace {
+
+struct Judged {
+  Parting parting;
+  Verdict verdict;
+};
+
+// Runs `steps` steps as sim does, with `looks` looks, and then the shadow.
+Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options, std::int64_t steps,
+              int looks = 100) {
+  sim::Registry registry = make_registry();
+  sim::Simulation system(spec, registry, options);
+  sim::study::Monitor monitor(spec, system, steps, &registry);
+  sim::study::Shadow shadow(spec, system, steps, registry);
+  const std::int64_t stride = std::max<std::int64_t>(1, steps / looks);
+  for (std::int64_t n = 0; n <= steps; ++n) {
+    if (n > 0) {
+      REQUIRE(system.step());
+      monitor.advance();
+    }
+    if (n % stride != 0 && n != steps) continue;
+    const sim::Energy energy = system.energy();
+    monitor.look(system.second_order() ? &energy : nullptr);
+    shadow.look(system.second_order() ? &energy : nullptr);
+  }
+  const std::uint64_t hash = system.hash();
+  const double strain = monitor.verdict().figures.strain.strain;
+  Judged result;
+  result.parting = shadow.compare(std::min(strain, 0.0), [] { return false; });
+  CHECK(system.hash() == hash);  // the run itself is left alone
+  result.verdict = monitor.verdict(result.parting);
+  return result;
+}
+
+sim::SystemSpec make_field(std::vector<double> start, sim::OdeFunction f) {
+  sim::SystemSpec spec;
+  spec.name = "field";
+  spec.integrator = "rk4";
+  spec.dt = 0.01;
+  spec.first_order.emplace();
+  spec.first_order->dimension = 1;
+  spec.first_order->state = std::move(start);
+  spec.first_order->field = make_part("lua", {{"f", std::move(f)}});
+  return spec;
+}
+
+// x'' = -x from (1, 0): the error of a method is known.
+sim::SystemSpec make_oscillator() {
+  return make_field({1, 0}, [](double, std::span<const double> x, std::span<double> d) {
+    d[0] = x[1];
+    d[1] = -x[0];
+  });
+}
+
+sim::SystemSpec make_lorenz() {
+  return make_field({1, 1, 1}, [](double, std::span<const double> x, std::span<double> d) {
+    d[0] = 10 * (x[1] - x[0]);
+    d[1] = x[0] * (28 - x[2]) - x[1];
+    d[2] = x[0] * x[1] - 8.0 / 3 * x[2];
+  });
+}
+
+}  // namespace
+
+TEST_CASE("the shadow tells the error of methods of every order") {
+  for (const auto& [method, h] : {std::pair{"euler", 0.001},
+                                  {"midpoint", 0.02},
+                                  {"rk3", 0.05},
+                                  {"rk4", 0.1},
+                                  {"implicit_midpoint", 0.02},
+                                  {"trbdf2", 0.02}}) {
+    INFO(method);
+    const auto steps = static_cast<std::int64_t>(std::round(20 / h));
+    const Judged found = judged(make_oscillator(), {.integrator = method, .dt = h}, steps);
+    sim::Registry registry = make_registry();
+    sim::Simulation again(make_oscillator(), registry, {.integrator = method, .dt = h});
+    double error = 0;
+    for (std::int64_t n = 0; n < steps; ++n) {
+      REQUIRE(again.step());
+      error = std::max({error, std::abs(again.component(0) - std::cos(again.t())),
+                        std::abs(again.component(1) + std::sin(again.t()))});
+    }
+    REQUIRE(found.parting.verified());
+    CHECK(found.parting.error == Approx(error).epsilon(0.1));
+  }
+}
+
+TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
+  for (const double tol : {1e-3, 1e-6}) {
+    sim::RunOptions options{.integrator = "dopri5", .dt = 0.1};
+    options.integrator.given["tol"] = tol;
+    const Judged found = judged(make_oscillator(), options, 200);
+    sim::Registry registry = make_registry();
+    sim::Simulation again(make_oscillator(), registry, options);
+    double error = 0;
+    for (int n = 0; n < 200; ++n) {
+      REQUIRE(again.step());
+      error = std::max(error, std::abs(again.component(0) - std::cos(again.t())));
+    }
+    CHECK(found.parting.error > 0.5 * error);
+    CHECK(found.parting.error < 3 * error);
+  }
+}
+
+TEST_CASE("a phase that is lost slowly is found although every step is good") {
+  const Judged found = judged(make_elastic_pendulum(), {.integrator = "verlet", .dt = 0.01}, 40000);
+  CHECK(found.verdict.figures.step_error < 1e-3);
+  CHECK(found.verdict.figures.energy < 0.01);
+  CHECK(found.verdict.trust != Trust::kTrusted);
+  CHECK(
+      judged(make_elastic_pendulum(), {.integrator = "verlet", .dt = 0.001}, 2000).verdict.trust ==
+      Trust::kTrusted);
+}
+
+TEST_CASE("chaos is told from error, with the time until which positions are right") {
+  const Judged found = judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 3000);
+  INFO(found.verdict.reason);
+  CHECK(found.verdict.trust == Trust::kChaotic);
+  CHECK(found.parting.horizon > 10);
+  CHECK(found.parting.horizon < 25);
+  // The largest Lyapunov exponent is 0.9056: Sprott, Chaos and Time-Series Analysis (2003), 5.6.
+  CHECK(std::log(found.parting.rate) == Approx(0.9056).margin(0.35));
+  CHECK(judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 500).verdict.trust ==
+        Trust::kTrusted);
+  // Error without chaos.
+  const Judged wrong = judged(make_oscillator(), {.integrator = "euler", .dt = 0.05}, 400);
+  CHECK(wrong.verdict.trust == Trust::kSuspect);
+  CHECK(wrong.parting.growth < 100);
+}
+
+TEST_CASE("a pulse that no step has seen is found, one that was seen is not complained of") {
+  const auto pulse = [](double width) {
+    return make_field({0.1, 0}, [width](double t, std::span<const double> x, std::span<double> d) {
+      const double s = (t - 2.503) / width;
+      d[0] = x[1];
+      d[1] = -x[0] + (s > 0 && s < 1 ? 30 / width * s * s * (1 - s) * (1 - s) : 0);
+    });
+  };
+  const Judged missed = judged(pulse(1e-3), {.integrator = "rk4", .dt = 0.02}, 300);
+  CHECK(missed.verdict.trust == Trust::kSuspect);
+  CHECK(missed.parting.missed_at == Approx(2.5035).margin(1e-3));
+  const Judged seen = judged(pulse(0.5), {.integrator = "rk4", .dt = 0.005}, 1200);
+  INFO(seen.verdict.reason);
+  CHECK(seen.verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("growth of the system itself is not held against the method") {
+  const auto growth =
+      make_field({1}, [](double, std::span<const double> x, std::span<double> d) { d[0] = x[0]; });
+  CHECK(judged(growth, {.integrator = "rk4", .dt = 0.001}, 1000).verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("few steps are compared with many, not with twice as few") {
+  const auto driven =
+      make_field({0, 1}, [](double t, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = -4 * x[0] - 0.1 * x[1] + std::sin(7 * t);
+      });
+  CHECK(judged(driven, {.integrator = "implicit_euler", .dt = 3}, 5).verdict.trust ==
+        Trust::kSuspect);
+}
+
+TEST_CASE("single precision is compared with double precision") {
+  sim::RunOptions options{.integrator = "rk4", .dt = 0.001};
+  options.integrator.given["precision"] = std::string("single");
+  const Judged found = judged(make_row(1, 0.1), options, 2000);
+  CHECK(found.parting.error > 1e-8);  // in double precision it is 1e-11
+  CHECK(found.parting.error < 1e-3);
+}
+
+TEST_CASE("what cannot be verified is not called verified") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_oscillator();
+  sim::Simulation system(spec, registry);
+  sim::study::Shadow shadow(spec, system, 10, registry);
+  shadow.look(nullptr);
+  REQUIRE(run(system, 10));
+  shadow.look(nullptr);
+  CHECK(shadow.compare(0, [] { return true; }).outcome == Parting::Outcome::kStopped);
+  const sim::RunOptions adaptive{.integrator = "dopri5", .dt = 0.1};
+  sim::Simulation free(spec, registry, adaptive);
+  sim::study::Monitor monitor(spec, free, 10, &registry);
+  const Verdict nothing = monitor.verdict();
+  CHECK(nothing.trust == Trust::kSuspect);
+  CHECK(nothing.reason.find("not verified") != std::string::npos);
+}
+
+// P = t^3 is integrated exactly by the cubic through four looks, wherever they are.
+TEST_CASE("work is integrated by cubics") {
+  sim::WorkIntegral work;
+  for (const double t : {0.0, 0.3, 0.4, 1.1, 1.2, 1.9, 2.0}) work.look(t, t * t * t);
+  CHECK(work.value() == Approx(4).epsilon(1e-14));
+  CHECK(work.with(3, 27) == Approx(81.0 / 4).epsilon(1e-14));
+  CHECK(work.uncertainty() > 0);
+  CHECK(std::isinf(sim::WorkIntegral().uncertainty()));
+  // What parabolas miss is what is not known: on t^3 a quarter of h^4 a piece from the fourth look.
+  sim::WorkIntegral even;
+  for (int k = 0; k <= 10; ++k) even.look(k, double(k) * k * k);
+  CHECK(even.uncertainty() == Approx(2 * 8 * 0.25).epsilon(1e-12));
+}
