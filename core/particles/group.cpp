@@ -51,8 +51,9 @@ class Group final : public Force {
       if (gathered_) force_->accumulate(view, part, sink);
       if (!affine_) return;
       for (int i = part.begin; i < part.end; ++i)
-        sink.add(i,
-                 view.free_mass(i) * affine_->acceleration - affine_->damping * view.velocity(i));
+        sink.add(i, view.free_mass(i) * affine_->acceleration);
+      if (affine_->damping == 0) return;  // the view may have no velocities
+      for (int i = part.begin; i < part.end; ++i) sink.add(i, -affine_->damping * view.velocity(i));
     });
   }
 

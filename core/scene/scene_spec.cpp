@@ -3,6 +3,7 @@
 namespace sim {
 
 std::array<int, 3> GridSpec::at(int id) const {
+  if (size[2] == 1) return {id / size[1], id % size[1], 0};  // divisions are slow
   return {id / size[2] / size[1], id / size[2] % size[1], id % size[2]};
 }
 
