@@ -82,10 +82,11 @@ ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vec
         reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
       }
       if (!springs->net().empty()) nets.push_back(&springs->net());
-    } else {
-      other_forces_.push_back(force.get());
-      needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
+      has_dashpots_ = has_dashpots_ || force->accumulates();
     }
+    if (!force->accumulates()) continue;
+    other_forces_.push_back(force.get());
+    needs_velocities_ = needs_velocities_ || force->depends_on_velocity();
   }
   net_forces_ = NetForces(std::move(nets), layout_.n());
   for (int rank = 0; rank < team.size(); ++rank) rings_.emplace_back(runs_);
@@ -160,9 +161,31 @@ double ParticleSystem::elastic_energy(double t, const double* state) const {
   return sum;
 }
 
+// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots: pinned particles have v = 0.
+double ParticleSystem::damping_power(double t, const double* state, Array& sums) const {
+  const ParticleView p = view(t, state);
+  double power = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
+                   return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
+                 });
+  if (!has_dashpots_) return power;
+  std::ranges::fill(sums.span(), 0.0);
+  const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums.data());
+  const ForceSink sink{fx, fy, fz};
+  for (Force* force : other_forces_) {
+    if (!force->springs()) continue;
+    force->prepare(p, *team_);
+    team_->run_parts(p.n, 8, [&](int begin, int end) { force->accumulate(p, {begin, end}, sink); });
+  }
+  power -= sum_in_lanes(0, p.n, [&](int i) {
+    return sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
+  });
+  return power;
+}
+
 std::string ParticleSystem::name_of(const Force& force) const {
   for (std::size_t i = 0; i < names_.size(); ++i)
-    if (forces_[i].get() == &force) return names_[i];
+    if (forces_[i].get() == &force)
+      return force.springs() && force.accumulates() ? names_[i] + " with damping" : names_[i];
   return "of no name";
 }
 
@@ -228,7 +251,7 @@ std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const Embedded
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
-  if (needs_velocities_) return nullptr;
+  if (needs_velocities_ && plan.order > 2) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);

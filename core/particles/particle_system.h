@@ -38,6 +38,10 @@ class ParticleSystem final : public OdeSystem {
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone
 
+  // W, that drag and dashpots take; sums: three coordinates a particle, for use on the way.
+  double damping_power(double t, const double* state, Array& sums) const;
+  bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
+
   // What to call the forces in notes to the user; in their order.
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
@@ -95,7 +99,7 @@ class ParticleSystem final : public OdeSystem {
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   std::vector<Force*> other_forces_;
-  bool needs_velocities_ = false;
+  bool needs_velocities_ = false, has_dashpots_ = false;
   int reach_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();
   CombineRange combine_range_ = combine_range();

@@ -9,11 +9,11 @@
 
 namespace sim {
 
-// a != b are particle ids. nan = not said: stiffness then comes from the force's parameter of that
-// name, rest length from its `rest`, or else from the distance at the start.
+// a != b are particle ids. nan = not said: stiffness and damping then come from the force's
+// parameters of these names, rest length from its `rest`, or else from the distance at the start.
 struct LinkSpec {
   int a = 0, b = 0;
-  double stiffness = std::nan(""), rest = std::nan("");
+  double stiffness = std::nan(""), rest = std::nan(""), damping = std::nan("");
 };
 
 // The same tie at every place of a grid where both ends exist: (i, j) to (i + di, j + dj), where

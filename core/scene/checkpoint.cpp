@@ -44,6 +44,7 @@ void add_part(StateHash& hash, const PartSpec& part) {
     hash.add(static_cast<std::uint64_t>(tie.b));
     hash.add(tie.stiffness);
     hash.add(tie.rest);
+    if (!std::isnan(tie.damping)) hash.add(tie.damping);
   }
 }
 

@@ -169,7 +169,8 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
         else
           share->force += pull;
       }
-    } else {
+    }
+    if (force.accumulates()) {
       const auto n = static_cast<std::size_t>(view.n);
       Array sum(3 * n);
       force.accumulate(view, {i, i + 1}, {sum.data(), sum.data() + n, sum.data() + 2 * n});

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/simd/lanes.h"
-
 namespace sim::study {
 
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
-  damping_ = particles.motion().damping;
+  damped_ = particles.has_damping();
+  if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   for (const auto& force : particles.forces())
     complete_ = complete_ && (force->affine() || force->springs());
   constexpr int kParticlesPerStep = 2048;
@@ -20,27 +19,22 @@ EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(syst
   in_play_ = start_.kinetic;
 }
 
-// c sum |v|^2: pinned particles have no velocity.
-double EnergyBalance::power() const {
-  const Layout& layout = particles_of(*system_)->layout();
-  const auto v = layout.axes(system_->state().data(), 3);
-  return damping_ * sum_in_lanes(0, layout.n(), [&](int i) {
-           return v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i];
-         });
+double EnergyBalance::power() {
+  return particles_of(*system_)->damping_power(system_->t(), system_->state().data(), sums_);
 }
 
 double EnergyBalance::uncertainty() const {
-  if (damping_ > 0 && pairs_ < 3) return HUGE_VAL;
+  if (damped_ && pairs_ < 3) return HUGE_VAL;
   return 2 * std::abs(taken_ - taken_by_trapezoids_);
 }
 
 std::int64_t EnergyBalance::due() const {
-  return damping_ == 0 ? std::numeric_limits<std::int64_t>::max() : stride_ - steps_ % stride_;
+  return !damped_ ? std::numeric_limits<std::int64_t>::max() : stride_ - steps_ % stride_;
 }
 
 void EnergyBalance::advance(std::int64_t steps) {
   steps_ += steps;
-  if (damping_ == 0 || steps_ % stride_ != 0) return;
+  if (!damped_ || steps_ % stride_ != 0) return;
   const double t = system_->t(), now = power();
   if (!open_) {
     t_[1] = t;
@@ -64,7 +58,7 @@ void EnergyBalance::look(const Energy& now) {
   in_play_ = std::max(in_play_, now.kinetic + std::abs(now.potential - start_.potential));
   rise_ = std::max(rise_, change);
   const double error = change + taken_;
-  const bool whole = damping_ == 0 || t_[0] == system_->t();
+  const bool whole = !damped_ || t_[0] == system_->t();
   if (whole ? !(std::abs(error) <= std::abs(error_)) : error > std::abs(error_)) error_ = error;
 }
 

@@ -1,4 +1,4 @@
-// Energy against what the forces allow: gravity and springs keep it, drag may only take.
+// Energy against what the forces allow: gravity and springs keep it, damping may only take.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace sim::study {
 
-// E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
-// motion. W by Simpson's rule over two steps; after an odd number of them only E is looked at,
-// which must not have risen.
+// E(t) + W(t) - E(0), where W is what drag and damped springs have taken, the integral of their
+// power; 0 for the exact motion. W by Simpson's rule over two steps; after an odd number of them
+// only E is looked at, which must not have risen.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
@@ -24,7 +24,7 @@ class EnergyBalance {
 
   // No force but gravity, springs and drag, so that E and W say all.
   bool complete() const { return complete_; }
-  bool has_drag() const { return damping_ > 0; }
+  bool has_drag() const { return damped_; }  // of particles or of springs
   // J, how well W is known: twice what Simpson's rule and the trapezoidal rule differ by; infinite
   // after fewer than six steps with drag.
   double uncertainty() const;
@@ -35,10 +35,11 @@ class EnergyBalance {
   double rise() const { return rise_; }        // largest E - E(0), J
 
  private:
-  double power() const;  // of the drag, W
+  double power();  // of the damping, W
 
   Simulation* system_;
-  double damping_ = 0;  // kg/s
+  bool damped_ = false;
+  Array sums_;  // for power()
   bool complete_ = true;
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0, pairs_ = 0;

@@ -208,12 +208,13 @@ end
 
 local Force = {}
 
--- force:tie(a, b, { stiffness =, rest = })
+-- force:tie(a, b, { stiffness =, rest =, damping = })
 -- Ties two particles; for forces that act between pairs, such as spring.
 --   a, b        particle ids, different; both must exist when the scene is finished
 --   stiffness   N/m, >= 0; default: the parameter of the force
 --   rest        rest length in m, >= 0; default: the parameter of the force, or else the distance
 --               of the two particles at the start
+--   damping     N s/m, >= 0; default: the parameter of the force
 -- Returns the force.
 function Force:tie(a, b, options)
   local record = record_of(self, "force", "tie")
@@ -226,12 +227,15 @@ function Force:tie(a, b, options)
   ties[3 * n - 2], ties[3 * n - 1], ties[3 * n] = a, b, (here())
   record.count = n
   if options ~= nil then
-    check_keys(options, { stiffness = true, rest = true }, "the options of a tie")
+    check_keys(options, { stiffness = true, rest = true, damping = true }, "the options of a tie")
     if options.stiffness ~= nil then
       record.stiffness[n] = number_from(options.stiffness, 0, false, "stiffness of a tie", " N/m")
     end
     if options.rest ~= nil then
       record.rest[n] = number_from(options.rest, 0, false, "rest length of a tie", " m")
+    end
+    if options.damping ~= nil then
+      record.damping[n] = number_from(options.damping, 0, false, "damping of a tie", " N s/m")
     end
   end
   return self
@@ -279,7 +283,7 @@ local function constructors(kind)
         local handle = setmetatable({}, part_class[kind])
         records[handle] = {
           kind = kind, plugin = plugin, place = place, given = copy(options, 3),
-          ties = {}, count = 0, stiffness = {}, rest = {},
+          ties = {}, count = 0, stiffness = {}, rest = {}, damping = {},
         }
         return handle
       end

@@ -209,7 +209,7 @@ Links SceneReader::links(lua_State* L, int record, const ParticlesSpec& particle
   }
   lua_settop(L, top);
 
-  for (const char* key : {"ties", "stiffness", "rest"}) push_field(L, record, key);
+  for (const char* key : {"ties", "stiffness", "rest", "damping"}) push_field(L, record, key);
   const lua_Integer count = integer_field(L, record, "count");
   const double none = std::nan("");
   links.ties.resize(static_cast<std::size_t>(count));
@@ -221,9 +221,9 @@ Links SceneReader::links(lua_State* L, int record, const ParticlesSpec& particle
                   "there is no particle " + shortest(last),
                   "the ids of the scene are 0 to " + std::to_string(particles.count() - 1));
     }
-    links.ties[static_cast<std::size_t>(i - 1)] = {static_cast<int>(a), static_cast<int>(b),
-                                                   number_at(L, top + 2, i, none),
-                                                   number_at(L, top + 3, i, none)};
+    links.ties[static_cast<std::size_t>(i - 1)] = {
+        static_cast<int>(a), static_cast<int>(b), number_at(L, top + 2, i, none),
+        number_at(L, top + 3, i, none), number_at(L, top + 4, i, none)};
   }
   lua_settop(L, top);
   return links;

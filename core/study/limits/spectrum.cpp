@@ -248,7 +248,7 @@ double omega_bound(Simulation& system) {
   for (const auto& force : particles->forces()) {
     if (force->affine()) continue;
     const Springs* springs = force->springs();
-    if (!springs) return std::numeric_limits<double>::infinity();
+    if (!springs || force->accumulates()) return std::numeric_limits<double>::infinity();
     for (int i = 0; i < view.n; ++i) {
       if (!view.free(i)) continue;
       double& sum = row[static_cast<std::size_t>(i)];
