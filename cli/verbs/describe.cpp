@@ -63,6 +63,17 @@ std::string param_table(const PluginInfo& info) {
   return text;
 }
 
+// As a scene writes it.
+std::string example_text(const PluginInfo& info) {
+  std::vector<std::string> values;
+  for (const auto& [name, value] : info.example) {
+    const bool text = std::holds_alternative<std::string>(value);
+    values.push_back(name + " = " + (text ? json_string(to_text(value)) : to_text(value)));
+  }
+  return std::string("sim.") + kind_name(info.kind) + "." + info.name + " { " + join(values, ", ") +
+         " }";
+}
+
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
   std::string text = std::string(kind_name(info.kind)) + " " + info.name;
   if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
@@ -73,6 +84,8 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
     text += '\n' + facts_text(*facts);
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
   if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
+  if (info.free_numbers) text += "\nother names are numbers: NAME = number\n";
+  if (!info.example.empty()) text += "\nexample  " + example_text(info) + '\n';
   return text + "\nfile  " + info.file + '\n';
 }
 
@@ -104,6 +117,8 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
   if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
   return object.json("params", json_array(params))
       .flag("takes_links", info.takes_links)
+      .flag("free_numbers", info.free_numbers)
+      .text("example", info.example.empty() ? "" : example_text(info))
       .text("file", info.file)
       .str();
 }

@@ -203,8 +203,10 @@ int Graph::slope(int id, const int (&d)[3]) {
       return make(Op::kDivide, times(number(0.5), d[0]), id);
     case Op::kExp:
       return times(id, d[0]);
-    case Op::kLog:
-      return make(Op::kDivide, d[0], a);
+    case Op::kLog:  // has no slope where it has no value
+      return make(Op::kDivide, d[0], make(Op::kPositive, a));
+    case Op::kPositive:
+      return d[0];
     case Op::kSin:
       return times(make(Op::kCos, a), d[0]);
     case Op::kCos:

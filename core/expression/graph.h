@@ -10,9 +10,10 @@
 namespace sim {
 
 // Operations on one, two or three operands; those that give more than the field's standard meaning:
-//   kStep    0 for a < 0, else 1;  kSign  -1, 0 or 1
-//   kPower   a^b = e^(b log a), for a > 0 only; whole exponents become products before
-//   kSelect  b where a is not 0, else c
+//   kStep      0 for a < 0, else 1;  kSign  -1, 0 or 1
+//   kPositive  a for a > 0, else not a number
+//   kPower     a^b = e^(b log a), for a > 0 only; whole exponents become products before
+//   kSelect    b where a is not 0, else c
 // An operand that is not a number gives a result that is not one, wherever it is used.
 enum class Op : std::uint8_t {
   kNumber,  // a constant
@@ -23,6 +24,7 @@ enum class Op : std::uint8_t {
   kSign,
   kStep,
   kFloor,
+  kPositive,
   kSqrt,
   kExp,
   kLog,

@@ -57,6 +57,7 @@ void run_code(std::span<const Instruction> code, double* const* slots, int count
       SIM_UNARY(kSign, sign_of(x))
       SIM_UNARY(kStep, step_of(x))
       SIM_UNARY(kFloor, floor_of(x))
+      SIM_UNARY(kPositive, x > splat<double>(0) ? x : not_a_number())
       SIM_UNARY(kSqrt, square_root(x))
       SIM_UNARY(kExp, exp_of(x))
       SIM_UNARY(kLog, log_of(x))

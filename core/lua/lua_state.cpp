@@ -141,7 +141,7 @@ LuaState::LuaState(std::size_t memory_limit, bool (*interrupted)()) : interrupte
 void LuaState::check_interrupt(lua_State* L, lua_Debug* /*event*/) {
   if (!(*static_cast<LuaState**>(lua_getextraspace(L)))->interrupted_()) return;
   lua_sethook(L, check_interrupt, LUA_MASKCOUNT, 1);
-  luaL_error(L, "interrupted");
+  luaL_error(L, "%s", kInterrupted);
 }
 
 LuaState::~LuaState() { lua_close(lua_); }
@@ -215,11 +215,13 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
   const std::lock_guard lock(mutex_);
   caught_.reset();
   if (interrupted_) lua_sethook(lua_, check_interrupt, LUA_MASKCOUNT, kInstructions);
+  // Not empty inside a function that Lua has called, as at the prompt.
+  const int top = lua_gettop(lua_);
   lua_pushcfunction(lua_, handle_message);
   lua_pushcfunction(lua_, enter);
   lua_pushlightuserdata(lua_, &call);
-  const int status = lua_pcall(lua_, 1, 0, 1);
-  lua_settop(lua_, 0);
+  const int status = lua_pcall(lua_, 1, 0, top + 1);
+  lua_settop(lua_, top);
 
   if (call.error) std::rethrow_exception(call.error);
   if (status == LUA_OK) return;

@@ -22,16 +22,23 @@ ParamType type_of(const Value& value) {
       return ParamType::kText;
     case 5:
       return ParamType::kVector;
-    default:
+    case 6:
       return ParamType::kFunction;
+    default:
+      return ParamType::kParticleFunction;
   }
 }
 
 // What a value in an error message looks like.
 std::string shown(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return "'" + *text + "'";
-  if (std::holds_alternative<OdeFunction>(value)) return "a function";
+  const ParamType type = type_of(value);
+  if (type == ParamType::kFunction || type == ParamType::kParticleFunction) return "a function";
   return to_text(value);
+}
+
+bool is_number(const Value& value) {
+  return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
 }
 
 // The value as the declared type; integers pass as numbers, whole numbers as integers.
@@ -86,6 +93,7 @@ const char* type_name(ParamType type) {
     case ParamType::kVector:
       return "vector {x, y, z}";
     case ParamType::kFunction:
+    case ParamType::kParticleFunction:
       return "function";
   }
   return "";
@@ -107,25 +115,29 @@ std::string to_text(const Value& value) {
       return text += '}';
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
+    std::string operator()(const ParticleFunction&) const { return "function"; }
   };
   return std::visit(Writer{}, value);
 }
 
 Params::Params(const std::string& owner, std::span<const Param> declared,
-               const std::map<std::string, Value>& given, const Place& place) {
+               const std::map<std::string, Value>& given, const Place& place, bool free_numbers) {
   std::vector<std::string> known;
   for (const Param& param : declared) {
     known.push_back(param.name);
     values_[param.name] = param.default_value;
   }
+  const Param free{};
   for (const auto& entry : given) {
     const std::string& name = entry.first;
     const Value& value = entry.second;
-    const auto param = std::find_if(declared.begin(), declared.end(),
+    const auto found = std::find_if(declared.begin(), declared.end(),
                                     [&](const Param& p) { return p.name == name; });
-    if (param == declared.end())
+    const bool is_free = found == declared.end() && free_numbers && is_number(value);
+    if (found == declared.end() && !is_free)
       throw Error(ErrorKind::kScene,
                   {owner, place, "it has no parameter '" + name + "'", suggestion(name, known)});
+    const Param* const param = is_free ? &free : &*found;
     Value& slot = values_[name] = value;
     const std::string unit = param->unit.empty() ? "" : " in " + param->unit;
     if (!convert(slot, param->type))
@@ -133,6 +145,7 @@ Params::Params(const std::string& owner, std::span<const Param> declared,
                                       std::string("give a ") + type_name(param->type) + unit});
     if (const std::string why = objection(slot, *param); !why.empty())
       throw Error(ErrorKind::kScene, {owner, place, name + " is " + shown(value), why});
+    if (is_free) free_numbers_[name] = std::get<double>(slot);
   }
   for (const Param& param : declared)
     if (param.required && !has(param.name))
@@ -171,5 +184,6 @@ template const double& Params::get(const std::string&) const;
 template const std::string& Params::get(const std::string&) const;
 template const Vec3& Params::get(const std::string&) const;
 template const OdeFunction& Params::get(const std::string&) const;
+template const ParticleFunction& Params::get(const std::string&) const;
 
 }  // namespace sim

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/math/vec3.h"
+#include "core/particles/view.h"
 
 namespace sim {
 
@@ -19,11 +20,16 @@ namespace sim {
 using OdeFunction =
     std::function<void(double t, std::span<const double> x, std::span<double> dxdt)>;
 
-// monostate: no value given.
-using Value =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction>;
+// A function of single particles, f(t, i, x, v): its numbers for each id, one id after the other;
+// how many an id, the size of `out` says. One thread at a time. May throw Error{kScene}.
+using ParticleFunction =
+    std::function<void(const ParticleView& view, std::span<const int> ids, std::span<double> out)>;
 
-enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction };
+// monostate: no value given.
+using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
+                           OdeFunction, ParticleFunction>;
+
+enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction, kParticleFunction };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
 std::string to_text(const Value& value);  // "0.5", "{0, -9.81, 0}", "" for none
@@ -51,10 +57,11 @@ class Params {
  public:
   Params() = default;
 
-  // Checks `given` against `declared` and fills in the defaults. Throws Error{kScene} naming
+  // Checks `given` against `declared` and fills in the defaults; with `free_numbers` other names
+  // may be given numbers. Throws Error{kScene} naming
   // `owner` ("force 'spring'") and the place for an unknown name, a wrong type or a bad value.
   Params(const std::string& owner, std::span<const Param> declared,
-         const std::map<std::string, Value>& given, const Place& place);
+         const std::map<std::string, Value>& given, const Place& place, bool free_numbers = false);
 
   bool has(const std::string& name) const;  // given or defaulted
   const Value& value(const std::string& name) const { return values_.at(name); }
@@ -64,12 +71,18 @@ class Params {
   const std::string& text(const std::string& name) const { return get<std::string>(name); }
   const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
+  const ParticleFunction& particle_function(const std::string& name) const {
+    return get<ParticleFunction>(name);
+  }
+  // Those that were given but not declared; number() has them, too.
+  const std::map<std::string, double>& free_numbers() const { return free_numbers_; }
 
  private:
   template <class T>
   const T& get(const std::string& name) const;
 
   std::map<std::string, Value> values_;
+  std::map<std::string, double> free_numbers_;
 };
 
 // "NAME:PARAM=VALUE,PARAM=VALUE" of the values that are not the defaults, as --integrator takes it.

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,7 +27,11 @@ struct PluginInfo {
   std::string formula = {};  // the mathematics, one or more lines
   std::string source = {};   // author (year), equation; may be empty
   std::vector<Param> params = {};
-  bool takes_links = false;  // forces: a scene may tie pairs of particles to it
+  bool takes_links = false;   // forces: a scene may tie pairs of particles to it
+  bool free_numbers = false;  // forces: other names than those of `params` may be given numbers
+  // Parameters with which it works, tied where it takes ties; not needed where those that are
+  // required may have any value of their type.
+  std::map<std::string, Value> example = {};
 
   std::vector<std::string> aliases = {};  // the rest is filled in by the registry
   PluginKind kind = PluginKind::kForce;

@@ -86,7 +86,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     if (!plugin.takes_links && !part.links.empty())
       throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
                                       "tie them with sim.force.spring"});
-    const Params params(owner, plugin.params, part.given, part.place);
+    const Params params(owner, plugin.params, part.given, part.place, plugin.free_numbers);
     forces.push_back(
         placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
     names.push_back(plugin.name);

@@ -51,10 +51,19 @@ const char* const kKeys[] = {"name",       "particles", "forces",    "state", "f
                              "grid",       "offsets",   "stiffness", "rest",  "family",  "origin",
                              "du",         "dv",        "x",         "[1]",   "[2]",     "[{}]",
                              "[0.5]",      "['\\0']",   "omega",     "f",     "velocity"};
-const char* const kCalls[] = {"sim.scene",        "sim.world",      "sim.grid",
-                              "sim.particles",    "sim.arg",        "sim.force.gravity",
-                              "sim.force.spring", "sim.force.drag", "sim.field.rotation",
-                              "sim.field.lua",    "sim.force.none"};
+const char* const kCalls[] = {"sim.scene",
+                              "sim.world",
+                              "sim.grid",
+                              "sim.particles",
+                              "sim.arg",
+                              "sim.force.gravity",
+                              "sim.force.spring",
+                              "sim.force.drag",
+                              "sim.force.expression",
+                              "sim.force.lua",
+                              "sim.field.rotation",
+                              "sim.field.lua",
+                              "sim.force.none"};
 const char* const kMethods[] = {"list:add", "list:pin",    "grid:id",     "grid:pin",
                                 "grid:add", "springs:tie", "springs.tie", "list.add"};
 

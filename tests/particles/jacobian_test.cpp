@@ -237,13 +237,20 @@ TEST_CASE("every force of this build has a Jacobian that agrees with differences
     SystemSpec spec =
         sim_test::make_chain({{0, 0, 0}, {1, 0, 0}, {1.5, 0.8, 0}, {0.5, 0.6, 1}}, {0}, 0.1);
     for (ParticleSpec& particle : spec.particles->list) particle.velocity = {0.3, -0.2, 0.4};
-    std::map<std::string, Value> given;
-    for (const Param& param : plugin.params)
+    std::map<std::string, Value> given = plugin.example;
+    for (const Param& param : plugin.params) {
       if (param.required && param.type == ParamType::kNumber)
         given[param.name] = std::clamp(2.0, param.min, param.max);
+      if (param.type == ParamType::kNumber && param.name == "stiffness") given["stiffness"] = 30.0;
+      if (param.required && param.type == ParamType::kParticleFunction)
+        given[param.name] = ParticleFunction(
+            [](const ParticleView& p, std::span<const int> ids, std::span<double> out) {
+              for (std::size_t k = 0; k < out.size(); ++k)
+                out[k] = p.x[ids[k / 3]] * (1 - p.vy[ids[k / 3]]);
+            });
+    }
     spec.forces.push_back(sim_test::make_part(name, given));
     if (plugin.takes_links) {
-      spec.forces.back().given["stiffness"] = 30.0;
       spec.forces.back().links.ties = {{.a = 0, .b = 2, .rest = 2.5}, {.a = 1, .b = 3, .rest = 0}};
     }
     Simulation simulation(spec, registry);

@@ -1,4 +1,5 @@
 // What holds for every plugin there is, old or new: one test a promise, over all names.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
@@ -11,11 +12,12 @@ using namespace sim_test;
 
 namespace {
 
-// A parameter list that satisfies every declaration: defaults, and 1, {1, 2, 3} ... where required.
+// A parameter list that satisfies every declaration: the example of the plugin, defaults, and 1,
+// {1, 2, 3} ... where required.
 std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
-  std::map<std::string, sim::Value> given;
+  std::map<std::string, sim::Value> given = info.example;
   for (const sim::Param& param : info.params) {
-    if (!param.required) continue;
+    if (!param.required || given.contains(param.name)) continue;
     switch (param.type) {
       case sim::ParamType::kFlag:
         given[param.name] = true;
@@ -38,9 +40,20 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
               for (std::size_t i = 0; i < x.size(); ++i) dxdt[i] = 0.5 * x[x.size() - 1 - i] - t;
             });
         break;
+      case sim::ParamType::kParticleFunction:
+        given[param.name] = sim::ParticleFunction(
+            [](const sim::ParticleView& view, std::span<const int> ids, std::span<double> out) {
+              for (std::size_t k = 0; k < out.size(); ++k)
+                out[k] = view.t - view.x[ids[k / 3]] * view.vy[ids[k / 3]];
+            });
+        break;
     }
   }
   return given;
+}
+
+bool declares(const sim::PluginInfo& info, const std::string& name) {
+  return std::ranges::count(info.params, name, &sim::Param::name) > 0;
 }
 
 // A moving cloud of particles, tied in pairs where the force takes ties.
@@ -51,7 +64,7 @@ sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
   spec.dt = 1e-3;
   spec.particles.emplace();
   sim::PartSpec part = make_part(force.name, acceptable(force));
-  if (force.takes_links) part.given["stiffness"] = 5.0;
+  if (declares(force, "stiffness")) part.given["stiffness"] = 5.0;
   for (int i = 0; i < 1500; ++i) {
     spec.particles->list.push_back(
         {.position = {std::sin(1.0 + i), std::sin(2.0 + 3 * i), std::sin(3.0 + 7 * i)},
@@ -108,9 +121,13 @@ TEST_CASE("every plugin says what it is") {
   for (const auto kind :
        {sim::PluginKind::kForce, sim::PluginKind::kField, sim::PluginKind::kIntegrator})
     for (const std::string& name : registry.names(kind)) {
-      const sim::PluginInfo* info = registry.find(name);
+      // Plugins of different kinds may have one name.
+      const sim::PluginInfo* info = kind == sim::PluginKind::kForce
+                                        ? static_cast<const sim::PluginInfo*>(&registry.force(name))
+                                    : kind == sim::PluginKind::kField
+                                        ? static_cast<const sim::PluginInfo*>(&registry.field(name))
+                                        : &registry.integrator(name);
       INFO(name);
-      REQUIRE(info);
       CHECK(info->name == name);
       CHECK(info->kind == kind);
       CHECK(info->summary.size() > 10);

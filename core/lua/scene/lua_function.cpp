@@ -35,9 +35,15 @@ class LuaFunction {
     });
   }
 
+  // f(t, i, x, v) of each id.
+  void call(const ParticleView& view, std::span<const int> ids, std::span<double> out,
+            const std::string& what) const;
+
   const Place& place() const { return place_; }
 
  private:
+  void call_one(lua_State* L, const ParticleView& view, int i, std::span<double> out,
+                const std::string& what) const;
   void push_state(lua_State* L, std::span<const double> x) const;
   void read_state(lua_State* L, std::span<double> out) const;
   double component(lua_State* L) const;  // pops it
@@ -63,6 +69,65 @@ void LuaFunction::push_state(lua_State* L, std::span<const double> x) const {
     }
     lua_rawseti(L, -2, i + 1);
   }
+}
+
+void LuaFunction::call(const ParticleView& view, std::span<const int> ids, std::span<double> out,
+                       const std::string& what) const {
+  if (ids.empty()) return;
+  const std::size_t wanted = out.size() / ids.size();
+  std::size_t now = 0;
+  try {
+    session_->lua().protect(place_, [&](lua_State* L) {
+      lua_rawgeti(L, LUA_REGISTRYINDEX, reference_);
+      lua_createtable(L, 3, 0);
+      if (view.vx)
+        lua_createtable(L, 3, 0);
+      else
+        lua_pushnil(L);
+      for (; now < ids.size(); ++now)
+        call_one(L, view, ids[now], out.subspan(now * wanted, wanted), what);
+    });
+  } catch (const Error& error) {
+    if (error.text().why == kInterrupted) throw;
+    ErrorText text = error.text();
+    text.why += ", at particle " + std::to_string(ids[now]);
+    throw Error(error.kind(), text);
+  }
+}
+
+// On a stack of the function and the tables of x and v, which stay.
+void LuaFunction::call_one(lua_State* L, const ParticleView& view, int i, std::span<double> out,
+                           const std::string& what) const {
+  constexpr int kFunction = 1, kPosition = 2, kVelocity = 3;
+  const auto fill = [&](int table, const Vec3& values) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lua_pushnumber(L, values[axis]);
+      lua_rawseti(L, table, axis + 1);
+    }
+  };
+  lua_pushvalue(L, kFunction);
+  lua_pushnumber(L, view.t);
+  lua_pushinteger(L, i);
+  lua_pushvalue(L, kPosition);
+  lua_pushvalue(L, kVelocity);
+  fill(kPosition, view.position(i));
+  if (view.vx) fill(kVelocity, view.velocity(i));
+  lua_call(L, 4, LUA_MULTRET);
+
+  const int given = lua_gettop(L) - kVelocity, wanted = static_cast<int>(out.size());
+  bool good = given == wanted;
+  for (int j = 1; good && j <= wanted; ++j) good = lua_type(L, kVelocity + j) == LUA_TNUMBER;
+  if (!good) {
+    std::string got = given == 0 ? "nothing" : "";
+    for (int j = 1; j <= given && j <= 5; ++j)
+      got += (j > 1 ? ", " : "") + (j < 5 ? show(L, kVelocity + j) : "...");
+    scene_error(place_, "bad result of " + what,
+                "expected " + std::to_string(wanted) + (wanted == 1 ? " number" : " numbers") +
+                    ", got " + got);
+  }
+  for (int j = 0; j < wanted; ++j)
+    out[static_cast<std::size_t>(j)] = lua_tonumber(L, kVelocity + 1 + j);
+  lua_settop(L, kVelocity);
 }
 
 void LuaFunction::wrong(const std::string& got, std::size_t size) const {
@@ -116,6 +181,13 @@ OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_
   return [function](double t, std::span<const double> x, std::span<double> dxdt) {
     function->call(t, &x, dxdt);
   };
+}
+
+ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& session, lua_State* L,
+                                        int index, const std::string& what) {
+  auto function = std::make_shared<LuaFunction>(session, L, index, 1);
+  return [function, what](const ParticleView& view, std::span<const int> ids,
+                          std::span<double> out) { function->call(view, ids, out, what); };
 }
 
 std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/lua/scene/session.h"
@@ -16,7 +17,13 @@ namespace sim {
 OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
                               int dimension);
 
-// The same for an exact solution of `size` numbers, which must be finite.
+// Likewise f(t, i, x, v) for particle i at x = {x, y, z} with velocity v; it returns its numbers
+// one by one. Both tables are the same at every call, with other numbers. `what` names it in
+// errors.
+ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& session, lua_State* L,
+                                        int index, const std::string& what);
+
+// As make_ode_function for an exact solution of `size` numbers, which must be finite.
 std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,
                                                       lua_State* L, int index, std::size_t size,
                                                       int dimension);

@@ -48,9 +48,10 @@ double length(const Vec3& d) {
   return scale * std::sqrt(e.x() * e.x() + e.y() * e.y() + e.z() * e.z());
 }
 
-// A parameter as a plain value; which type it should have is for the plugin's declaration to say.
+// A parameter as a plain value; which type it should have is for the plugin's declaration to say,
+// but for functions, of which `of_particles` wants another kind.
 Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int dimension,
-                 const Place& place, const std::string& what) {
+                 bool of_particles, const Place& place, const std::string& what) {
   const int index = lua_absindex(L, -1);
   switch (lua_type(L, index)) {
     case LUA_TBOOLEAN:
@@ -64,6 +65,7 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
       return read_vector(L, index, place, what);
     case LUA_TFUNCTION:
       if (lua_iscfunction(L, index)) break;
+      if (of_particles) return make_particle_function(session, L, index, what);
       return make_ode_function(session, L, index, dimension);
     default:
       break;
@@ -173,15 +175,19 @@ PartSpec SceneReader::part(lua_State* L, int record, const PluginInfo& plugin,
     if (spec.given.count(name)) scene_error(spec.place, owner, "'" + name + "' is given twice");
 
     // A name that is not declared is for Params to report, whatever its value.
-    const bool known = std::any_of(plugin.params.begin(), plugin.params.end(),
-                                   [&](const Param& param) { return param.name == name; });
+    const auto param = std::find_if(plugin.params.begin(), plugin.params.end(),
+                                    [&](const Param& p) { return p.name == name; });
+    const bool known = param != plugin.params.end();
     if (!known) name = one_line_text(name);
-    spec.given[name] = known ? read_value(session_, L, dimension, spec.place,
-                                          "parameter '" + name + "' of " + owner)
-                             : Value{};
+    if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
+      spec.given[name] = read_value(session_, L, dimension,
+                                    known && param->type == ParamType::kParticleFunction,
+                                    spec.place, "parameter '" + name + "' of " + owner);
+    else
+      spec.given[name] = Value{};
   }
   lua_pop(L, 1);
-  Params(owner, plugin.params, spec.given, spec.place);
+  Params(owner, plugin.params, spec.given, spec.place, plugin.free_numbers);
   return spec;
 }
 
