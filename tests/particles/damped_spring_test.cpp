@@ -283,6 +283,16 @@ TEST_CASE("a run of damped springs goes on from a snapshot bit for bit") {
   }
 }
 
+TEST_CASE("auto finds a method for damped springs") {
+  Registry registry = make_registry();
+  for (const double tol : {1e-2, 1e-5, 1e-9}) {
+    RunOptions options{.integrator = "auto", .dt = 0.01};
+    options.integrator_given["tol"] = tol;
+    Simulation kernel(make_tangle(), registry, options);
+    CHECK(run(kernel, 10));
+  }
+}
+
 TEST_CASE("what cannot have damped springs says so") {
   Registry registry = make_registry();
   SystemSpec chain = make_tangle();
