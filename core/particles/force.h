@@ -67,8 +67,8 @@ class Force {
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }
 
-  // Implicit methods need the derivatives of accumulate(): jacobian() gives them, with the same
-  // pairs (i, j) in the same order at every state. Without, differences of accumulate() are taken.
+  // Implicit methods need the derivatives of accumulate(): jacobian() gives them, blocks in any
+  // order, and those of one pair (i, j) add up. Without, differences of accumulate() are taken.
   virtual bool has_jacobian() const { return false; }
   virtual void jacobian(const ParticleView& /*view*/, BlockSink& /*sink*/) const {}
 

@@ -101,6 +101,19 @@ SIM_INLINE V<Real> squared(const V3<Real>& d) {
   return fma(d.z, d.z, fma(d.y, d.y, d.x * d.x));
 }
 
+#if SIM_BITS != 512
+// Writes first + lane to `out` for each lane of the bits in which v <= limit, in their order, and
+// returns how many. May write as many entries as there are lanes.
+SIM_INLINE int append_within(Doubles v, double limit, unsigned bits, int first, std::int32_t* out) {
+  int count = 0;
+  for (int lane = 0; lane < kDoubles; ++lane) {
+    out[count] = first + lane;
+    count += static_cast<int>(bits >> lane & 1) & (v[lane] <= limit);
+  }
+  return count;
+}
+#endif
+
 // 1 / sqrt(v) = r (1 - e)^(-1/2) = r + r e (1/2 + 3/8 e) + O(e^3),  e = 1 - v r^2, for the seed r
 // of v. At most 1 ulp off while e^2 <= kSeedError; a seed that failed has a larger one.
 SIM_INLINE Doubles seed_error(Doubles v, Doubles r) { return fma(-(v * r), r, splat<double>(1)); }

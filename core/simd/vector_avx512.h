@@ -66,6 +66,15 @@ SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
           (Doubles)_mm512_permutex2var_pd(xz01, seconds, xz23)};
 }
 
+SIM_INLINE int append_within(Doubles v, double limit, unsigned bits, int first, std::int32_t* out) {
+  const __mmask8 near = _mm512_mask_cmp_pd_mask(static_cast<__mmask8>(bits), (__m512d)v,
+                                                (__m512d)splat<double>(limit), _CMP_LE_OQ);
+  const __m256i lanes =
+      _mm256_add_epi32(_mm256_set1_epi32(first), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_maskz_compress_epi32(near, lanes));
+  return __builtin_popcount(near);
+}
+
 SIM_INLINE Floats greater(Floats a, Floats b) {
   return (Floats)_mm512_maskz_max_ps(0xffff, (__m512)a, (__m512)b);
 }

@@ -43,6 +43,15 @@ sim::SystemSpec load_cloth(int n, sim::Registry& registry) {
   return sim::load_scene("scenes/cloth.lua", registry, options).systems.front();
 }
 
+sim::SystemSpec load_gas(int n, sim::Registry& registry) {
+  sim::SceneOptions options;
+  options.search_path = {SIM_BENCH_SCRIPTS};
+  options.settings = {{"n", std::to_string(n)}, {"smooth", "energy"}};
+  sim::SystemSpec spec = sim::load_scene("scenes/gas.lua", registry, options).systems.front();
+  spec.forces.front().given.insert({{"cutoff", 2.5}, {"skin", 0.3}});
+  return spec;
+}
+
 sim::SystemSpec tied_cloth(const sim::SystemSpec& cloth, Ties ties) {
   sim::SystemSpec spec = cloth;
   const int n = spec.particles->count();

@@ -1,5 +1,5 @@
-// The scenes of the benchmark: the cloth of scripts/scenes/cloth.lua, and variations on its
-// springs.
+// The scenes of the benchmark: the cloth of scripts/scenes/cloth.lua, variations on its springs,
+// and the gas.
 #pragma once
 
 #include <string>
@@ -16,6 +16,9 @@ sim::Registry make_registry();
 
 // scenes/cloth.lua with n particles a side, read like any user's scene.
 sim::SystemSpec load_cloth(int n, sim::Registry& registry);
+
+// scenes/gas.lua with n^3 particles, and every number that LAMMPS has to know given.
+sim::SystemSpec load_gas(int n, sim::Registry& registry);
 
 // The same springs, listed one by one with their stiffness and rest length in a single force.
 enum class Ties {

@@ -32,6 +32,7 @@ std::vector<PeerKind> known_peers() {
       {.name = "lammps",
        .method = "verlet",
        .accuracy = Accuracy::kOtherDrag,
+       .gas = true,
        .largest = 512,
        .header = "",
        .program = "lmp",

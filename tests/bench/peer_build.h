@@ -19,6 +19,7 @@ struct PeerKind {
   std::string name;    // tests/bench/peers/NAME.cpp
   std::string method;  // ours that it is compared with
   Accuracy accuracy = Accuracy::kSame;
+  bool gas = false;                 // runs scenes/gas.lua, too
   int largest = 1024;               // particles a side it is tried with
   std::string header, program;      // what must be there; "" = nothing
   std::string packages;             // of Debian, that bring it

@@ -9,11 +9,11 @@
 namespace sim_bench {
 namespace {
 
-// What the scene gives to the first force of that name; null when there is none.
+// What the scene gives to the first force of that name; null when it gives nothing.
 const sim::Value* find_value(const sim::SystemSpec& spec, const std::string& plugin,
                              const std::string& name) {
   for (const sim::PartSpec& part : spec.forces)
-    if (part.plugin == plugin) return &part.given.at(name);
+    if (part.plugin == plugin && part.given.contains(name)) return &part.given.at(name);
   return nullptr;
 }
 
@@ -47,6 +47,11 @@ void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
   add_row(head,
           {1.0 * n, 1.0 * static_cast<double>(count), 1.0 * static_cast<double>(pinned.size())});
   add_row(head, {g[0], g[1], g[2], drag ? number_of(*drag) : 0, simulation.h()});
+  const auto of_pair = [&](const char* name) {
+    const sim::Value* const value = find_value(spec, "pair", name);
+    return value ? number_of(*value) : 0;
+  };
+  add_row(head, {of_pair("epsilon"), of_pair("sigma"), of_pair("cutoff"), of_pair("skin")});
   for (int i = 0; i < n; ++i) {
     const sim::ParticleSpec p = spec.particles->at(i);
     add_row(head, {p.position[0], p.position[1], p.position[2], p.velocity[0], p.velocity[1],

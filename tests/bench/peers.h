@@ -13,7 +13,8 @@
 namespace sim_bench {
 
 struct PeerResult {
-  int n = 0;                 // particles a side
+  int n = 0;  // particles a side
+  double particles = 0;
   std::string name, method;  // method: the integrator of ours it is compared with
   Times peer;
   std::vector<int> threads;  // of ours
@@ -21,7 +22,7 @@ struct PeerResult {
   double difference = -1;    // rms distance of the positions over the rms way from the start
   double bound = 0;          // what the difference may be
 
-  double million_steps(const Times& t) const { return 1e-6 * n * n / t.median; }
+  double million_steps(const Times& t) const { return 1e-6 * particles / t.median; }
   double ratio(std::size_t i) const { return peer.median / ours[i].median; }
 };
 

@@ -30,7 +30,7 @@ class OtherJacobian {
   // sink += df/dx dq + df/dv dv of all forces, for all particles, in N.
   void add(const double* const dq[3], const double* const dv[3], ForceSink sink);
 
-  // At the point; the pairs (i, j) are the same at every point, in the same order.
+  // At the point.
   std::span<const Block> position_blocks() const { return position_; }
   std::span<const Block> velocity_blocks() const { return velocity_; }
 

@@ -25,10 +25,13 @@ struct Scene {
   std::vector<double> x, v, mass;     // x0 y0 z0 x1 ... in m, m/s; kg
   std::vector<int> pinned;            // ids
   std::vector<Spring> springs;        // by their lower end
+  // Lennard-Jones between all, its energy shifted to 0 at the cutoff; all 0: none. J, m, m, m.
+  double epsilon = 0, sigma = 0, cutoff = 0, skin = 0;
 };
 
-// Reads "n springs pins", "gx gy gz drag h", n rows "x y z vx vy vz mass", a row a spring "a b k
-// rest" and the ids of the pins. Ends the program when the file is not like that.
+// Reads "n springs pins", "gx gy gz drag h", "epsilon sigma cutoff skin", n rows "x y z vx vy vz
+// mass", a row a spring "a b k rest" and the ids of the pins. Ends the program when the file is not
+// like that.
 inline Scene read_scene(const char* path) {
   std::ifstream in(path, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), {});
@@ -51,6 +54,7 @@ inline Scene read_scene(const char* path) {
   for (double& g : s.g) g = number();
   s.drag = number();
   s.h = number();
+  for (double* pair : {&s.epsilon, &s.sigma, &s.cutoff, &s.skin}) *pair = number();
   for (int i = 0; i < s.n; ++i) {
     for (int c = 0; c < 3; ++c) s.x.push_back(number());
     for (int c = 0; c < 3; ++c) s.v.push_back(number());

@@ -1,0 +1,168 @@
+#include "core/particles/neighbours/neighbours.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim {
+namespace {
+
+constexpr std::size_t kMostSlots = std::size_t{1} << 30;
+constexpr int kRanked = 192;  // entries; longer lists are sorted quicker by comparing
+
+// Lists are a hair longer than asked for, so that rounding of a distance loses no pair.
+constexpr double kMargin = 1 + 1e-9;
+
+}  // namespace
+
+Neighbours::Neighbours(double cutoff, double skin)
+    : range_(cutoff + skin), half_skin_(0.5 * skin) {}
+
+// Two particles that were more than cutoff + skin apart are more than the cutoff apart as long as
+// neither has moved more than skin / 2.
+bool Neighbours::update(const ParticleView& view, Team& team) {
+  if (builds_ == 0) {
+    build(view, team);
+    return true;
+  }
+  std::atomic<bool> far{false}, changed{false};
+  team.run_parts(view.n, 8, [&](int begin, int end) {
+    bool part_far = false, part_changed = false;
+    for (int p = begin; p < end; ++p) {
+      const int i = id(p);
+      double* const point = &points_[4 * static_cast<std::size_t>(p)];
+      const double now[3] = {view.x[i], view.y[i], view.z[i]};
+      double moved = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double d = now[axis] - built_[axis][static_cast<std::size_t>(p)];
+        moved += d * d;
+        part_changed |= now[axis] != point[axis];
+        point[axis] = now[axis];
+      }
+      part_far |= !(moved <= half_skin_ * half_skin_);
+    }
+    if (part_far) far.store(true, std::memory_order_relaxed);
+    if (part_changed) changed.store(true, std::memory_order_relaxed);
+  });
+  if (far) build(view, team);
+  return far || changed;
+}
+
+void Neighbours::build(const ParticleView& view, Team& team) {
+  const auto n = static_cast<std::size_t>(view.n), blocks = (n + 7) / 8;
+  grid_.sort(view, range_);
+  order_ = grid_.order();
+  if (builds_++ == 0) {
+    place_.resize(n);
+    blocks_.resize(blocks);
+    points_ = Array(4 * 8 * blocks);
+    for (Array& axis : built_) axis = Array(8 * blocks + 8);
+  }
+  while (shares_.size() < static_cast<std::size_t>(team.size())) {
+    Share& share = shares_.emplace_back();
+    share.places.resize(n + 8);
+    share.ids.resize(n + 16);
+  }
+  const double* const q[3] = {view.x, view.y, view.z};
+  for (std::size_t p = 0; p < n; ++p) {
+    const std::int32_t i = order_[p];
+    place_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(p);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      built_[axis][p] = points_[4 * p + axis] = q[axis][i];
+  }
+
+  // Lists for which there is no room are only counted, and made again when there is.
+  for (;;) {
+    const int ranks = static_cast<int>(shares_.size());
+    team.run([&](int rank) {
+      for (int r = rank; r < ranks; r += team.size()) {
+        const Part part = part_of(static_cast<int>(8 * blocks), 8, r, ranks);
+        list(part.begin / 8, part.end / 8, shares_[static_cast<std::size_t>(r)]);
+      }
+    });
+    std::size_t needed = 0;
+    bool complete = true;
+    for (const Share& share : shares_) {
+      needed += share.needed;
+      complete = complete && share.needed <= share.slots.size();
+    }
+    if (complete) return;
+    if (needed > kMostSlots) {
+      builds_ = 0;
+      throw Error(ErrorKind::kScene,
+                  {"neighbour lists", "",
+                   "the lists of all pairs up to " + shortest(range_) + " m apart would take " +
+                       std::to_string(needed >> 28) + " GiB, more than 4",
+                   "choose a smaller cutoff or skin, or set the particles further apart"});
+    }
+    for (Share& share : shares_)
+      if (share.needed > share.slots.size())
+        share.slots = ArrayOf<std::int32_t>(share.needed + share.needed / 8);
+  }
+}
+
+// Makes the lists of blocks [first, last).
+void Neighbours::list(int first, int last, Share& share) {
+  const int n = static_cast<int>(place_.size());
+  CellGrid::Rows rows{};
+  int cell = -1;
+  share.needed = 0;
+  for (int b = first; b < last; ++b) {
+    NeighbourBlock& block = blocks_[static_cast<std::size_t>(b)];
+    block = {};
+    std::int32_t* const slots = share.slots.data() + share.needed;
+    for (int lane = 0; lane < 8 && 8 * b + lane < n; ++lane) {
+      const int place = 8 * b + lane;
+      if (grid_.cell_at(place) != cell) rows = grid_.around(cell = grid_.cell_at(place));
+      const int count = list_of(place, rows, share);
+      block.count[lane] = count;
+      block.length = std::max(block.length, count);
+      if (share.needed + 8 * static_cast<std::size_t>(block.length) > share.slots.size()) continue;
+      for (int k = 0; k < count; ++k)
+        share.ids[static_cast<std::size_t>(k)] = id(share.places[static_cast<std::size_t>(k)]);
+      if (count <= kRanked) {
+        kernels_.spread(share.ids.data(), share.places.data(), count, slots + lane);
+      } else {
+        std::sort(share.ids.begin(), share.ids.begin() + count);
+        for (int k = 0; k < count; ++k)
+          slots[8 * k + lane] = this->place(share.ids[static_cast<std::size_t>(k)]);
+      }
+    }
+    share.needed += 8 * static_cast<std::size_t>(block.length);
+    if (share.needed > share.slots.size()) continue;
+    block.slots = slots;
+    for (int lane = 0; lane < 8; ++lane)
+      for (int k = block.count[lane]; k < block.length; ++k) slots[8 * k + lane] = 8 * b + lane;
+  }
+}
+
+// Writes the neighbours of one place to share.places, in any order, and returns their number.
+int Neighbours::list_of(int place, const CellGrid::Rows& rows, Share& share) const {
+  const double* const q[3] = {built_[0].data(), built_[1].data(), built_[2].data()};
+  const double limit = range_ * range_ * kMargin;
+  int count = 0;
+  const auto add = [&](int begin, int end) {
+    count += kernels_.near(q, begin, end, place, limit, share.places.data() + count);
+  };
+  for (int row = 0; row < rows.count; ++row) {
+    const auto [begin, end] = rows.at[row];
+    if (begin <= place && place < end) {
+      add(begin, place);
+      add(place + 1, end);
+    } else {
+      add(begin, end);
+    }
+  }
+  return count;
+}
+
+std::int64_t Neighbours::entries() const {
+  std::int64_t sum = 0;
+  for (const NeighbourBlock& block : blocks_)
+    for (const std::int32_t count : block.count) sum += count;
+  return sum;
+}
+
+}  // namespace sim

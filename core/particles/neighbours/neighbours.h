@@ -1,0 +1,86 @@
+// Which particles are near which: lists with a skin, kept until something has moved half of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/base/team.h"
+#include "core/particles/neighbours/cell_grid.h"
+
+namespace sim {
+
+// The neighbours of eight particles side by side, each by ascending id: entry k of the particle in
+// lane l is the place slots[8 k + l], for k < count[l], and the particle's own place from there up
+// to `length`.
+struct NeighbourBlock {
+  const std::int32_t* slots;
+  std::int32_t length;
+  std::int32_t count[8];
+};
+
+struct ListKernels {
+  // Writes the places in [begin, end) whose points are at most sqrt(limit) from that at `place` and
+  // returns their number. Reads and writes up to 7 entries past the end.
+  int (*near)(const double* const q[3], int begin, int end, int place, double limit,
+              std::int32_t* found);
+  // slots[8 k] := the place of the k-th smallest of the ids, which all differ. Reads up to 15 more.
+  void (*spread)(const std::int32_t* ids, const std::int32_t* places, int count,
+                 std::int32_t* slots);
+};
+ListKernels list_kernels();  // for this machine
+
+// Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. What
+// is on a list besides the pairs within the cutoff depends on the past; whoever sums over it takes
+// the entries in their order and those beyond the cutoff as exact zeros, and gets the same bits
+// from every list. Particles are kept in cells, so that neighbours are near in memory: each has a
+// `place`, blocks are of eight places, and the last block is filled up with places of no particle.
+class Neighbours {
+ public:
+  Neighbours() = default;
+  // Both in m, positive and not negative.
+  Neighbours(double cutoff, double skin);
+
+  // Makes the lists hold every pair less than the cutoff apart. False when every position is what
+  // it was at the last call. Throws Error{kScene} when the lists would take more than 4 GiB.
+  bool update(const ParticleView& view, Team& team);
+
+  std::span<const NeighbourBlock> blocks() const { return blocks_; }
+  const double* points() const { return points_.data(); }  // x, y, z, 0 of each place
+  int place(int id) const { return place_[static_cast<std::size_t>(id)]; }
+  int id(int place) const { return order_[static_cast<std::size_t>(place)]; }
+  long builds() const { return builds_; }
+  std::int64_t entries() const;  // on all lists
+
+  // Calls f(id) for every entry on the list of a particle, by ascending id.
+  template <class F>
+  void for_each(int particle, const F& f) const {
+    const int at = place(particle);
+    const NeighbourBlock& block = blocks_[static_cast<std::size_t>(at / 8)];
+    for (std::int32_t k = 0; k < block.count[at % 8]; ++k) f(id(block.slots[8 * k + at % 8]));
+  }
+
+ private:
+  // A part of the lists, written by one thread.
+  struct Share {
+    ArrayOf<std::int32_t> slots;
+    std::vector<std::int32_t> places, ids;  // scratch: of one particle's list
+    std::size_t needed = 0;
+  };
+  void build(const ParticleView& view, Team& team);
+  void list(int first, int last, Share& share);
+  int list_of(int place, const CellGrid::Rows& rows, Share& share) const;
+
+  double range_ = 0, half_skin_ = 0;
+  ListKernels kernels_ = list_kernels();
+  CellGrid grid_;
+  std::span<const std::int32_t> order_;
+  std::vector<std::int32_t> place_;
+  std::vector<NeighbourBlock> blocks_;
+  std::vector<Share> shares_;
+  Array points_, built_[3];  // now; when the lists were built
+  long builds_ = 0;
+};
+
+}  // namespace sim

@@ -1,0 +1,90 @@
+#include "core/particles/neighbours/pair_forces.h"
+
+#include "core/simd/inverse_sqrt.h"
+
+namespace sim {
+
+PairLaw shifted(PairLaw law, bool slope) {
+  PairTerms terms;
+  const double rr = law.cutoff * law.cutoff;
+  const double squares[8] = {rr, rr, rr, rr, rr, rr, rr, rr};
+  PairLaw whole = law;
+  whole.cutoff = 2 * law.cutoff;  // terms are 0 from there on
+  pair_kernels(law).terms(whole, squares, terms);
+  law.energy_shift = terms.u[0];
+  if (slope) law.slope_shift = -terms.g[0] * law.cutoff;
+  return law;
+}
+
+PairForces::PairForces(const PairLaw& law, double skin)
+    : law_(law), kernels_(pair_kernels(law)), neighbours_(law.cutoff, skin) {}
+
+void PairForces::prepare(const ParticleView& view, Team& team) {
+  if (!neighbours_.update(view, team) && forces_.size() > 0) return;
+  const int blocks = static_cast<int>(neighbours_.blocks().size());
+  if (forces_.size() == 0) forces_ = Array(32 * static_cast<std::size_t>(blocks));
+  team.run_parts(8 * blocks, 8, [&](int begin, int end) {
+    kernels_.forces(law_, neighbours_.blocks().data(), neighbours_.points(), begin / 8, end / 8,
+                    forces_.data());
+  });
+}
+
+void PairForces::add(Tile tile, ForceSink sink) const {
+  for (int i = tile.begin; i < tile.end; ++i) {
+    const double* const force = forces_.data() + 4 * std::ptrdiff_t{neighbours_.place(i)};
+    sink.x[i] += force[0];
+    sink.y[i] += force[1];
+    sink.z[i] += force[2];
+  }
+}
+
+// Calls f(ids, count, d, terms) for up to eight neighbours of i with ids above `above` at a time.
+template <class F>
+void PairForces::for_each_eight(const ParticleView& view, int i, int above, const F& f) const {
+  int ids[8], count = 0;
+  Vec3 d[8];
+  double squares[8] = {};
+  PairTerms terms;
+  const auto flush = [&] {
+    kernels_.terms(law_, squares, terms);
+    f(ids, count, d, terms);
+    count = 0;
+  };
+  neighbours_.for_each(i, [&](int j) {
+    if (j <= above) return;
+    d[count] = view.position(i) - view.position(j);
+    squares[count] = square_of(d[count].x(), d[count].y(), d[count].z());
+    ids[count] = j;
+    if (++count == 8) flush();
+  });
+  if (count > 0) flush();
+}
+
+double PairForces::potential(const ParticleView& view, Tile tile) const {
+  double sum = 0;
+  for (int i = tile.begin; i < tile.end; ++i)
+    for_each_eight(view, i, i, [&](const int*, int count, const Vec3*, const PairTerms& terms) {
+      for (int k = 0; k < count; ++k) sum += terms.u[k];
+    });
+  return sum;
+}
+
+// f_i = g d: df_i/dx_i = -df_i/dx_j = g I + 2 dg/d(r^2) d d^T.
+void PairForces::jacobian(const ParticleView& view, BlockSink& sink) const {
+  for (int i = 0; i < view.n; ++i) {
+    Mat3 own = Mat3::Zero();
+    const auto add = [&](const int* ids, int count, const Vec3* d, const PairTerms& terms) {
+      for (int k = 0; k < count; ++k) {
+        if (terms.g[k] == 0 && terms.dg[k] == 0) continue;  // beyond the cutoff
+        const Mat3 block =
+            terms.g[k] * Mat3::Identity() + 2 * terms.dg[k] * d[k] * d[k].transpose();
+        sink.position(i, ids[k], -block);
+        own += block;
+      }
+    };
+    for_each_eight(view, i, -1, add);
+    sink.position(i, i, own);
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,48 @@
+// The forces of a pair potential on all particles.
+#pragma once
+
+#include "core/particles/force.h"
+#include "core/particles/neighbours/neighbours.h"
+#include "core/particles/neighbours/pair_law.h"
+
+namespace sim {
+
+struct PairKernels {
+  // forces := those on the particles of blocks [begin, end), four doubles a place.
+  void (*forces)(const PairLaw& law, const NeighbourBlock* blocks, const double* points, int begin,
+                 int end, double* forces);
+  void (*terms)(const PairLaw& law, const double* squares, PairTerms& terms);
+};
+PairKernels pair_kernels(const PairLaw& law);  // for this machine
+
+// The law less its value at the cutoff and, with `slope`, less its slope there times r - cutoff.
+PairLaw shifted(PairLaw law, bool slope);
+
+// Every pair of particles closer than the cutoff, pinned ones included. The sums of a particle are
+// taken by ascending id of its neighbours: they follow from the positions alone, bit for bit, and
+// the force of i on j is exactly opposite to that of j on i.
+class PairForces {
+ public:
+  // skin in m: see Neighbours.
+  PairForces(const PairLaw& law, double skin);
+
+  // Before the rest, at each new view. Evaluates the forces unless nothing has moved.
+  void prepare(const ParticleView& view, Team& team);
+
+  void add(Tile tile, ForceSink sink) const;
+  double potential(const ParticleView& view, Tile tile) const;  // pairs by their lower id, J
+  void jacobian(const ParticleView& view, BlockSink& sink) const;
+
+  const Neighbours& neighbours() const { return neighbours_; }
+
+ private:
+  template <class F>
+  void for_each_eight(const ParticleView& view, int i, int above, const F& f) const;
+
+  PairLaw law_;
+  PairKernels kernels_;
+  Neighbours neighbours_;
+  Array forces_;  // of each place
+};
+
+}  // namespace sim

@@ -1,0 +1,168 @@
+#include "core/particles/neighbours/pair_forces.h"
+
+#undef SIM_THIS_FILE
+#define SIM_THIS_FILE "core/particles/neighbours/pair_kernel.cpp"
+#include "core/simd/foreach_target.h"
+
+#include "core/simd/exponential.h"
+
+SIM_TARGET_BEGIN
+namespace sim::SIM_TARGET {
+namespace {
+
+struct Terms {
+  Doubles u, g, dg;  // as in PairTerms
+};
+
+// Each law is written once, from rr = r^2 > 0; what a caller does not use costs nothing.
+
+// With kSlope the slope is shifted, for which r itself is needed.
+template <bool kSlope>
+struct LennardJones {
+  static constexpr bool kSingular = true;
+  Doubles square, four, shift, slope, cutoff;
+  SIM_INLINE explicit LennardJones(const PairLaw& law)
+      : square(splat<double>(law.length * law.length)),
+        four(splat<double>(4 * law.strength)),
+        shift(splat<double>(law.energy_shift)),
+        slope(splat<double>(law.slope_shift)),
+        cutoff(splat<double>(law.cutoff)) {}
+
+  // With s = (sigma / r)^6: U = 4 eps (s^2 - s), g = 24 eps (2 s^2 - s) / r^2,
+  // dg/d(r^2) = -24 eps (14 s^2 - 4 s) / r^4.
+  SIM_INLINE Terms at(Doubles rr) const {
+    const Doubles inverse = splat<double>(1) / rr, ratio = square * inverse;
+    const Doubles s = ratio * ratio * ratio, strength = four * s;
+    Terms t;
+    t.u = fma(strength, s - splat<double>(1), -shift);
+    t.g = strength * fma(splat<double>(12), s, splat<double>(-6)) * inverse;
+    t.dg = strength * fma(splat<double>(-84), s, splat<double>(24)) * inverse * inverse;
+    if constexpr (kSlope) {
+      const Doubles one = square_root(inverse);  // 1 / r
+      t.u = fma(-slope, rr * one - cutoff, t.u);
+      t.g = fma(slope, one, t.g);
+      t.dg = fma(splat<double>(-0.5) * slope, one * inverse, t.dg);
+    }
+    return t;
+  }
+};
+
+struct Soft {
+  static constexpr bool kSingular = false;
+  Doubles strength, length;
+  SIM_INLINE explicit Soft(const PairLaw& law)
+      : strength(splat<double>(law.strength)), length(splat<double>(law.length)) {}
+
+  // U = k/2 (R - r)^2, g = k (R / r - 1), dg/d(r^2) = -k R / (2 r^3).
+  SIM_INLINE Terms at(Doubles rr) const {
+    const Doubles r = square_root(rr), gap = length - r, inverse = splat<double>(1) / r;
+    return {splat<double>(0.5) * strength * gap * gap, strength * gap * inverse,
+            splat<double>(-0.5) * strength * length * inverse * inverse * inverse};
+  }
+};
+
+struct Morse {
+  static constexpr bool kSingular = false;
+  Doubles strength, length, rate, shift, slope, cutoff;
+  SIM_INLINE explicit Morse(const PairLaw& law)
+      : strength(splat<double>(law.strength)),
+        length(splat<double>(law.length)),
+        rate(splat<double>(law.rate)),
+        shift(splat<double>(law.energy_shift)),
+        slope(splat<double>(law.slope_shift)),
+        cutoff(splat<double>(law.cutoff)) {}
+
+  // U' = -2 a D (e^2 - e), U'' = 2 a^2 D (2 e^2 - e); g = -U' / r,
+  // dg/d(r^2) = (U' / r - U'') / (2 r^2).
+  SIM_INLINE Terms at(Doubles rr) const {
+    const Doubles r = square_root(rr), inverse = splat<double>(1) / r;
+    const Doubles e = exponential(rate * (length - r));
+    const Doubles steep = splat<double>(2) * rate * strength * e;  // 2 a D e
+    const Doubles first = fma(-steep, e - splat<double>(1), -slope);
+    const Doubles second = steep * rate * fma(splat<double>(2), e, splat<double>(-1));
+    return {fma(strength * e, e - splat<double>(2), fma(-slope, r - cutoff, -shift)),
+            -first * inverse, splat<double>(0.5) * (first * inverse - second) * inverse * inverse};
+  }
+};
+
+// v where the condition holds, exactly 0 elsewhere, whatever v is there.
+SIM_INLINE Doubles where(decltype(Doubles{} < Doubles{}) condition, Doubles v) {
+  return condition ? v : Doubles{};
+}
+
+// The forces on the particles of blocks [begin, end), four doubles a place. Each particle has a
+// lane of its own, and what its list holds beyond the cutoff adds exact zeros: the sums do not
+// depend on the other lanes, nor on when the lists were made.
+template <class Law>
+void pair_forces(const PairLaw& parameters, const NeighbourBlock* blocks, const double* points,
+                 int begin, int end, double* forces) {
+  const Law law(parameters);
+  const Doubles limit = splat<double>(parameters.cutoff * parameters.cutoff);
+  for (int b = begin; b < end; ++b) {
+    const NeighbourBlock& block = blocks[b];
+    double sums[3][8];
+    for (int half = 0; half < 8; half += kDoubles) {
+      std::int32_t own[kDoubles];
+      for (int lane = 0; lane < kDoubles; ++lane) own[lane] = 8 * b + half + lane;
+      const V3<double> here = gather(points, own);
+      V3<double> sum{};
+      const std::int32_t* slot = block.slots + half;
+      for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
+        const V3<double> d = here - gather(points, slot);
+        const Doubles rr = squared(d);
+        const Doubles g = where((rr < limit) & (rr > Doubles{}), law.at(rr).g);
+        sum = {fma(g, d.x, sum.x), fma(g, d.y, sum.y), fma(g, d.z, sum.z)};
+      }
+      // A product that underflows may have left -0, which the next exact zero makes 0.
+      store(sums[0] + half, sum.x + Doubles{});
+      store(sums[1] + half, sum.y + Doubles{});
+      store(sums[2] + half, sum.z + Doubles{});
+    }
+    double* force = forces + 32 * std::ptrdiff_t{b};
+    for (int lane = 0; lane < 8; ++lane, force += 4)
+      for (int axis = 0; axis < 3; ++axis) force[axis] = sums[axis][lane];
+  }
+}
+
+// The terms at eight squared distances.
+template <class Law>
+void pair_terms(const PairLaw& parameters, const double* squares, PairTerms& terms) {
+  const Law law(parameters);
+  const Doubles limit = splat<double>(parameters.cutoff * parameters.cutoff), zero{};
+  for (int half = 0; half < 8; half += kDoubles) {
+    const Doubles rr = load(squares + half);
+    const Terms t = law.at(rr);
+    const auto within = rr < limit, apart = within & (rr > zero);
+    store(terms.u + half, where(Law::kSingular ? apart : within, t.u));
+    store(terms.g + half, where(apart, t.g));
+    store(terms.dg + half, where(apart, t.dg));
+  }
+}
+
+template <class Law>
+constexpr PairKernels kOf{pair_forces<Law>, pair_terms<Law>};
+
+PairKernels kernels_of(const PairLaw& law) {
+  switch (law.kind) {
+    case PairLaw::Kind::kSoft:
+      return kOf<Soft>;
+    case PairLaw::Kind::kMorse:
+      return kOf<Morse>;
+    default:
+      return law.slope_shift == 0 ? kOf<LennardJones<false>> : kOf<LennardJones<true>>;
+  }
+}
+
+}  // namespace
+}  // namespace sim::SIM_TARGET
+SIM_TARGET_END
+
+#if SIM_ONCE
+namespace sim {
+
+PairKernels pair_kernels(const PairLaw& law) {
+  return for_simd_level(sse2::kernels_of, avx2::kernels_of, avx512::kernels_of)(law);
+}
+
+}  // namespace sim
+#endif
