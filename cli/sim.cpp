@@ -21,6 +21,8 @@ struct Dispatch {
     return doctor(request, find_environment(line.plugin_path), console);
   }
 
+  int operator()(const NewPluginRequest& request) const { return new_plugin(request, console); }
+
   template <class Request>
   int operator()(const Request& request) const {
     const Environment environment = find_environment(line.plugin_path);
@@ -39,6 +41,9 @@ struct Dispatch {
   }
   int verb(const DescribeRequest& request, const Environment& env, sim::Registry& registry) const {
     return describe(request, env, registry, console);
+  }
+  int verb(const TestRequest& request, const Environment&, sim::Registry& registry) const {
+    return test_plugin(request, registry, console);
   }
   int verb(const StabilityRequest& request, const Environment& env, sim::Registry& registry) const {
     return stability(request, env, registry, console);

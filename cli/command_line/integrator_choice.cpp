@@ -38,9 +38,9 @@ Value value_of(const std::string& text, const Param& param) {
 // Integrators that have the parameter; those that cannot be opened are passed over.
 std::vector<std::string> names_with(const std::string& param, Registry& registry) {
   std::vector<std::string> names;
-  for (const std::string& name : registry.names(PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<Integrator>()) {
     try {
-      if (has_param(registry.integrator(name), param)) names.push_back(name);
+      if (has_param(registry.get<Integrator>(name), param)) names.push_back(name);
     } catch (const Error&) {
       continue;
     }
@@ -50,9 +50,9 @@ std::vector<std::string> names_with(const std::string& param, Registry& registry
 
 }  // namespace
 
-IntegratorChoice parse_integrator(const std::string& text) {
+MethodChoice parse_integrator(const std::string& text) {
   const std::size_t colon = text.find(':');
-  IntegratorChoice choice{.name = text.substr(0, colon)};
+  MethodChoice choice(text.substr(0, colon));
   if (colon == std::string::npos) return choice;
   const auto refuse = [&](const std::string& why) {
     usage_error("bad value", "--integrator '" + text + "'", why,
@@ -65,15 +65,14 @@ IntegratorChoice parse_integrator(const std::string& text) {
     const std::size_t equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size())
       refuse("'" + word + "' is not PARAM=VALUE");
-    if (!choice.params.emplace(word.substr(0, equals), word.substr(equals + 1)).second)
+    if (!choice.given.emplace(word.substr(0, equals), word.substr(equals + 1)).second)
       refuse("'" + word.substr(0, equals) + "' is given twice");
     if (comma == text.size()) return choice;
     begin = comma + 1;
   }
 }
 
-std::vector<IntegratorChoice> parse_integrators(const std::string& option,
-                                                const std::string& text) {
+std::vector<MethodChoice> parse_integrators(const std::string& option, const std::string& text) {
   std::vector<std::string> parts;
   for (std::string& word : comma_list(option, text)) {
     const bool goes_on = word.find(':') == std::string::npos && word.find('=') != std::string::npos;
@@ -82,54 +81,52 @@ std::vector<IntegratorChoice> parse_integrators(const std::string& option,
     else
       parts.push_back(std::move(word));
   }
-  std::vector<IntegratorChoice> choices;
+  std::vector<MethodChoice> choices;
   for (const std::string& part : parts) choices.push_back(parse_integrator(part));
   return choices;
 }
 
-std::map<std::string, Value> integrator_values(const IntegratorChoice& choice,
-                                               const std::string& name, Registry& registry) {
+void add_options(MethodChoice& choice, const std::string& tol, const std::string& precision,
+                 bool fixed_step) {
+  const auto add = [&](const std::string& param, const Value& value) {
+    if (!choice.given.emplace(param, value).second)
+      usage_error("given twice",
+                  "--" + param + " and --integrator " + choice.name + ":" + param + "=",
+                  "only one of them can hold", "keep one of them");
+  };
+  if (!tol.empty()) add("tol", positive_number("--tol", tol));
+  if (!precision.empty()) add("precision", precision);
+  if (fixed_step) choice.given["fixed_step"] = true;
+}
+
+MethodChoice typed(const MethodChoice& choice, const std::string& name, Registry& registry) {
   try {
-    const IntegratorPlugin& plugin = registry.integrator(name, "on the command line");
-    const std::string owner = "integrator '" + plugin.name + "'";
-    std::map<std::string, Value> given;
-    for (const auto& [param, text] : choice.params) {
-      const auto declared = std::find_if(plugin.params.begin(), plugin.params.end(),
-                                         [&](const Param& each) { return each.name == param; });
-      given[param] = declared == plugin.params.end() ? Value(text) : value_of(text, *declared);
-    }
-    // One that always takes steps of one size needs not be told to.
-    if (choice.fixed_step && has_param(plugin, "fixed_step")) given["fixed_step"] = true;
-    const auto set = [&](const std::string& param, const std::string& what, const Value& value) {
-      if (!has_param(plugin, param))
-        usage_error("no " + what + " to set", "--" + param, owner + " has none",
+    const IntegratorPlugin& plugin = registry.get<Integrator>(name, "on the command line");
+    MethodChoice result(choice.name);
+    for (const auto& [param, value] : choice.given) {
+      const auto declared = std::ranges::find(plugin.params, param, &Param::name);
+      const auto* text = std::get_if<std::string>(&value);
+      if (declared != plugin.params.end()) {
+        result.given[param] = text ? value_of(*text, *declared) : value;
+      } else if (param == "precision" || (param == "tol" && !text)) {
+        usage_error(param == "tol" ? "no tolerance to set" : "no precision to set", "--" + param,
+                    plugin.title() + " has none",
                     "choose one that has: " + join(names_with(param, registry), ", "));
-      if (given.count(param))
-        usage_error("given twice", "--" + param + " and --integrator " + name + ":" + param + "=",
-                    "only one of them can hold", "keep one of them");
-      given[param] = value;
-    };
-    if (choice.tol) set("tol", "tolerance", *choice.tol);
-    if (choice.precision) set("precision", "precision", *choice.precision);
-    const Params checked(owner, plugin.params, given, "on the command line");
-    const bool fixed = has_param(plugin, "fixed_step") && checked.flag("fixed_step");
+      } else if (text) {
+        result.given[param] = value;  // for Params to refuse
+      }  // A method whose steps are all of one size ignores --fixed-step.
+    }
+    const Method method(registry, plugin, result.given, "on the command line");
+    const bool fixed = has_param(plugin, "fixed_step") && method.params().flag("fixed_step");
     for (const char* unused : {"tol", "atol", "rtol"})
-      if (fixed && given.count(unused))
-        usage_error("a tolerance and steps of one size", owner,
+      if (fixed && result.given.count(unused))
+        usage_error("a tolerance and steps of one size", plugin.title(),
                     std::string("with fixed_step nothing uses ") + unused, "keep one of them");
-    return given;
+    return result;
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kScene) throw;
     throw Error(ErrorKind::kUsage, error.text());
   }
-}
-
-bool same_method(const Settings& settings, const std::string& name,
-                 const std::map<std::string, Value>& given) {
-  return settings.integrator.name == name &&
-         std::ranges::equal(settings.given, given, [](const auto& a, const auto& b) {
-           return a.first == b.first && to_text(a.second) == to_text(b.second);
-         });
 }
 
 }  // namespace sim::cli

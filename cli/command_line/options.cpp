@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -31,7 +32,8 @@ constexpr const char* kFooter =
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
     "Environment\n"
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
-    "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path\n"
+    "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path; then those in\n"
+    "                   ~/.local/share/sim/plugins\n"
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
@@ -46,10 +48,12 @@ struct Texts {
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, plugin_path, load;
-  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false;
+  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false,
+       luacats = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string study_scene, at, integrators, budget, csv, svg;
-  std::vector<std::string> order_words;
+  std::string test_library;
+  std::vector<std::string> order_words, plugin_words;
 };
 
 // An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
@@ -91,11 +95,14 @@ class Parser {
   StabilityRequest stability_request() const;
   OrderRequest order_request() const;
   TradeoffRequest tradeoff_request() const;
+  NewPluginRequest new_plugin_request() const;
   ShowProgress show_progress() const;
+  std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_, *tradeoff_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_, *tradeoff_, *test_,
+      *plugin_;
   std::vector<CLI::Option*> run_only_;
   std::map<const CLI::App*, std::set<std::string>> taken_;  // options of a run that a verb takes
 };
@@ -169,14 +176,26 @@ Parser::Parser() {
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");
   app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
 
+  app_.add_flag("--man", t.man, "the manual page")->disable_flag_override();
+
   adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
   adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
   adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
-  list_ = verb("list", "[integrators|forces|fields|scenes]: what there is");
-  list_->add_option("WHAT", t.list_what, "integrators, forces, fields or scenes")->type_name("");
+  list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
+  list_->add_option("WHAT", t.list_what, "integrators, forces, fields, colliders or scenes")
+      ->type_name("");
+  list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
+      ->disable_flag_override();
   describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
   describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
   doctor_ = verb("doctor", "is everything there that a run needs?");
+  test_ = verb("test", "PLUGIN.so: does it keep what the interface promises?");
+  test_->add_option("PLUGIN.so", t.test_library, "the library; exit 7 when a check fails")
+      ->type_name("");
+  plugin_ = verb("plugin", "new KIND NAME: a folder to start a plugin from");
+  plugin_->add_option("WORDS", t.plugin_words, "new, then force, field or integrator, then a name")
+      ->type_name("")
+      ->expected(0, 3);
   stability_ = study("stability", "SCENE: fastest vibration, largest stable steps");
   stability_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
       ->type_name("");
@@ -257,9 +276,7 @@ RunRequest Parser::run_request() const {
   RunRequest request;
   request.scene = scene_request(t.scene);
   request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
-  if (!t.tol.empty()) request.scene.integrator.tol = positive_number("--tol", t.tol);
-  if (!t.precision.empty()) request.scene.integrator.precision = t.precision;
-  request.scene.integrator.fixed_step = t.fixed_step;
+  add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
   if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
     request.scene.dt = positive_number("--dt", dt);
   if (!t.time.empty() && !t.steps.empty())
@@ -338,6 +355,21 @@ TradeoffRequest Parser::tradeoff_request() const {
   return request;
 }
 
+std::string Parser::manual() const {
+  std::vector<ManualSection> sections{{"DESCRIPTION", app_.help()}};
+  for (const CLI::App* verb : app_.get_subcommands({}))
+    sections.push_back({"sim " + verb->get_name(), verb->help("sim")});
+  return manual_page("sim", "steps particle systems and says how wrong they are", sections);
+}
+
+NewPluginRequest Parser::new_plugin_request() const {
+  const std::vector<std::string>& words = texts_.plugin_words;
+  if (words.size() != 3 || words[0] != "new")
+    usage_error("bad arguments", "sim plugin " + join(words, " "), "it is sim plugin new KIND NAME",
+                "as in: sim plugin new force my_wind");
+  return {words[1], words[2]};
+}
+
 AdjacencyRequest Parser::adjacency_request() const {
   if (texts_.adjacency_scene.empty() || texts_.adjacency_particle.empty())
     usage_error("argument missing", "sim adjacency", "it needs a scene and a particle",
@@ -361,6 +393,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       if (result.empty())
         usage_error("empty value", option->get_name(), "it was given as ''", "give a value");
   if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
+  if (texts_.man) return {Message{manual()}, {}, {}};
 
   CommandLine line;
   line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
@@ -374,12 +407,19 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   if (chosen.front() == adjacency_) {
     line.request = adjacency_request();
   } else if (chosen.front() == list_) {
-    line.request = ListRequest{texts_.list_what, texts_.json};
+    line.request = ListRequest{texts_.list_what, texts_.json, texts_.luacats};
   } else if (chosen.front() == describe_) {
     if (texts_.describe_name.empty())
       usage_error("argument missing", "sim describe", "it needs a name",
                   "'sim list' shows all names");
     line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+  } else if (chosen.front() == test_) {
+    if (texts_.test_library.empty())
+      usage_error("argument missing", "sim test", "it needs a plugin library",
+                  "as in: sim test wind.so");
+    line.request = TestRequest{texts_.test_library, texts_.json};
+  } else if (chosen.front() == plugin_) {
+    line.request = new_plugin_request();
   } else if (chosen.front() == stability_) {
     line.request = stability_request();
   } else if (chosen.front() == tradeoff_) {

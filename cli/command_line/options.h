@@ -9,8 +9,10 @@
 #include "cli/verbs/describe.h"
 #include "cli/verbs/doctor.h"
 #include "cli/verbs/list.h"
+#include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
+#include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
 
 namespace sim::cli {
@@ -22,7 +24,7 @@ struct Message {
 
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest, TradeoffRequest>
+               StabilityRequest, OrderRequest, TradeoffRequest, TestRequest, NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <limits>
 
+#include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -30,7 +31,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
       history, mode, resume;
   std::vector<std::string> set, plugin_path, load, codes, files;
-  bool version = false;
+  bool version = false, man = false;
   CLI::App app{kAbout, "simrepl"};
   app.set_help_flag("-h,--help", "this text");
   app.get_formatter()->column_width(26);
@@ -64,6 +65,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   values("--plugin-path", plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", load, "FILE.so", "one plugin library; repeatable");
   app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
+  app.add_flag("--man", man, "the manual page")->disable_flag_override();
 
   ReplCommandLine line;
   try {
@@ -75,6 +77,10 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
     throw Error(ErrorKind::kUsage,
                 {"bad command line", error.get_name(), error.what(), "see simrepl --help"});
   }
+  if (man) {
+    line.message = manual_page("simrepl", "a prompt over a scene", {{"DESCRIPTION", app.help()}});
+    return line;
+  }
   if (version) {
     line.message = version_line() + "\n";
     return line;
@@ -83,8 +89,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
   request.integrator = parse_integrator(once(integrator, integrator_word));
-  if (!tol.empty()) request.integrator.tol = positive_number("--tol", tol);
-  if (!precision.empty()) request.integrator.precision = precision;
+  add_options(request.integrator, tol, precision, false);
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(

@@ -22,9 +22,8 @@ void note_state(std::vector<Change>& changes, const std::string& prefix, const S
   const auto largest = largest_difference(before, after);
   if (!largest) return;
   const std::string id = std::to_string(largest->id);
-  const std::string what = largest->quantity == "component"
-                               ? "component " + id
-                               : largest->quantity + " of particle " + id;
+  const std::string of = (largest->item == "point" ? "particle" : largest->item) + " " + id;
+  const std::string what = largest->item == "component" ? of : largest->quantity + " of " + of;
   changes.push_back({prefix + "most changed: " + what, brief(largest->a), brief(largest->b)});
 }
 
@@ -36,8 +35,7 @@ void note_system(std::vector<Change>& changes, const std::string& prefix, const 
        std::to_string(after.pinned_count()));
   note(changes, prefix + "springs", std::to_string(spring_count(before)),
        std::to_string(spring_count(after)));
-  note(changes, prefix + "integrator", before.integrator_plugin().name,
-       after.integrator_plugin().name);
+  note(changes, prefix + "integrator", before.method().name(), after.method().name());
   note(changes, prefix + "dt", brief(before.h()) + " s", brief(after.h()) + " s");
   note(changes, prefix + "t", brief(before.t()) + " s", brief(after.t()) + " s");
   if (before.second_order() && after.second_order())

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "cli/prompt/repl_commands.h"
+#include "cli/run/language_docs.h"
 #include "cli/verbs/describe.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -26,46 +27,6 @@ std::string help_on_command(const Command& command) {
   return use_of(command) + "\n  " + command.help + "\n  in Lua: sim." + command.lua + "(...)\n";
 }
 
-// The comments of the scene language, one for each function that they begin with: "grid = sim.grid
-// { ..." documents `grid`, "particles:pin(id, ...)" documents `pin`. The text is the comment
-// without its dashes.
-std::map<std::string, std::string> language_docs(const Environment& environment) {
-  std::map<std::string, std::string> docs;
-  for (const auto& folder : environment.scene_folders) {
-    std::ifstream file(folder / "sim" / "init.lua");
-    if (!file) continue;
-    std::vector<std::string> names;
-    std::string text;
-    const auto close = [&] {
-      for (const std::string& name : names) docs.emplace(name, text);
-      names.clear();
-      text.clear();
-    };
-    for (std::string line; std::getline(file, line);) {
-      if (!line.starts_with("-- ")) {
-        if (line != "--") close();
-        if (line == "--") text += "\n";
-        continue;
-      }
-      line.erase(0, 3);
-      // A heading has the call at its front or after "NAME = ", and starts at the margin.
-      const std::size_t call = line.find_first_of("({");
-      const std::size_t before = line.find_last_of(".:", call);
-      if (line[0] != ' ' && call != std::string::npos && before != std::string::npos &&
-          line.find_first_of(" ,", before) >= (line[call - 1] == ' ' ? call - 1 : call)) {
-        std::string name = line.substr(before + 1, call - before - 1);
-        while (name.ends_with(' ')) name.pop_back();
-        const std::string_view head = std::string_view(line).substr(0, before + 1);
-        if (!name.empty() && (head.ends_with("sim.") || head.ends_with(':'))) names.push_back(name);
-      }
-      text += line + "\n";
-    }
-    close();
-    break;
-  }
-  return docs;
-}
-
 // The last part of sim.force.spring, .step or grid:pin.
 std::string last_name(std::string name) {
   while (name.ends_with('?') || name.ends_with(' ')) name.pop_back();
@@ -76,7 +37,7 @@ std::string last_name(std::string name) {
 
 std::vector<std::string> plugin_names(const Registry& registry) {
   std::vector<std::string> names;
-  for (const PluginKind kind : {PluginKind::kIntegrator, PluginKind::kForce, PluginKind::kField})
+  for (const PluginKind& kind : kPluginKinds)
     for (const std::string& name : registry.names(kind)) names.push_back(name);
   return names;
 }
@@ -112,7 +73,7 @@ std::string help_on(Session& session, const std::string& asked) {
   if (const auto doc = docs.find(name); doc != docs.end() && !dotted)
     text += (text.empty() ? "" : "\n") + doc->second;
   const bool scene = name.ends_with(".lua") || name.find('/') != std::string::npos;
-  if (!dotted && (scene || session.registry().find(name))) {
+  if (!dotted && (scene || !session.registry().find(name).empty())) {
     std::ostringstream out;
     Console console{out, session.console().err, false};
     DescribeRequest request{name, session.live().request(), false};
@@ -135,10 +96,14 @@ namespace {
 // What the first argument of a command can be.
 Completions arguments_of(Session& session, const std::string& command) {
   LiveScene& live = session.live();
-  if (command == "integrator") return {session.registry().names(PluginKind::kIntegrator)};
+  if (command == "integrator") return {session.registry().names<Integrator>()};
   if (command == "system") return {live.scene().names()};
   if (command == "mode") return {{"text", "json", "csv"}};
-  if (command == "plugins") return {{"integrators", "forces", "fields", "scenes"}};
+  if (command == "plugins") {
+    Completions found{{"scenes"}};
+    for (const PluginKind& kind : kPluginKinds) found.words.emplace_back(kind.folder);
+    return found;
+  }
   Completions found;
   if (command == "switch" || command == "diff")
     for (const auto& [name, branch] : live.branches()) found.words.push_back(name);
@@ -152,18 +117,17 @@ Completions arguments_of(Session& session, const std::string& command) {
   return found;
 }
 
-// Names of Lua, and those behind sim.force., sim.field. and sim. that only look like fields.
+// Names of Lua, and those behind sim. and sim.KIND. that only look like fields.
 std::vector<std::string> lua_names(Session& session, const std::string& path) {
   std::vector<std::string> names = session.lua().completions(path);
-  const std::pair<std::string, PluginKind> parts[] = {{"sim.integrator.", PluginKind::kIntegrator},
-                                                      {"sim.force.", PluginKind::kForce},
-                                                      {"sim.field.", PluginKind::kField}};
-  for (const auto& [prefix, kind] : parts)
-    if (path.starts_with(prefix))
+  for (const PluginKind& kind : kPluginKinds)
+    if (const std::string prefix = "sim." + std::string(kind.name) + "."; path.starts_with(prefix))
       for (const std::string& name : session.registry().names(kind)) names.push_back(prefix + name);
-  if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos)
-    for (const char* name : {"arg", "field", "force", "grid", "particles", "scene", "world"})
+  if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos) {
+    for (const char* name : {"arg", "grid", "particles", "scene", "surface", "world"})
       names.push_back(std::string("sim.") + name);
+    for (const PluginKind& kind : kPluginKinds) names.push_back("sim." + std::string(kind.name));
+  }
   return names;
 }
 

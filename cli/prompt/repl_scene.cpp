@@ -236,17 +236,16 @@ void LiveScene::edit(const std::function<void(Simulation&)>& change) {
 
 // --- Settings and the file --------------------------------------------------------------------
 
-void LiveScene::set_integrator(const IntegratorChoice& choice) {
-  std::map<std::string, Value> given;
+void LiveScene::set_integrator(const MethodChoice& choice) {
+  std::optional<Method> method;
   try {
-    given = integrator_values(choice, choice.name, registry_);
+    method.emplace(registry_, typed(choice, choice.name, registry_));
   } catch (const Error& error) {  // which speaks of a command line
     ErrorText text = error.text();
     text.where.clear();
     throw Error(error.kind(), text);
   }
-  const IntegratorPlugin& plugin = registry_.integrator(choice.name);
-  edit([&](Simulation& each) { each.set_integrator(plugin, given); });
+  edit([&](Simulation& each) { each.set_integrator(*method); });
 }
 
 void LiveScene::set_dt(double h) {
@@ -259,8 +258,7 @@ void LiveScene::apply_choices(LoadedScene& scene) const {
       const Simulation& old = scene_.systems[i];
       if (old.name() != each.name() && scene_.spec.world) continue;
       const Settings &chosen = old.settings(), &given = loaded_[i];
-      if (!same_method(chosen, given.integrator.name, given.given))
-        each.set_integrator(chosen.integrator, chosen.given);
+      if (chosen.method.choice() != given.method.choice()) each.set_integrator(chosen.method);
       if (chosen.h != given.h) each.set_dt(chosen.h);
     }
 }

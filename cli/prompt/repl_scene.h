@@ -53,7 +53,7 @@ class LiveScene {
   void edit(const std::function<void(Simulation&)>& change);  // of the present system
 
   // Choices that outlast a reload.
-  void set_integrator(const IntegratorChoice& choice);
+  void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
 
   // Reads the file again, with one parameter changed if there is one, and runs it to the same time:

@@ -54,7 +54,8 @@ Session::Session(const SessionRequest& request, const Environment& environment, 
       environment_(environment),
       live_(request.scene, environment, registry, request.history, console.err,
             request.interactive && console.err_is_terminal),
-      lua_(lua_options(request, environment), [this](const std::string& line) { say(line); }) {
+      lua_(lua_options(request, environment), registry,
+           [this](const std::string& line) { say(line); }) {
   for (const Command& command : commands())
     lua_.define(command.lua, [this, &command](const std::vector<Data>& arguments) {
       Call call(*this, command, arguments, false);
@@ -199,7 +200,7 @@ std::string Session::position() {
       const double drift = energy.total() - live_.start_energy(i);
       text += "  energy " + brief(energy.total(), 5) + " J  drift " + brief(drift, 4) + " J";
     }
-    text += "  " + system.integrator_plugin().name + ", dt = " + brief(system.h()) + " s\n";
+    text += "  " + system.method().name() + ", dt = " + brief(system.h()) + " s\n";
   }
   return text;
 }

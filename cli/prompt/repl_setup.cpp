@@ -13,14 +13,14 @@ namespace sim::cli::actions {
 namespace {
 
 // NAME or NAME:PARAM=VALUE,..., then PARAM=VALUE or a table of Lua.
-IntegratorChoice choice_of(const Call& call) {
-  IntegratorChoice choice = parse_integrator(call.text(0, "a name"));
+MethodChoice choice_of(const Call& call) {
+  MethodChoice choice = parse_integrator(call.text(0, "a name"));
   for (std::size_t i = 1; i < call.count(); ++i) {
     if (const DataTable* table = call[i].table()) {
       for (const auto& [key, value] : table->fields) {
         const auto name = plain_text(key), setting = plain_text(value);
         if (!name || !setting) call.wrong("a parameter is a number, text, true or false");
-        choice.params[*name] = *setting;
+        choice.given[*name] = *setting;
       }
       continue;
     }
@@ -28,7 +28,7 @@ IntegratorChoice choice_of(const Call& call) {
     const std::size_t equals = word.find('=');
     if (equals == std::string::npos || equals == 0)
       call.wrong("expected PARAM=VALUE, got " + lua_text(word));
-    choice.params[word.substr(0, equals)] = word.substr(equals + 1);
+    choice.given[word.substr(0, equals)] = word.substr(equals + 1);
   }
   return choice;
 }
@@ -77,10 +77,10 @@ Answer integrator(Call& call) {
     live.set_integrator(choice_of(call));
     return {};
   }
-  const Settings& settings = live.system().settings();
-  std::string text = settings.integrator.name;
-  std::vector<std::pair<Data, Data>> fields{{"name", settings.integrator.name}};
-  for (const auto& [name, value] : settings.given) {
+  const MethodChoice& choice = live.system().method().choice();
+  std::string text = choice.name;
+  std::vector<std::pair<Data, Data>> fields{{"name", choice.name}};
+  for (const auto& [name, value] : choice.given) {
     text += " " + name + "=" + to_text(value);
     fields.emplace_back(name, to_value(value));
   }
@@ -151,16 +151,13 @@ Answer plugins(Call& call) {
     return {};
   }
   std::vector<std::pair<Data, Data>> fields;
-  const std::pair<const char*, PluginKind> kinds[] = {{"integrators", PluginKind::kIntegrator},
-                                                      {"forces", PluginKind::kForce},
-                                                      {"fields", PluginKind::kField}};
-  for (const auto& [name, kind] : kinds) {
+  for (const PluginKind& kind : kPluginKinds) {
     std::vector<Data> names;
     for (const std::string& plugin : session.registry().names(kind)) names.emplace_back(plugin);
-    if (what == name) return {names};
-    fields.emplace_back(name, names);
+    if (what == kind.folder) return {names};
+    fields.emplace_back(std::string(kind.folder), names);
   }
-  if (!what.empty()) call.wrong("there are integrators, forces and fields");
+  if (!what.empty()) call.wrong("there are " + plural_kinds());
   return {fields};
 }
 

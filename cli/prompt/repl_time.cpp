@@ -121,14 +121,14 @@ Answer diff(Call& call) {
   if (!found) return words("no difference between " + a + " and " + b + "\n");
   const Difference& difference = found->difference;
   const std::string& system = found->system;
-  const bool component = difference.quantity == "component";
-  const bool velocity = difference.quantity[0] == 'v';
-  const std::string unit = component ? "" : velocity ? " m/s" : " m";
+  const bool component = difference.item == "component";
+  const bool particle = difference.item == "particle" || difference.item == "point";
+  const std::string unit = !particle ? "" : difference.quantity[0] == 'v' ? " m/s" : " m";
   std::string text = "first difference at " + at(found->step, found->ta);
   if (found->ta != found->tb) text += " (" + b + ": t = " + brief(found->tb) + " s)";
   if (live.scene().spec.world) text += ", system " + system;
-  text += component ? ", component " + std::to_string(difference.id)
-                    : ", particle " + std::to_string(difference.id) + ", " + difference.quantity;
+  text += ", " + (particle ? "particle" : difference.item) + " " + std::to_string(difference.id) +
+          (component ? "" : ", " + difference.quantity);
   const std::size_t width = std::max(a.size(), b.size());
   text += "\n  " + left(a, width) + "  " + brief(difference.a, 17) + unit + "\n  " +
           left(b, width) + "  " + brief(difference.b, 17) + unit + "\n  " +
@@ -138,7 +138,7 @@ Answer diff(Call& call) {
   if (live.scene().spec.world) fields.emplace_back("system", system);
   fields.insert(fields.end(), {{"step", found->step},
                                {"t", found->ta},
-                               {component ? "component" : "particle", difference.id},
+                               {particle ? "particle" : difference.item, difference.id},
                                {"quantity", difference.quantity},
                                {"a", difference.a},
                                {"b", difference.b},

@@ -63,14 +63,10 @@ void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoin
     if (systems[i].name != system.name())
       refuse(file, "it is of '" + systems[i].name + "', not of '" + system.name() + "'",
              "it was made of " + saved.scene);
-    const IntegratorChoice& choice = request.integrator;
-    const bool chosen = !choice.name.empty() || !choice.params.empty() || choice.tol ||
-                        choice.precision || choice.fixed_step;
-    if (chosen && !same_method(system.settings(), systems[i].integrator, systems[i].given))
-      refuse(
-          file,
-          "it was made with the integrator " + systems[i].integrator + ", or other values for it",
-          "leave --integrator and its options out");
+    const MethodChoice& made_with = systems[i].integrator;
+    if (request.integrator != MethodChoice() && system.method().choice() != made_with)
+      refuse(file, "it was made with the integrator " + made_with.name + ", or other values for it",
+             "leave --integrator and its options out");
     if (request.dt > 0 && request.dt != systems[i].h)
       refuse(file, "it was made with steps of " + brief(systems[i].h) + " s", "leave --dt out");
   }

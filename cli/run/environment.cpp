@@ -34,6 +34,14 @@ fs::path prefix_of_program() {
   return program.parent_path().parent_path();
 }
 
+// Where the user keeps data, by the XDG base directory specification; empty if there is no home.
+fs::path data_home() {
+  const char* const data = std::getenv("XDG_DATA_HOME");
+  if (data && *data == '/') return data;
+  const char* const home = std::getenv("HOME");
+  return home && *home ? fs::path(home) / ".local/share" : fs::path();
+}
+
 }  // namespace
 
 Environment find_environment(const Folders& plugin_path) {
@@ -41,6 +49,8 @@ Environment find_environment(const Folders& plugin_path) {
   Environment environment;
   environment.plugin_folders = plugin_path;
   append_variable(environment.plugin_folders, "SIM_PLUGIN_PATH");
+  if (const fs::path data = data_home(); !data.empty())
+    append_if_present(environment.plugin_folders, data / "sim/plugins");
   append_if_present(environment.plugin_folders, prefix / "lib/sim/plugins");
   append_variable(environment.scene_folders, "SIM_PATH");
   // Beside the program if it is installed, otherwise in the source tree.
@@ -55,9 +65,15 @@ Registry open_registry(const Environment& environment, const Folders& libraries)
     throw Error(ErrorKind::kIo,
                 {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
                  "there is none beside the program", "install it again, or give --plugin-path"});
-  Registry registry(environment.plugin_folders);
-  for (const fs::path& library : libraries) registry.load(library);
-  return registry;
+  return Registry(environment.plugin_folders, libraries);
+}
+
+DevelopmentFiles development_files() {
+  const fs::path prefix = prefix_of_program();
+  std::error_code error;
+  const fs::path installed = prefix / "include/sim";
+  const fs::path tree = fs::path(SIM_SCRIPTS_DIR).parent_path();
+  return {fs::is_directory(installed, error) ? installed : tree, prefix / "lib"};
 }
 
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }

@@ -30,10 +30,10 @@ const Track& slowest(std::span<Track> tracks) {
 // given another value than their default.
 std::string integrator_line(const Simulation& system) {
   const IntegratorInfo info = system.integrator_info();
-  std::string text = system.integrator_plugin().name + ", order " + std::to_string(info.order);
+  std::string text = system.method().name() + ", order " + std::to_string(info.order);
   if (info.evaluations > 0) text += ", " + counted(info.evaluations, "evaluation") + " a step";
-  for (const Param& param : system.integrator_plugin().params) {
-    const std::string value = to_text(system.integrator_params().value(param.name));
+  for (const Param& param : system.method().plugin().params) {
+    const std::string value = to_text(system.method().params().value(param.name));
     if (value != to_text(param.default_value) || (info.adaptive && param.name == "tol"))
       text += ", " + param.name + " = " + value;
   }

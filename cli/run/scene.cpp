@@ -20,10 +20,8 @@ std::vector<std::string> LoadedScene::names() const {
 }
 
 RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry) {
-  const IntegratorChoice& choice = request.integrator;
-  const std::string& name = choice.name.empty() ? system.integrator : choice.name;
-  return {.integrator = choice.name,
-          .integrator_given = integrator_values(choice, name, registry),
+  const MethodChoice& choice = request.integrator;
+  return {.integrator = typed(choice, choice.over(system.integrator).name, registry),
           .dt = request.dt,
           .threads = request.threads};
 }
@@ -31,7 +29,7 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
   // What is wrong on the command line is said before any file is looked at.
   if (!request.integrator.name.empty())
-    integrator_values(request.integrator, request.integrator.name, registry);
+    typed(request.integrator, request.integrator.name, registry);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {environment.scene_folders, request.settings, request.seed});

@@ -20,7 +20,7 @@ struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
   std::map<std::string, std::string> settings;  // --set
   std::uint64_t seed = 0;
-  IntegratorChoice integrator;
+  MethodChoice integrator;
   double dt = 0;  // s; 0 = the scene's own
   int threads = 1;
 };

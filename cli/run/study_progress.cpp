@@ -38,11 +38,10 @@ void StudyProgress::clear() {
   drawn_ = false;
 }
 
-std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
-                                         Registry& registry) {
-  std::vector<study::Choice> choices;
-  for (const IntegratorChoice& choice : given)
-    choices.push_back({choice.name, integrator_values(choice, choice.name, registry)});
+std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given,
+                                        Registry& registry) {
+  std::vector<MethodChoice> choices;
+  for (const MethodChoice& choice : given) choices.push_back(typed(choice, choice.name, registry));
   return choices;
 }
 

@@ -44,8 +44,7 @@ class StudyProgress {
 };
 
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
-std::vector<study::Choice> study_choices(const std::vector<IntegratorChoice>& given,
-                                         Registry& registry);
+std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);
 
 // One text a system on standard output: tables one below the other; JSON as it is, or in a world as
 // {"systems":[...]}.

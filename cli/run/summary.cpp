@@ -13,9 +13,9 @@ namespace {
 // Values of the integrator's parameters as texts; those without a value are left out.
 std::string params_json(const Simulation& system) {
   JsonObject object;
-  for (const Param& param : system.integrator_plugin().params)
-    if (system.integrator_params().has(param.name))
-      object.text(param.name, to_text(system.integrator_params().value(param.name)));
+  for (const Param& param : system.method().plugin().params)
+    if (system.method().params().has(param.name))
+      object.text(param.name, to_text(system.method().params().value(param.name)));
   return object.str();
 }
 
@@ -60,7 +60,7 @@ std::string system_json(Track& track) {
     for (const auto& [family, count] : system.families()) springs.integer(family, count);
     object.json("springs", springs.str());
   }
-  object.text("integrator", system.integrator_plugin().name)
+  object.text("integrator", system.method().name())
       .number("dt", system.h())
       .integer("steps", system.step_count())
       .number("t", system.t());

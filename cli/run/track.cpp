@@ -101,7 +101,8 @@ void Track::mark_diverged() {
         step_t_h(where.step, where.t, where.h);
     return;
   }
-  diverged_ = (system_->flat() ? "component " : "particle ") + std::to_string(where.particle) +
+  diverged_ = (where.item == "point" ? "particle" : where.item) + " " +
+              std::to_string(where.particle) +
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);
 }

@@ -55,8 +55,12 @@ void print_text(const Simulation& system, const SystemSpec& spec, int particle, 
   out << "scene " << system.name() << "  " << counted(system.particles(), "particle") << "  "
       << counted(spring_count(system), "spring") << '\n';
   out << "particle " << particle;
-  if (const auto& grid = spec.particles->grid; grid && particle < grid->rows * grid->cols)
-    out << " (" << particle / grid->cols << ',' << particle % grid->cols << ')';
+  if (const auto& grid = spec.particles->grid; grid && particle < grid->count()) {
+    const auto [i, j, k] = grid->at(particle);
+    out << " (" << i << ',' << j;
+    if (grid->directions == 3) out << ',' << k;
+    out << ')';
+  }
   out << "  " << counted(static_cast<long>(links.size()), "spring") << '\n';
 
   const std::vector<SpringRow> rows = table(links);

@@ -40,7 +40,7 @@ std::string bounds_text(const Param& param) {
 }
 
 std::string default_text(const Param& param) {
-  if (param.required) return "required";
+  if (param.required) return param.per_tie ? "required, or by tie" : "required";
   const std::string text = to_text(param.default_value);
   return text.empty() ? "none" : text;
 }
@@ -63,6 +63,21 @@ std::string param_table(const PluginInfo& info) {
   return text;
 }
 
+// How a scene joins particles by the force, and what each tie may say for itself.
+std::string elements_text(const PluginInfo& info) {
+  std::string ids, own;
+  for (int i = 0; i < info.elements.arity; ++i)
+    ids += (i ? ", " : "") + std::string(1, static_cast<char>('a' + i));
+  for (const Param& param : info.params)
+    if (param.per_tie) own += (own.empty() ? "" : ", ") + param.name + " =";
+  if (info.free_numbers) own += own.empty() ? "NAME =" : ", NAME =";
+  std::string text = "joins particles: force:tie(" + ids;
+  if (!own.empty()) text += ", { " + own + " }";
+  text += "), or ties = { {" + ids + (own.empty() ? "" : ", " + own) + "}, ... }";
+  if (info.elements.arity == 2) text += ", or grid = and offsets =";
+  return wrapped("  " + text, 2) + '\n';
+}
+
 // As a scene writes it.
 std::string example_text(const PluginInfo& info) {
   std::vector<std::string> values;
@@ -70,12 +85,11 @@ std::string example_text(const PluginInfo& info) {
     const bool text = std::holds_alternative<std::string>(value);
     values.push_back(name + " = " + (text ? json_string(to_text(value)) : to_text(value)));
   }
-  return std::string("sim.") + kind_name(info.kind) + "." + info.name + " { " + join(values, ", ") +
-         " }";
+  return "sim." + std::string(info.kind.name) + "." + info.name + " { " + join(values, ", ") + " }";
 }
 
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
-  std::string text = std::string(kind_name(info.kind)) + " " + info.name;
+  std::string text = std::string(info.kind.name) + " " + info.name;
   if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
   text += "\n" + wrapped("  " + info.summary, 2) + '\n';
   if (!info.formula.empty()) text += "\n" + indented(info.formula, "    ");
@@ -83,13 +97,21 @@ std::string plugin_text(const PluginInfo& info, Registry& registry) {
   if (const auto facts = integrator_facts(info, registry); facts && facts->info.order > 0)
     text += '\n' + facts_text(*facts);
   if (!info.params.empty()) text += "\nparameters\n" + param_table(info);
-  if (info.takes_links) text += "\nties particles: links:tie(a, b), or grid = and offsets =\n";
+  if (info.elements.arity > 0) text += '\n' + elements_text(info);
+  if (info.pointwise) text += "\nacts on all particles, or on some: particles = {0, 1, 2}\n";
   if (info.free_numbers) text += "\nother names are numbers: NAME = number\n";
   if (!info.example.empty()) text += "\nexample  " + example_text(info) + '\n';
   return text + "\nfile  " + info.file + '\n';
 }
 
-std::string plugin_json(const PluginInfo& info, Registry& registry) {
+std::string plugins_text(const std::vector<const PluginInfo*>& plugins, Registry& registry) {
+  std::string text;
+  for (const PluginInfo* info : plugins)
+    text += (text.empty() ? "" : "\n") + plugin_text(*info, registry);
+  return text;
+}
+
+JsonObject plugin_json(const PluginInfo& info, Registry& registry) {
   std::vector<std::string> params, aliases;
   for (const Param& param : info.params) {
     JsonObject object;
@@ -98,6 +120,7 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
         .text("unit", param.unit)
         .text("default", to_text(param.default_value))
         .flag("required", param.required)
+        .flag("per_tie", param.per_tie)
         .text("doc", param.doc);
     std::vector<std::string> choices;
     for (const std::string& choice : param.choices) choices.push_back(json_string(choice));
@@ -108,19 +131,30 @@ std::string plugin_json(const PluginInfo& info, Registry& registry) {
   }
   for (const std::string& alias : info.aliases) aliases.push_back(json_string(alias));
   JsonObject object;
-  object.text("kind", kind_name(info.kind))
+  object.text("kind", std::string(info.kind.name))
       .text("name", info.name)
       .json("aliases", json_array(aliases))
       .text("summary", info.summary)
       .text("formula", info.formula)
       .text("source", info.source);
   if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
-  return object.json("params", json_array(params))
-      .flag("takes_links", info.takes_links)
+  object.json("params", json_array(params))
+      .integer("arity", info.elements.arity)
+      .flag("pointwise", info.pointwise)
       .flag("free_numbers", info.free_numbers)
       .text("example", info.example.empty() ? "" : example_text(info))
-      .text("file", info.file)
-      .str();
+      .text("file", info.file);
+  return object;
+}
+
+// The first one; those of other kinds, if there are any, as its `others`.
+std::string plugins_json(const std::vector<const PluginInfo*>& plugins, Registry& registry) {
+  JsonObject first = plugin_json(*plugins.front(), registry);
+  std::vector<std::string> others;
+  for (std::size_t i = 1; i < plugins.size(); ++i)
+    others.push_back(plugin_json(*plugins[i], registry).str());
+  if (!others.empty()) first.json("others", json_array(others));
+  return first.str();
 }
 
 std::string scene_text(const LoadedScene& scene, const std::string& name) {
@@ -152,7 +186,7 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
     }
     if (system.second_order()) object.integer("springs", spring_count(system));
-    systems.push_back(object.text("integrator", system.integrator_plugin().name)
+    systems.push_back(object.text("integrator", system.method().name())
                           .number("dt", system.h())
                           .number("duration", system.duration())
                           .str());
@@ -179,7 +213,7 @@ std::string remedy_for(const std::string& name, const std::vector<std::string>& 
   for (const std::string& scene : scenes)
     if (std::filesystem::path(scene).stem() == name) return "did you mean '" + scene + "'?";
   std::vector<std::string> known = scenes;
-  for (const PluginKind kind : {PluginKind::kForce, PluginKind::kField, PluginKind::kIntegrator})
+  for (const PluginKind& kind : kPluginKinds)
     for (const std::string& plugin : registry.names(kind)) known.push_back(plugin);
   if (const std::string near = nearest(name, known); !near.empty())
     return "did you mean '" + near + "'?";
@@ -200,7 +234,7 @@ std::string system_facts(const Simulation& system) {
       text += " (" + std::to_string(system.pinned_count()) + " pinned)";
     text += ", " + counted(spring_count(system), "spring");
   }
-  return text + "; " + system.integrator_plugin().name + ", " + brief(system.h()) + " s a step, " +
+  return text + "; " + system.method().name() + ", " + brief(system.h()) + " s a step, " +
          brief(system.duration()) + " s";
 }
 
@@ -209,8 +243,10 @@ int describe(const DescribeRequest& request, const Environment& environment, Reg
   const std::string& name = request.name;
   const bool like_a_file = name.find('/') != std::string::npos || name.ends_with(".lua");
   std::string text;
-  if (const PluginInfo* info = like_a_file ? nullptr : registry.find(name)) {
-    text = request.json ? plugin_json(*info, registry) + "\n" : plugin_text(*info, registry);
+  std::vector<const PluginInfo*> plugins;
+  if (!like_a_file) plugins = registry.find(name);
+  if (!plugins.empty()) {
+    text = request.json ? plugins_json(plugins, registry) + "\n" : plugins_text(plugins, registry);
   } else {
     const std::vector<std::string> scenes = list_scenes(environment.scene_folders);
     const bool known = std::find(scenes.begin(), scenes.end(), name) != scenes.end();

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -34,10 +34,10 @@ class Examination {
   const std::vector<Check>& checks() const { return checks_; }
 
  private:
-  void plugins_of(PluginKind kind);
+  void plugins_of(const PluginKind& kind);
 
   const Environment& environment_;
-  std::optional<Registry> registry_;
+  std::unique_ptr<Registry> registry_;
   std::vector<Check> checks_;
 };
 
@@ -58,28 +58,27 @@ void Examination::folders(const std::string& name, const Folders& list) {
 
 void Examination::plugins(const Folders& libraries) {
   try {
-    registry_ = open_registry(environment_, libraries);
+    registry_.reset(new Registry(open_registry(environment_, libraries)));
   } catch (const Error& error) {
     checks_.push_back({"plugins", error.what(), false});
     return;
   }
-  for (const PluginKind kind : {PluginKind::kIntegrator, PluginKind::kForce, PluginKind::kField})
-    plugins_of(kind);
+  for (const PluginKind& kind : kPluginKinds) plugins_of(kind);
   for (const std::string& reason : registry_->rejected())
     checks_.push_back({"rejected", reason, false});
 }
 
-void Examination::plugins_of(PluginKind kind) {
-  const std::string name = std::string(kind_name(kind)) + "s";
+void Examination::plugins_of(const PluginKind& kind) {
+  const std::string name = std::string(kind.folder);
   std::vector<std::string> good;
   for (const std::string& plugin : registry_->names(kind)) {
     try {
-      if (registry_->find(plugin)) good.push_back(plugin);
+      if (registry_->find(kind, plugin)) good.push_back(plugin);
     } catch (const Error& error) {
       checks_.push_back({name, error.what(), false});
     }
   }
-  checks_.push_back({name, good.empty() ? "none found" : join(good, ", "), !good.empty()});
+  checks_.push_back({name, good.empty() ? "none" : join(good, ", ")});
 }
 
 void Examination::scenes() {

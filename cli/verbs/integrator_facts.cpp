@@ -7,11 +7,10 @@
 namespace sim::cli {
 
 std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry& registry) {
-  if (info.kind != PluginKind::kIntegrator) return {};
+  if (info.kind != kind_of<Integrator>) return {};
   for (const Param& param : info.params)
     if (param.required) return {};
-  const auto method = registry.integrator(info.name).make(
-      Params("integrator '" + info.name + "'", info.params, {}, {}));
+  const auto method = Method(registry, info.name).make();
   return IntegratorFacts{method->info(), stable_step(*method, 1, 0), stable_step(*method, 0, 1)};
 }
 

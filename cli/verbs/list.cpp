@@ -1,13 +1,13 @@
 #include "cli/verbs/list.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "cli/verbs/integrator_facts.h"
+#include "cli/verbs/luacats.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
@@ -15,18 +15,6 @@
 
 namespace sim::cli {
 namespace {
-
-struct Section {
-  std::string name;
-  PluginKind kind;
-};
-
-const std::array<Section, 3>& plugin_sections() {
-  static const std::array<Section, 3> sections{{{"integrators", PluginKind::kIntegrator},
-                                                {"forces", PluginKind::kForce},
-                                                {"fields", PluginKind::kField}}};
-  return sections;
-}
 
 struct ListRow {
   std::string name, summary = {};
@@ -38,19 +26,19 @@ struct ListRow {
   }
 };
 
-ListRow plugin_row(const std::string& name, Registry& registry) {
+ListRow plugin_row(const PluginKind& kind, const std::string& name, Registry& registry) {
   try {
-    if (const PluginInfo* info = registry.find(name))
-      return {name, info->summary, info->aliases, integrator_facts(*info, registry)};
+    const PluginInfo& info = registry.get(kind, name);
+    return {name, info.summary, info.aliases, integrator_facts(info, registry)};
   } catch (const Error& error) {
     return {name, std::string("cannot be used: ") + error.what()};
   }
-  return {name};
 }
 
-std::vector<ListRow> plugin_rows(PluginKind kind, Registry& registry) {
+std::vector<ListRow> plugin_rows(const PluginKind& kind, Registry& registry) {
   std::vector<ListRow> rows;
-  for (const std::string& name : registry.names(kind)) rows.push_back(plugin_row(name, registry));
+  for (const std::string& name : registry.names(kind))
+    rows.push_back(plugin_row(kind, name, registry));
   return rows;
 }
 
@@ -124,27 +112,39 @@ std::string json_section(const std::vector<ListRow>& rows, bool scenes) {
 
 }  // namespace
 
+std::string plural_kinds() {
+  std::vector<std::string> kinds;
+  for (const PluginKind& kind : kPluginKinds) kinds.emplace_back(kind.folder);
+  return join(kinds, ", ");
+}
+
 int list(const ListRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
-  const std::vector<std::string> known{"integrators", "forces", "fields", "scenes"};
-  if (!request.what.empty() && std::find(known.begin(), known.end(), request.what) == known.end())
-    throw Error(ErrorKind::kUsage, {"nothing of that kind to list", "sim list " + request.what,
-                                    "there are integrators, forces, fields and scenes",
-                                    suggestion(request.what, known)});
-
+  if (request.luacats) {
+    put(console.out, luacats(environment, registry));
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
   std::vector<std::pair<std::string, std::vector<ListRow>>> sections;
-  const auto wanted = [&](const std::string& name) {
-    return request.what.empty() || request.what == name;
+  std::vector<std::string> known{"scenes"};
+  const auto add = [&](const std::string& name, auto rows) {
+    if (request.what.empty() || request.what == name) sections.emplace_back(name, rows());
   };
-  for (const Section& section : plugin_sections())
-    if (wanted(section.name))
-      sections.emplace_back(section.name, plugin_rows(section.kind, registry));
-  if (wanted("scenes")) sections.emplace_back("scenes", scene_rows(environment));
+  for (const PluginKind& kind : kPluginKinds) {
+    known.emplace_back(kind.folder);
+    add(known.back(), [&] { return plugin_rows(kind, registry); });
+  }
+  add("scenes", [&] { return scene_rows(environment); });
+  if (sections.empty())
+    throw Error(ErrorKind::kUsage,
+                {"nothing of that kind to list", "sim list " + request.what,
+                 "there are " + plural_kinds() + " and scenes", suggestion(request.what, known)});
 
   JsonObject object;
   std::string text;
   for (const auto& [name, rows] : sections) {
     object.json(name, json_section(rows, name == "scenes"));
+    if (rows.empty() && request.what.empty()) continue;
     text += (text.empty() ? "" : "\n") +
             (name == "integrators" ? integrator_section(rows) : text_section(name, rows));
   }

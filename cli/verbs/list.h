@@ -9,13 +9,17 @@
 namespace sim::cli {
 
 struct ListRequest {
-  std::string what;  // integrators, forces, fields, scenes; empty = all of them
+  std::string what;  // integrators, forces, ..., scenes; empty = all of them
   bool json = false;
+  bool luacats = false;  // instead: types for editors
 };
 
 // One line a name with its aliases and summary; a plugin that cannot be opened says why. Throws
 // Error{kUsage} for an unknown `what`.
 int list(const ListRequest& request, const Environment& environment, Registry& registry,
          Console& console);
+
+// "integrators, forces, ...": the kinds of plugins.
+std::string plural_kinds();
 
 }  // namespace sim::cli

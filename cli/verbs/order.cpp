@@ -139,8 +139,7 @@ std::string json_of(const OrderStudy& result) {
 }
 
 bool is_integrator(const std::string& word, Registry& registry) {
-  const PluginInfo* plugin = registry.find(word.substr(0, word.find(':')));
-  return plugin && plugin->kind == PluginKind::kIntegrator;
+  return registry.find(kind_of<Integrator>, word.substr(0, word.find(':')));
 }
 
 }  // namespace
@@ -148,7 +147,7 @@ bool is_integrator(const std::string& word, Registry& registry) {
 int order(const OrderRequest& request, const Environment& environment, Registry& registry,
           Console& console) {
   SceneRequest scene_request = request.scene;
-  std::vector<IntegratorChoice> integrators = request.integrators;
+  std::vector<MethodChoice> integrators = request.integrators;
   std::vector<std::string> words = request.words;
   if (!words.empty() && (words.size() > 1 || is_integrator(words.front(), registry))) {
     if (!integrators.empty())

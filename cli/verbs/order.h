@@ -13,9 +13,9 @@ namespace sim::cli {
 
 struct OrderRequest {
   SceneRequest scene;
-  std::vector<std::string> words;             // an integrator, a scene, or both in this order
-  std::vector<IntegratorChoice> integrators;  // empty = all that fit
-  std::optional<double> time;                 // s; nothing = the scene's duration, 1 s at most
+  std::vector<std::string> words;         // an integrator, a scene, or both in this order
+  std::vector<MethodChoice> integrators;  // empty = all that fit
+  std::optional<double> time;             // s; nothing = the scene's duration, 1 s at most
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

@@ -12,9 +12,9 @@ namespace sim::cli {
 
 struct StabilityRequest {
   SceneRequest scene;
-  double at = 0;                              // s: the state that the run has reached then
-  std::vector<IntegratorChoice> integrators;  // empty = all that fit
-  bool extremes = false;                      // instead of the scene
+  double at = 0;                          // s: the state that the run has reached then
+  std::vector<MethodChoice> integrators;  // empty = all that fit
+  bool extremes = false;                  // instead of the scene
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

@@ -20,11 +20,11 @@ struct Budget {
 
 struct TradeoffRequest {
   SceneRequest scene;
-  Budget budget;                              // 0.1 % of the size if not given
-  std::optional<double> time;                 // s; nothing = the scene's duration
-  std::vector<IntegratorChoice> integrators;  // empty = all that fit
-  std::optional<Target> csv;                  // every point, .csv or .jsonl
-  std::optional<std::string> svg;             // a file for the plot, of one system
+  Budget budget;                          // 0.1 % of the size if not given
+  std::optional<double> time;             // s; nothing = the scene's duration
+  std::vector<MethodChoice> integrators;  // empty = all that fit
+  std::optional<Target> csv;              // every point, .csv or .jsonl
+  std::optional<std::string> svg;         // a file for the plot, of one system
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

@@ -11,11 +11,14 @@ namespace sim {
 class FieldSystem final : public OdeSystem {
  public:
   FieldSystem(std::size_t size, int dimension, std::unique_ptr<Field> field)
-      : size_(size), field_(std::move(field)) {
+      : size_(size), dimension_(dimension), field_(std::move(field)) {
     field_->bind(size, dimension);
   }
 
   std::size_t size() const noexcept override { return size_; }
+  StateShape shape() const override {
+    return dimension_ == 3 ? StateShape::points(size_ / 3) : StateShape::flat(size_);
+  }
 
   void eval(double t, const Stage& stage, double* y, double* dydt) override {
     combine(stage, y);
@@ -26,6 +29,7 @@ class FieldSystem final : public OdeSystem {
 
  private:
   std::size_t size_;
+  int dimension_;
   CombineRange combine_range_ = combine_range();
   std::unique_ptr<Field> field_;
 };

@@ -1,6 +1,7 @@
 // One step of a numerical method on X' = f(t, X). Knows no physics.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
@@ -26,20 +27,19 @@ class Integrator {
 
   virtual IntegratorInfo info() const noexcept = 0;
 
-  // Takes all memory that step() will use; called once, before the first restart() and step().
+  // Takes all memory that advance() will use; called once, before the first restart().
   virtual void prepare(OdeSystem& system) = 0;
 
-  // x_next := the state at t + h from the state x at t; x and x_next are different arrays of
-  // system.size() doubles. x keeps its bits, so the last good state is never lost.
-  virtual StepStatus step(OdeSystem& system, double t, double h, const double* x,
+  // Takes steps of size h from the state x at t, at least one and at most `most`, as many as cost
+  // less together: x_next := the state after them, with the bits of that many single steps. x and
+  // x_next are different arrays of system.size() doubles; x keeps its bits, so the last good state
+  // is never lost. Where one of several fails none is taken: ask for one to see it fail.
+  virtual Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                           double* x_next) = 0;
 
-  // How many steps cost less together, when nobody looks between them, and `count` of them, at most
-  // so many: the same bits as from that many of step(). They leave memory() as it is.
-  virtual int at_once() const { return 1; }
-  virtual StepStatus steps(OdeSystem& system, double t, double h, int /*count*/, const double* x,
-                           double* x_next) {
-    return step(system, t, h, x, x_next);
+  // A single one.
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) {
+    return advance(system, t, h, 1, x, x_next).status;
   }
 
   // Steps of size h from the state x at t follow, at the start of a run or after the state or h was

@@ -12,6 +12,7 @@
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
+#include "core/ode/state_shape.h"
 
 namespace sim {
 
@@ -44,6 +45,9 @@ class OdeSystem {
 
   virtual std::size_t size() const noexcept = 0;
 
+  // What the numbers of X are; by default a flat list.
+  virtual StateShape shape() const { return StateShape::flat(size()); }
+
   // y := stage, dydt := f(t, y). y and dydt overlap neither each other nor the stage.
   virtual void eval(double t, const Stage& stage, double* y, double* dydt) = 0;
 
@@ -67,6 +71,10 @@ class OdeSystem {
 
   // df/dX; by differences unless the system knows better. The system outlives it.
   virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }
+
+  // True where some states are not allowed, as a particle within an obstacle. Steppers of the
+  // system then keep to the allowed ones by themselves; what cannot is refused when it is made.
+  virtual bool confined() const noexcept { return false; }
 
   // Asked between the parts of steps that may take long: true ends such a step with kStopped.
   void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }

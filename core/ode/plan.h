@@ -2,7 +2,9 @@
 // a system makes of it a stepper that knows its own structure.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace sim {
@@ -51,6 +53,9 @@ class Stepper {
 
   // So many steps cost less together than one after the other.
   virtual int at_once() const { return 1; }
+  int most_of(std::int64_t wanted) const {
+    return static_cast<int>(std::min<std::int64_t>(wanted, at_once()));
+  }
 
   // Forgets what was kept of the last step: the state was changed since.
   virtual void restart() {}

@@ -44,81 +44,55 @@ std::string json_prefix(const Simulation& system, bool world) {
   return prefix;
 }
 
+// The numbers that a row of the table holds: those of one item of the first kind.
+std::vector<StateNumber> columns_of(const StateShape& shape) {
+  std::vector<StateNumber> columns;
+  for (const StatePart& part : shape.parts())
+    for (std::size_t c = 0; c < part.components.size() && part.item == shape.first().item; ++c)
+      columns.push_back({&part, 0, c, part.at(0, c)});
+  return columns;
+}
+
 }  // namespace
 
 DumpTable::DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope)
     : output_(target, standard_output), format_(target.format), world_(scope.world) {
-  for (const Simulation* system : scope.systems) {
-    if (system->second_order()) {
-      columns_ = Columns::kParticles;
-    } else if (!system->flat() && columns_ == Columns::kFlat) {
-      columns_ = Columns::kPoints;
-    }
-  }
+  std::vector<StateNumber> widest;
+  for (const Simulation* system : scope.systems)
+    if (auto columns = columns_of(system->shape()); columns.size() > widest.size())
+      widest = columns;
+  columns_ = widest.size();
   if (format_ != TableFormat::kCsv) return;
   std::string& out = output_.buffer();
   out += world_ ? "system,step,t" : "step,t";
-  if (columns_ == Columns::kFlat) out += ",component,value";
-  if (columns_ != Columns::kFlat) out += ",particle,x,y,z";
-  if (columns_ == Columns::kParticles) out += ",vx,vy,vz";
+  out += columns_ == 1 ? ",component,value" : ",particle";
+  for (const StateNumber& column : widest)
+    if (columns_ > 1) out += "," + column.name();
   out += '\n';
 }
 
 void DumpTable::frame(const Simulation& system) {
-  if (format_ == TableFormat::kCsv) {
-    csv_rows(system, csv_prefix(system, world_));
-  } else {
-    json_rows(system, json_prefix(system, world_));
-  }
-}
-
-void DumpTable::csv_rows(const Simulation& system, const std::string& prefix) {
+  const bool csv = format_ == TableFormat::kCsv;
+  const std::string prefix = csv ? csv_prefix(system, world_) : json_prefix(system, world_);
+  const std::vector<StateNumber> columns = columns_of(system.shape());
+  const std::span<const double> x = system.state();
   std::string& out = output_.buffer();
-  const int rows = system.flat() ? system.components() : system.particles();
-  for (int i = 0; i < rows; ++i) {
+  for (std::size_t i = 0; i < columns.front().part->count; ++i) {
     out += prefix;
-    out += ',';
-    append_integer(out, i);
-    if (system.flat()) {
-      append_csv(out, {system.component(i)});
-      if (columns_ != Columns::kFlat) out += ",,";
-    } else {
-      const Vec3 x = system.position(i);
-      append_csv(out, {x[0], x[1], x[2]});
+    out += csv ? "," : system.flat() ? ",\"component\":" : ",\"particle\":";
+    append_integer(out, static_cast<std::int64_t>(i));
+    for (const StateNumber& column : columns) {
+      const double value = x[column.part->at(i, column.component)];
+      if (csv)
+        append_csv(out, {value});
+      else
+        append_json(out, system.flat() ? "value" : column.name(), value);
     }
-    if (system.second_order()) {
-      const Vec3 v = system.velocity(i);
-      append_csv(out, {v[0], v[1], v[2]});
-    } else if (columns_ == Columns::kParticles) {
-      out += ",,,";
-    }
+    if (csv)
+      out.append(columns_ - columns.size(), ',');
+    else
+      out += '}';
     out += '\n';
-    output_.flush_if_full();
-  }
-}
-
-void DumpTable::json_rows(const Simulation& system, const std::string& prefix) {
-  std::string& out = output_.buffer();
-  const int rows = system.flat() ? system.components() : system.particles();
-  for (int i = 0; i < rows; ++i) {
-    out += prefix;
-    out += system.flat() ? ",\"component\":" : ",\"particle\":";
-    append_integer(out, i);
-    if (system.flat()) {
-      append_json(out, "value", system.component(i));
-    } else {
-      const Vec3 x = system.position(i);
-      append_json(out, "x", x[0]);
-      append_json(out, "y", x[1]);
-      append_json(out, "z", x[2]);
-    }
-    if (system.second_order()) {
-      const Vec3 v = system.velocity(i);
-      append_json(out, "vx", v[0]);
-      append_json(out, "vy", v[1]);
-      append_json(out, "vz", v[2]);
-    }
-    out += "}\n";
     output_.flush_if_full();
   }
 }

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/output/output.h"
 #include "core/scene/simulation.h"
@@ -19,7 +20,8 @@ struct TableScope {
 // One row a particle: step,t,particle,x,y,z,vx,vy,vz in m and m/s. A first-order system of points
 // has no velocities: without v columns, or with these cells empty where another system of the world
 // has them. A flat state is step,t,component,value; beside particles in one world the component
-// stands under `particle` and its value under x. JSON lines name what each row has.
+// stands under `particle` and its value under x. What forces remember is in no row. JSON lines name
+// what each row has.
 class DumpTable {
  public:
   DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
@@ -28,15 +30,10 @@ class DumpTable {
   void commit() { output_.commit(); }
 
  private:
-  enum class Columns { kFlat, kPoints, kParticles };
-
-  void csv_rows(const Simulation& system, const std::string& prefix);
-  void json_rows(const Simulation& system, const std::string& prefix);
-
   Output output_;
   TableFormat format_;
   bool world_;
-  Columns columns_ = Columns::kFlat;
+  std::size_t columns_ = 1;  // of numbers, for the widest system
 };
 
 // step,t,kinetic,potential,total,drift in s and J; drift = total - total at step 0. Second-order

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,7 +40,7 @@ struct Link {
   double stiffness = 0, rest = 0;  // N/m, m
 };
 
-// A force is a pure function of (t, X): memory that changes belongs in X.
+// A force is a pure function of (t, X): memory that changes is a part of X.
 class Force {
  public:
   virtual ~Force() = default;
@@ -47,13 +48,14 @@ class Force {
   // Called once with the initial state; may allocate and may throw Error.
   virtual void bind(const ParticleView& /*initial*/) {}
 
-  // An affine force is described here and never accumulated.
+  // What of a force is affine is described here. Nothing else of it is accumulated, unless it has a
+  // memory or says so.
   virtual std::optional<AffineForce> affine() const { return {}; }
 
   // Springs are folded too: all of a scene are evaluated in one sweep. A force of springs that also
   // damps them is accumulated for that part alone.
   virtual const Springs* springs() const { return nullptr; }
-  virtual bool accumulates() const { return !affine() && !springs(); }
+  virtual bool accumulates() const { return memory_size() > 0 || (!affine() && !springs()); }
 
   // Any other force, before accumulate(), potential() and jacobian() of the same view: builds what
   // its tiles share (neighbour lists, densities). What they then return must follow from the view
@@ -67,6 +69,15 @@ class Force {
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }
 
+  // What such a force remembers: so many numbers of X, which every view it is given has as
+  // `memory`, their values at t = 0 and, after prepare(), their rates of change.
+  virtual int memory_size() const { return 0; }
+  virtual void start(std::span<double> /*memory*/) const {}
+  virtual void derive(const ParticleView& /*view*/, std::span<double> /*rate*/) const {}
+  // False when derive() follows from t and the memory alone: splitting methods need that, implicit
+  // ones are faster. It is then called without prepare(), and its view has no particles.
+  virtual bool remembers_particles() const { return true; }
+
   // Implicit methods need the derivatives of accumulate(): jacobian() gives them, blocks in any
   // order, and those of one pair (i, j) add up. Without, differences of accumulate() are taken.
   virtual bool has_jacobian() const { return false; }
@@ -75,11 +86,20 @@ class Force {
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }
 
+  // True if the force is what its potential gives, F = -dU/dx, and does no other work.
+  virtual bool conservative() const { return false; }
+
   // Appends the links of particle i.
   virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}
 
   // Number of links of each family, for summaries; families in the order of definition.
   virtual std::vector<std::pair<std::string, long>> families() const { return {}; }
+};
+
+// Where the memory of a force lies among all memories of a state.
+struct ForceMemory {
+  const Force* force;
+  std::size_t begin, size;
 };
 
 }  // namespace sim

@@ -60,7 +60,7 @@ PluginCard read_card(const std::filesystem::path& file) {
   PluginCard card;
   if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size != sizeof card ||
       !read_at(in, section.sh_offset, card))
-    refuse(file, "it has no plugin card", "write SIM_PLUGIN(kind, names) { ... } in it");
+    refuse(file, "it has no plugin card", "write SIM_PLUGIN(Kind, names) { ... } in it");
   if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
   card.names[sizeof card.names - 1] = 0;
   card.build[sizeof card.build - 1] = 0;
@@ -75,7 +75,7 @@ PluginCard read_card(const std::filesystem::path& file) {
     if (card.sizes[i] != kAbiSizes[i])
       refuse(file, "the size of an interface struct differs from the kernel's" + built,
              "build it again with the headers of this kernel");
-  if (card.kind > static_cast<std::uint32_t>(PluginKind::kIntegrator))
+  if (card.kind >= kPluginKinds.size())
     refuse(file, "its plugin card names an unknown kind of plugin");
   if (card_names(card).empty()) refuse(file, "its plugin card names no plugin");
   return card;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -24,8 +25,10 @@ ParamType type_of(const Value& value) {
       return ParamType::kVector;
     case 6:
       return ParamType::kFunction;
-    default:
+    case 7:
       return ParamType::kParticleFunction;
+    default:
+      return ParamType::kSurface;
   }
 }
 
@@ -34,6 +37,7 @@ std::string shown(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return "'" + *text + "'";
   const ParamType type = type_of(value);
   if (type == ParamType::kFunction || type == ParamType::kParticleFunction) return "a function";
+  if (type == ParamType::kSurface) return "a surface";
   return to_text(value);
 }
 
@@ -57,7 +61,8 @@ bool convert(Value& value, ParamType type) {
   return false;
 }
 
-// Why a value of the right type is not legal; empty when it is.
+}  // namespace
+
 std::string objection(const Value& value, const Param& param) {
   double number = 0;
   if (const auto* v = std::get_if<Vec3>(&value))
@@ -78,8 +83,6 @@ std::string objection(const Value& value, const Param& param) {
   return "";
 }
 
-}  // namespace
-
 const char* type_name(ParamType type) {
   switch (type) {
     case ParamType::kFlag:
@@ -95,6 +98,8 @@ const char* type_name(ParamType type) {
     case ParamType::kFunction:
     case ParamType::kParticleFunction:
       return "function";
+    case ParamType::kSurface:
+      return "surface (sim.surface)";
   }
   return "";
 }
@@ -115,9 +120,24 @@ std::string to_text(const Value& value) {
       return text += '}';
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
+    std::string operator()(const std::shared_ptr<const TriangleMesh>&) const { return "surface"; }
     std::string operator()(const ParticleFunction&) const { return "function"; }
   };
   return std::visit(Writer{}, value);
+}
+
+std::string settle_defaults(std::span<Param> declared) {
+  std::set<std::string> names;
+  for (Param& param : declared) {
+    const std::string what = "the parameter '" + param.name + "'";
+    if (!names.insert(param.name).second) return what + " is declared twice";
+    Value& value = param.default_value;
+    if (std::holds_alternative<std::monostate>(value)) continue;
+    const std::string text = "the default of " + what + " is " + shown(value);
+    if (!convert(value, param.type)) return text + ", not a " + type_name(param.type);
+    if (const std::string why = objection(value, param); !why.empty()) return text + ": " + why;
+  }
+  return "";
 }
 
 Params::Params(const std::string& owner, std::span<const Param> declared,
@@ -148,7 +168,7 @@ Params::Params(const std::string& owner, std::span<const Param> declared,
     if (is_free) free_numbers_[name] = std::get<double>(slot);
   }
   for (const Param& param : declared)
-    if (param.required && !has(param.name))
+    if (param.required && !param.per_tie && !has(param.name))
       throw Error(ErrorKind::kScene, {owner, place, "its parameter '" + param.name + "' is missing",
                                       "give " + param.name + ", " + param.doc +
                                           (param.unit.empty() ? "" : " in " + param.unit)});
@@ -167,23 +187,13 @@ const T& Params::get(const std::string& name) const {
   return std::get<T>(entry->second);
 }
 
-std::string spelled(const std::string& name, std::span<const Param> declared,
-                    const Params& params) {
-  std::string text = name;
-  for (const Param& param : declared) {
-    const std::string value = to_text(params.value(param.name));
-    if (value != to_text(param.default_value))
-      text += (text == name ? ":" : ",") + param.name + "=" + value;
-  }
-  return text;
-}
-
 template const bool& Params::get(const std::string&) const;
 template const std::int64_t& Params::get(const std::string&) const;
 template const double& Params::get(const std::string&) const;
 template const std::string& Params::get(const std::string&) const;
 template const Vec3& Params::get(const std::string&) const;
 template const OdeFunction& Params::get(const std::string&) const;
+template const std::shared_ptr<const TriangleMesh>& Params::get(const std::string&) const;
 template const ParticleFunction& Params::get(const std::string&) const;
 
 }  // namespace sim

@@ -1,11 +1,11 @@
-// Parameters of plugins: declared once in the registration, checked there against what a scene
-// says.
+// Parameters of plugins: declared once, in the registration, where what a scene says is checked.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <variant>
@@ -15,6 +15,8 @@
 #include "core/particles/view.h"
 
 namespace sim {
+
+class TriangleMesh;
 
 // dxdt := f(t, x); both spans have the size of the state.
 using OdeFunction =
@@ -27,9 +29,18 @@ using ParticleFunction =
 
 // monostate: no value given.
 using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, ParticleFunction>;
+                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>>;
 
-enum class ParamType { kFlag, kInteger, kNumber, kText, kVector, kFunction, kParticleFunction };
+enum class ParamType {
+  kFlag,
+  kInteger,
+  kNumber,
+  kText,
+  kVector,
+  kFunction,
+  kParticleFunction,
+  kSurface
+};
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
 std::string to_text(const Value& value);  // "0.5", "{0, -9.81, 0}", "" for none
@@ -42,11 +53,18 @@ struct Param {
   std::string unit = {};
   std::string doc = {};
   bool required = false;    // a scene must say it; otherwise none is a legal value
+  bool per_tie = false;     // a number that each element may give for itself: see Elements
   bool positional = false;  // may be given as the first unnamed entry of the Lua table
   double min = -std::numeric_limits<double>::infinity();  // bounds of a number, inclusive
   double max = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices = {};  // for a text; none: any text
 };
+
+// Why a value of the right type is not legal; empty when it is.
+std::string objection(const Value& value, const Param& param);
+// Brings the defaults to the declared types: a whole number passes as a number. Returns what is
+// wrong with the declarations: a name twice, a default of another type or out of bounds; or "".
+std::string settle_defaults(std::span<Param> declared);
 
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
 using Place = std::string;
@@ -58,8 +76,9 @@ class Params {
   Params() = default;
 
   // Checks `given` against `declared` and fills in the defaults; with `free_numbers` other names
-  // may be given numbers. Throws Error{kScene} naming
-  // `owner` ("force 'spring'") and the place for an unknown name, a wrong type or a bad value.
+  // may be given numbers. Throws Error{kScene} naming `owner` ("force 'spring'") and the place for
+  // an unknown name, a wrong type or a bad value, or where one is required that elements cannot
+  // give either.
   Params(const std::string& owner, std::span<const Param> declared,
          const std::map<std::string, Value>& given, const Place& place, bool free_numbers = false);
 
@@ -71,6 +90,9 @@ class Params {
   const std::string& text(const std::string& name) const { return get<std::string>(name); }
   const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
+  const std::shared_ptr<const TriangleMesh>& surface(const std::string& name) const {
+    return get<std::shared_ptr<const TriangleMesh>>(name);
+  }
   const ParticleFunction& particle_function(const std::string& name) const {
     return get<ParticleFunction>(name);
   }
@@ -84,8 +106,5 @@ class Params {
   std::map<std::string, Value> values_;
   std::map<std::string, double> free_numbers_;
 };
-
-// "NAME:PARAM=VALUE,PARAM=VALUE" of the values that are not the defaults, as --integrator takes it.
-std::string spelled(const std::string& name, std::span<const Param> declared, const Params& params);
 
 }  // namespace sim

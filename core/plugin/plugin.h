@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/plugin/registry.h"
@@ -12,7 +14,7 @@
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 9;
+inline constexpr std::uint32_t kPluginAbi = 12;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".
@@ -30,8 +32,9 @@ inline constexpr std::uint32_t kAbiSizes[6] = {sizeof(ParticleView), sizeof(Tile
                                                sizeof(PluginInfo),   sizeof(Param),
                                                sizeof(Stage),        sizeof(IntegratorInfo)};
 
-constexpr PluginCard make_card(PluginKind kind, std::string_view names) {
-  PluginCard card{kPluginMagic, kPluginAbi, static_cast<std::uint32_t>(kind), {}, {}, {}};
+template <class Object>
+constexpr PluginCard make_card(std::string_view names) {
+  PluginCard card{kPluginMagic, kPluginAbi, kind_of<Object>.number, {}, {}, {}};
   for (int i = 0; i < 6; ++i) card.sizes[i] = kAbiSizes[i];
   if (names.size() >= sizeof card.names) throw "too many plugin names for one library";
   for (std::size_t i = 0; i < names.size(); ++i) card.names[i] = names[i];
@@ -44,22 +47,25 @@ constexpr PluginCard make_card(PluginKind kind, std::string_view names) {
 // Handed to the library's registration function.
 class Registrar {
  public:
-  virtual void add(ForcePlugin plugin) = 0;
-  virtual void add(FieldPlugin plugin) = 0;
-  virtual void add(IntegratorPlugin plugin) = 0;
+  template <class Object>
+  void add(Plugin<Object> plugin) {
+    plugin.kind = kind_of<Object>;
+    keep(std::make_shared<Plugin<Object>>(std::move(plugin)));
+  }
 
  protected:
   ~Registrar() = default;
+  virtual void keep(std::shared_ptr<PluginInfo> plugin) = 0;
 };
 
 }  // namespace sim
 
-// SIM_PLUGIN(kForce, "gravity") { registrar.add(sim::ForcePlugin{...}); }
+// SIM_PLUGIN(Force, "gravity") { registrar.add(sim::ForcePlugin{...}); }
 #define SIM_PLUGIN(KIND, NAMES)                                                                  \
   extern "C"                                                                                     \
       __attribute__((section(".sim_plugin"), used,                                               \
                      visibility("default"))) constinit const ::sim::PluginCard sim_plugin_card = \
-          ::sim::make_card(::sim::PluginKind::KIND, NAMES);                                      \
+          ::sim::make_card<::sim::KIND>(NAMES);                                                  \
   extern "C" __attribute__((visibility("default"))) void sim_plugin_register(                    \
       ::sim::Registrar& registrar);                                                              \
   void sim_plugin_register(::sim::Registrar& registrar)

@@ -1,8 +1,8 @@
 #include "core/plugin/registry.h"
 
 #include <algorithm>
+#include <deque>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "core/base/text.h"
@@ -12,26 +12,27 @@ namespace sim {
 
 namespace fs = std::filesystem;
 
-const char* kind_name(PluginKind kind) {
-  constexpr const char* kNames[] = {"force", "field", "integrator"};
-  return kNames[static_cast<int>(kind)];
-}
-
 namespace {
 
-constexpr int kKinds = 3;
+// A name that two libraries have. Unlike a broken library it stops everything: the kernel does not
+// guess which of the two was meant.
+struct Taken : Error {
+  using Error::Error;
+};
 
 // Libraries below a directory and its folders of kinds, sorted, so that the order never depends on
 // the file system.
 std::vector<fs::path> libraries_below(const fs::path& directory) {
   std::vector<fs::path> files;
-  for (const char* folder : {"", "forces", "fields", "integrators"}) {
+  std::vector<std::string_view> folders{""};
+  for (const PluginKind& kind : kPluginKinds) folders.push_back(kind.folder);
+  for (const std::string_view folder : folders) {
     std::error_code error;
-    const fs::path place = *folder ? directory / folder : directory;
+    const fs::path place = folder.empty() ? directory : directory / folder;
     std::vector<fs::path> here;
     for (fs::directory_iterator it(place, error), end; !error && it != end; it.increment(error))
       if (it->path().extension() == ".so") here.push_back(it->path());
-    if (error && !*folder)
+    if (error && folder.empty())
       throw Error(ErrorKind::kIo, {"plugin folder", directory.string(), error.message(),
                                    "name a folder that holds plugin libraries"});
     std::sort(here.begin(), here.end());
@@ -45,7 +46,7 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 struct Registry::Impl {
   // A library in the search path: what its card promises, and whether it has been opened.
   struct Library {
-    fs::path file;
+    fs::path file, canonical;
     PluginKind kind;
     std::vector<CardName> names;
     bool opened = false;
@@ -54,33 +55,24 @@ struct Registry::Impl {
   // Takes what one library registers, and holds it to its card.
   struct Collector final : Registrar {
     Collector(Impl& owner, const Library& source) : impl(owner), library(source) {}
-    void add(ForcePlugin plugin) override { keep(impl.forces, PluginKind::kForce, plugin); }
-    void add(FieldPlugin plugin) override { keep(impl.fields, PluginKind::kField, plugin); }
-    void add(IntegratorPlugin plugin) override {
-      if (plugin.make_from_others)
-        plugin.make = [make = plugin.make_from_others, &impl = impl](const Params& params) {
-          return make(params, [&impl](const std::string& name, const auto& given) {
-            return impl.make_integrator(name, given);
-          });
-        };
-      keep(impl.integrators, PluginKind::kIntegrator, plugin);
-    }
-
-    template <class Plugin>
-    void keep(std::map<std::string, Plugin>& into, PluginKind kind, Plugin& plugin) {
+    void keep(std::shared_ptr<PluginInfo> plugin) override {
       const auto promised =
           std::find_if(library.names.begin(), library.names.end(),
-                       [&](const CardName& entry) { return entry.name == plugin.name; });
-      if (kind != library.kind || promised == library.names.end())
-        throw Error(ErrorKind::kPlugin, {"plugin", library.file.string(),
-                                         std::string("it registers the ") + kind_name(kind) + " '" +
-                                             plugin.name + "', which its card does not name",
-                                         "name it in SIM_PLUGIN"});
-      plugin.kind = kind;
-      plugin.aliases = promised->aliases;
-      plugin.file = library.file.string();
-      registered.insert(plugin.name);
-      into.emplace(plugin.name, std::move(plugin));
+                       [&](const CardName& entry) { return entry.name == plugin->name; });
+      if (plugin->kind != library.kind || promised == library.names.end())
+        refuse("it registers the " + plugin->title() + ", which its card does not name",
+               "name it in SIM_PLUGIN");
+      if (!registered.insert(plugin->name).second)
+        refuse("it registers the " + plugin->title() + " twice", "register it once");
+      if (const std::string wrong = settle_defaults(plugin->params); !wrong.empty())
+        refuse(plugin->title() + ": " + wrong, "mend its declaration");
+      plugin->aliases = promised->aliases;
+      plugin->file = library.file.string();
+      impl.of(library.kind).plugins.emplace(plugin->name, std::move(plugin));
+    }
+
+    [[noreturn]] void refuse(const std::string& why, const std::string& remedy) const {
+      throw Error(ErrorKind::kPlugin, {"plugin", library.file.string(), why, remedy});
     }
 
     Impl& impl;
@@ -88,38 +80,53 @@ struct Registry::Impl {
     std::set<std::string> registered;
   };
 
-  std::vector<Library> libraries;
-  std::map<std::string, std::size_t> owner[kKinds];      // plugin name -> index of its library
-  std::map<std::string, std::string> canonical[kKinds];  // name or alias -> name
-  std::map<std::string, ForcePlugin> forces;
-  std::map<std::string, FieldPlugin> fields;
-  std::map<std::string, IntegratorPlugin> integrators;
+  // What is known of one kind.
+  struct Shelf {
+    std::map<std::string, std::size_t> owner;      // plugin name -> index of its library
+    std::map<std::string, std::string> canonical;  // name or alias -> name
+    std::map<std::string, std::shared_ptr<const PluginInfo>> plugins;  // of opened libraries
+  };
+
+  std::deque<Library> libraries;
+  Shelf shelves[kPluginKinds.size()];
   std::vector<std::pair<fs::path, Error>> refused;
   std::vector<std::string> rejected;
 
-  // Notes a library under its names. A name that is taken already is an error.
+  Shelf& of(const PluginKind& kind) { return shelves[kind.number]; }
+
+  // The library of that file, noted under its names; known already if it is the same file by
+  // another way. A name that is taken is an error.
   Library& enter(const fs::path& file) {
+    std::error_code failed;
+    fs::path canonical = fs::canonical(file, failed);
+    if (failed) canonical = file;
+    const auto known = std::ranges::find(libraries, canonical, &Library::canonical);
+    if (known != libraries.end()) return *known;
+
     const PluginCard card = read_card(file);
-    Library library{file, static_cast<PluginKind>(card.kind), card_names(card)};
-    const auto kind = static_cast<std::size_t>(card.kind);
+    Library library{file, canonical, kPluginKinds[card.kind], card_names(card)};
+    Shelf& shelf = of(library.kind);
+    std::set<std::string> own;
     for (const CardName& entry : library.names) {
       std::vector<std::string> words = entry.aliases;
       words.push_back(entry.name);
-      for (const std::string& word : words)
-        if (const auto taken = canonical[kind].find(word); taken != canonical[kind].end())
-          throw Error(ErrorKind::kPlugin,
-                      {"plugin", file.string(),
-                       std::string("the ") + kind_name(library.kind) + " name '" + word +
-                           "' is taken by " + libraries[owner[kind][taken->second]].file.string(),
-                       "give it another name"});
+      for (const std::string& word : words) {
+        const auto taken = shelf.canonical.find(word);
+        const bool known_name = taken != shelf.canonical.end();
+        if (!known_name && own.insert(word).second) continue;
+        const fs::path& other = known_name ? libraries[shelf.owner[taken->second]].file : file;
+        throw Taken(ErrorKind::kPlugin, {"plugin", file.string(),
+                                         "the " + std::string(library.kind.name) + " name '" +
+                                             word + "' is taken by " + other.string(),
+                                         "give one of them another name, or take it away"});
+      }
     }
     for (const CardName& entry : library.names) {
-      owner[kind][entry.name] = libraries.size();
-      canonical[kind][entry.name] = entry.name;
-      for (const std::string& alias : entry.aliases) canonical[kind][alias] = entry.name;
+      shelf.owner[entry.name] = libraries.size();
+      shelf.canonical[entry.name] = entry.name;
+      for (const std::string& alias : entry.aliases) shelf.canonical[alias] = entry.name;
     }
-    libraries.push_back(std::move(library));
-    return libraries.back();
+    return libraries.emplace_back(std::move(library));
   }
 
   void open(Library& library) {
@@ -135,82 +142,73 @@ struct Registry::Impl {
     library.opened = true;
   }
 
-  std::vector<std::string> names(PluginKind kind) const {
+  // The plugin, its library opened; null for an unknown name.
+  const PluginInfo* find(const PluginKind& kind, const std::string& name) {
+    Shelf& shelf = of(kind);
+    const auto known = shelf.canonical.find(name);
+    if (known == shelf.canonical.end()) return nullptr;
+    open(libraries[shelf.owner[known->second]]);
+    return shelf.plugins.at(known->second).get();
+  }
+
+  std::vector<std::string> names(const PluginKind& kind) const {
     std::vector<std::string> list;
-    for (const auto& entry : owner[static_cast<int>(kind)]) list.push_back(entry.first);
+    for (const auto& entry : shelves[kind.number].owner) list.push_back(entry.first);
     return list;
   }
 
-  // The canonical name, its library opened; nothing for an unknown name.
-  std::optional<std::string> resolve(PluginKind kind, const std::string& name) {
-    const auto index = static_cast<std::size_t>(kind);
-    const auto known = canonical[index].find(name);
-    if (known == canonical[index].end()) return {};
-    open(libraries[owner[index][known->second]]);
-    return known->second;
-  }
-
-  std::unique_ptr<Integrator> make_integrator(const std::string& name,
-                                              const std::map<std::string, Value>& given) {
-    const IntegratorPlugin& plugin = get(integrators, PluginKind::kIntegrator, name, {});
-    return plugin.make(Params("integrator '" + plugin.name + "'", plugin.params, given, {}));
-  }
-
-  template <class Plugin>
-  const Plugin& get(std::map<std::string, Plugin>& from, PluginKind kind, const std::string& name,
-                    const Place& place) {
-    const auto known = resolve(kind, name);
+  const PluginInfo& get(const PluginKind& kind, const std::string& name, const Place& place) {
+    if (const PluginInfo* const plugin = find(kind, name)) return *plugin;
     // A library of that name was there, but could not be used: its own reason helps more.
-    if (!known)
-      for (const auto& [file, error] : refused)
-        if (file.stem() == name) throw error;
-    if (!known)
-      throw Error(ErrorKind::kScene,
-                  {std::string("unknown ") + kind_name(kind) + " '" + name + "'", place,
-                   "no plugin has that name", suggestion(name, names(kind))});
-    return from.at(*known);
+    for (const auto& [file, error] : refused)
+      if (file.stem() == name) throw error;
+    throw Error(
+        ErrorKind::kScene,
+        {"unknown " + std::string(kind.name) + " '" + name + "'", place, "no plugin has that name",
+         suggestion(name, names(kind)) + "; a library of your own: --load FILE.so, or a folder of "
+                                         "them: --plugin-path DIR"});
   }
 };
 
-Registry::Registry(std::vector<fs::path> directories) : impl_(std::make_unique<Impl>()) {
+Registry::Registry(const std::vector<fs::path>& directories, const std::vector<fs::path>& libraries)
+    : impl_(std::make_unique<Impl>()) {
   // A broken library must not keep the others from being used: it is told when it is asked for.
   for (const fs::path& directory : directories)
     for (const fs::path& file : libraries_below(directory)) {
       try {
         impl_->enter(file);
+      } catch (const Taken&) {
+        throw;
       } catch (const Error& error) {
         impl_->refused.emplace_back(file, error);
         impl_->rejected.push_back(error.what());
       }
     }
+  for (const fs::path& library : libraries) load(library);
 }
 
 Registry::~Registry() = default;
-Registry::Registry(Registry&&) noexcept = default;
-Registry& Registry::operator=(Registry&&) noexcept = default;
 
 void Registry::load(const fs::path& library) { impl_->open(impl_->enter(fs::absolute(library))); }
 
-const ForcePlugin& Registry::force(const std::string& name, const Place& place) {
-  return impl_->get(impl_->forces, PluginKind::kForce, name, place);
+const PluginInfo& Registry::get(const PluginKind& kind, const std::string& name,
+                                const Place& place) {
+  return impl_->get(kind, name, place);
 }
 
-const FieldPlugin& Registry::field(const std::string& name, const Place& place) {
-  return impl_->get(impl_->fields, PluginKind::kField, name, place);
+std::vector<std::string> Registry::names(const PluginKind& kind) const {
+  return impl_->names(kind);
 }
 
-const IntegratorPlugin& Registry::integrator(const std::string& name, const Place& place) {
-  return impl_->get(impl_->integrators, PluginKind::kIntegrator, name, place);
+const PluginInfo* Registry::find(const PluginKind& kind, const std::string& name) {
+  return impl_->find(kind, name);
 }
 
-std::vector<std::string> Registry::names(PluginKind kind) const { return impl_->names(kind); }
-
-const PluginInfo* Registry::find(const std::string& name) {
-  if (const auto known = impl_->resolve(PluginKind::kIntegrator, name))
-    return &impl_->integrators.at(*known);
-  if (const auto known = impl_->resolve(PluginKind::kForce, name)) return &impl_->forces.at(*known);
-  if (const auto known = impl_->resolve(PluginKind::kField, name)) return &impl_->fields.at(*known);
-  return nullptr;
+std::vector<const PluginInfo*> Registry::find(const std::string& name) {
+  std::vector<const PluginInfo*> found;
+  for (const PluginKind& kind : kPluginKinds)
+    if (const PluginInfo* const plugin = find(kind, name)) found.push_back(plugin);
+  return found;
 }
 
 const std::vector<std::string>& Registry::rejected() const { return impl_->rejected; }

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/hash.h"
+#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 namespace {
@@ -33,19 +34,23 @@ void add_part(StateHash& hash, const PartSpec& part) {
   for (const auto& [name, value] : part.given) {
     add_text(hash, name);
     add_text(hash, to_text(value));
+    if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
+      for (const TriangleMesh::Triangle& triangle : (*surface)->triangles())
+        for (const int id : triangle) hash.add(static_cast<std::uint64_t>(id));
   }
-  for (const GridLinks& grid : part.links.grids) {
-    for (const int number : {grid.first, grid.rows, grid.cols, grid.di, grid.dj})
-      hash.add(static_cast<std::uint64_t>(number));
-    hash.add(grid.rest);
+  for (const GridPairs& grid : part.elements.grids) {
+    hash.add(static_cast<std::uint64_t>(grid.first));
+    for (const int number : grid.size) hash.add(static_cast<std::uint64_t>(number));
+    for (const int number : grid.step) hash.add(static_cast<std::uint64_t>(number));
+    hash.add(grid.length);
   }
-  for (const LinkSpec& tie : part.links.ties) {
-    hash.add(static_cast<std::uint64_t>(tie.a));
-    hash.add(static_cast<std::uint64_t>(tie.b));
-    hash.add(tie.stiffness);
-    hash.add(tie.rest);
-    if (!std::isnan(tie.damping)) hash.add(tie.damping);
+  for (const int id : part.elements.ids) hash.add(static_cast<std::uint64_t>(id));
+  for (const auto& [name, column] : part.elements.values) {
+    add_text(hash, name);
+    hash.add(std::span<const double>(column));
   }
+  if (part.particles)
+    for (const int id : *part.particles) hash.add(static_cast<std::uint64_t>(id));
 }
 
 std::uint64_t hash_of(std::string_view bytes) {
@@ -131,7 +136,7 @@ void write_value(Writer& out, const Value& value) {
     out.text(*text);
   } else if (const auto* v = std::get_if<Vec3>(&value)) {
     for (int axis = 0; axis < 3; ++axis) out.number((*v)[axis]);
-  } else if (std::holds_alternative<OdeFunction>(value)) {
+  } else if (value.index() > 5) {
     throw Error(ErrorKind::kCheckpoint,
                 {"cannot save", "", "the integrator has a function among its parameters", ""});
   }
@@ -177,6 +182,7 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
       add_vector(hash, particle.velocity);
     }
     for (const PartSpec& force : spec.forces) add_part(hash, force);
+    for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
   }
   if (spec.first_order) {
     hash.add(static_cast<std::uint64_t>(spec.first_order->dimension));
@@ -190,10 +196,10 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
                               double start_energy) {
   const Snapshot snapshot = simulation.snapshot();
   const Settings& settings = *snapshot.settings;
-  return {simulation.name(), scene_identity(spec), settings.integrator.name,
-          settings.given,    settings.h,           snapshot.t0,
-          snapshot.step,     snapshot.n0,          start_energy,
-          settings.pinned,   snapshot.x,           snapshot.memory};
+  return {simulation.name(), scene_identity(spec), settings.method.choice(),
+          settings.h,        snapshot.t0,          snapshot.step,
+          snapshot.n0,       start_energy,         settings.pinned,
+          snapshot.x,        snapshot.memory};
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
@@ -211,7 +217,7 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
   if (!saved.pinned.empty() && !simulation.second_order())
     refuse(where, "its contents make no sense", "make the checkpoint again");
   const auto settings = std::make_shared<const Settings>(
-      Settings{registry.integrator(saved.integrator), saved.given, saved.h, saved.pinned});
+      Settings{Method(registry, saved.integrator), saved.h, saved.pinned});
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
 }
 
@@ -231,9 +237,9 @@ std::string encode(const Checkpoint& checkpoint) {
   for (const Checkpoint::System& system : checkpoint.systems) {
     out.text(system.name);
     out.integer(system.identity);
-    out.text(system.integrator);
-    out.integer(system.given.size());
-    for (const auto& [name, value] : system.given) {
+    out.text(system.integrator.name);
+    out.integer(system.integrator.given.size());
+    for (const auto& [name, value] : system.integrator.given) {
       out.text(name);
       write_value(out, value);
     }
@@ -274,10 +280,10 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
     Checkpoint::System& system = checkpoint.systems.emplace_back();
     system.name = in.text();
     system.identity = in.integer();
-    system.integrator = in.text();
+    system.integrator.name = in.text();
     for (std::size_t left = in.length(16); left > 0; --left) {
       std::string name = in.text();
-      system.given[std::move(name)] = read_value(in, file);
+      system.integrator.given[std::move(name)] = read_value(in, file);
     }
     for (double* number : {&system.h, &system.t0, &system.start_energy}) *number = in.number();
     for (std::int64_t* number : {&system.step, &system.n0})

@@ -15,9 +15,8 @@ struct Checkpoint {
   struct System {
     std::string name;
     std::uint64_t identity = 0;  // of what the scene says, see scene_identity
-    std::string integrator;
-    std::map<std::string, Value> given;  // its parameters
-    double h = 0, t0 = 0;                // s
+    MethodChoice integrator;
+    double h = 0, t0 = 0;  // s
     std::int64_t step = 0, n0 = 0;
     double start_energy = 0;  // J, from where the drift counts
     std::vector<int> pinned;

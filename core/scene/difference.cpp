@@ -14,27 +14,25 @@ std::uint64_t rank(double value) {
   return bits & kSign ? kSign - (bits & ~kSign) : kSign + bits;
 }
 
-// Calls visit(id, quantity, a, b) for every number until it answers false.
-template <class Visit>
-void compare(const Simulation& a, const Simulation& b, Visit visit) {
-  constexpr const char* kPosition[] = {"x", "y", "z"};
-  constexpr const char* kVelocity[] = {"vx", "vy", "vz"};
-  if (a.flat()) {
-    for (int i = 0; i < a.components(); ++i)
-      if (!visit(i, "component", a.component(i), b.component(i))) return;
-    return;
-  }
-  for (int i = 0; i < a.particles(); ++i) {
-    const Vec3 xa = a.position(i), xb = b.position(i), va = a.velocity(i), vb = b.velocity(i);
-    for (int axis = 0; axis < 3; ++axis)
-      if (!visit(i, kPosition[axis], xa[axis], xb[axis])) return;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!visit(i, kVelocity[axis], va[axis], vb[axis])) return;
-  }
-}
-
 bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+// Calls visit(difference) for every number of both that differs until it answers false.
+template <class Visit>
+void compare(const Simulation& a, const Simulation& b, Visit visit) {
+  const StatePart *part = nullptr, *same = nullptr;
+  a.shape().each([&](const StateNumber& number) {
+    if (part != number.part) {
+      part = number.part;
+      same = b.shape().find(part->name);
+    }
+    if (!same || same->count != part->count) return true;
+    const double left = a.state()[number.at];
+    const double right = b.state()[same->at(number.item, number.component)];
+    return same_bits(left, right) ||
+           visit({static_cast<int>(number.item), number.part->item, number.name(), left, right});
+  });
 }
 
 }  // namespace
@@ -53,18 +51,17 @@ std::uint64_t Difference::ulps() const {
 
 std::optional<Difference> first_difference(const Simulation& a, const Simulation& b) {
   std::optional<Difference> first;
-  compare(a, b, [&](int id, const char* quantity, double left, double right) {
-    if (!same_bits(left, right)) first = {id, quantity, left, right};
-    return !first;
+  compare(a, b, [&](const Difference& found) {
+    first = found;
+    return false;
   });
   return first;
 }
 
 std::optional<Difference> largest_difference(const Simulation& a, const Simulation& b) {
   std::optional<Difference> largest;
-  compare(a, b, [&](int id, const char* quantity, double left, double right) {
-    if (!same_bits(left, right) && (!largest || std::abs(left - right) > largest->absolute()))
-      largest = {id, quantity, left, right};
+  compare(a, b, [&](const Difference& found) {
+    if (!largest || found.absolute() > largest->absolute()) largest = found;
     return true;
   });
   return largest;

@@ -10,7 +10,8 @@
 namespace sim {
 
 struct Difference {
-  int id = 0;            // the particle, or the component of a flat state
+  int id = 0;            // of the particle, or what `item` says
+  std::string item;      // StatePart::item: "particle", "component"
   std::string quantity;  // "x", ... "vz", or "component"
   double a = 0, b = 0;   // m, m/s or the unit of the state
 
@@ -19,7 +20,8 @@ struct Difference {
   std::uint64_t ulps() const;  // doubles from the one to the other; of -0 and 0 none
 };
 
-// The first number, by particle, whose bits differ. The simulations are of the same scene.
+// The first number, by particle, whose bits differ. The simulations are of the same scene,
+// or parts of the state that only one of them has do not count.
 std::optional<Difference> first_difference(const Simulation& a, const Simulation& b);
 
 // The number that differs most; of one position, velocity or component. Nothing when all are equal.

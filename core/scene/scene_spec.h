@@ -1,23 +1,31 @@
 // A scene as plain data: what a Lua file (or a C++ caller) says, before anything is compiled.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/math/vec3.h"
-#include "core/plugin/links.h"
+#include "core/plugin/elements.h"
+#include "core/plugin/method.h"
 #include "core/plugin/params.h"
 
 namespace sim {
 
-// Particles with ids first .. first + rows * cols - 1 at origin + i * du + j * dv, id i * cols + j.
+// Particles at origin + i * du + j * dv + k * dw, (i, j, k) with the id (i * size[1] + j) * size[2]
+// + k.
 struct GridSpec {
-  int rows = 0, cols = 0;
-  Vec3 origin = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero();
-  double mass = 1;  // kg, each
+  std::array<int, 3> size{0, 0, 1};
+  Vec3 origin = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero(), dw = Vec3::Zero();
+  double mass = 1;     // kg, each
+  int directions = 2;  // that the scene gave: 2 or 3
+
+  int count() const { return size[0] * size[1] * size[2]; }
+  std::array<int, 3> at(int id) const;  // its (i, j, k)
 };
 
 struct ParticleSpec {
@@ -32,7 +40,7 @@ struct ParticlesSpec {
   std::vector<ParticleSpec> list;
   std::vector<int> pinned;
 
-  int count() const { return (grid ? grid->rows * grid->cols : 0) + static_cast<int>(list.size()); }
+  int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
   ParticleSpec at(int id) const;
 };
 
@@ -41,8 +49,10 @@ struct ParticlesSpec {
 struct PartSpec {
   std::string plugin;
   std::map<std::string, Value> given;
-  Links links;
-  Place place;
+  Elements elements = {};
+  std::optional<std::vector<int>> particles =
+      {};  // ascending: it acts on these alone; none: on all
+  Place place = {};
 };
 
 // State of a first-order scene: points of space (dimension 3) or a flat list (dimension 1).
@@ -56,14 +66,14 @@ struct FirstOrderSpec {
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
-  std::vector<PartSpec> forces;
+  std::vector<PartSpec> forces, colliders;
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
 
-  std::string integrator;
-  std::map<std::string, Value> integrator_given = {};  // its parameters
-  double dt = 0;                                       // s, > 0
-  double duration = 0;                                 // s, >= 0
+  MethodChoice integrator;
+  double dt = 0;        // s, > 0
+  double duration = 0;  // s, >= 0
   Place place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

@@ -6,6 +6,8 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/group.h"
 #include "core/particles/loads.h"
 #include "core/scene/simulation_impl.h"
 
@@ -35,25 +37,28 @@ void check(const SystemSpec& spec) {
       refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
   if (!spec.loads.empty() && static_cast<int>(spec.loads.size()) != n)
     refuse("there are " + std::to_string(spec.loads.size()) + " loads", spec.place);
-  for (const PartSpec& force : spec.forces) {
-    for (const LinkSpec& tie : force.links.ties)
-      if (outside(tie.a) || outside(tie.b) || tie.a == tie.b)
-        refuse("a tie from " + std::to_string(tie.a) + " to " + std::to_string(tie.b) +
-                   " does not join two of its particles",
-               force.place);
-    for (const GridLinks& g : force.links.grids)
-      if (g.first < 0 || g.rows < 0 || g.cols < 0 || g.first + std::int64_t{g.rows} * g.cols > n ||
-          (g.di == 0 && g.dj == 0))
-        refuse("a grid of ties does not fit its particles", force.place);
-  }
 }
 
-template <class Object>
-std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
-  if (!object)
-    throw Error(ErrorKind::kPlugin,
-                {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
-  return object;
+void check_surfaces(const PartSpec& part, int n) {
+  for (const auto& [name, value] : part.given)
+    if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
+      if (!*surface || (*surface)->particles() != n)
+        throw Error(ErrorKind::kScene,
+                    {"bad " + name, part.place, "it is a surface of other particles", ""});
+}
+
+// The force on the particles that its part names.
+std::unique_ptr<Force> on_group(std::unique_ptr<Force> force, const PluginInfo& plugin,
+                                const PartSpec& part, int n) {
+  const std::vector<int>& ids = *part.particles;
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kScene, {plugin.title(), part.place, why, ""});
+  };
+  if (!plugin.pointwise || !part.elements.empty()) refuse("it cannot be kept to some particles");
+  if (!std::ranges::is_sorted(ids, std::less_equal{}) ||
+      (!ids.empty() && (ids.front() < 0 || ids.back() >= n)))
+    refuse("its particles are not ascending ids of the scene");
+  return make_group(std::move(force), ids);
 }
 
 }  // namespace
@@ -61,13 +66,12 @@ std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& p
 // In the order of FirstOrderSpec::state.
 void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry) {
   const FirstOrderSpec& first = *spec.first_order;
-  dimension = first.dimension;
   initial_values = first.state;
   const Place& place = first.field.place;
-  const FieldPlugin& plugin = registry.field(first.field.plugin, place);
-  const Params params("field '" + plugin.name + "'", plugin.params, first.field.given, place);
+  const FieldPlugin& plugin = registry.get<Field>(first.field.plugin, place);
+  const Params params(plugin.title(), plugin.params, first.field.given, place);
   system = placed(place, [&] {
-    return std::make_unique<FieldSystem>(first.state.size(), dimension,
+    return std::make_unique<FieldSystem>(first.state.size(), first.dimension,
                                          made(plugin.make(params), plugin));
   });
   team = std::make_unique<Team>(1);
@@ -81,14 +85,14 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   for (const PartSpec& part : spec.forces) {
-    const ForcePlugin& plugin = registry.force(part.plugin, part.place);
-    const std::string owner = "force '" + plugin.name + "'";
-    if (!plugin.takes_links && !part.links.empty())
-      throw Error(ErrorKind::kScene, {owner, part.place, "it takes no ties between particles",
-                                      "tie them with sim.force.spring"});
-    const Params params(owner, plugin.params, part.given, part.place, plugin.free_numbers);
-    forces.push_back(
-        placed(part.place, [&] { return made(plugin.make(params, part.links), plugin); }));
+    const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
+    check_elements(part.elements, plugin, params, n, part.place);
+    check_surfaces(part, n);
+    auto force =
+        placed(part.place, [&] { return made(plugin.make(params, part.elements), plugin); });
+    if (part.particles) force = on_group(std::move(force), plugin, part, n);
+    forces.push_back(std::move(force));
     names.push_back(plugin.name);
   }
   if (!spec.loads.empty()) {
@@ -102,6 +106,13 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  for (const PartSpec& part : spec.colliders) {
+    const auto& plugin = registry.get<Collider>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    placed(part.place, [&] {
+      particles->add_collider(made(plugin.make(params), plugin), plugin.name, x.data());
+    });
+  }
   system = std::move(compiled);
 }
 
@@ -112,12 +123,9 @@ std::vector<double> Simulation::Impl::masses() const {
 }
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
-  const IntegratorPlugin& plugin = wanted.integrator;
-  Params params("integrator '" + plugin.name + "'", plugin.params, wanted.given, place);
-  auto method = made(plugin.make(params), plugin);
+  auto method = wanted.method.make();
   placed(place, [&] { method->prepare(*system); });
   integrator = std::move(method);
-  integrator_params = std::move(params);
 }
 
 // A position of -0 becomes 0, for adding 0 to it would change its bits.
@@ -131,51 +139,40 @@ void Simulation::Impl::place_particles() {
       layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
     }
   }
+  if (particles) particles->start_memories(x.data());
   for (const int i : settings->pinned)
     for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
-  constexpr const char* kNames[] = {"x", "y", "z", "vx", "vy", "vz"};
-  const auto found = [&](int id, const char* quantity) {
-    divergence = {status, id, step_count + 1, t(step_count + 1), settings->h, quantity};
-    return true;
-  };
-  if (status != StepStatus::kNotFinite) return found(-1, "");
-  if (!particles) {
-    for (std::size_t i = 0; i < x_next.size(); ++i)
-      if (!std::isfinite(x_next[i])) {
-        const int id = static_cast<int>(i) / dimension;
-        return found(id, dimension == 3 ? kNames[i % 3] : "component");
-      }
-    return false;
-  }
-  for (int i = 0; i < particles->layout().n(); ++i)
-    for (int block = 0; block < 6; ++block)
-      if (!std::isfinite(particles->layout().block(x_next.data(), block)[i]))
-        return found(i, kNames[block]);
-  return false;
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", ""};
+  bool finite = status == StepStatus::kNotFinite;
+  if (finite)
+    shape.each([&](const StateNumber& number) {
+      finite = std::isfinite(x_next[number.at]);
+      if (finite) return true;
+      found.particle = static_cast<int>(number.item);
+      found.quantity = number.name();
+      found.item = number.part->item;
+      return false;
+    });
+  if (!finite) divergence = found;
+  return !finite;
 }
+
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
     : impl_(std::make_unique<Impl>()) {
   check(spec);
   Impl& s = *impl_;
   s.name = spec.name;
   s.duration = spec.duration;
-  const auto settings = std::make_shared<Settings>();
+  const double h = options.dt > 0 ? options.dt : spec.dt;
+  if (!(h > 0) || !std::isfinite(h))
+    throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
+                                    "its step size dt is " + shortest(h), "give dt > 0 in s"});
+  const auto settings = std::make_shared<Settings>(
+      Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}});
   s.settings = settings;
-  settings->h = options.dt > 0 ? options.dt : spec.dt;
-  if (!(settings->h > 0) || !std::isfinite(settings->h))
-    throw Error(ErrorKind::kScene,
-                {"scene '" + spec.name + "'", spec.place,
-                 "its step size dt is " + shortest(settings->h), "give dt > 0 in s"});
-
-  // Parameters of the scene's integrator hold for no other one.
-  const bool own = options.integrator.empty();
-  settings->integrator =
-      registry.integrator(own ? spec.integrator : options.integrator, spec.place);
-  settings->given = options.integrator_given;
-  if (own) settings->given.insert(spec.integrator_given.begin(), spec.integrator_given.end());
 
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
@@ -186,7 +183,8 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   } else {
     s.compile_field(spec, registry);
   }
-  if (!s.particles) s.x = Array(s.system->size());
+  s.shape = s.system->shape();
+  s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
   s.make_integrator(*settings, spec.place);
   reset();
@@ -196,34 +194,21 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
-bool Simulation::step() {
-  Impl& s = *impl_;
-  const StepStatus status = s.integrator->step(*s.system, t(), h(), s.x.data(), s.x_next.data());
-  if (status != StepStatus::kDone && s.find_divergence(status)) {
-    if (status != StepStatus::kStopped) s.restart();
-    return false;
-  }
-  std::swap(s.x, s.x_next);
-  ++s.step_count;
-  return true;
-}
+bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  const int count = static_cast<int>(std::min<std::int64_t>(most, s.integrator->at_once()));
-  if (count <= 1) return step() ? 1 : 0;
-  const StepStatus status =
-      s.integrator->steps(*s.system, t(), h(), count, s.x.data(), s.x_next.data());
-  if (status == StepStatus::kDone) {
-    std::swap(s.x, s.x_next);
-    s.step_count += count;
-    return count;
+  Advance now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
+  if (now.status != StepStatus::kDone) {
+    if (s.find_divergence(now.status)) {
+      if (now.status != StepStatus::kStopped) s.restart();
+      return 0;
+    }
+    now.taken = 1;
   }
-  // One of them failed: which one, single steps from the state before all of them say.
-  const std::vector<double> memory = s.integrator->memory();
-  s.restart();
-  s.integrator->recall(memory);
-  return step() ? 1 : 0;
+  std::swap(s.x, s.x_next);
+  s.step_count += now.taken;
+  return now.taken;
 }
 
 void Simulation::stop_when(std::function<bool()> stop) {
@@ -257,20 +242,16 @@ std::int64_t Simulation::steps_for(double duration) const {
 
 const std::string& Simulation::name() const { return impl_->name; }
 double Simulation::duration() const { return impl_->duration; }
-const PluginInfo& Simulation::integrator_plugin() const { return impl_->settings->integrator; }
-const Params& Simulation::integrator_params() const { return impl_->integrator_params; }
+const Method& Simulation::method() const { return impl_->settings->method; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }
 std::span<const double> Simulation::state() const { return impl_->x.span(); }
 
+const StateShape& Simulation::shape() const { return impl_->shape; }
 bool Simulation::second_order() const { return impl_->particles != nullptr; }
-bool Simulation::flat() const { return !second_order() && impl_->dimension == 1; }
-
-int Simulation::particles() const {
-  if (impl_->particles) return impl_->particles->layout().n();
-  return flat() ? 0 : components() / 3;
-}
+bool Simulation::flat() const { return shape().first().components.size() == 1; }
+int Simulation::particles() const { return flat() ? 0 : static_cast<int>(shape().first().count); }
 
 int Simulation::pinned_count() const {
   return impl_->particles ? impl_->particles->pinned_count() : 0;
@@ -302,14 +283,8 @@ Energy Simulation::energy() const {
 std::uint64_t Simulation::hash() const {
   StateHash hash;
   hash.add(static_cast<std::uint64_t>(impl_->step_count));
-  if (!impl_->particles) {
-    hash.add(impl_->x.span());
-    return hash.value();
-  }
-  const Layout& layout = impl_->particles->layout();
-  for (int block = 0; block < 6; ++block)
-    hash.add(std::span<const double>(layout.block(impl_->x.data(), block),
-                                     static_cast<std::size_t>(layout.n())));
+  for (const auto& [begin, end] : impl_->shape.ranges())
+    hash.add(impl_->x.span().subspan(begin, end - begin));
   return hash.value();
 }
 

@@ -19,10 +19,9 @@ namespace sim {
 
 // What a run may override; empty or 0 = as the scene says.
 struct RunOptions {
-  std::string integrator{};
-  std::map<std::string, Value> integrator_given{};  // its parameters
-  double dt = 0;                                    // s
-  int threads = 1;                                  // at least 1; the bits do not depend on it
+  MethodChoice integrator{};
+  double dt = 0;    // s
+  int threads = 1;  // at least 1; the bits do not depend on it
 };
 
 struct Energy {
@@ -60,13 +59,13 @@ class Simulation {
 
   const std::string& name() const;
   double duration() const;
-  const PluginInfo& integrator_plugin() const;
-  const Params& integrator_params() const;
+  const Method& method() const;
   IntegratorInfo integrator_info() const;
   const Integrator& integrator() const;
   const Settings& settings() const;
   OdeSystem& ode();                       // for studies: the right-hand side, and
-  std::span<const double> state() const;  // X, in a layout that only the system knows
+  std::span<const double> state() const;  // X
+  const StateShape& shape() const;        // what the numbers of X are
 
   bool second_order() const;  // has particles with masses, velocities and energy
   bool flat() const;          // a flat ODE state: no particles
@@ -94,7 +93,7 @@ class Simulation {
   void set_pinned(int i, bool hold);
   bool pinned(int i) const;
   void set_dt(double new_h);  // t goes on from where it is
-  void set_integrator(const IntegratorPlugin& plugin, const std::map<std::string, Value>& given);
+  void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;       // a pinned one feels them too
   std::vector<Link> links(int particle) const;                 // in order of families

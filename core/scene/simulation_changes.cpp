@@ -68,12 +68,9 @@ void Simulation::set_position(int i, const Vec3& x) {
   check_particle(*this, i);
   check_finite(x, "position");
   Impl& s = *impl_;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (s.particles)
-      s.particles->layout().block(s.x.data(), axis)[i] = x[axis] + 0.0;
-    else
-      s.x[static_cast<std::size_t>(3 * i + axis)] = x[axis];
-  }
+  // A position of -0 of a particle becomes 0: adding 0 to it would change its bits.
+  for (int axis = 0; axis < 3; ++axis)
+    s.number("position", i, axis) = s.particles ? x[axis] + 0.0 : x[axis];
   s.restart();
 }
 
@@ -85,8 +82,7 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   if (pinned(i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
                   "unpin it first");
-  for (int axis = 0; axis < 3; ++axis)
-    s.particles->layout().block(s.x.data(), 3 + axis)[i] = v[axis] + 0.0;
+  for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = v[axis] + 0.0;
   s.restart();
 }
 
@@ -114,7 +110,7 @@ void Simulation::set_pinned(int i, bool hold) {
   else
     std::erase(wanted->pinned, i);
   s.adopt(std::move(wanted));
-  for (int axis = 0; axis < 3; ++axis) s.particles->layout().block(s.x.data(), 3 + axis)[i] = 0;
+  for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = 0;
   s.restart();
 }
 
@@ -130,11 +126,9 @@ void Simulation::set_dt(double new_h) {
   s.restart();
 }
 
-void Simulation::set_integrator(const IntegratorPlugin& plugin,
-                                const std::map<std::string, Value>& given) {
+void Simulation::set_integrator(const Method& method) {
   auto wanted = std::make_shared<Settings>(*impl_->settings);
-  wanted->integrator = plugin;
-  wanted->given = given;
+  wanted->method = method;
   impl_->adopt(std::move(wanted));
   impl_->restart();
 }
@@ -151,10 +145,11 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
   const double mass = s.initial.at(i).mass;
   for (const auto& each : s.particles->forces()) {
     const Force& force = *each;
-    if (const auto affine = force.affine()) {
-      shares.push_back({s.particles->name_of(force),
-                        mass * affine->acceleration - affine->damping * view.velocity(i)});
-    } else if (force.springs()) {
+    const auto affine = force.affine();
+    const bool accumulates = std::ranges::count(s.particles->other_forces(), &force) > 0;
+    Vec3 sum = Vec3::Zero();
+    if (affine) sum += mass * affine->acceleration - affine->damping * view.velocity(i);
+    if (force.springs()) {
       const auto first = static_cast<std::ptrdiff_t>(shares.size());
       std::vector<Link> links;
       force.links(i, links);
@@ -170,13 +165,15 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
           share->force += pull;
       }
     }
-    if (force.accumulates()) {
-      const auto n = static_cast<std::size_t>(view.n);
-      Array sum(3 * n);
-      force.accumulate(view, {i, i + 1}, {sum.data(), sum.data() + n, sum.data() + 2 * n});
-      const auto at = static_cast<std::size_t>(i);
-      shares.push_back({s.particles->name_of(force), {sum[at], sum[n + at], sum[2 * n + at]}});
+    if (accumulates) {
+      const auto n = static_cast<std::size_t>(view.n), at = static_cast<std::size_t>(i);
+      Array sums(3 * n);
+      const ParticleView own = s.particles->seen_by(force, view);
+      each->prepare(own, *s.team);
+      force.accumulate(own, {i, i + 1}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
+      sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
     }
+    if (!force.springs() || accumulates) shares.push_back({s.particles->name_of(force), sum});
   }
   return shares;
 }

@@ -35,12 +35,11 @@ struct Simulation::Impl {
   Divergence divergence;
 
   std::shared_ptr<const Settings> settings;
-  Params integrator_params;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Team> team;
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;  // the system, in a second-order scene
-  int dimension = 3;
+  StateShape shape;
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
@@ -51,6 +50,11 @@ struct Simulation::Impl {
   void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
+
+  double& number(std::string_view part, int item, int component) {
+    return x[shape.find(part)->at(static_cast<std::size_t>(item),
+                                  static_cast<std::size_t>(component))];
+  }
 
   // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
   // before the next step.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,10 +12,9 @@ namespace sim {
 
 // How a system is stepped, apart from its state. Never changed once a snapshot shares it.
 struct Settings {
-  IntegratorPlugin integrator;
-  std::map<std::string, Value> given;  // parameters of the integrator
-  double h = 0;                        // s
-  std::vector<int> pinned;             // ids, ascending
+  Method method;
+  double h = 0;             // s
+  std::vector<int> pinned;  // ids, ascending
 };
 
 // The state after `step` steps. With a step size that changed at step n0 and time t0 the time of

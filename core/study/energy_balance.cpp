@@ -10,8 +10,9 @@ EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(syst
   const ParticleSystem& particles = *particles_of(system);
   damped_ = particles.has_damping();
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  for (const auto& force : particles.forces())
-    complete_ = complete_ && (force->affine() || force->springs());
+  complete_ = particles.contacts().empty() &&
+              std::ranges::all_of(particles.other_forces(),
+                                  [](const Force* force) { return force->springs() != nullptr; });
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   t_[0] = system.t();

@@ -8,17 +8,11 @@
 #include "core/base/finite.h"
 
 namespace sim::study {
-Choice Problem::integrator() const {
-  if (!options.integrator.empty()) return {options.integrator, options.integrator_given};
-  Choice choice{spec->integrator, options.integrator_given};
-  choice.given.insert(spec->integrator_given.begin(), spec->integrator_given.end());
-  return choice;
-}
+MethodChoice Problem::integrator() const { return options.integrator.over(spec->integrator); }
 
-Problem Problem::with(const Choice& integrator) const {
+Problem Problem::with(const MethodChoice& integrator) const {
   Problem changed = *this;
-  changed.options.integrator = integrator.name;
-  changed.options.integrator_given = integrator.given;
+  changed.options.integrator = integrator;
   return changed;
 }
 
@@ -29,28 +23,22 @@ Simulation Problem::simulation(double dt) const {
 }
 
 std::unique_ptr<Integrator> Problem::make_integrator() const {
-  const Choice choice = integrator();
-  const IntegratorPlugin& plugin = registry->integrator(choice.name);
-  return plugin.make(
-      Params("integrator '" + plugin.name + "'", plugin.params, choice.given, spec->place));
+  return Method(*registry, integrator(), spec->place).make();
 }
 
-std::unique_ptr<Integrator> Problem::make_integrator(const Simulation& like) const {
-  return registry->integrator(like.integrator_plugin().name).make(like.integrator_params());
-}
-
-std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& given) {
-  std::vector<Choice> wanted = given;
+std::vector<Candidate> fitting_methods(const Problem& problem,
+                                       const std::vector<MethodChoice>& given) {
+  std::vector<MethodChoice> wanted = given;
   if (wanted.empty())
-    for (std::string& name : problem.registry->names(PluginKind::kIntegrator))
+    for (std::string& name : problem.registry->names<Integrator>())
       wanted.push_back({std::move(name)});
-  const Choice own = problem.integrator();
-  const std::string own_name = problem.registry->integrator(own.name).name;
-  std::vector<Method> methods;
-  for (Choice& choice : wanted) {
+  const MethodChoice own = problem.integrator();
+  const std::string own_name = problem.registry->get<Integrator>(own.name).name;
+  std::vector<Candidate> methods;
+  for (MethodChoice& choice : wanted) {
     try {
       const IntegratorPlugin& plugin =
-          problem.registry->integrator(choice.name, "on the command line");
+          problem.registry->get<Integrator>(choice.name, "on the command line");
       const auto has = [&](auto what) {
         return std::any_of(plugin.params.begin(), plugin.params.end(), what);
       };
@@ -59,8 +47,8 @@ std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Ch
           has([](const Param& param) { return param.required; }))
         continue;
       const Simulation simulation = problem.with(choice).simulation();
-      const std::string label = spelled(plugin.name, plugin.params, simulation.integrator_params());
-      if (std::ranges::count(methods, label, &Method::label))
+      const std::string label = simulation.method().label();
+      if (std::ranges::count(methods, label, &Candidate::label))
         throw Error(ErrorKind::kUsage, {"'" + label + "' stands there twice", "on the command line",
                                         "one of them may be an alias", "keep one of them"});
       choice.name = plugin.name;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,32 +13,25 @@
 
 namespace sim::study {
 
-// An integrator with values for its parameters.
-struct Choice {
-  std::string name;
-  std::map<std::string, Value> given = {};
-};
-
 struct Problem {
   const SystemSpec* spec = nullptr;
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
 
-  Choice integrator() const;                     // of the run, by the options or else by the scene
-  Problem with(const Choice& integrator) const;  // the same with another one
+  MethodChoice integrator() const;  // of the run, by the options or else by the scene
+  Problem with(const MethodChoice& integrator) const;  // the same with another one
 
   Simulation simulation(double dt = 0) const;  // 0: the step of the run
 
   // The integrator alone, not yet prepared.
   std::unique_ptr<Integrator> make_integrator() const;
-  std::unique_ptr<Integrator> make_integrator(const Simulation& like) const;
 };
 
 // Told what is being done and how much of it is done (0 .. 1); answers false to end the study,
 // which then returns what it has.
 using Watch = std::function<bool(std::string_view what, double done)>;
 
-struct Method : Choice {
+struct Candidate : MethodChoice {
   std::string label;  // NAME or NAME:PARAM=VALUE,... as --integrator takes it
   IntegratorInfo info;
   bool has_tolerance = false;  // has a parameter `tol`
@@ -49,7 +41,8 @@ struct Method : Choice {
 // The choices; without any, the integrators that fit the problem, sorted by name, that of the run
 // with its values. Throws Error{kUsage} for a name that no plugin has, or when a choice does not
 // fit.
-std::vector<Method> fitting_methods(const Problem& problem, const std::vector<Choice>& choices);
+std::vector<Candidate> fitting_methods(const Problem& problem,
+                                       const std::vector<MethodChoice>& choices);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);

@@ -17,7 +17,7 @@ class LuaField final : public sim::Field {
 
 }  // namespace
 
-SIM_PLUGIN(kField, "lua") {
+SIM_PLUGIN(Field, "lua") {
   registrar.add(sim::FieldPlugin{
       {.name = "lua",
        .summary = "a right-hand side written in Lua, for any first-order ODE",

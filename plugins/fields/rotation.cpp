@@ -28,7 +28,7 @@ class Rotation final : public sim::Field {
 
 }  // namespace
 
-SIM_PLUGIN(kField, "rotation") {
+SIM_PLUGIN(Field, "rotation") {
   registrar.add(
       sim::FieldPlugin{{.name = "rotation",
                         .summary = "rigid rotation about the z axis; the exact orbit is a circle",

@@ -17,7 +17,7 @@ class Drag final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "drag") {
+SIM_PLUGIN(Force, "drag") {
   registrar.add(sim::ForcePlugin{{.name = "drag",
                                   .summary = "linear drag on every free particle",
                                   .formula = "f = -k v",
@@ -26,8 +26,9 @@ SIM_PLUGIN(kForce, "drag") {
                                               .unit = "kg/s",
                                               .doc = "drag coefficient",
                                               .required = true,
-                                              .min = 0}}},
-                                 [](const sim::Params& params, const sim::Links&) {
+                                              .min = 0}},
+                                  .pointwise = true},
+                                 [](const sim::Params& params, const sim::Elements&) {
                                    return std::make_unique<Drag>(params.number("k"));
                                  }});
 }

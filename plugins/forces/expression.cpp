@@ -208,20 +208,17 @@ struct Distances {
 // before the tiles; then every particle adds up what its ties give it.
 class OfTies final : public sim::Force {
  public:
-  OfTies(const sim::Params& params, const sim::Links& ties) {
+  OfTies(const sim::Params& params, const sim::Elements& ties) {
     if (!params.has("energy"))
       refuse("fx, fy and fz do not go with ties", "give the energy of a tie as a formula of r");
     std::vector<std::string> known = {"r", "t"}, own;
-    const auto gives = [&](double sim::LinkSpec::*value) {
-      return std::ranges::any_of(ties.ties,
-                                 [&](const auto& tie) { return tie.*value == tie.*value; });
-    };
-    if (gives(&sim::LinkSpec::stiffness)) own.emplace_back("stiffness");
     rest_ = !params.has("rest");
-    if (rest_)
-      known.emplace_back("rest");
-    else if (gives(&sim::LinkSpec::rest))
-      own.emplace_back("rest");
+    if (rest_) known.emplace_back("rest");
+    for (const auto& [name, column] : ties.values)
+      if (name != "rest" || !rest_) own.push_back(name);
+    if (own.size() > kMostOwn)
+      refuse("its ties give more than " + std::to_string(kMostOwn) + " numbers each",
+             "give some to the force");
     Formulas formulas(params, known, own);
     Graph& graph = formulas.graph;
     const int u = formulas.read("energy", "a tie"), slope = graph.derivative(u, 0);
@@ -316,7 +313,7 @@ class OfTies final : public sim::Force {
 
  private:
   using Values = double[2][kBlock];
-  static constexpr std::size_t kMostOwn = 2;
+  static constexpr std::size_t kMostOwn = 8;
 
   std::size_t count() const { return ends_.size() / 2; }
 
@@ -333,22 +330,23 @@ class OfTies final : public sim::Force {
 
   // The ties and the values of their variables. A `rest` that the scene does not give is the length
   // in the grid, or nan until bind() measures it.
-  void take(const sim::Params& params, const sim::Links& ties,
+  void take(const sim::Params& params, const sim::Elements& ties,
             const std::vector<std::string>& own) {
-    ties.for_each([&](const sim::LinkSpec& tie, double) {
-      ends_.push_back(tie.a);
-      ends_.push_back(tie.b);
+    ties.for_each([&](const sim::Element& tie) {
+      ends_.insert(ends_.end(), tie.ids.begin(), tie.ids.end());
     });
-    if (rest_)
-      ties.for_each([&, &column = own_.emplace_back()](const sim::LinkSpec& tie, double natural) {
-        column.push_back(std::isnan(tie.rest) ? natural : tie.rest);
-      });
-    for (const std::string& name : own) {
-      const double otherwise = params.has(name) ? params.number(name) : std::nan("");
+    if (rest_) {
+      const sim::ElementValues rest(ties, params, "rest");
       std::vector<double>& column = own_.emplace_back();
-      ties.for_each([&](const sim::LinkSpec& tie, double) {
-        const double value = name == "rest" ? tie.rest : tie.stiffness;
-        column.push_back(std::isnan(value) ? otherwise : value);
+      ties.for_each([&](const sim::Element& tie) {
+        column.push_back(std::isnan(rest(tie)) ? tie.length : rest(tie));
+      });
+    }
+    for (const std::string& name : own) {
+      const sim::ElementValues values(ties, params, name);
+      std::vector<double>& column = own_.emplace_back();
+      ties.for_each([&](const sim::Element& tie) {
+        column.push_back(values(tie));
         if (std::isnan(column.back()))
           refuse("tie " + std::to_string(column.size()) + " gives no " + name,
                  "give " + name + " to the force or to every tie");
@@ -390,7 +388,7 @@ class OfTies final : public sim::Force {
   sim::Array forces_;                // N, on the first end of each tie; four numbers each
 };
 
-std::unique_ptr<sim::Force> make_expression(const sim::Params& params, const sim::Links& ties) {
+std::unique_ptr<sim::Force> make_expression(const sim::Params& params, const sim::Elements& ties) {
   const bool energy = params.has("energy");
   const bool force = params.has("fx") || params.has("fy") || params.has("fz");
   if (energy == force)
@@ -402,7 +400,7 @@ std::unique_ptr<sim::Force> make_expression(const sim::Params& params, const sim
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "expression") {
+SIM_PLUGIN(Force, "expression") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "expression",
@@ -413,7 +411,8 @@ SIM_PLUGIN(kForce, "expression") {
            "rest: the distance in the grid or at the start;  m: 0 of a pinned particle\n"
            "^ * / + - ( );  sqrt exp log sin cos tan sinh cosh tanh abs sign step floor\n"
            "min max pow select(c, a, b);  pi;  \"s^12 - s^6; s = sigma/r\"\n"
-           "other names are numbers given to the force, k = 100; ties may give stiffness and rest",
+           "other names are numbers given to the force, k = 100; ties may give numbers of their "
+           "own",
        .params =
            {{.name = "energy",
              .type = ParamType::kText,
@@ -426,7 +425,8 @@ SIM_PLUGIN(kForce, "expression") {
              .doc = "instead of energy: the force along x on each particle; if not given, 0"},
             {.name = "fy", .type = ParamType::kText, .unit = "N", .doc = "likewise, along y"},
             {.name = "fz", .type = ParamType::kText, .unit = "N", .doc = "likewise, along z"}},
-       .takes_links = true,
+       .elements = {.arity = 2},
+       .pointwise = true,
        .free_numbers = true,
        .example = {{"energy", std::string("0.5*k*(r - rest)^2")}, {"k", 20.0}}},
       make_expression});

@@ -17,13 +17,15 @@ class Gravity final : public sim::Force {
     });
   }
 
+  bool conservative() const override { return true; }
+
  private:
   sim::Vec3 g_;
 };
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "gravity") {
+SIM_PLUGIN(Force, "gravity") {
   registrar.add(sim::ForcePlugin{{.name = "gravity",
                                   .summary = "uniform gravity on every free particle",
                                   .formula = "f = m g,  potential energy -m g.x",
@@ -31,8 +33,9 @@ SIM_PLUGIN(kForce, "gravity") {
                                               .type = sim::ParamType::kVector,
                                               .default_value = sim::Vec3(0, -9.81, 0),
                                               .unit = "m/s^2",
-                                              .doc = "acceleration"}}},
-                                 [](const sim::Params& params, const sim::Links&) {
+                                              .doc = "acceleration"}},
+                                  .pointwise = true},
+                                 [](const sim::Params& params, const sim::Elements&) {
                                    return std::make_unique<Gravity>(params.vector("g"));
                                  }});
 }

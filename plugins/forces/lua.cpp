@@ -58,7 +58,7 @@ class LuaForce final : public sim::Force {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "lua") {
+SIM_PLUGIN(Force, "lua") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "lua",
@@ -79,8 +79,9 @@ SIM_PLUGIN(kForce, "lua") {
             {.name = "reads_velocity",
              .type = ParamType::kFlag,
              .default_value = true,
-             .doc = "false: f gets no v, and verlet and its like take the force"}}},
-      [](const sim::Params& params, const sim::Links&) {
+             .doc = "false: f gets no v, and verlet and its like take the force"}},
+       .pointwise = true},
+      [](const sim::Params& params, const sim::Elements&) {
         return std::make_unique<LuaForce>(params);
       }});
 }

@@ -101,7 +101,7 @@ std::unique_ptr<sim::Force> make_pair(const sim::Params& params) {
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "pair") {
+SIM_PLUGIN(Force, "pair") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "pair",
@@ -141,5 +141,5 @@ SIM_PLUGIN(kForce, "pair") {
              .doc = "how much further the lists of neighbours reach, for speed alone; if not "
                     "given, 0.3 sigma, radius or r0",
              .min = 0}}},
-      [](const sim::Params& params, const sim::Links&) { return make_pair(params); }});
+      [](const sim::Params& params, const sim::Elements&) { return make_pair(params); }});
 }

@@ -9,37 +9,35 @@ namespace {
 
 class Spring final : public sim::Force {
  public:
-  Spring(const sim::Params& params, const sim::Links& links)
-      : family_(params.text("family")),
-        links_(links),
-        damping_(params.number("damping")),
-        stiffness_(params.has("stiffness") ? params.number("stiffness") : std::nan("")),
-        rest_(params.has("rest") ? params.number("rest") : std::nan("")) {}
+  Spring(const sim::Params& params, const sim::Elements& ties) : params_(params), ties_(ties) {}
 
   void bind(const sim::ParticleView& initial) override {
+    const sim::ElementValues stiffness(ties_, params_, "stiffness"), rest(ties_, params_, "rest");
     springs_.emplace(initial.n, [&](const sim::Springs::Visit& visit) {
-      links_.for_each([&](const sim::LinkSpec& link, double natural) {
-        visit(link.a, link.b, stiffness(link), rest(link, natural, initial));
+      ties_.for_each([&](const sim::Element& tie) {
+        visit(tie.ids[0], tie.ids[1], stiffness(tie), rest_length(rest(tie), tie, initial));
       });
     });
-    bool damped = false;
+    const sim::ElementValues damping(ties_, params_, "damping");
     const auto each_dashpot = [&](const sim::Springs::Visit& visit) {
-      links_.for_each([&](const sim::LinkSpec& link, double) {
-        if (damping(link) > 0) visit(link.a, link.b, damping(link), 0);
+      ties_.for_each([&](const sim::Element& tie) {
+        if (damping(tie) > 0) visit(tie.ids[0], tie.ids[1], damping(tie), 0);
       });
     };
+    bool damped = false;
     each_dashpot([&](int, int, double, double) { damped = true; });
     if (damped) dashpots_.emplace(initial.n, each_dashpot);
-    links_ = {};
+    ties_ = {};
   }
 
+  // Beside the springs: their damping.
   bool accumulates() const override { return dashpots_.has_value(); }
   bool depends_on_velocity() const override { return dashpots_.has_value(); }
   void accumulate(const sim::ParticleView& view, sim::Tile tile,
                   sim::ForceSink sink) const override {
     if (dashpots_) dashpots_->accumulate(view, tile, sink);
   }
-  bool has_jacobian() const override { return true; }
+  bool has_jacobian() const override { return dashpots_.has_value(); }
   void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
     if (dashpots_) dashpots_->jacobian(view, sink);
   }
@@ -50,46 +48,36 @@ class Spring final : public sim::Force {
     return springs_->potential(view, tile);
   }
 
+  bool conservative() const override { return !dashpots_; }
+
   void links(int i, std::vector<sim::Link>& out) const override {
-    springs_->at(i, [&](int to, double k, double rest) { out.push_back({family_, to, k, rest}); });
+    springs_->at(i, [&](int to, double k, double rest) { out.push_back({family(), to, k, rest}); });
   }
 
   std::vector<std::pair<std::string, long>> families() const override {
-    return {{family_, springs_->count()}};
+    return {{family(), springs_->count()}};
   }
 
  private:
-  double stiffness(const sim::LinkSpec& link) const {
-    const double k = std::isnan(link.stiffness) ? stiffness_ : link.stiffness;
-    if (std::isnan(k))
-      throw sim::Error(sim::ErrorKind::kScene,
-                       {"force 'spring'", "", "a spring has no stiffness",
-                        "give stiffness in N/m to the force or to the tie"});
-    return k;
+  const std::string& family() const { return params_.text("family"); }
+
+  // What is said, else the distance in the grid or at the start.
+  static double rest_length(double said, const sim::Element& tie,
+                            const sim::ParticleView& initial) {
+    if (!std::isnan(said)) return said;
+    if (!std::isnan(tie.length)) return tie.length;
+    return sim::length(initial.position(tie.ids[0]) - initial.position(tie.ids[1]));
   }
 
-  double damping(const sim::LinkSpec& link) const {
-    return std::isnan(link.damping) ? damping_ : link.damping;
-  }
-
-  // What the tie says, else what the force says, else the distance in the grid or at the start.
-  double rest(const sim::LinkSpec& link, double natural, const sim::ParticleView& initial) const {
-    if (!std::isnan(link.rest)) return link.rest;
-    if (!std::isnan(rest_)) return rest_;
-    if (!std::isnan(natural)) return natural;
-    return sim::length(initial.position(link.a) - initial.position(link.b));
-  }
-
-  std::string family_;
-  sim::Links links_;
-  double damping_, stiffness_, rest_;
+  sim::Params params_;
+  sim::Elements ties_;
   std::optional<sim::Springs> springs_;
   std::optional<sim::Dashpots> dashpots_;  // where any spring is damped
 };
 
 }  // namespace
 
-SIM_PLUGIN(kForce, "spring") {
+SIM_PLUGIN(Force, "spring") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "spring",
@@ -105,22 +93,25 @@ SIM_PLUGIN(kForce, "spring") {
                   {.name = "stiffness",
                    .type = ParamType::kNumber,
                    .unit = "N/m",
-                   .doc = "k, unless a tie gives its own",
+                   .doc = "k",
+                   .required = true,
+                   .per_tie = true,
                    .min = 0},
                   {.name = "rest",
                    .type = ParamType::kNumber,
                    .unit = "m",
                    .doc = "rest length r; if not given, the distance in the grid or at the start",
+                   .per_tie = true,
                    .min = 0},
                   {.name = "damping",
-                   .type = ParamType::kNumber,
                    .default_value = 0.0,
                    .unit = "N s/m",
-                   .doc = "c along the spring, unless a tie gives its own; sqrt(2 k m) is critical "
-                          "for two particles of m kg",
+                   .doc = "c, along the spring; for a particle of m kg on one, 2 sqrt(k m) is "
+                          "critical",
+                   .per_tie = true,
                    .min = 0}},
-       .takes_links = true},
-      [](const sim::Params& params, const sim::Links& links) {
-        return std::make_unique<Spring>(params, links);
+       .elements = {.arity = 2}},
+      [](const sim::Params& params, const sim::Elements& ties) {
+        return std::make_unique<Spring>(params, ties);
       }});
 }

@@ -20,6 +20,7 @@ constexpr double kShareOfLimit = 0.5;
 constexpr double kStiffest = 200;
 // A splitting with steps backwards in time multiplies rounding errors by e^(gamma h) in them.
 constexpr double kMostDamping = 1;
+constexpr std::int64_t kMostAtOnce = 64;
 constexpr double kCoarse = 1e-3, kFine = 1e-7;
 
 class Automatic final : public sim::Integrator {
@@ -42,35 +43,34 @@ class Automatic final : public sim::Integrator {
     method_->restart(t, step_of(h), x);
   }
 
-  sim::StepStatus step(sim::OdeSystem& system, double t, double h, const double* x,
-                       double* x_next) override {
-    return steps(system, t, h, 1, x, x_next);
-  }
-
-  int at_once() const override { return method_->at_once(); }
-
-  sim::StepStatus steps(sim::OdeSystem& system, double t, double h, int count, const double* x,
-                        double* x_next) override {
-    // Equal steps; the state goes to and fro between two places and ends in x_next.
+  // Equal steps of its own, of which the method may take more than were asked for: then as many as
+  // end where a state is wanted.
+  sim::Advance advance(sim::OdeSystem& system, double t, double h, std::int64_t most,
+                       const double* x, double* x_next) override {
     const double inner = step_of(h);
-    const std::int64_t steps = count * steps_in(h), most = method_->at_once();
+    const std::int64_t each = steps_in(h);
+    std::int64_t goal = most > kMostAtOnce ? kMostAtOnce * each : most * each;
     const double* from = x;
-    for (std::int64_t n = 0; n < steps; n += most) {
-      const std::int64_t left = steps - n, rounds = (left + most - 1) / most;
-      double* const to = rounds % 2 == 1 ? x_next : between_.data();
-      const sim::StepStatus status =
-          n > 0 && system.stopped()
-              ? sim::StepStatus::kStopped
-              : method_->steps(system, t + static_cast<double>(n) * inner, inner,
-                               static_cast<int>(std::min(most, left)), from, to);
-      if (status != sim::StepStatus::kDone) {
-        if (to != x_next) std::copy(to, to + between_.size(), x_next);
+    double* to = x_next;
+    for (std::int64_t n = 0; n < goal;) {
+      const sim::Advance now = n > 0 && system.stopped()
+                                   ? sim::Advance{sim::StepStatus::kStopped}
+                                   : method_->advance(system, t + static_cast<double>(n) * inner,
+                                                      inner, goal - n, from, to);
+      if (now.status != sim::StepStatus::kDone) {
         if (n > 0) method_->restart(t, inner, x);  // of the state before
-        return status;
+        if (goal > each && now.status != sim::StepStatus::kStopped)
+          return advance(system, t, h, 1, x, x_next);
+        if (to != x_next) std::copy(to, to + between_.size(), x_next);
+        return now;
       }
+      if (n == 0) goal = (now.taken + each - 1) / each * each;
+      n += now.taken;
       from = to;
+      to = to == x_next ? between_.data() : x_next;
     }
-    return sim::StepStatus::kDone;
+    if (from != x_next) std::copy(from, from + between_.size(), x_next);
+    return {sim::StepStatus::kDone, static_cast<int>(goal / each)};
   }
 
   // The choice depends on where the run was started, so it is part of what has to be kept.
@@ -96,7 +96,7 @@ class Automatic final : public sim::Integrator {
   }
 
  private:
-  enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff };
+  enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff, kClassic };
 
   std::int64_t steps_in(double h) const {
     return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(h / longest_ - 1e-9)));
@@ -105,10 +105,10 @@ class Automatic final : public sim::Integrator {
 
   void take(Choice choice) {
     if (choice == choice_) return;
-    constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "trbdf2"};
+    constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "trbdf2", "rk4"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
-    method_ = other_(kNames[choice], given);
+    method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
     name_ = kNames[choice];
     choice_ = choice;
@@ -129,7 +129,16 @@ class Automatic final : public sim::Integrator {
       what += ", damping " + number(fastest.damping) + " 1/s";
 
     longest_ = h;
-    if (h * fastest.rate > kStiffest) {
+    const auto stay_below_limit = [&] {
+      const double limit = sim::stable_step(*method_, fastest.rate, std::max(0.0, fastest.damping));
+      longest_ = std::min(h, kShareOfLimit * limit);
+      if (std::isfinite(limit)) what += ", stable up to " + number(limit) + " s";
+    };
+    if (system_->confined()) {
+      take(splits_ ? kVerlet : kClassic);
+      what += ", colliders";
+      stay_below_limit();
+    } else if (h * fastest.rate > kStiffest) {
       take(kStiff);
       what += ": explicit steps would be of " + number(1 / fastest.rate) + " s or less";
     } else if (tol_ < kFine || !splits_) {
@@ -139,9 +148,7 @@ class Automatic final : public sim::Integrator {
     } else {
       const bool backwards = h * fastest.damping <= kMostDamping;
       take(tol_ < kCoarse && backwards ? kPefrl : kVerlet);
-      const double limit = sim::stable_step(*method_, fastest.rate, std::max(0.0, fastest.damping));
-      longest_ = std::min(h, kShareOfLimit * limit);
-      if (std::isfinite(limit)) what += ", stable up to " + number(limit) + " s";
+      stay_below_limit();
     }
     reason_ = "auto: " + name_ +
               (steps_in(h) > 1 ? ", " + std::to_string(steps_in(h)) + " steps to each of "
@@ -162,12 +169,13 @@ class Automatic final : public sim::Integrator {
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "auto") {
+SIM_PLUGIN(Integrator, "auto") {
   sim::IntegratorPlugin plugin;
   plugin.name = "auto";
   plugin.summary = "chooses method and step for the scene, and says why";
   plugin.formula =
       "omega, gamma: of the fastest mode at the start\n"
+      "colliders:                verlet; rk4 with forces of velocity\n"
       "stiff (h omega > 200):    trbdf2 in steps of h\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"

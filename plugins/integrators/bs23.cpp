@@ -21,7 +21,7 @@ static_assert(sim::dense_order(kBs23) == 3);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "bs23") {
+SIM_PLUGIN(Integrator, "bs23") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "bs23",
        .summary = "Bogacki & Shampine 3(2): adaptive, for tolerances above 1e-4",

@@ -87,7 +87,7 @@ static_assert(sim::dense_order(kDop853) == 7);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "dop853") {
+SIM_PLUGIN(Integrator, "dop853") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "dop853",
        .summary = "Dormand & Prince 8(5,3): adaptive, for tolerances below 1e-7",

@@ -36,7 +36,7 @@ static_assert(sim::dense_order(kDopri5) == 4);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "dopri5") {
+SIM_PLUGIN(Integrator, "dopri5") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "dopri5",
        .summary = "Dormand & Prince 5(4): adaptive, for tolerances from 1e-3 to 1e-8",

@@ -9,7 +9,7 @@ static_assert(sim::order_conditions(kEuler) == 1);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "euler/e") {
+SIM_PLUGIN(Integrator, "euler/e") {
   registrar.add(sim::explicit_plugin(
       {.name = "euler",
        .summary = "forward Euler: one evaluation, first order; unstable on undamped springs",

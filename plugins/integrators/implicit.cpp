@@ -78,7 +78,7 @@ sim::StageOptions options(const sim::Params& given) {
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
+SIM_PLUGIN(Integrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "implicit_euler",
        .summary = "backward Euler: first order, stable with any step, damps strongly",

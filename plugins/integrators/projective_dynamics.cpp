@@ -9,7 +9,7 @@ static_assert(sim::order_conditions(kImplicitEuler) == 1);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "projective_dynamics") {
+SIM_PLUGIN(Integrator, "projective_dynamics") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "projective_dynamics",
        .summary = "backward Euler, approached in a fixed number of cheap iterations; springs only",

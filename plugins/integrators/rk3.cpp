@@ -16,7 +16,7 @@ static_assert(sim::order_conditions(kRk3) == 3);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "rk3") {
+SIM_PLUGIN(Integrator, "rk3") {
   registrar.add(sim::explicit_plugin(
       {.name = "rk3",
        .summary = "Kutta's method: three evaluations, third order; h omega < sqrt(3)",

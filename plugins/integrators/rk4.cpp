@@ -17,7 +17,7 @@ static_assert(sim::order_conditions(kRk4) == 4);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "rk4/r") {
+SIM_PLUGIN(Integrator, "rk4/r") {
   registrar.add(sim::explicit_plugin(
       {.name = "rk4",
        .summary = "classical Runge-Kutta: four evaluations, fourth order; the safe first choice",

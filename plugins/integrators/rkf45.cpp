@@ -37,7 +37,7 @@ static_assert(sim::dense_order(kRkf45) == 4);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "rkf45") {
+SIM_PLUGIN(Integrator, "rkf45") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "rkf45",
        .summary = "Fehlberg 4(5): adaptive, the fifth order advances; dopri5 is the better pair",

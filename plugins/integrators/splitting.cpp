@@ -46,7 +46,7 @@ void add(sim::Registrar& registrar, sim::PluginInfo info, const sim::Composition
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "symplectic_euler verlet pefrl yoshida4") {
+SIM_PLUGIN(Integrator, "symplectic_euler verlet pefrl yoshida4") {
   add(registrar,
       {.name = "symplectic_euler",
        .summary = "symplectic Euler: kick, then drift; robust, first order",

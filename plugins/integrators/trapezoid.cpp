@@ -14,7 +14,7 @@ static_assert(sim::order_conditions(kTrapezoid) == 2);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "trapezoid/t") {
+SIM_PLUGIN(Integrator, "trapezoid/t") {
   registrar.add(sim::explicit_plugin(
       {.name = "trapezoid",
        .summary =

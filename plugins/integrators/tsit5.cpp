@@ -30,7 +30,7 @@ static_assert(sim::dense_order(kTsit5) == 4);
 
 }  // namespace
 
-SIM_PLUGIN(kIntegrator, "tsit5") {
+SIM_PLUGIN(Integrator, "tsit5") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "tsit5",
        .summary = "Tsitouras 5(4): adaptive, for tolerances from 1e-3 to 1e-8; smaller errors than "

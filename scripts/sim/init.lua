@@ -8,7 +8,7 @@
 --
 -- This file only builds tables; the kernel reads them once, after the scene file has returned.
 
-local host = ...  -- what the kernel lends: places in the scene, errors, parameters
+local host = ...  -- what the kernel lends: places in the scene, errors, parameters, plugins
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
 local type, next, setmetatable, tostring = type, next, setmetatable, tostring
 local math_type, select = math.type, select
@@ -140,17 +140,23 @@ function Particles:pin(...)
   end
 end
 
--- id = grid:id(i, j): the particle of row i, column j, both from 0. Only of a sim.grid.
--- Errors: a row or column that the grid does not have.
-function Particles:id(i, j)
+-- id = grid:id(i, j), or grid:id(i, j, k) in a grid of three directions
+-- The particle at that place, each coordinate from 0. Only of a sim.grid.
+-- Errors: a coordinate that the grid does not have.
+function Particles:id(i, j, k)
   local record = record_of(self, "particles", "id")
-  if not record.rows then
+  local n3 = record.n3
+  if not n3 then
     fail((here()), "bad call of id", "sim.particles has no rows and columns",
       "use the id that add returned, or sim.grid")
   end
-  i = integer_from(i, 0, record.rows - 1, "row of id")
-  j = integer_from(j, 0, record.cols - 1, "column of id")
-  return i * record.cols + j
+  i = integer_from(i, 0, record.n1 - 1, "row of id")
+  j = integer_from(j, 0, record.n2 - 1, "column of id")
+  if record.directions == 2 then
+    if k ~= nil then bad("call of id", "two coordinates, id(i, j)", k) end
+    return i * record.n2 + j
+  end
+  return (i * record.n2 + j) * n3 + integer_from(k, 0, n3 - 1, "layer of id")
 end
 
 local particles_class = class("particles", Particles)
@@ -179,27 +185,40 @@ local function make_particles(options)
 end
 
 -- grid = sim.grid { rows, cols, origin =, du =, dv =, mass = }
+-- grid = sim.grid { n1, n2, n3, origin =, du =, dv =, dw =, mass = }
 -- rows x cols particles; particle (i, j) is at origin + i*du + j*dv and has the id i*cols + j,
--- which grid:id(i, j) returns. :pin and :add work as for sim.particles.
---   rows, cols   whole numbers >= 1, at most 2^31 - 1 particles
+-- which grid:id(i, j) returns. With three numbers, particle (i, j, k) is at
+-- origin + i*du + j*dv + k*dw and has the id (i*n2 + j)*n3 + k. :pin and :add work as for
+-- sim.particles.
+--   rows, cols   whole numbers >= 1, as n1, n2, n3; at most 2^31 - 1 particles
 --   origin       m; default {0, 0, 0}
---   du, dv       m, from one row and from one column to the next
+--   du, dv, dw   m, from one row, one column, one layer to the next
 --   mass         kg, > 0, of each particle; default 1
 local function make_grid(options)
-  check_keys(options, { true, true, origin = true, du = true, dv = true, mass = true }, "sim.grid")
+  local known = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
+  check_keys(options, known, "sim.grid")
   local place = here()
-  local rows = integer_from(options[1], 1, MOST, "number of rows of sim.grid")
-  local cols = integer_from(options[2], 1, MOST, "number of columns of sim.grid")
-  if rows * cols > MOST then
-    fail(place, "too many particles in sim.grid", rows .. " x " .. cols .. " is more than 2^31 - 1")
+  local directions = options[3] == nil and 2 or 3
+  local n1 = integer_from(options[1], 1, MOST, "number of rows of sim.grid")
+  local n2 = integer_from(options[2], 1, MOST, "number of columns of sim.grid")
+  local n3 = 1
+  if directions == 3 then n3 = integer_from(options[3], 1, MOST, "number of layers of sim.grid") end
+  if n1 * n2 > MOST or n1 * n2 * n3 > MOST then
+    fail(place, "too many particles in sim.grid",
+      n1 .. " x " .. n2 .. (directions == 2 and "" or " x " .. n3) .. " is more than 2^31 - 1")
+  end
+  if directions == 2 and options.dw ~= nil then
+    fail(place, "unknown key 'dw' in sim.grid", "the grid has two directions",
+      "give three numbers of particles: sim.grid { n1, n2, n3, ... }")
   end
   local mass = options.mass == nil and 1 or options.mass
   local origin = options.origin == nil and { 0, 0, 0 } or options.origin
   return new_particles {
-    place = place, first = rows * cols, rows = rows, cols = cols,
+    place = place, first = n1 * n2 * n3, n1 = n1, n2 = n2, n3 = n3, directions = directions,
     origin = { vector(origin, "origin of sim.grid") },
     du = { vector(options.du, "du of sim.grid") },
     dv = { vector(options.dv, "dv of sim.grid") },
+    dw = directions == 2 and { 0, 0, 0 } or { vector(options.dw, "dw of sim.grid") },
     mass = number_from(mass, 0, true, "mass of sim.grid", " kg"),
   }
 end
@@ -208,42 +227,137 @@ end
 
 local Force = {}
 
--- force:tie(a, b, { stiffness =, rest =, damping = })
--- Ties two particles; for forces that act between pairs, such as spring.
---   a, b        particle ids, different; both must exist when the scene is finished
---   stiffness   N/m, >= 0; default: the parameter of the force
---   rest        rest length in m, >= 0; default: the parameter of the force, or else the distance
---               of the two particles at the start
---   damping     N s/m, >= 0; default: the parameter of the force
--- Returns the force.
-function Force:tie(a, b, options)
-  local record = record_of(self, "force", "tie")
-  if math_type(a) ~= "integer" or a < 0 then a = integer_from(a, 0, MOST, "particle id of tie") end
-  if math_type(b) ~= "integer" or b < 0 then b = integer_from(b, 0, MOST, "particle id of tie") end
-  if a == b then
-    fail((here()), "bad tie", "particle " .. a .. " is tied to itself")
+-- One element of a force. The kernel checks it against what the plugin takes.
+local function add_element(record, place, a, b, c, d, options)
+  local arity = c == nil and 2 or d == nil and 3 or 4
+  local n = record.count + 1
+  if n == 1 then
+    record.arity = arity
+  elseif record.arity ~= arity then
+    fail(place, "bad tie", "it joins " .. arity .. " particles, those before it " .. record.arity)
   end
-  local ties, n = record.ties, record.count + 1
-  ties[3 * n - 2], ties[3 * n - 1], ties[3 * n] = a, b, (here())
+  if a == b or a == c or b == c and c ~= nil or d ~= nil and (a == d or b == d or c == d) then
+    fail(place, "bad tie", "particle " .. ((a == b or a == c or a == d) and a
+      or (b == c or b == d) and b or c) .. " is tied to itself")
+  end
+  local ids, last = record.ids, arity * (n - 1)
+  ids[last + 1], ids[last + 2] = a, b
+  if c ~= nil then ids[last + 3] = c end
+  if d ~= nil then ids[last + 4] = d end
+  record.places[n] = place
   record.count = n
-  if options ~= nil then
-    check_keys(options, { stiffness = true, rest = true, damping = true }, "the options of a tie")
-    if options.stiffness ~= nil then
-      record.stiffness[n] = number_from(options.stiffness, 0, false, "stiffness of a tie", " N/m")
+  if options == nil then return end
+  for key, value in next, options do
+    if type(key) ~= "string" then bad("key in the options of a tie", "a name", key) end
+    if type(value) ~= "number" or value - value ~= 0 then
+      bad(key .. " of a tie", "a finite number", value)
     end
-    if options.rest ~= nil then
-      record.rest[n] = number_from(options.rest, 0, false, "rest length of a tie", " m")
+    local column = record.values[key]
+    if not column then
+      column = {}
+      record.values[key] = column
     end
-    if options.damping ~= nil then
-      record.damping[n] = number_from(options.damping, 0, false, "damping of a tie", " N s/m")
-    end
+    column[n] = value
   end
+end
+
+local function id_of_tie(id)
+  if math_type(id) == "integer" and id >= 0 and id <= MOST then return id end
+  return integer_from(id, 0, MOST, "particle id of tie")
+end
+
+-- force:tie(a, b, { NAME = number, ... })
+-- Joins two particles, or three or four: as many as `sim describe NAME` shows for the force.
+--   a, b   particle ids, different; all must exist when the scene is finished
+--   NAME   a parameter of the force that a tie may give for itself: of a spring stiffness, N/m,
+--          rest, m, and damping, N s/m; default: what the force says
+-- The key ties = { {a, b, NAME = number}, ... } of the force does the same for a list.
+-- Returns the force.
+function Force:tie(a, b, c, d, options)
+  local record = record_of(self, "force", "tie")
+  a, b = id_of_tie(a), id_of_tie(b)
+  if c == nil or type(c) == "table" then
+    c, d, options = nil, nil, c
+  elseif d == nil or type(d) == "table" then
+    c, d, options = id_of_tie(c), nil, d
+  else
+    c, d = id_of_tie(c), id_of_tie(d)
+    if type(options or {}) ~= "table" then bad("argument of tie", "a table", options) end
+  end
+  add_element(record, (here()), a, b, c, d, options)
   return self
 end
 
-local part_class = {
-  force = class("force", Force), field = class("field", {}), integrator = class("integrator", {}),
-}
+-- The key `ties` of a force.
+local function add_ties(record, ties)
+  if type(ties) ~= "table" then bad("ties", "a list { {a, b}, ... }", ties) end
+  for i = 1, #ties do
+    local tie = ties[i]
+    if type(tie) ~= "table" then bad("tie " .. i, "a list of ids {a, b}", tie) end
+    local options
+    for key, value in next, tie do
+      if key ~= 1 and key ~= 2 and key ~= 3 and key ~= 4 then
+        options = options or {}
+        options[key] = value
+      end
+    end
+    add_element(record, record.place, id_of_tie(tie[1]), id_of_tie(tie[2]),
+      tie[3] and id_of_tie(tie[3]), tie[4] and id_of_tie(tie[4]), options)
+  end
+end
+
+-- Surfaces ---------------------------------------------------------------------------------------
+
+local surface_class = class("surface", {})
+
+-- skin = sim.surface { grid = }  or  sim.surface { particles =, triangles = }
+-- Triangles between particles: for forces that act on a surface, and for pictures. A force names it
+-- as `surface = skin`, a scene may list it in `surfaces`.
+--   grid        a sim.grid: two triangles a cell, with the outside where du x dv points; of a block
+--               in three directions its boundary, seen from outside
+--   particles   a sim.particles or sim.grid
+--   triangles   list of {a, b, c}, different ids, counter-clockwise as seen from outside
+-- Errors, when the scene is finished: a particle that does not exist, a triangle without area, an
+-- edge with more than two triangles, neighbours that have different sides outside.
+local function make_surface(options)
+  check_keys(options, { grid = true, particles = true, triangles = true }, "sim.surface")
+  local place = here()
+  local grid = options.grid ~= nil
+  if grid == (options.triangles ~= nil) or grid == (options.particles ~= nil) then
+    fail(place, "bad argument of sim.surface",
+      "expected either grid, or particles and triangles")
+  end
+  local on = options.grid
+  if not grid then on = options.particles end
+  local record = records[on]
+  if not record or record.kind ~= "particles" or (grid and not record.n3) then
+    bad((grid and "grid" or "particles") .. " of sim.surface",
+      grid and "a sim.grid" or "a sim.particles or sim.grid", on)
+  end
+  local ids = {}
+  if not grid then
+    local triangles = options.triangles
+    if type(triangles) ~= "table" then bad("triangles", "a list { {a, b, c}, ... }", triangles) end
+    for i = 1, #triangles do
+      local triangle = triangles[i]
+      if type(triangle) ~= "table" or #triangle ~= 3 then
+        bad("triangle " .. i, "three ids {a, b, c}", triangle)
+      end
+      for corner = 1, 3 do
+        ids[3 * i - 3 + corner] =
+          integer_from(triangle[corner], 0, MOST, "particle id of triangle " .. i)
+      end
+    end
+  end
+  local handle = setmetatable({}, surface_class)
+  records[handle] = { kind = "surface", place = place, on = on, grid = grid, ids = ids }
+  return handle
+end
+
+local part_class = {}
+for _, kind in ipairs(host.kinds) do
+  part_class[kind] = class(kind, kind == "force" and Force or {})
+end
 
 -- Lists inside the options are taken as they are now: changing them later changes nothing.
 local function copy(value, depth)
@@ -253,14 +367,18 @@ local function copy(value, depth)
   return result
 end
 
--- force = sim.force.NAME { ... },  field = sim.field.NAME { ... },
--- integrator = sim.integrator.NAME { ... }
--- Any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter
--- may be marked there as positional; it can then be written without its name, first in the table.
--- Forces that act between pairs also take a grid of pairs:
+-- part = sim.KIND.NAME { ... }
+-- KIND is a kind of plugin: force, field, integrator, collider. NAME is any plugin that `sim list`
+-- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
+-- positional; it can then be written without its name, first in the table.
+-- Forces that join particles also take ties = { {a, b}, ... }, see force:tie; and those that act
+-- between pairs a grid of pairs:
 --   grid      the sim.grid that is the scene's particles
---   offsets   list of {di, dj}, whole numbers, not both 0: each ties (i, j) to (i + di, j + dj)
---             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given
+--   offsets   list of {di, dj}, whole numbers, not all 0: each ties (i, j) to (i + di, j + dj)
+--             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given;
+--             {di, dj, dk} in a grid of three directions
+-- Forces that act on each particle by itself, such as gravity, can be kept to some:
+--   particles   list of ids; default: all
 local function constructors(kind)
   return setmetatable({}, {
     __metatable = "sim." .. kind,
@@ -281,14 +399,27 @@ local function constructors(kind)
             "expected a table of parameters, got " .. show(options))
         end
         local handle = setmetatable({}, part_class[kind])
-        records[handle] = {
+        local record = {
           kind = kind, plugin = plugin, place = place, given = copy(options, 3),
-          ties = {}, count = 0, stiffness = {}, rest = {}, damping = {},
+          count = 0, arity = 2, ids = {}, places = {}, values = {},
         }
+        records[handle] = record
+        if kind == "force" and options.ties ~= nil then
+          record.given.ties = nil
+          add_ties(record, options.ties)
+        end
         return handle
       end
     end,
   })
+end
+
+-- sim.plugin(file)
+-- Opens a plugin library that lies beside the scene's file, or in a folder below, before what it
+-- brings is used: sim.plugin "wind.so". Once is enough. It is machine code: know where it is from.
+-- Errors: a file that is not there, that is no plugin of this kernel, or with a name that is taken.
+local function open_plugin(file)
+  host.plugin((here()), file)
 end
 
 -- Scenes -----------------------------------------------------------------------------------------
@@ -315,6 +446,8 @@ end
 -- Second order (particles with mass and velocity):
 --   particles    a sim.particles or sim.grid
 --   forces       list of sim.force.NAME{...}, may be empty
+--   surfaces     optional list of sim.surface{...}, besides those that forces name
+--   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
 -- First order (no masses, no velocities):
 --   state        { x = list of vectors } for points of space, or a flat list of numbers
 --   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)
@@ -341,11 +474,11 @@ local function top_constructor(kind, written)
 end
 
 local entries = {
-  arg = arg, particles = make_particles, grid = make_grid,
-  force = constructors("force"), field = constructors("field"),
-  integrator = constructors("integrator"),
+  arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
+  surface = make_surface,
   scene = "made where it is written", world = "made where it is written",
 }
+for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end
 
 local sim = setmetatable({}, {
   __index = function(_, key)

@@ -66,22 +66,23 @@ sim::SystemSpec tied_cloth(const sim::SystemSpec& cloth, Ties ties) {
   all.plugin = "spring";
   std::mt19937_64 random(7);
   for (const sim::PartSpec& part : cloth.forces) {
-    if (part.links.empty()) continue;
+    if (part.elements.empty()) continue;
     const double stiffness = number_of(part.given.at("stiffness"));
-    part.links.for_each([&](const sim::LinkSpec& link, double natural) {
+    part.elements.for_each([&](const sim::Element& tie) {
       const double unit = static_cast<double>(random() >> 11) * 0x1p-53;
-      const double rest = ties == Ties::kJittered ? natural * (1 + 1e-3 * (unit - 0.5)) : natural;
-      all.links.ties.push_back({order[static_cast<std::size_t>(link.a)],
-                                order[static_cast<std::size_t>(link.b)], stiffness, rest});
+      const double jitter = ties == Ties::kJittered ? 1 + 1e-3 * (unit - 0.5) : 1;
+      all.elements.add({order[static_cast<std::size_t>(tie.ids[0])],
+                        order[static_cast<std::size_t>(tie.ids[1])]},
+                       {{"stiffness", stiffness}, {"rest", tie.length * jitter}});
     });
   }
-  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return !part.links.empty(); });
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return !part.elements.empty(); });
   spec.forces.push_back(std::move(all));
   return spec;
 }
 
 sim::SystemSpec springs_only(sim::SystemSpec spec) {
-  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.links.empty(); });
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.elements.empty(); });
   return spec;
 }
 
@@ -93,7 +94,7 @@ double number_of(const sim::Value& value) {
 
 long count_springs(const sim::SystemSpec& spec) {
   long count = 0;
-  for (const sim::PartSpec& part : spec.forces) count += static_cast<long>(part.links.count());
+  for (const sim::PartSpec& part : spec.forces) count += static_cast<long>(part.elements.count());
   return count;
 }
 
@@ -108,10 +109,8 @@ double stable_step(const std::string& integrator, int n) {
   return (integrator == "rk4" ? 0.7 : 0.5) / omega;
 }
 
-sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
-                            sim::Registry& registry) {
-  return {.integrator = choice.name,
-          .integrator_given = sim::cli::integrator_values(choice, choice.name, registry),
+sim::RunOptions run_options(const sim::MethodChoice& choice, int n, sim::Registry& registry) {
+  return {.integrator = sim::cli::typed(choice, choice.name, registry),
           .dt = stable_step(choice.name, n)};
 }
 

@@ -42,7 +42,6 @@ long count_springs(const sim::SystemSpec& spec);
 double stable_step(const std::string& integrator, int n);
 
 // With that integrator at that step. Throws sim::Error{kUsage}.
-sim::RunOptions run_options(const sim::cli::IntegratorChoice& choice, int n,
-                            sim::Registry& registry);
+sim::RunOptions run_options(const sim::MethodChoice& choice, int n, sim::Registry& registry);
 
 }  // namespace sim_bench

@@ -139,8 +139,7 @@ void measure_size(int n, const Options& options, sim::Registry& registry,
   const sim::SystemSpec spec = stiff_cloth(n, registry);
   const auto simulation = [&](std::map<std::string, sim::Value> given) {
     given["tol"] = kResidual;
-    return sim::Simulation(
-        spec, registry, {.integrator = "implicit_euler", .integrator_given = given, .dt = kStep});
+    return sim::Simulation(spec, registry, {.integrator = {"implicit_euler", given}, .dt = kStep});
   };
   sim::Simulation single = simulation({{"newton_steps", std::int64_t{1}},
                                        {"hessian", std::string("clamped")},

@@ -9,7 +9,7 @@
 
 namespace sim_bench {
 
-using sim::cli::IntegratorChoice;
+using sim::MethodChoice;
 
 namespace {
 
@@ -22,7 +22,7 @@ void take_steps(sim::Simulation& simulation, long count) {
     const int taken = simulation.steps(count);
     if (taken == 0)
       throw sim::Error(sim::ErrorKind::kDiverged,
-                       {"the cloth left the finite numbers", simulation.integrator_plugin().name,
+                       {"the cloth left the finite numbers", simulation.method().name(),
                         "step " + std::to_string(simulation.divergence().step), ""});
     count -= taken;
   }
@@ -39,21 +39,19 @@ std::string percent(double part) { return short_number(100 * part); }
 
 // All integrators and numbers of threads at one size, in turns.
 void measure_size(int n, const Options& options, sim::Registry& registry,
-                  const std::vector<IntegratorChoice>& integrators,
+                  const std::vector<MethodChoice>& integrators,
                   std::vector<KernelResult>& results) {
   const sim::SystemSpec spec = load_cloth(n, registry);
   std::vector<sim::Simulation> simulations;
   const std::size_t first = results.size();
-  for (const IntegratorChoice& integrator : integrators)
+  for (const MethodChoice& integrator : integrators)
     for (const int threads : options.threads) {
       sim::RunOptions run = run_options(integrator, n, registry);
       run.threads = threads;
       simulations.emplace_back(spec, registry, run);
       KernelResult& r = results.emplace_back();
       r.n = n;
-      const sim::IntegratorPlugin& plugin = simulations.back().settings().integrator;
-      r.integrator =
-          sim::spelled(plugin.name, plugin.params, simulations.back().integrator_params());
+      r.integrator = simulations.back().method().label();
       r.threads = threads;
       const sim::IntegratorInfo info = simulations.back().integrator_info();
       r.evaluations = std::max(1, info.evaluations);
@@ -89,25 +87,24 @@ Contestant contestant(sim::Simulation& simulation) {
   }};
 }
 
-std::vector<IntegratorChoice> choose_integrators(const Options& options, sim::Registry& registry) {
-  const std::vector<std::string> known = registry.names(sim::PluginKind::kIntegrator);
+std::vector<MethodChoice> choose_integrators(const Options& options, sim::Registry& registry) {
+  const std::vector<std::string> known = registry.names<sim::Integrator>();
   if (options.integrators.empty()) {
-    std::vector<IntegratorChoice> chosen;
+    std::vector<MethodChoice> chosen;
     for (const std::string name : {"euler", "trapezoid", "rk4", "symplectic_euler", "verlet"})
       if (std::find(known.begin(), known.end(), name) != known.end()) {
-        chosen.push_back({.name = name});
+        chosen.push_back(name);
         if (name == "rk4" || name == "verlet")
-          chosen.push_back({.name = name, .params = {{"precision", "single"}}});
+          chosen.push_back({name, {{"precision", std::string("single")}}});
       }
     return chosen;
   }
-  for (const IntegratorChoice& integrator : options.integrators)
-    run_options(integrator, 3, registry);
+  for (const MethodChoice& integrator : options.integrators) run_options(integrator, 3, registry);
   return options.integrators;
 }
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry) {
-  const std::vector<IntegratorChoice> integrators = choose_integrators(options, registry);
+  const std::vector<MethodChoice> integrators = choose_integrators(options, registry);
   std::vector<KernelResult> results;
   for (const int n : options.sizes) measure_size(n, options, registry, integrators, results);
   return results;

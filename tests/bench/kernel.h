@@ -34,8 +34,7 @@ struct KernelResult {
 };
 
 // Those asked for, or the usual methods that the registry has.
-std::vector<sim::cli::IntegratorChoice> choose_integrators(const Options& options,
-                                                           sim::Registry& registry);
+std::vector<sim::MethodChoice> choose_integrators(const Options& options, sim::Registry& registry);
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry);
 Table kernel_table(const std::vector<KernelResult>& results, const Machine& machine);

@@ -36,7 +36,7 @@ void build_and_step(const sim::SystemSpec& spec, sim::Registry& registry,
 
 int print_memory(int n, const std::string& integrator) {
   sim::Registry registry = make_registry();
-  const sim::cli::IntegratorChoice choice = sim::cli::parse_integrator(integrator);
+  const sim::MethodChoice choice = sim::cli::parse_integrator(integrator);
   MemoryUse use;
   // A small one first: code and libraries are in memory before anything is measured.
   build_and_step(load_cloth(8, registry), registry, run_options(choice, 8, registry), &use);

@@ -16,7 +16,7 @@ struct Options {
   bool peers = false, help = false;
   std::vector<int> sizes = {8, 32, 128, 512, 1024};  // particles a side
   std::vector<int> threads = {1, 2};
-  std::vector<sim::cli::IntegratorChoice> integrators;  // empty = the usual ones
+  std::vector<sim::MethodChoice> integrators;  // empty = the usual ones
   TimingOptions timing;
 
   std::string memory_of;  // an integrator: only print the memory of sizes[0] with it

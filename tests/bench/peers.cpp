@@ -130,7 +130,7 @@ void compare(Peer& peer, sim::Simulation& ours, PeerResult& result) {
 std::vector<sim::Simulation> make_ours(const sim::SystemSpec& spec, const std::string& method,
                                        const Options& options, sim::Registry& registry, double h) {
   std::vector<sim::Simulation> ours;
-  const auto known = registry.names(sim::PluginKind::kIntegrator);
+  const auto known = registry.names<sim::Integrator>();
   if (std::find(known.begin(), known.end(), method) == known.end()) return ours;
   for (const int threads : options.threads)
     ours.emplace_back(spec, registry,

@@ -46,7 +46,7 @@ TEST_CASE("--version names commit, compiler and plugin ABI") {
 
 TEST_CASE("list shows plugins and scenes") {
   const Json all = read_json(run_sim({"list", "--json"}).out);
-  CHECK(all.keys == std::vector<std::string>{"integrators", "forces", "fields", "scenes"});
+  CHECK(all.keys == std::vector<std::string>{"integrators", "forces", "fields", "colliders", "scenes"});
   for (const char* name : {"euler", "trapezoid", "rk4"})
     CHECK(contains(names_of(all.at("integrators")), name));
   for (const char* name : {"gravity", "drag", "spring"})
@@ -129,6 +129,21 @@ TEST_CASE("doctor finds what is wrong") {
   const Outcome missing = run_sim({"doctor", "--plugin-path", "/nowhere", "--json"});
   CHECK(missing.code == 5);
   CHECK(!read_json(missing.out).at("ok").flag);
+}
+
+TEST_CASE("plugins are found in the user's home, and a name given twice stops everything") {
+  const TemporaryFolder folder;
+  const auto place = folder.path() / "sim/plugins/forces";
+  std::filesystem::create_directories(place);
+  std::filesystem::copy_file(SIM_FIXTURE_DIR "/noticed/noticed.so", place / "noticed.so");
+  const ProgramOptions at_home{.environment = {{"XDG_DATA_HOME", folder.path().string()}}};
+  CHECK(run_sim({"list", "forces"}, at_home).out.find("noticed") != std::string::npos);
+  CHECK(run_sim({"list", "forces"}).out.find("noticed") == std::string::npos);
+  std::filesystem::copy_file(SIM_FIXTURE_DIR "/duplicate/duplicate.so", place / "mine.so");
+  const Outcome twice = run_sim({"-n", "1"}, at_home);
+  CHECK(twice.code == 7);
+  CHECK(twice.err.find("mine.so") != std::string::npos);
+  CHECK(twice.err.find("forces/gravity.so") != std::string::npos);
 }
 
 TEST_CASE("scenes are found as given, then in SIM_PATH, then with the program") {

@@ -61,6 +61,7 @@ inline int input_of(const std::string& text) {
   if (options.without_err) close(2);
   unsetenv("SIM_PATH");
   unsetenv("SIM_PLUGIN_PATH");
+  setenv("XDG_DATA_HOME", "/nonexistent", 1);  // not the plugins of whoever runs the tests
   for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);
   signal(SIGPIPE, SIG_DFL);
   if (!options.folder.empty() && chdir(options.folder.c_str()) != 0) _exit(125);

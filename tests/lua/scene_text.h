@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/lua/scene/scene_file.h"
+#include "core/scene/simulation.h"
 
 namespace sim::test {
 
@@ -47,10 +48,13 @@ inline std::vector<std::filesystem::path> search_path() {
   return {std::filesystem::path(SIM_SOURCE_DIR) / "scripts"};
 }
 
+// A scene of which every system can be compiled.
 inline SceneSpec load(const std::string& file, const Settings& settings = {},
                       std::uint64_t seed = 0) {
   Registry registry({SIM_PLUGIN_DIR});
-  return load_scene(file, registry, {search_path(), settings, seed});
+  SceneSpec spec = load_scene(file, registry, {search_path(), settings, seed});
+  for (const SystemSpec& system : spec.systems) Simulation(system, registry);
+  return spec;
 }
 
 // The scene of a text that starts with the usual line; its own first line is line 2.

@@ -15,7 +15,7 @@ TEST_CASE("circle.lua", "[lua][scenes]") {
   CHECK(spec.args.empty());
   const SystemSpec& circle = spec.systems[0];
   CHECK(circle.name == "circle");
-  CHECK(circle.integrator == "trapezoid");
+  CHECK(circle.integrator.name == "trapezoid");
   CHECK(circle.dt == 0.01);
   CHECK(circle.duration == 10);
   CHECK_FALSE(circle.particles);
@@ -30,7 +30,7 @@ TEST_CASE("circle.lua", "[lua][scenes]") {
 TEST_CASE("pendulum.lua", "[lua][scenes]") {
   const SystemSpec pendulum = load("scenes/pendulum.lua").systems[0];
   CHECK(pendulum.name == "pendulum");
-  CHECK(pendulum.integrator == "rk4");
+  CHECK(pendulum.integrator.name == "rk4");
   CHECK(pendulum.dt == 0.005);
   CHECK(pendulum.duration == 10);
   REQUIRE(pendulum.particles);
@@ -45,11 +45,8 @@ TEST_CASE("pendulum.lua", "[lua][scenes]") {
   CHECK(links.plugin == "spring");
   CHECK(std::get<std::string>(links.given.at("family")) == "link");
   CHECK(std::get<std::int64_t>(links.given.at("stiffness")) == 200);
-  REQUIRE(links.links.ties.size() == 3);
-  CHECK(links.links.ties[2].a == 2);
-  CHECK(links.links.ties[2].b == 3);
-  CHECK(std::isnan(links.links.ties[2].rest));
-  CHECK(std::isnan(links.links.ties[2].stiffness));
+  CHECK(links.elements.ids == std::vector<int>{0, 1, 1, 2, 2, 3});
+  CHECK(links.elements.values.empty());
   CHECK(load("scenes/pendulum.lua", {{"n", "7"}}).systems[0].particles->count() == 7);
 }
 
@@ -64,15 +61,16 @@ return sim.scene { name = "beads", particles = beads, forces = { links },
                                .systems[0];
   const PartSpec& links = scene.forces[0];
   CHECK(std::get<double>(links.given.at("damping")) == 0.5);
-  REQUIRE(links.links.ties.size() == 2);
-  CHECK(std::isnan(links.links.ties[0].damping));
-  CHECK(links.links.ties[1].damping == 2);
+  const std::vector<double>& own = links.elements.values.at("damping");
+  REQUIRE(own.size() == 2);
+  CHECK(std::isnan(own[0]));
+  CHECK(own[1] == 2);
 }
 
 TEST_CASE("cloth.lua", "[lua][scenes]") {
   const SceneSpec spec = load("scenes/cloth.lua");
   const SystemSpec& cloth = spec.systems[0];
-  CHECK(cloth.integrator == "rk4");
+  CHECK(cloth.integrator.name == "rk4");
   CHECK(cloth.dt == 0.005);
   CHECK(cloth.duration == 2);
   REQUIRE(cloth.particles);
@@ -88,15 +86,15 @@ TEST_CASE("cloth.lua", "[lua][scenes]") {
   const double stiffness[] = {100, 50, 25};
   for (int i = 0; i < 3; ++i) {
     const PartSpec& force = cloth.forces[static_cast<std::size_t>(i) + 2];
-    CHECK(force.links.ties.empty());
-    REQUIRE(force.links.grids.size() == 2);
-    CHECK(force.links.count() == counts[i]);
+    CHECK(force.elements.ids.empty());
+    REQUIRE(force.elements.grids.size() == 2);
+    CHECK(force.elements.count() == counts[i]);
     CHECK(static_cast<double>(std::get<std::int64_t>(force.given.at("stiffness"))) == stiffness[i]);
   }
-  CHECK(cloth.forces[2].links.grids[0].rest == 0.125);
-  CHECK(cloth.forces[3].links.grids[1].rest == std::sqrt(2.0 / 64));
-  CHECK(cloth.forces[3].links.grids[1].dj == -1);
-  CHECK(cloth.forces[4].links.grids[1].rest == 0.25);
+  CHECK(cloth.forces[2].elements.grids[0].length == 0.125);
+  CHECK(cloth.forces[3].elements.grids[1].length == std::sqrt(2.0 / 64));
+  CHECK((cloth.forces[3].elements.grids[1].step == std::array<int, 3>{1, -1, 0}));
+  CHECK(cloth.forces[4].elements.grids[1].length == 0.25);
   REQUIRE(spec.args.size() == 4);
   CHECK(spec.args[0].name == "n");
   CHECK(spec.args[0].doc == "particles a side");
@@ -105,9 +103,9 @@ TEST_CASE("cloth.lua", "[lua][scenes]") {
   for (const int n : {1, 2, 3, 17}) {
     const SystemSpec other = load("cloth", {{"n", std::to_string(n)}}).systems[0];
     const auto count = static_cast<std::size_t>(n);
-    CHECK(other.forces[2].links.count() == 2 * count * (count - 1));
-    CHECK(other.forces[3].links.count() == 2 * (count - 1) * (count - 1));
-    CHECK(other.forces[4].links.count() == (n < 2 ? 0 : 2 * count * (count - 2)));
+    CHECK(other.forces[2].elements.count() == 2 * count * (count - 1));
+    CHECK(other.forces[3].elements.count() == 2 * (count - 1) * (count - 1));
+    CHECK(other.forces[4].elements.count() == (n < 2 ? 0 : 2 * count * (count - 2)));
   }
 }
 
@@ -234,12 +232,13 @@ TEST_CASE("particles keep what they are told", "[lua][scenes]") {
   CHECK(system.particles->at(1).velocity == Vec3(0, 0, 7));
   CHECK(system.particles->at(2).mass == 2);
   CHECK(system.particles->pinned == std::vector<int>{0, 2});
-  const auto& ties = system.forces[0].links.ties;
-  REQUIRE(ties.size() == 3);
-  CHECK(std::isnan(ties[0].stiffness));
-  CHECK(ties[1].stiffness == 8);
-  CHECK(std::isnan(ties[1].rest));
-  CHECK(ties[2].rest == 0.5);
+  Elements ties = system.forces[0].elements;
+  CHECK(ties.ids == std::vector<int>{0, 1, 1, 2, 0, 2});
+  REQUIRE((ties.values.size() == 2 && ties.values["rest"].size() == 3));
+  CHECK(std::isnan(ties.values["stiffness"][0]));
+  CHECK(ties.values["stiffness"][1] == 8);
+  CHECK(std::isnan(ties.values["rest"][1]));
+  CHECK(ties.values["rest"][2] == 0.5);
   CHECK(system.name == "scene");
   CHECK(system.forces[0].place.ends_with("scene.lua:9"));
 }
@@ -259,17 +258,16 @@ TEST_CASE("a grid is passed on as a grid", "[lua][scenes]") {
           kEnd)
           .systems[0];
   REQUIRE(system.particles->grid);
-  CHECK(system.particles->grid->rows == 3);
-  CHECK(system.particles->grid->cols == 4);
+  CHECK((system.particles->grid->size == std::array<int, 3>{3, 4, 1}));
   CHECK(system.particles->at(6).position == Vec3(3, 2, 5));
   CHECK(system.particles->at(6).mass == 0.5);
   CHECK(system.particles->at(12).position == Vec3(7, 7, 7));
-  const auto& grids = system.forces[0].links.grids;
+  const auto& grids = system.forces[0].elements.grids;
   REQUIRE(grids.size() == 3);
-  CHECK(grids[0].di == 1);
-  CHECK(grids[0].rest == std::sqrt(8.0));
-  CHECK(grids[1].di == -1);
-  CHECK(system.forces[0].links.count() == 2 * 2 + 2 * 2 + 0 + 1);
+  CHECK(grids[0].step[0] == 1);
+  CHECK(grids[0].length == std::sqrt(8.0));
+  CHECK(grids[1].step[0] == -1);
+  CHECK(system.forces[0].elements.count() == 2 * 2 + 2 * 2 + 0 + 1);
 }
 
 TEST_CASE("rest lengths of a grid neither overflow nor vanish", "[lua][scenes]") {
@@ -281,7 +279,7 @@ TEST_CASE("rest lengths of a grid neither overflow nor vanish", "[lua][scenes]")
                              " }\nlocal forces = { sim.force.spring { stiffness = 1, grid = "
                              "particles, offsets = { {1, 1} } } }\n" +
                              kEnd;
-    const double rest = load_text(text).systems[0].forces[0].links.grids[0].rest;
+    const double rest = load_text(text).systems[0].forces[0].elements.grids[0].length;
     CHECK(rest == Approx(2 * scale).epsilon(1e-14));
   }
 }

@@ -14,9 +14,7 @@ using namespace sim_test;
 namespace {
 
 sim::Amplification radius_of(const std::string& name, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.integrator(name);
-  const std::shared_ptr<sim::Integrator> method =
-      plugin.make(sim::Params("integrator", plugin.params, {}, {}));
+  const std::shared_ptr<sim::Integrator> method = sim::Method(registry, name).make();
   return
       [method](double h_omega, double h_gamma) { return method->amplification(h_omega, h_gamma); };
 }

@@ -39,7 +39,7 @@ SystemSpec make_pair(double damping) {
   spec.particles->list[1].mass = kHeavy;
   spec.particles->list[1].position = Vec3(2, -1, 2) / 3 * 1.2;
   spec.forces = {damped(make_springs("spring", kStiffness), damping)};
-  spec.forces.back().links.ties = {{.a = 0, .b = 1, .rest = kRest}};
+  spec.forces.back().elements.add({0, 1}, {{"rest", kRest}});
   return spec;
 }
 
@@ -63,14 +63,13 @@ SystemSpec make_tangle(int n = 40) {
   spec.particles->pinned = {5};
   spec.forces = {make_gravity(), damped(make_springs("chain", 30), 0.7), make_springs("far", 20),
                  make_drag(0.05)};
-  auto& chain = spec.forces[1].links.ties;
-  for (int i = 0; i + 1 < n; ++i) chain.push_back({.a = i, .b = i + 1, .rest = 0.4});
-  chain[3].damping = 0;
-  auto& far = spec.forces[2].links.ties;
-  for (int i = 0; i + 9 < n; ++i)
-    far.push_back({.a = i + 9, .b = i, .rest = 0.9, .damping = 0.1 + 0.01 * i});
+  Elements &chain = spec.forces[1].elements, &far = spec.forces[2].elements;
+  for (int i = 0; i + 1 < n; ++i) chain.add({i, i + 1}, {{"rest", 0.4}});
+  chain.values["damping"].assign(chain.listed(), std::nan(""));
+  chain.values["damping"][3] = 0;
+  for (int i = 0; i + 9 < n; ++i) far.add({i + 9, i}, {{"rest", 0.9}, {"damping", 0.1 + 0.01 * i}});
   for (int i = 0; i < n / 4; ++i)
-    far.push_back({.a = i, .b = (i * i + 31) % 9 + n - 10, .rest = 1.5, .damping = 0.3});
+    far.add({i, (i * i + 31) % 9 + n - 10}, {{"rest", 1.5}, {"damping", 0.3}});
   return spec;
 }
 
@@ -144,10 +143,11 @@ TEST_CASE("damped springs at all lengths: blocks of tiny and huge ones keep the 
     for (const ForceShare& share : kernel.forces_on(i))
       if (share.name.ends_with(" with damping")) sum += share.force;
     for (const PartSpec& part : spec.forces)
-      part.links.for_each([&](const LinkSpec& tie, double) {
-        if (tie.a != i && tie.b != i) return;
-        const int to = tie.a + tie.b - i;
-        const double c = std::isnan(tie.damping) ? 0.7 : tie.damping;
+      part.elements.for_each([&](const Element& tie) {
+        if (tie.ids[0] != i && tie.ids[1] != i) return;
+        const int to = tie.ids[0] + tie.ids[1] - i;
+        const double own = part.elements.values.at("damping")[static_cast<std::size_t>(tie.index)];
+        const double c = std::isnan(own) ? 0.7 : own;
         expected += dashpot_force(kernel.position(i) - kernel.position(to),
                                   kernel.velocity(i) - kernel.velocity(to), c);
       });
@@ -232,7 +232,7 @@ TEST_CASE("implicit Euler takes energy out of damped springs") {
   SystemSpec spec = make_tangle();
   spec.forces.erase(spec.forces.begin());
   for (const double dt : {0.001, 0.01, 0.1}) {
-    RunOptions options{.integrator = "implicit_euler", .dt = dt};
+    RunOptions options{.integrator = {"implicit_euler"}, .dt = dt};
     Simulation kernel(spec, registry, options);
     double before = kernel.energy().total();
     for (int step = 0; step < 20; ++step) {
@@ -246,7 +246,7 @@ TEST_CASE("implicit Euler takes energy out of damped springs") {
 
 TEST_CASE("what damped springs take is in the balance of energy") {
   Registry registry = make_registry();
-  RunOptions options{.integrator = "rk4", .dt = 0.001};
+  RunOptions options{.integrator = {"rk4"}, .dt = 0.001};
   Simulation kernel(make_tangle(), registry, options);
   CHECK_FALSE(kernel.conserves_energy());
   study::EnergyBalance balance(kernel);
@@ -264,7 +264,7 @@ TEST_CASE("what damped springs take is in the balance of energy") {
 TEST_CASE("the damping of a spring shows in the spectrum") {
   Registry registry = make_registry();
   SystemSpec spec = make_pair(1.5);
-  spec.forces.back().links.ties[0].rest = 1.2;
+  spec.forces.back().elements.values["rest"][0] = 1.2;
   Simulation pair(spec, registry);
   const study::Vibration fastest = study::spectrum(pair).fastest;
   CHECK(fastest.omega == Approx(std::sqrt(kStiffness / kReduced)));
@@ -286,8 +286,7 @@ TEST_CASE("a run of damped springs goes on from a snapshot bit for bit") {
 TEST_CASE("auto finds a method for damped springs") {
   Registry registry = make_registry();
   for (const double tol : {1e-2, 1e-5, 1e-9}) {
-    RunOptions options{.integrator = "auto", .dt = 0.01};
-    options.integrator_given["tol"] = tol;
+    const RunOptions options{.integrator = {"auto", {{"tol", tol}}}, .dt = 0.01};
     Simulation kernel(make_tangle(), registry, options);
     CHECK(run(kernel, 10));
   }
@@ -305,9 +304,8 @@ TEST_CASE("what cannot have damped springs says so") {
     }
     return std::string();
   };
-  RunOptions single{.integrator = "rk4"};
-  single.integrator_given["precision"] = std::string("single");
+  const RunOptions single{.integrator = {"rk4", {{"precision", std::string("single")}}}};
   CHECK_THAT(refusal(single), Catch::Contains("damping"));
-  CHECK_THAT(refusal({.integrator = "projective_dynamics"}), Catch::Contains("damping"));
-  CHECK_THAT(refusal({.integrator = "pefrl"}), Catch::Contains("depends on velocity"));
+  CHECK_THAT(refusal({.integrator = {"projective_dynamics"}}), Catch::Contains("damping"));
+  CHECK_THAT(refusal({.integrator = {"pefrl"}}), Catch::Contains("depends on velocity"));
 }

@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/particles/particle_system.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/implicit/stage_matrix.h"
 #include "core/particles/springs/spring_stiffness.h"
@@ -232,13 +234,16 @@ TEST_CASE("differences of forces suit directions of any size", "[particles]") {
 
 TEST_CASE("every force of this build has a Jacobian that agrees with differences") {
   Registry registry = sim_test::make_registry();
-  for (const std::string& name : registry.names(PluginKind::kForce)) {
-    const ForcePlugin& plugin = registry.force(name);
+  for (const std::string& name : registry.names<Force>()) {
+    const ForcePlugin& plugin = registry.get<sim::Force>(name);
     SystemSpec spec =
         sim_test::make_chain({{0, 0, 0}, {1, 0, 0}, {1.5, 0.8, 0}, {0.5, 0.6, 1}}, {0}, 0.1);
     for (ParticleSpec& particle : spec.particles->list) particle.velocity = {0.3, -0.2, 0.4};
     std::map<std::string, Value> given = plugin.example;
     for (const Param& param : plugin.params) {
+      if (param.required && param.type == ParamType::kSurface)
+        given[param.name] = std::make_shared<const TriangleMesh>(
+            4, std::vector<TriangleMesh::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
       if (param.required && param.type == ParamType::kNumber)
         given[param.name] = std::clamp(2.0, param.min, param.max);
       if (param.type == ParamType::kNumber && param.name == "stiffness") given["stiffness"] = 30.0;
@@ -250,8 +255,9 @@ TEST_CASE("every force of this build has a Jacobian that agrees with differences
             });
     }
     spec.forces.push_back(sim_test::make_part(name, given));
-    if (plugin.takes_links) {
-      spec.forces.back().links.ties = {{.a = 0, .b = 2, .rest = 2.5}, {.a = 1, .b = 3, .rest = 0}};
+    if (plugin.elements.arity == 2) {
+      spec.forces.back().elements.add({0, 2}, {{"rest", 2.5}});
+      spec.forces.back().elements.add({1, 3}, {{"rest", 0}});
     }
     Simulation simulation(spec, registry);
     const std::size_t size = simulation.state().size();

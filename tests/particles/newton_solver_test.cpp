@@ -159,8 +159,7 @@ TEST_CASE("bdf2 goes on from its memory as if it had never stopped") {
 
   // Another one of the same kind, which has taken other steps before.
   Simulation other(sim_test::make_cloth(5), registry, {.integrator = "bdf2", .dt = 0.01});
-  const IntegratorPlugin& plugin = registry.integrator("bdf2");
-  const auto method = plugin.make(Params("integrator", plugin.params, {}, {}));
+  const auto method = Method(registry, "bdf2").make();
   method->prepare(other.ode());
   Array next(now.size());
   method->restart(0.07, 0.01, now.data());

@@ -6,11 +6,23 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
 
 namespace {
+
+constexpr int kCloud = 1500;  // particles
+
+// A strip of triangles over all particles of the cloud.
+std::vector<sim::TriangleMesh::Triangle> strip() {
+  std::vector<sim::TriangleMesh::Triangle> triangles;
+  for (int i = 0; i + 2 < kCloud; ++i)
+    triangles.push_back(i % 2 ? sim::TriangleMesh::Triangle{i + 1, i, i + 2}
+                              : sim::TriangleMesh::Triangle{i, i + 1, i + 2});
+  return triangles;
+}
 
 // A parameter list that satisfies every declaration: the example of the plugin, defaults, and 1,
 // {1, 2, 3} ... where required.
@@ -33,6 +45,9 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
         break;
       case sim::ParamType::kVector:
         given[param.name] = sim::Vec3(1, 2, 3);
+        break;
+      case sim::ParamType::kSurface:
+        given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
       case sim::ParamType::kFunction:
         given[param.name] =
@@ -65,12 +80,12 @@ sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
   spec.particles.emplace();
   sim::PartSpec part = make_part(force.name, acceptable(force));
   if (declares(force, "stiffness")) part.given["stiffness"] = 5.0;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < kCloud; ++i) {
     spec.particles->list.push_back(
         {.position = {std::sin(1.0 + i), std::sin(2.0 + 3 * i), std::sin(3.0 + 7 * i)},
          .velocity = {std::cos(1.0 + i), std::cos(2.0 + 5 * i), std::cos(3.0 + i)},
          .mass = 1 + 0.1 * (i % 7)});
-    if (force.takes_links && i > 2) part.links.ties.push_back({.a = i, .b = i - 1 - i % 2});
+    if (force.elements.arity == 2 && i > 2) part.elements.add({i, i - 1 - i % 2});
   }
   spec.forces = {part};
   return spec;
@@ -106,11 +121,11 @@ class Linear final : public sim::OdeSystem {
 
 // With steps of size h, also where the method can do otherwise.
 std::unique_ptr<sim::Integrator> make_integrator(const std::string& name, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.integrator(name);
+  const sim::IntegratorPlugin& plugin = registry.get<sim::Integrator>(name);
   std::map<std::string, sim::Value> given = acceptable(plugin);
   for (const sim::Param& param : plugin.params)
     if (param.name == "fixed_step") given["fixed_step"] = true;
-  return plugin.make(sim::Params("integrator", plugin.params, given, {}));
+  return sim::Method(registry, plugin, given).make();
 }
 
 }  // namespace
@@ -118,15 +133,9 @@ std::unique_ptr<sim::Integrator> make_integrator(const std::string& name, sim::R
 TEST_CASE("every plugin says what it is") {
   sim::Registry registry = make_registry();
   int count = 0;
-  for (const auto kind :
-       {sim::PluginKind::kForce, sim::PluginKind::kField, sim::PluginKind::kIntegrator})
+  for (const sim::PluginKind& kind : sim::kPluginKinds)
     for (const std::string& name : registry.names(kind)) {
-      // Plugins of different kinds may have one name.
-      const sim::PluginInfo* info = kind == sim::PluginKind::kForce
-                                        ? static_cast<const sim::PluginInfo*>(&registry.force(name))
-                                    : kind == sim::PluginKind::kField
-                                        ? static_cast<const sim::PluginInfo*>(&registry.field(name))
-                                        : &registry.integrator(name);
+      const sim::PluginInfo* info = registry.find(kind, name);
       INFO(name);
       CHECK(info->name == name);
       CHECK(info->kind == kind);
@@ -153,8 +162,8 @@ TEST_CASE("every plugin says what it is") {
 
 TEST_CASE("every plugin refuses parameters it does not have") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kForce)) {
-    sim::SystemSpec spec = make_cloud(registry.force(name));
+  for (const std::string& name : registry.names<sim::Force>()) {
+    sim::SystemSpec spec = make_cloud(registry.get<sim::Force>(name));
     spec.forces[0].given["no_such_parameter"] = 1.0;
     spec.forces[0].place = "cloud.lua:3";
     INFO(name);
@@ -165,8 +174,8 @@ TEST_CASE("every plugin refuses parameters it does not have") {
 
 TEST_CASE("every force is pure and does not depend on threads") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kForce)) {
-    const sim::SystemSpec spec = make_cloud(registry.force(name));
+  for (const std::string& name : registry.names<sim::Force>()) {
+    const sim::SystemSpec spec = make_cloud(registry.get<sim::Force>(name));
     sim::Simulation one(spec, registry), three(spec, registry, {.threads = 3});
     const std::uint64_t start = one.hash();
     REQUIRE(run(one, 20));
@@ -192,8 +201,8 @@ TEST_CASE("every force is pure and does not depend on threads") {
 
 TEST_CASE("every field is pure") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kField)) {
-    const sim::FieldPlugin& plugin = registry.field(name);
+  for (const std::string& name : registry.names<sim::Field>()) {
+    const sim::FieldPlugin& plugin = registry.get<sim::Field>(name);
     const auto field = plugin.make(sim::Params("field", plugin.params, acceptable(plugin), {}));
     field->bind(6, 3);
     const std::vector<double> x = {1, 2, 3, -0.5, 0.25, 7};
@@ -208,7 +217,7 @@ TEST_CASE("every field is pure") {
 
 TEST_CASE("every integrator has its order and counts its evaluations") {
   sim::Registry registry = make_registry();
-  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<sim::Integrator>()) {
     const auto method = make_integrator(name, registry);
     const sim::IntegratorInfo info = method->info();
     INFO(name);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/plugin/registry.h"
@@ -39,7 +40,7 @@ std::string refusal(const fs::path& file) {
   const sim::ErrorText text = error_of(sim::ErrorKind::kPlugin, [&] { registry.load(file); });
   CHECK_THAT(text.where, Contains(file.filename().string()));
   // A refused library leaves a registry that works.
-  CHECK(registry.force("gravity").name == "gravity");
+  CHECK(registry.get<sim::Force>("gravity").name == "gravity");
   return text.why;
 }
 
@@ -57,54 +58,69 @@ void write(const fs::path& file, const std::string& bytes) {
 TEST_CASE("names are known without opening anything") {
   unsetenv("SIM_FIXTURE_RAN");
   sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "noticed"});
-  const auto forces = registry.names(sim::PluginKind::kForce);
+  const auto forces = registry.names<sim::Force>();
   for (const char* name : {"gravity", "drag", "spring", "noticed"})
     CHECK(std::count(forces.begin(), forces.end(), name) == 1);
   CHECK(std::is_sorted(forces.begin(), forces.end()));
-  CHECK(registry.names(sim::PluginKind::kField) == std::vector<std::string>{"lua", "rotation"});
-  CHECK(registry.force("gravity").name == "gravity");
+  CHECK(registry.names<sim::Field>() == std::vector<std::string>{"lua", "rotation"});
+  CHECK(registry.get<sim::Force>("gravity").name == "gravity");
   CHECK(getenv("SIM_FIXTURE_RAN") == nullptr);
 
   SECTION("the name opens the library") {
-    CHECK(registry.force("noticed").name == "noticed");
+    CHECK(registry.get<sim::Force>("noticed").name == "noticed");
     CHECK(getenv("SIM_FIXTURE_RAN") != nullptr);
   }
 }
 
 TEST_CASE("aliases find the plugin") {
   sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "noticed"});
-  CHECK(registry.integrator("e").name == "euler");
-  CHECK(registry.integrator("t").name == "trapezoid");
-  CHECK(registry.integrator("r").name == "rk4");
-  CHECK(&registry.integrator("r") == &registry.integrator("rk4"));
-  CHECK(registry.integrator("rk4").aliases == std::vector<std::string>{"r"});
-  CHECK(registry.force("seen").name == "noticed");
+  CHECK(registry.get<sim::Integrator>("e").name == "euler");
+  CHECK(registry.get<sim::Integrator>("t").name == "trapezoid");
+  CHECK(registry.get<sim::Integrator>("r").name == "rk4");
+  CHECK(&registry.get<sim::Integrator>("r") == &registry.get<sim::Integrator>("rk4"));
+  CHECK(registry.get<sim::Integrator>("rk4").aliases == std::vector<std::string>{"r"});
+  CHECK(registry.get<sim::Force>("seen").name == "noticed");
 
   // Aliases are no names of their own.
-  const auto names = registry.names(sim::PluginKind::kIntegrator);
+  const auto names = registry.names<sim::Integrator>();
   CHECK(std::count(names.begin(), names.end(), "r") == 0);
+}
+
+TEST_CASE("every kind has a name, a folder and its place in the list") {
+  std::set<std::string> words;
+  for (std::uint32_t i = 0; i < sim::kPluginKinds.size(); ++i) {
+    CHECK(sim::kPluginKinds[i].number == i);
+    CHECK(words.emplace(sim::kPluginKinds[i].name).second);
+    CHECK(words.emplace(sim::kPluginKinds[i].folder).second);
+  }
+  CHECK(sim::kind_of<sim::Force>.name == "force");
+  CHECK(sim::kind_of<sim::Collider>.folder == "colliders");
 }
 
 TEST_CASE("find looks through all kinds") {
   sim::Registry registry({SIM_PLUGIN_DIR});
-  REQUIRE(registry.find("spring"));
-  CHECK(registry.find("spring")->kind == sim::PluginKind::kForce);
-  CHECK(registry.find("rotation")->kind == sim::PluginKind::kField);
-  CHECK(registry.find("t")->name == "trapezoid");
-  CHECK_THAT(registry.find("t")->file, Contains("trapezoid.so"));
-  CHECK(registry.find("nothing_of_that_name") == nullptr);
+  REQUIRE(registry.find("spring").size() == 1);
+  CHECK(registry.find("spring")[0]->kind == sim::kind_of<sim::Force>);
+  CHECK(registry.find("rotation")[0]->kind == sim::kind_of<sim::Field>);
+  CHECK(registry.find("t")[0]->name == "trapezoid");
+  CHECK_THAT(registry.find("t")[0]->file, Contains("trapezoid.so"));
+  CHECK(registry.find("nothing_of_that_name").empty());
+  CHECK(registry.find(sim::kind_of<sim::Force>, "t") == nullptr);
+  CHECK(registry.find(sim::kind_of<sim::Integrator>, "t")->name == "trapezoid");
 }
 
 TEST_CASE("an unknown name is an error of the scene with a suggestion") {
   sim::Registry registry({SIM_PLUGIN_DIR});
-  const auto force = error_of(sim::ErrorKind::kScene, [&] { registry.force("gravty", "a.lua:7"); });
+  const auto force =
+      error_of(sim::ErrorKind::kScene, [&] { registry.get<sim::Force>("gravty", "a.lua:7"); });
   CHECK(force.where == "a.lua:7");
   CHECK_THAT(force.what, Contains("gravty"));
-  CHECK_THAT(force.remedy, Contains("gravity"));
-  const auto method = error_of(sim::ErrorKind::kScene, [&] { registry.integrator("qqqqqqqq"); });
+  CHECK_THAT(force.remedy, Contains("gravity") && Contains("--load") && Contains("--plugin-path"));
+  const auto method =
+      error_of(sim::ErrorKind::kScene, [&] { registry.get<sim::Integrator>("qqqqqqqq"); });
   for (const char* name : {"euler", "trapezoid", "rk4"}) CHECK_THAT(method.remedy, Contains(name));
   // A name of another kind is unknown.
-  error_of(sim::ErrorKind::kScene, [&] { registry.field("gravity"); });
+  error_of(sim::ErrorKind::kScene, [&] { registry.get<sim::Field>("gravity"); });
 }
 
 TEST_CASE("a library is judged by its card before any of its code runs") {
@@ -185,30 +201,59 @@ TEST_CASE("a broken library in a folder does not keep the others from being used
   write(folder.path() / "notes.txt", "not looked at");
 
   sim::Registry registry({folder.path()});
-  CHECK(registry.force("noticed").name == "noticed");
+  CHECK(registry.get<sim::Force>("noticed").name == "noticed");
   REQUIRE(registry.rejected().size() == 2);
   CHECK_THAT(registry.rejected()[0], Contains("wrong_abi.so") && Contains("ABI 4711"));
   CHECK_THAT(registry.rejected()[1], Contains("words.so"));
 
   // Its card is good, so only its use tells.
-  const auto text = error_of(sim::ErrorKind::kPlugin, [&] { registry.force("forgotten"); });
+  const auto text =
+      error_of(sim::ErrorKind::kPlugin, [&] { registry.get<sim::Force>("forgotten"); });
   CHECK_THAT(text.where, Contains("forgotten.so"));
 }
 
-TEST_CASE("the first folder wins where two have the same name") {
-  sim::Registry registry({SIM_PLUGIN_DIR, fs::path(SIM_FIXTURE_DIR) / "duplicate"});
-  CHECK_THAT(registry.force("gravity").file, Contains(SIM_PLUGIN_DIR));
-  REQUIRE(registry.rejected().size() == 1);
-  CHECK_THAT(registry.rejected()[0], Contains("duplicate.so") && Contains("gravity"));
+TEST_CASE("a name given twice is refused, and both files are named") {
+  const fs::path own = fs::path(SIM_FIXTURE_DIR) / "duplicate";
+  const auto folders = error_of(sim::ErrorKind::kPlugin, [&] {
+    sim::Registry({own, SIM_PLUGIN_DIR});
+  });
+  CHECK_THAT(folders.where, Contains("forces/gravity.so"));
+  CHECK_THAT(folders.why, Contains("'gravity' is taken by " + (own / "duplicate.so").string()));
+  const auto loaded = error_of(sim::ErrorKind::kPlugin,
+                               [&] { sim::Registry({SIM_PLUGIN_DIR}, {own / "duplicate.so"}); });
+  CHECK_THAT(loaded.where, Contains("duplicate.so"));
+  CHECK_THAT(loaded.why, Contains("forces/gravity.so"));
+
+  const sim_test::TemporaryFolder folder;
+  for (const char* name : {"b.so", "a.so"}) fs::copy_file(fixture("noticed"), folder.path() / name);
+  const auto copies = error_of(sim::ErrorKind::kPlugin, [&] { sim::Registry({folder.path()}); });
+  CHECK_THAT(copies.where, Contains("b.so"));
+  CHECK_THAT(copies.why, Contains("a.so"));
 }
 
-TEST_CASE("within a folder the first file by name wins") {
+TEST_CASE("one library found by several ways is one") {
   const sim_test::TemporaryFolder folder;
-  for (const char* name : {"c.so", "a.so", "b.so"})
-    fs::copy_file(fixture("noticed"), folder.path() / name);
-  sim::Registry registry({folder.path()});
-  CHECK_THAT(registry.force("noticed").file, Contains("a.so"));
-  CHECK(registry.rejected().size() == 2);
+  const fs::path noticed = fs::path(SIM_FIXTURE_DIR) / "noticed";
+  fs::create_symlink(noticed / "noticed.so", folder.path() / "link.so");
+  sim::Registry registry({noticed, folder.path(), noticed}, {noticed / "noticed.so"});
+  registry.load(folder.path() / "link.so");
+  CHECK(registry.names<sim::Force>() == std::vector<std::string>{"noticed"});
+  CHECK(registry.rejected().empty());
+}
+
+TEST_CASE("a default that does not fit its parameter is refused") {
+  using sim::Param;
+  using sim::ParamType;
+  std::vector<Param> good = {{.name = "k", .default_value = std::int64_t{1}, .max = 1}};
+  CHECK(sim::settle_defaults(good).empty());
+  CHECK(std::get<double>(good[0].default_value) == 1);
+  const auto wrong = [](std::vector<Param> params) { return sim::settle_defaults(params); };
+  CHECK_THAT(wrong({{.name = "k", .default_value = std::string("1")}}),
+             Contains("'k' is '1', not a number"));
+  CHECK_THAT(wrong({{.name = "n", .type = ParamType::kInteger, .default_value = 1.5}}),
+             Contains("not a whole number"));
+  CHECK_THAT(wrong({{.name = "k", .default_value = -1.0, .min = 0}}), Contains("at least 0"));
+  CHECK_THAT(wrong({{.name = "k"}, {.name = "k"}}), Contains("'k' is declared twice"));
 }
 
 TEST_CASE("a folder that is not there is an error") {
@@ -219,20 +264,20 @@ TEST_CASE("a folder that is not there is an error") {
 TEST_CASE("registries know nothing of each other") {
   sim::Registry first({SIM_PLUGIN_DIR}), second({SIM_PLUGIN_DIR});
   first.load(fixture("noticed"));
-  CHECK(first.find("noticed"));
-  CHECK(second.find("noticed") == nullptr);
-  CHECK(&first.force("gravity") != &second.force("gravity"));
+  CHECK(first.find("noticed").size() == 1);
+  CHECK(second.find("noticed").empty());
+  CHECK(&first.get<sim::Force>("gravity") != &second.get<sim::Force>("gravity"));
 
   // The same library can serve both.
   second.load(fixture("noticed"));
-  CHECK(second.force("noticed").name == "noticed");
-  // Twice in one is a name that is taken.
-  error_of(sim::ErrorKind::kPlugin, [&] { first.load(fixture("noticed")); });
+  CHECK(second.get<sim::Force>("noticed").name == "noticed");
+  // Twice in one is once.
+  first.load(fixture("noticed"));
 }
 
 TEST_CASE("an empty registry has no plugins") {
   sim::Registry registry({});
-  CHECK(registry.names(sim::PluginKind::kForce).empty());
+  CHECK(registry.names<sim::Force>().empty());
   registry.load(fixture("noticed"));
-  CHECK(registry.names(sim::PluginKind::kForce) == std::vector<std::string>{"noticed"});
+  CHECK(registry.names<sim::Force>() == std::vector<std::string>{"noticed"});
 }

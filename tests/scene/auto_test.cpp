@@ -21,8 +21,7 @@ std::string reason(const sim::Simulation& simulation) {
 // The reason that `auto` gives for a scene.
 std::string choice(const sim::SystemSpec& spec, sim::Registry& registry, double dt,
                    std::map<std::string, sim::Value> given = {}) {
-  return reason(
-      sim::Simulation(spec, registry, {.integrator = "auto", .integrator_given = given, .dt = dt}));
+  return reason(sim::Simulation(spec, registry, {.integrator = {"auto", given}, .dt = dt}));
 }
 
 sim::SystemSpec make_stiff_cloth(double stiffness) {
@@ -88,11 +87,10 @@ TEST_CASE("auto runs the method that it names") {
 
 TEST_CASE("a choice is remembered with the state") {
   sim::Registry registry = make_registry();
-  const sim::IntegratorPlugin& plugin = registry.integrator("auto");
-  const auto make = [&] { return plugin.make(sim::Params("auto", plugin.params, {}, {})); };
+  const sim::Method method(registry, "auto");
   sim::Simulation scene(make_cloth(6), registry);
   sim::OdeSystem& system = scene.ode();
-  const auto first = make(), second = make();
+  const auto first = method.make(), second = method.make();
   sim::Array x(system.size()), next(system.size()), again(system.size());
   std::ranges::copy(scene.state(), x.data());
 

@@ -31,7 +31,7 @@ TEST_CASE("a run goes on bit for bit from a checkpoint, with every integrator") 
   sim::Registry registry = make_registry();
   int count = 0;
   for (const sim::SystemSpec& spec : {make_cloth(5), make_circle()})
-    for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+    for (const std::string& name : registry.names<sim::Integrator>()) {
       std::optional<Simulation> first;
       try {
         first.emplace(spec, registry, sim::RunOptions{.integrator = name, .dt = 1e-4});

@@ -39,7 +39,7 @@ std::uint64_t hash_of(const Golden& golden, int threads) {
   sim::Registry registry = make_registry();
   sim::RunOptions options{.integrator = golden.method, .dt = golden.dt, .threads = threads};
   if (golden.precision != std::string("double"))
-    options.integrator_given["precision"] = std::string(golden.precision);
+    options.integrator.given["precision"] = std::string(golden.precision);
   sim::Simulation simulation(make_cloth(golden.n), registry, options);
   REQUIRE(run(simulation, golden.steps));
   return simulation.hash();

@@ -19,7 +19,7 @@ const std::vector<std::string> kMethods = {"implicit_euler", "implicit_midpoint"
 
 sim::RunOptions with(const std::string& method, double dt, Given given = {}) {
   sim::RunOptions options{.integrator = method, .dt = dt};
-  options.integrator_given = std::move(given);
+  options.integrator.given = std::move(given);
   return options;
 }
 

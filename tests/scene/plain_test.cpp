@@ -80,12 +80,10 @@ TEST_CASE("ropes and irregular lattices move as the plain loops say") {
   check_against_plain(rope, 1e-3, 1e-10);
 
   // Springs of all lengths and directions, some of them alone, some tied to the pinned ends.
-  auto& ties = rope.forces[1].links.ties;
-  for (int i = 0; i + 37 < 9001; i += 11)
-    ties.push_back({.a = i + 37, .b = i, .stiffness = 3, .rest = 5});
+  auto& ties = rope.forces[1].elements;
+  for (int i = 0; i + 37 < 9001; i += 11) ties.add({i + 37, i}, {{"stiffness", 3}, {"rest", 5}});
   for (int i = 0; i < 200; ++i)
-    ties.push_back(
-        {.a = i * i % 9001, .b = (i * i + 13 * i + 1) % 9001, .stiffness = 0.5, .rest = 0.1 * i});
+    ties.add({i * i % 9001, (i * i + 13 * i + 1) % 9001}, {{"stiffness", 0.5}, {"rest", 0.1 * i}});
   check_against_plain(rope, 1e-3, 1e-10);
 }
 

@@ -10,8 +10,7 @@ using namespace sim_test;
 namespace {
 
 sim::RunOptions in_single(const std::string& method, double dt) {
-  return {
-      .integrator = method, .integrator_given = {{"precision", std::string("single")}}, .dt = dt};
+  return {.integrator = {method, {{"precision", std::string("single")}}}, .dt = dt};
 }
 
 double worst_difference(const sim::Simulation& a, const sim::Simulation& b) {
@@ -31,7 +30,8 @@ sim::SystemSpec make_pairs(double distance, double stiffness, double rest) {
   spec.forces = {make_springs("pair", stiffness)};
   for (int i = 0; i < 16; ++i)
     spec.particles->list.push_back({{i < 8 ? 0 : distance, i % 8 * 10.0, 0}, {0, 0, 0}, 1});
-  for (int i = 0; i < 8; ++i) spec.forces[0].links.ties.push_back({i, i + 8, stiffness, rest});
+  for (int i = 0; i < 8; ++i)
+    spec.forces[0].elements.add({i, i + 8}, {{"stiffness", stiffness}, {"rest", rest}});
   return spec;
 }
 

@@ -142,10 +142,10 @@ TEST_CASE("the bits do not depend on the number of threads") {
   for (int i = 0; i < 5000; ++i) points.emplace_back(0.2 * i, std::sin(0.01 * i), 0);
   sim::SystemSpec rope = make_chain(points, {0, 4999}, 0.1);
   for (int i = 0; i + 37 < 5000; i += 11)
-    rope.forces[1].links.ties.push_back({.a = i, .b = i + 37, .stiffness = 3, .rest = 5});
+    rope.forces[1].elements.add({i, i + 37}, {{"stiffness", 3}, {"rest", 5}});
   for (int i = 0; i < 100; ++i)
-    rope.forces[1].links.ties.push_back(
-        {.a = i * i % 4999, .b = (7 * i * i + 13) % 4999 + 1, .stiffness = 0.5, .rest = 100});
+    rope.forces[1].elements.add({i * i % 4999, (7 * i * i + 13) % 4999 + 1},
+                                {{"stiffness", 0.5}, {"rest", 100}});
   check(rope, "rk4");
 }
 
@@ -155,7 +155,7 @@ TEST_CASE("pinned particles keep their bits and have no velocity") {
   sim::SystemSpec spec = make_elastic_pendulum(0.3);
   spec.particles->list[0].position = place;
   spec.particles->list[0].velocity = {1, -2, 3};
-  for (const std::string& method : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& method : registry.names<sim::Integrator>()) {
     sim::Simulation simulation(spec, registry, {.integrator = method});
     for (int n = 0; n < 1000; ++n) {
       const sim::Vec3 x = simulation.position(0);

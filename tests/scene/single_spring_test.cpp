@@ -13,7 +13,7 @@ namespace {
 sim::SystemSpec make_linear_spring(double drag) {
   sim::SystemSpec spec = make_vertical_spring(drag);
   spec.particles->list[0].position = {0, -1, 0};
-  spec.forces[1].links.ties[0].rest = 0;
+  spec.forces[1].elements.values["rest"] = {0};
   return spec;
 }
 

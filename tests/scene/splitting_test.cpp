@@ -17,9 +17,7 @@ sim::SystemSpec with_zero_force(sim::SystemSpec spec) {
 }
 
 sim::Registry registry_with_attraction() {
-  sim::Registry registry = make_registry();
-  registry.load(SIM_FIXTURE_DIR "/attraction/attraction.so");
-  return registry;
+  return sim::Registry({SIM_PLUGIN_DIR}, {SIM_FIXTURE_DIR "/attraction/attraction.so"});
 }
 
 }  // namespace

@@ -73,12 +73,14 @@ TEST_CASE("the spring force is minus the gradient of the energy") {
 TEST_CASE("a spring of no length pulls only when its rest length is 0") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_points({{1, 2, 3}, {1, 2, 3}, {4, 5, 6}});
-  spec.forces[0].links.ties = {{.a = 0, .b = 1, .stiffness = 10, .rest = 1}};
+  spec.forces[0].elements = {};
+  spec.forces[0].elements.add({0, 1}, {{"stiffness", 10}, {"rest", 1}});
   for (const sim::Vec3& force : forces_of(spec, registry)) CHECK(force == sim::Vec3::Zero());
 
   // Rest length 0: exactly -k d, at any distance.
-  spec.forces[0].links.ties = {{.a = 0, .b = 1, .stiffness = 10, .rest = 0},
-                               {.a = 0, .b = 2, .stiffness = 3, .rest = 0}};
+  spec.forces[0].elements = {};
+  spec.forces[0].elements.add({0, 1}, {{"stiffness", 10}, {"rest", 0}});
+  spec.forces[0].elements.add({0, 2}, {{"stiffness", 3}, {"rest", 0}});
   const std::vector<sim::Vec3> forces = forces_of(spec, registry);
   CHECK(forces[0] == sim::Vec3(9, 9, 9));
   CHECK(forces[1] == sim::Vec3::Zero());
@@ -90,7 +92,7 @@ TEST_CASE("many springs of no length stay quiet in a run") {
   std::vector<sim::Vec3> points(40, sim::Vec3(0.3, -0.7, 11));
   sim::SystemSpec spec = make_points(points);
   for (int i = 0; i + 1 < 40; ++i)
-    spec.forces[0].links.ties.push_back({.a = i, .b = i + 1, .stiffness = 10, .rest = 0.5});
+    spec.forces[0].elements.add({i, i + 1}, {{"stiffness", 10}, {"rest", 0.5}});
   for (const sim::Vec3& force : forces_of(spec, registry)) CHECK(force == sim::Vec3::Zero());
 }
 
@@ -108,8 +110,7 @@ TEST_CASE("forces are right for coordinates of any size") {
         }
         sim::SystemSpec spec = make_points(points);
         for (int i = 0; i < copies; ++i)
-          spec.forces[0].links.ties.push_back(
-              {.a = 2 * i, .b = 2 * i + 1, .stiffness = 7, .rest = rest});
+          spec.forces[0].elements.add({2 * i, 2 * i + 1}, {{"stiffness", 7}, {"rest", rest}});
         const std::vector<sim::Vec3> forces = forces_of(spec, registry);
         const sim::Vec3 expected = exact_force(-size * direction, 7, rest);
         INFO("size " << size << " rest " << rest << " copies " << copies);
@@ -131,7 +132,7 @@ TEST_CASE("huge and tiny springs share a scene") {
   }
   sim::SystemSpec spec = make_points(points);
   for (int i = 0; i < 64; ++i)
-    spec.forces[0].links.ties.push_back({.a = 2 * i, .b = 2 * i + 1, .stiffness = 2, .rest = 0.25});
+    spec.forces[0].elements.add({2 * i, 2 * i + 1}, {{"stiffness", 2}, {"rest", 0.25}});
   const std::vector<sim::Vec3> forces = forces_of(spec, registry);
   for (int i = 0; i < 64; ++i) {
     const double size = sizes[i % 8];

@@ -13,19 +13,21 @@ namespace {
 
 sim::RunOptions with(const std::string& method, double dt, bool single = false, int threads = 1) {
   sim::RunOptions options{.integrator = method, .dt = dt, .threads = threads};
-  if (single) options.integrator_given["precision"] = std::string("single");
+  if (single) options.integrator.given["precision"] = std::string("single");
   return options;
 }
 
-// How many steps it takes at once when it may.
-int at_once(sim::Simulation& simulation) { return simulation.integrator().at_once(); }
+// How many steps it takes at once when it may; one with settings of its own takes those.
+int at_once(const sim::SystemSpec& spec, sim::Registry& registry, const sim::RunOptions& options) {
+  return sim::Simulation(spec, registry, options).steps(1000);
+}
 
 // n steps, as many at once as the method likes, with pieces of other lengths between them.
 bool run_at_once(sim::Simulation& simulation, std::int64_t n) {
   for (std::int64_t piece = 1; n > 0; piece = piece % 11 + 1) {
     const int taken = simulation.steps(std::min(n, piece));
     if (taken == 0) return false;
-    REQUIRE(taken <= std::min<std::int64_t>({n, piece, at_once(simulation)}));
+    REQUIRE(taken <= std::min(n, piece));
     n -= taken;
   }
   return true;
@@ -47,10 +49,10 @@ sim::SystemSpec with_masses(sim::SystemSpec spec) {
 sim::SystemSpec with_net(sim::SystemSpec spec) {
   sim::PartSpec ties = make_springs("net", 3);
   const int n = spec.particles->count();
-  for (int i = 0; i < 40; ++i)
-    ties.links.ties.push_back(
-        {.a = i * i % n, .b = (7 * i * i + 13) % (n - 1) + 1, .stiffness = 3, .rest = 0.2});
-  std::erase_if(ties.links.ties, [](const sim::LinkSpec& tie) { return tie.a == tie.b; });
+  for (int i = 0; i < 40; ++i) {
+    const int a = i * i % n, b = (7 * i * i + 13) % (n - 1) + 1;
+    if (a != b) ties.elements.add({a, b}, {{"stiffness", 3}, {"rest", 0.2}});
+  }
   spec.forces.push_back(ties);
   return spec;
 }
@@ -61,9 +63,9 @@ TEST_CASE("several steps at once have the bits of single ones") {
   sim::Registry registry = make_registry();
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options, int most) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
-    INFO(spec.name << " of " << one.particles() << ", " << options.integrator << ", "
+    INFO(spec.name << " of " << one.particles() << ", " << options.integrator.name << ", "
                    << options.threads << " threads");
-    REQUIRE(at_once(many) == most);
+    REQUIRE(at_once(spec, registry, options) == most);
     REQUIRE(run(one, 61));
     REQUIRE(run_at_once(many, 61));
     CHECK(many.step_count() == 61);
@@ -100,11 +102,10 @@ TEST_CASE("several steps at once have the bits of single ones") {
   for (int i = 0; i < 9000; ++i) points.emplace_back(0.2 * i, std::sin(0.01 * i), 0);
   sim::SystemSpec rope = make_chain(points, {0, 8999}, 0.1);
   for (int i = 0; i + 700 < 9000; ++i)
-    rope.forces[1].links.ties.push_back({.a = i, .b = i + 700, .stiffness = 3, .rest = 140});
+    rope.forces[1].elements.add({i, i + 700}, {{"stiffness", 3}, {"rest", 140}});
   for (const int threads : {1, 2, 3, 4}) check(rope, with("verlet", h, threads == 4, threads), 8);
   // In two steps of verlet each.
-  check(make_cloth(12, {.drag = 0}),
-        {.integrator = "auto", .integrator_given = {{"tol", 1e-2}}, .dt = 5e-3}, 8);
+  check(make_cloth(12, {.drag = 0}), {.integrator = {"auto", {{"tol", 1e-2}}}, .dt = 5e-3}, 4);
   check(make_circle(), with("rk4", h), 1);
 }
 
@@ -117,10 +118,10 @@ TEST_CASE("methods that kick more than twice a step take several at once too") {
         sim::Composition<3>{.drift = {0, 0.5, 0.5, 0}, .kick = {0.25, 0.5, 0.25}});
   };
   sim::Simulation one(make_cloth(95), registry, {.dt = 1e-4}),
-      many(make_cloth(95), registry, {.dt = 1e-4});
-  one.set_integrator(plugin, {});
-  many.set_integrator(plugin, {});
-  REQUIRE(at_once(many) == 5);
+      many(make_cloth(95), registry, {.dt = 1e-4}), probe(make_cloth(95), registry, {.dt = 1e-4});
+  for (sim::Simulation* each : {&one, &many, &probe})
+    each->set_integrator(sim::Method(registry, plugin));
+  REQUIRE(probe.steps(1000) == 5);
   REQUIRE(run(one, 33));
   REQUIRE(run_at_once(many, 33));
   CHECK(many.hash() == one.hash());
@@ -130,8 +131,8 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
   sim::Registry registry = make_registry();
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
-    INFO(options.integrator << " on " << options.threads);
-    REQUIRE(at_once(many) > 1);
+    INFO(options.integrator.name << " on " << options.threads);
+    REQUIRE(at_once(spec, registry, options) > 1);
     CHECK_FALSE(run(one, 100000));
     CHECK_FALSE(run_at_once(many, 100000));
     CHECK(many.step_count() == one.step_count());
@@ -152,9 +153,10 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
   // Beyond the largest number at 1.2 s. What auto chose for a spring pressed to 1 cm stays: at a
   // failed step it would choose longer steps.
   sim::SystemSpec far = make_chain({{0, 0, 0}, {0.01, 0, 0}, {5, 0, 0}}, {}, 0);
-  far.forces[1].links.ties.pop_back();
+  far.forces[1].elements = {};
+  far.forces[1].elements.add({0, 1}, {{"rest", 0.25}});
   far.particles->list[2].velocity = {1.5e308, 0, 0};
-  check(far, {.integrator = "auto", .integrator_given = {{"tol", 1e-2}}, .dt = 0.02});
+  check(far, {.integrator = {"auto", {{"tol", 1e-2}}}, .dt = 0.02});
 }
 
 TEST_CASE("what is changed between several steps at once is seen") {

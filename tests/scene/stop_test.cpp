@@ -21,8 +21,7 @@ TEST_CASE("a step that is stopped leaves no trace") {
                           {"bdf2", 0.1},
                           {"projective_dynamics", 0.1}}) {
     INFO(run.method << ", h = " << run.h);
-    const sim::RunOptions options{
-        .integrator = run.method, .integrator_given = run.given, .dt = run.h};
+    const sim::RunOptions options{.integrator = {run.method, run.given}, .dt = run.h};
     sim::Simulation whole(make_cloth(9), registry, options);
     sim::Simulation stopped(make_cloth(9), registry, options);
     int stops = 0;

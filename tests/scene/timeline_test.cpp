@@ -21,7 +21,7 @@ template <class Visit>
 int with_each_integrator(const sim::SystemSpec& spec, double dt, Visit visit) {
   sim::Registry registry = make_registry();
   int count = 0;
-  for (const std::string& name : registry.names(sim::PluginKind::kIntegrator)) {
+  for (const std::string& name : registry.names<sim::Integrator>()) {
     std::optional<Simulation> simulation;
     try {
       simulation.emplace(spec, registry, sim::RunOptions{.integrator = name, .dt = dt});
@@ -131,13 +131,13 @@ TEST_CASE("another integrator at some step, and back to before it") {
   sim.reset();
   Timeline timeline(sim);
   REQUIRE(timeline.go_to(sim, 100, kOn));
-  timeline.edit(sim, [&](Simulation& s) { s.set_integrator(registry.integrator("rk4"), {}); });
+  timeline.edit(sim, [&](Simulation& s) { s.set_integrator(sim::Method(registry, "rk4")); });
   REQUIRE(timeline.go_to(sim, 200, kOn));
-  CHECK(sim.integrator_plugin().name == "rk4");
+  CHECK(sim.method().name() == "rk4");
   const std::uint64_t end = sim.hash();
   CHECK(end != verlet[200]);
   REQUIRE(timeline.go_to(sim, 99, kOn));
-  CHECK(sim.integrator_plugin().name == "verlet");
+  CHECK(sim.method().name() == "verlet");
   CHECK(sim.hash() == verlet[99]);
   REQUIRE(timeline.go_to(sim, 200, kOn));
   CHECK(sim.hash() == end);
@@ -250,6 +250,6 @@ TEST_CASE("differences say where, in units in the last place") {
   CHECK(largest->id == 9);
   CHECK(largest->quantity == "vy");
   CHECK(largest->relative() == 1);
-  CHECK(sim::Difference{0, "x", -0.0, 0.0}.ulps() == 0);
-  CHECK(sim::Difference{0, "x", -5e-324, 5e-324}.ulps() == 2);
+  CHECK(sim::Difference{0, "particle", "x", -0.0, 0.0}.ulps() == 0);
+  CHECK(sim::Difference{0, "particle", "x", -5e-324, 5e-324}.ulps() == 2);
 }

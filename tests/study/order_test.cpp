@@ -15,7 +15,7 @@ sim::study::Watch no_watch() {
 }
 
 std::unique_ptr<sim::study::OrderStudy> study_of(
-    const sim::SystemSpec& spec, double time, const std::vector<sim::study::Choice>& choices = {}) {
+    const sim::SystemSpec& spec, double time, const std::vector<sim::MethodChoice>& choices = {}) {
   sim::Registry registry = make_registry();
   return sim::study::order({&spec, &registry}, {time, choices}, no_watch());
 }

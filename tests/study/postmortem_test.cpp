@@ -20,7 +20,7 @@ PostMortem examine(const sim::SystemSpec& spec, const std::string& integrator, d
                    double time, std::map<std::string, sim::Value> given = {}) {
   sim::Registry registry = make_registry();
   const sim::study::Problem problem{
-      &spec, &registry, {.integrator = integrator, .integrator_given = std::move(given), .dt = dt}};
+      &spec, &registry, {.integrator = {integrator, std::move(given)}, .dt = dt}};
   return sim::study::post_mortem(problem, std::lround(time / dt), time, no_watch());
 }
 

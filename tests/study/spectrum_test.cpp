@@ -64,7 +64,8 @@ TEST_CASE("unequal masses: the bound and the frequency of two particles on one s
   sim::SystemSpec spec = make_row();
   spec.particles->list = {{.position = {0, 0, 0}, .mass = 1}, {.position = {1, 0, 0}, .mass = 3}};
   spec.particles->pinned.clear();
-  spec.forces.front().links.ties = {{.a = 0, .b = 1, .rest = 1}};
+  spec.forces.front().elements = {};
+  spec.forces.front().elements.add({0, 1}, {{"rest", 1}});
   const auto found = spectrum_of(spec);
   CHECK(found.fastest.omega == Approx(std::sqrt(100 * (1 + 1 / 3.0))).epsilon(1e-8));
   CHECK(found.bound >= found.fastest.omega);
@@ -72,7 +73,7 @@ TEST_CASE("unequal masses: the bound and the frequency of two particles on one s
 
 TEST_CASE("a compressed spring buckles, which is growth and no vibration") {
   sim::SystemSpec spec = make_row();
-  for (auto& tie : spec.forces.front().links.ties) tie.rest = 1.5;
+  for (double& rest : spec.forces.front().elements.values["rest"]) rest = 1.5;
   CHECK(spectrum_of(spec).growth > 1);
 }
 

@@ -18,7 +18,7 @@ sim::study::Watch no_watch() {
 }
 
 sim::study::Stability study_of(const sim::SystemSpec& spec,
-                               const std::vector<sim::study::Choice>& integrators = {}) {
+                               const std::vector<sim::MethodChoice>& integrators = {}) {
   sim::Registry registry = make_registry();
   return sim::study::stability({&spec, &registry}, {.integrators = integrators}, no_watch());
 }
@@ -74,8 +74,7 @@ TEST_CASE("the run may have an integrator that takes no loads") {
   const sim::SystemSpec cloth = make_cloth(8);
   for (const sim::RunOptions& options :
        {sim::RunOptions{.integrator = "projective_dynamics"},
-        sim::RunOptions{.integrator = "rk4",
-        .integrator_given = {{"precision", std::string("single")}}}}) {
+        sim::RunOptions{.integrator = {"rk4", {{"precision", std::string("single")}}}}}) {
     const auto study = sim::study::stability({&cloth, &registry, options},
                                              {.integrators = {{"verlet"}}}, no_watch());
     CHECK(method_of(study, "verlet").measured.value() == Approx(1.035e-2).epsilon(0.01));
@@ -101,8 +100,9 @@ TEST_CASE("a method that says nothing of its stability is not predicted") {
    public:
     sim::IntegratorInfo info() const noexcept override { return {.order = 1, .evaluations = 1}; }
     void prepare(sim::OdeSystem&) override {}
-    sim::StepStatus step(sim::OdeSystem&, double, double, const double*, double*) override {
-      return sim::StepStatus::kDone;
+    sim::Advance advance(sim::OdeSystem&, double, double, std::int64_t, const double*,
+                         double*) override {
+      return {sim::StepStatus::kDone, 1};
     }
   };
   sim::Registry registry = make_registry();

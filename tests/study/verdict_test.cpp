@@ -144,8 +144,8 @@ TEST_CASE("the worst spring is found in runs and nets, stretched and pressed") {
   CHECK(worst.b == 4);
   CHECK(worst.strain == Approx(0.4));
   CHECK(sim::study::family_of(stretched, 3, 4) == "link");
-  spec.forces.front().links.ties.push_back({.a = 0, .b = 9, .rest = 10});
-  spec.forces.front().links.ties.push_back({.a = 1, .b = 8, .rest = 70});
+  spec.forces.front().elements.add({0, 9}, {{"rest", 10}});
+  spec.forces.front().elements.add({1, 8}, {{"rest", 70}});
   sim::Simulation pressed(spec, registry);
   CHECK(sim::study::worst_spring(pressed).strain == Approx(-0.9));
   spec.forces.clear();

@@ -26,11 +26,16 @@ PlainModel::PlainModel(const sim::SystemSpec& spec) {
       const double stiffness = std::get<double>(part.given.at("stiffness"));
       const auto given = part.given.find("damping");
       const double damping = given == part.given.end() ? 0 : std::get<double>(given->second);
-      part.links.for_each([&](const sim::LinkSpec& link, double natural) {
-        springs_.push_back({static_cast<std::size_t>(link.a), static_cast<std::size_t>(link.b),
-                            std::isnan(link.stiffness) ? stiffness : link.stiffness,
-                            std::isnan(link.rest) ? natural : link.rest,
-                            std::isnan(link.damping) ? damping : link.damping});
+      const auto own = [&](const char* name, const sim::Element& tie, double otherwise) {
+        const auto column = part.elements.values.find(name);
+        if (tie.index < 0 || column == part.elements.values.end()) return otherwise;
+        const double value = column->second[static_cast<std::size_t>(tie.index)];
+        return std::isnan(value) ? otherwise : value;
+      };
+      part.elements.for_each([&](const sim::Element& tie) {
+        springs_.push_back({static_cast<std::size_t>(tie.ids[0]),
+                            static_cast<std::size_t>(tie.ids[1]), own("stiffness", tie, stiffness),
+                            own("rest", tie, tie.length), own("damping", tie, damping)});
       });
     } else {
       throw std::invalid_argument("the plain model has no force " + part.plugin);

@@ -29,9 +29,9 @@ sim::PartSpec make_grid_springs(int n, const std::string& family, double stiffne
                                 const std::vector<std::pair<int, int>>& offsets) {
   sim::PartSpec part = make_springs(family, stiffness);
   for (const auto& [di, dj] : offsets) {
-    sim::GridLinks links{.first = 0, .rows = n, .cols = n, .di = di, .dj = dj};
-    links.rest = std::sqrt(static_cast<double>(di * di + dj * dj)) / n;
-    part.links.grids.push_back(links);
+    sim::GridPairs pairs{.size = {n, n, 1}, .step = {di, dj, 0}};
+    pairs.length = std::sqrt(static_cast<double>(di * di + dj * dj)) / n;
+    part.elements.grids.push_back(pairs);
   }
   return part;
 }
@@ -52,7 +52,7 @@ sim::SystemSpec make_cloth(int n, const ClothOptions& options) {
   sim::SystemSpec spec = make_system("cloth");
   spec.particles.emplace();
   spec.particles->grid =
-      sim::GridSpec{.rows = n, .cols = n, .du = {0, 0, side}, .dv = {side, 0, 0}, .mass = mass};
+      sim::GridSpec{.size = {n, n, 1}, .du = {0, 0, side}, .dv = {side, 0, 0}, .mass = mass};
   if (options.pinned) spec.particles->pinned = {0, n - 1};
   if (options.gravity) spec.forces.push_back(make_gravity());
   if (options.drag > 0) spec.forces.push_back(make_drag(options.drag * mass));
@@ -77,7 +77,7 @@ sim::SystemSpec make_pendulum(const sim::ParticleSpec& bob, double stiffness, do
   spec.particles->list = {sim::ParticleSpec{}, bob};
   spec.particles->pinned = {0};
   spec.forces = {make_gravity(), make_springs("link", stiffness)};
-  spec.forces.back().links.ties = {{.a = 0, .b = 1, .rest = 1}};
+  spec.forces.back().elements.add({0, 1}, {{"rest", 1}});
   if (drag > 0) spec.forces.push_back(make_drag(drag));
   return spec;
 }
@@ -100,7 +100,7 @@ sim::SystemSpec make_chain(const std::vector<sim::Vec3>& points, std::vector<int
   sim::PartSpec springs = make_springs("link", 400);
   for (int i = 0; i < static_cast<int>(points.size()); ++i) {
     spec.particles->list.push_back({.position = points[static_cast<std::size_t>(i)], .mass = 0.25});
-    if (i > 0) springs.links.ties.push_back({.a = i - 1, .b = i, .rest = 0.25});
+    if (i > 0) springs.elements.add({i - 1, i}, {{"rest", 0.25}});
   }
   spec.forces = {make_gravity(), springs};
   if (drag > 0) spec.forces.push_back(make_drag(drag));
@@ -117,7 +117,7 @@ sim::SystemSpec make_row(int mode, double amplitude) {
     const bool end = j == 0 || j == kFree + 1;
     const double shift = amplitude * std::sin(mode * j * std::numbers::pi / (kFree + 1));
     spec.particles->list.push_back({.position = {j + (end ? 0 : shift), 0, 0}, .mass = 0.1});
-    if (j > 0) springs.links.ties.push_back({.a = j - 1, .b = j, .rest = 1});
+    if (j > 0) springs.elements.add({j - 1, j}, {{"rest", 1}});
   }
   spec.forces = {springs};
   return spec;
@@ -133,19 +133,18 @@ sim::SystemSpec make_falling(double mass, double drag) {
 }
 
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry) {
-  const sim::IntegratorPlugin& plugin = registry.integrator(integrator);
-  return plugin.make(sim::Params("integrator", plugin.params, {}, {}))->info();
+  return sim::Method(registry, integrator).make()->info();
 }
 
 sim::RunOptions fixed_steps(const std::string& integrator, double dt, sim::Registry& registry) {
   sim::RunOptions options{.integrator = integrator, .dt = dt};
-  for (const sim::Param& param : registry.integrator(integrator).params)
-    if (param.name == "fixed_step") options.integrator_given["fixed_step"] = true;
+  for (const sim::Param& param : registry.get<sim::Integrator>(integrator).params)
+    if (param.name == "fixed_step") options.integrator.given["fixed_step"] = true;
   return options;
 }
 
 std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry& registry) {
-  std::vector<std::string> names = registry.names(sim::PluginKind::kIntegrator);
+  std::vector<std::string> names = registry.names<sim::Integrator>();
   if (!spec.particles)
     std::erase_if(
         names, [&](const std::string& name) { return info_of(name, registry).needs_second_order; });

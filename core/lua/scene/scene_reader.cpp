@@ -11,8 +11,9 @@
 namespace sim {
 namespace {
 
-const std::vector<std::string> kSceneKeys = {"name",  "particles",  "forces", "state",   "field",
-                                             "exact", "integrator", "dt",     "duration"};
+const std::vector<std::string> kSceneKeys = {"name",       "particles", "forces",  "surfaces",
+                                             "colliders",  "state",     "field",   "exact",
+                                             "integrator", "dt",        "duration"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -31,21 +32,6 @@ std::string shown_part(lua_State* L, int index, const std::string& kind) {
 void require_key(int type, const Place& place, const std::string& key, const std::string& remedy) {
   if (type == LUA_TNIL)
     scene_error(place, "missing '" + key + "'", "sim.scene needs it", "write " + remedy);
-}
-
-// A tie without stiffness takes the force's, where the force has such a parameter.
-void check_stiffness(const PluginInfo& plugin, const PartSpec& part) {
-  const auto unset = [](const Param& param) {
-    return param.name == "stiffness" && std::holds_alternative<std::monostate>(param.default_value);
-  };
-  if (part.given.count("stiffness") ||
-      std::none_of(plugin.params.begin(), plugin.params.end(), unset))
-    return;
-  const auto& ties = part.links.ties;
-  const auto bare = [](const LinkSpec& tie) { return std::isnan(tie.stiffness); };
-  if (part.links.grids.empty() && std::none_of(ties.begin(), ties.end(), bare)) return;
-  scene_error(part.place, "missing 'stiffness'", "force '" + plugin.name + "' has a tie without it",
-              "give stiffness in N/m to the force or to the tie");
 }
 
 // State of points, { x = {{x, y, z}, ...} }, or a flat list.
@@ -169,11 +155,16 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   lua_pop(L, 4);
 
   // Either particles with forces or a state with a field.
-  const bool second = has("particles") || has("forces"), first = has("state") || has("field");
+  const bool second = has("particles") || has("forces") || has("surfaces") || has("colliders"),
+             first = has("state") || has("field");
   if (second && first)
     scene_error(place, "a scene of two kinds",
-                std::string("it has ") + (has("particles") ? "particles" : "forces") + " and " +
-                    (has("state") ? "state" : "field"),
+                std::string("it has ") +
+                    (has("particles")  ? "particles"
+                     : has("forces")   ? "forces"
+                     : has("surfaces") ? "surfaces"
+                                       : "colliders") +
+                    " and " + (has("state") ? "state" : "field"),
                 "give particles and forces (second order), or state and field (first order)");
   if (!second && !first)
     scene_error(place, "an empty scene", "it has neither particles nor state",
@@ -205,15 +196,17 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     const Place place = place_of(L, record);
-    PartSpec chosen = part(L, record, registry_.integrator(lua_tostring(L, -1), place), 1);
-    spec.integrator = chosen.plugin;
-    spec.integrator_given = std::move(chosen.given);
+    const IntegratorPlugin& plugin = registry_.get<Integrator>(lua_tostring(L, -1), place);
+    PartSpec chosen = part(L, record, plugin, 1, nullptr);
+    // Here, for a run may take another integrator and never look at these.
+    Params(plugin.title(), plugin.params, chosen.given, place);
+    spec.integrator = {chosen.plugin, std::move(chosen.given)};
   } else if (!kind.empty()) {
     scene_error(spec.place, "bad integrator", "expected a name, got a sim." + kind,
                 "write integrator = \"rk4\"");
   } else {
-    spec.integrator = read_text(L, value, spec.place, "integrator");
-    registry_.integrator(one_line_text(spec.integrator), spec.place);
+    spec.integrator.name = read_text(L, value, spec.place, "integrator");
+    registry_.get<Integrator>(one_line_text(spec.integrator.name), spec.place);
   }
   lua_settop(L, value);
 }
@@ -228,6 +221,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     scene_error(place, "bad particles",
                 "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind));
   spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
+  Body body{*spec.particles, handle};
 
   require_key(push_field(L, scene, "forces"), place, "forces",
               "forces = { ... }, or forces = {} for none");
@@ -245,17 +239,39 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
                   "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
-    const ForcePlugin& plugin = registry_.force(lua_tostring(L, -1), place_of(L, record));
-    PartSpec part_spec = part(L, record, plugin, 1);
-    part_spec.links = links(L, record, *spec.particles, handle, part_spec);
-    if (!plugin.takes_links && !part_spec.links.empty())
-      scene_error(part_spec.place, "force '" + plugin.name + "'",
-                  "it takes no ties between particles");
-    check_stiffness(plugin, part_spec);
+    const ForcePlugin& plugin = registry_.get<Force>(lua_tostring(L, -1), place_of(L, record));
+    PartSpec part_spec = part(L, record, plugin, 1, &body);
+    part_spec.elements = elements(L, record, plugin, body, part_spec.place);
+    if (plugin.pointwise) part_spec.particles = group(L, record, body, part_spec.place);
     spec.forces.push_back(std::move(part_spec));
     lua_settop(L, forces);
   }
+  spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);
+  colliders(L, scene, spec);
+}
+
+void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
+  if (push_field(L, scene, "colliders") == LUA_TNIL) return lua_pop(L, 1);
+  const int list = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, list); !got.empty())
+    scene_error(spec.place, "bad colliders", "expected a list, got a sim." + got,
+                "write colliders = { sim.collider.NAME { ... } }");
+  lua_pop(L, 1);
+  const std::size_t count = read_length(L, list, spec.place, "colliders");
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
+    const int collider = lua_absindex(L, -1);
+    if (const std::string got = session_->push_record(L, collider); got != "collider")
+      scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of colliders",
+                  "expected a sim.collider.NAME { ... }, got " + shown_part(L, collider, got));
+    const int record = lua_absindex(L, -1);
+    push_field(L, record, "plugin");
+    spec.colliders.push_back(part(
+        L, record, registry_.get<Collider>(lua_tostring(L, -1), place_of(L, record)), 1, nullptr));
+    lua_settop(L, list);
+  }
+  lua_settop(L, list - 1);
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
@@ -277,8 +293,8 @@ void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
                 "expected a sim.field.NAME { ... }, got " + shown_part(L, field, got));
   const int record = lua_absindex(L, -1);
   push_field(L, record, "plugin");
-  const FieldPlugin& plugin = registry_.field(lua_tostring(L, -1), place_of(L, record));
-  first.field = part(L, record, plugin, first.dimension);
+  const FieldPlugin& plugin = registry_.get<Field>(lua_tostring(L, -1), place_of(L, record));
+  first.field = part(L, record, plugin, first.dimension, nullptr);
   lua_settop(L, state - 1);
 }
 

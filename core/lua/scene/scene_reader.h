@@ -1,7 +1,11 @@
 // The tables that a scene file returns, checked and turned into SceneSpec.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/lua/scene/session.h"
 
@@ -20,13 +24,31 @@ class SceneReader {
   SystemSpec system(lua_State* L, int scene, const Place& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
+  void colliders(lua_State* L, int scene, SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
   ParticlesSpec particles(lua_State* L, int record, const Place& place) const;
-  PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension) const;
-  Links links(lua_State* L, int record, const ParticlesSpec& particles, int handle,
-              const PartSpec& part) const;
-  void grid_links(lua_State* L, int given, const GridSpec& grid, const Place& place,
-                  std::vector<GridLinks>& out) const;
+
+  // What the parts of a second-order scene may refer to.
+  struct Body {
+    const ParticlesSpec& particles;
+    int handle;  // of the particles, on the stack
+    std::map<const void*, std::shared_ptr<const TriangleMesh>> surfaces = {};  // read so far
+  };
+  PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
+                Body* body) const;
+  bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
+  std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,
+                                              Body& body) const;
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,
+                                                            const SystemSpec& spec) const;
+  Elements elements(lua_State* L, int record, const PluginInfo& plugin, const Body& body,
+                    const Place& place) const;
+  void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,
+                  std::vector<GridPairs>& out) const;
+  std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,
+                                        const Place& place) const;
+  void require_own(lua_State* L, int index, const Body& body, const Place& place,
+                   const std::string& what) const;
   Place place_of(lua_State* L, int record) const;
 
   std::shared_ptr<SceneSession> session_;

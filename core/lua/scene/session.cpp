@@ -55,6 +55,15 @@ void load_text(lua_State* L, std::string_view text, const std::string& chunk) {
   throw Error(ErrorKind::kScene, error);
 }
 
+// The names of the kinds of plugins, as a list.
+void push_kinds(lua_State* L) {
+  lua_createtable(L, static_cast<int>(kPluginKinds.size()), 0);
+  for (const PluginKind& kind : kPluginKinds) {
+    lua_pushlstring(L, kind.name.data(), kind.name.size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(kind.number) + 1);
+  }
+}
+
 bool legal_module_name(const std::string& name) {
   constexpr std::string_view kLegal =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-";
@@ -87,10 +96,11 @@ Place calling_place(lua_State* L) {
   return {};
 }
 
-SceneSession::SceneSession(fs::path file, SceneOptions options)
+SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& registry)
     : file_(std::move(file)),
       file_name_(file_.string()),
       options_(std::move(options)),
+      registry_(registry),
       lua_(options_.memory, options_.interrupted) {}
 
 SceneSession& SceneSession::of(lua_State* L) {
@@ -126,12 +136,18 @@ void SceneSession::open_language(lua_State* L) {
     if (!fs::is_regular_file(file, failed)) continue;
 
     load_text(L, read_file(file, {}), kLanguageSource);
-    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},       {"fail", guarded<fail>},
-                                  {"suggest", guarded<suggest>}, {"show", guarded<show_value>},
-                                  {"arg", guarded<arg>},         {nullptr, nullptr}};
+    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},
+                                  {"fail", guarded<fail>},
+                                  {"suggest", guarded<suggest>},
+                                  {"show", guarded<show_value>},
+                                  {"arg", guarded<arg>},
+                                  {"plugin", guarded<plugin>},
+                                  {nullptr, nullptr}};
     luaL_newlibtable(L, kHost);
     lua_pushlightuserdata(L, this);
     luaL_setfuncs(L, kHost, 1);
+    push_kinds(L);
+    lua_setfield(L, -2, "kinds");
     lua_call(L, 1, 2);
     records_ = luaL_ref(L, LUA_REGISTRYINDEX);
     lua_setfield(L, LUA_REGISTRYINDEX, kLanguage);

@@ -13,7 +13,7 @@ namespace sim {
 
 class SceneSession {
  public:
-  SceneSession(std::filesystem::path file, SceneOptions options);
+  SceneSession(std::filesystem::path file, SceneOptions options, Registry& registry);
 
   LuaState& lua() { return lua_; }
   const std::string& file() const { return file_name_; }
@@ -54,6 +54,7 @@ class SceneSession {
   static int suggest(lua_State* L);
   static int show_value(lua_State* L);
   static int arg(lua_State* L);
+  static int plugin(lua_State* L);
   static int require(lua_State* L);
 
   void open_language(lua_State* L);
@@ -65,6 +66,7 @@ class SceneSession {
   std::filesystem::path file_;
   std::string file_name_;
   SceneOptions options_;
+  Registry& registry_;
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
   std::set<std::string> loading_;     // canonical names of the files that are running

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
@@ -20,6 +21,12 @@ std::string type_of(const Value& value) {
 // Values of sim.arg hold no function, so their text tells them apart.
 bool same_value(const Value& a, const Value& b) {
   return a.index() == b.index() && to_text(a) == to_text(b);
+}
+
+// "scenes/cloth.lua" of "scenes/cloth.lua:12".
+std::string file_of(const Place& place) {
+  const std::size_t colon = place.rfind(':');
+  return colon == std::string::npos ? place : place.substr(0, colon);
 }
 
 bool legal_arg_name(std::string_view name) {
@@ -110,6 +117,29 @@ Value SceneSession::setting(const SceneArg& arg, const std::string& scope) const
   throw Error(ErrorKind::kUsage, {"bad value '" + one_line_text(text) + "'",
                                   "--set " + given->first, "expected " + type_of(arg.default_value),
                                   "its default is " + to_text(arg.default_value)});
+}
+
+// plugin(place, file): opens the library beside the file of that place.
+int SceneSession::plugin(lua_State* L) {
+  SceneSession& self = of(L);
+  lua_settop(L, 2);
+  const Place place = self.place(lua_tointeger(L, 1));
+  if (lua_type(L, 2) != LUA_TSTRING)
+    scene_error(place, "bad file of sim.plugin", "expected text, got " + show(L, 2),
+                "write sim.plugin \"wind.so\"");
+  const std::filesystem::path name(lua_tostring(L, 2));
+  if (name.empty() || name.is_absolute() || std::ranges::count(name, ".."))
+    scene_error(place, "bad file of sim.plugin",
+                "expected a library beside the scene or below, got " + show(L, 2),
+                "for one that lies elsewhere: --load FILE.so");
+  const std::filesystem::path file = std::filesystem::path(file_of(place)).parent_path() / name;
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(file, failed))
+    throw Error(ErrorKind::kPlugin,
+                {"no plugin " + show(L, 2), place, "there is no file '" + file.string() + "'",
+                 "build it and put it beside the scene"});
+  self.registry_.load(file);
+  return 0;
 }
 
 // arg(place, name, default, doc) -> the value.

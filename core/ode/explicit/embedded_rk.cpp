@@ -27,12 +27,12 @@ void EmbeddedRungeKutta::prepare(OdeSystem& system) {
   phase_ = Phase::kFresh;
 }
 
-StepStatus EmbeddedRungeKutta::step(OdeSystem& system, double t, double h, const double* x,
-                                    double* x_next) {
+Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
+                                    const double* x, double* x_next) {
   if (phase_ == Phase::kFresh && !begin(system, t, x)) {
     const double euler[] = {1};
     combine(x, h, euler, x_next);  // shows where f is not finite
-    return StepStatus::kNotFinite;
+    return {StepStatus::kNotFinite};
   }
   if (phase_ == Phase::kRecalled) {
     stepper_->start(t_, x_.data());
@@ -42,11 +42,12 @@ StepStatus EmbeddedRungeKutta::step(OdeSystem& system, double t, double h, const
   }
   phase_ = Phase::kRunning;
   while (t_ + h_ < t + h) {
-    if (system.stopped()) return StepStatus::kStopped;  // goes on from here, with the same bits
-    if (const StepStatus status = advance(x_next); status != StepStatus::kDone) return status;
+    if (system.stopped()) return {StepStatus::kStopped};  // goes on from here, with the same bits
+    if (const StepStatus status = next_step(x_next); status != StepStatus::kDone) return {status};
   }
   interpolate(t + h, x_next);
-  return all_finite({x_next, x_.size()}) ? StepStatus::kDone : StepStatus::kNotFinite;
+  if (!all_finite({x_next, x_.size()})) return {StepStatus::kNotFinite};
+  return {StepStatus::kDone, 1};
 }
 
 // A step of size 0 that ends in x. False when f(t, x) is not finite.
@@ -87,7 +88,7 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
 }
 
 // The step after the present one, tried until its error is within the tolerance.
-StepStatus EmbeddedRungeKutta::advance(double* x_failed) {
+StepStatus EmbeddedRungeKutta::next_step(double* x_failed) {
   t_ += h_;
   std::swap(x_, x_next_);
   if (h_ > 0) stepper_->shift();

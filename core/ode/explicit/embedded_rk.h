@@ -25,7 +25,8 @@ class EmbeddedRungeKutta final : public Integrator {
 
   IntegratorInfo info() const noexcept override;
   void prepare(OdeSystem& system) override;
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override;
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override;
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { phase_ = Phase::kFresh; }
 
   // Where the present step begins and the controller's state; the stages are found again.
@@ -43,7 +44,7 @@ class EmbeddedRungeKutta final : public Integrator {
 
   bool begin(OdeSystem& system, double t, const double* x);
   double starting_step(OdeSystem& system);
-  StepStatus advance(double* x_failed);
+  StepStatus next_step(double* x_failed);
   double try_step();
   bool close_step();
   double scaled_error();

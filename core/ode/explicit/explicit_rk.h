@@ -24,15 +24,17 @@ class ExplicitRungeKutta final : public Integrator {
     steps_ = 0;
   }
 
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
-    return steps(system, t, h, 1, x, x_next);
-  }
-
-  int at_once() const override { return stepper_->at_once(); }
-  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
-                   double* x_next) override {
-    steps_ += count;
-    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override {
+    const int count = stepper_->most_of(most);
+    if (stepper_->step(t, h, count, x, x_next)) {
+      steps_ += count;
+      return {StepStatus::kDone, count};
+    }
+    stepper_->restart();
+    if (count > 1) return advance(system, t, h, 1, x, x_next);
+    ++steps_;
+    return {StepStatus::kNotFinite, 0};
   }
 
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { stepper_->restart(); }

@@ -34,25 +34,26 @@ class Splitting final : public Integrator {
           ErrorKind::kScene,
           {"integrator does not fit", "",
            "a splitting method of order " + std::to_string(order_) +
-               " needs q' = v, v' = a(t, q) - gamma v, and this system is of first order "
-               "or has a force that depends on velocity in another way",
+               " needs q' = v, v' = a(t, q) - gamma v, and this system is of first order or has a "
+               "force that depends on velocity, or remembers, in another way",
            order_ > 2 ? "use rk4; for forces that depend on velocity also verlet" : "use rk4"});
   }
 
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override {
-    return steps(system, t, h, 1, x, x_next);
-  }
-
-  int at_once() const override { return stepper_->at_once(); }
-  StepStatus steps(OdeSystem& /*system*/, double t, double h, int count, const double* x,
-                   double* x_next) override {
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override {
+    const int count = stepper_->most_of(most);
+    const bool done = stepper_->step(t, h, count, x, x_next);
+    if (!done && count > 1) {
+      restart(t, h, x);
+      return advance(system, t, h, 1, x, x_next);
+    }
     effort_.steps += count;
     if (stepper_->midpoint_kicks())
       effort_.evaluations += 2 * count * static_cast<int>(plan_.kick.size());
     else
       effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
     fresh_ = false;
-    return stepper_->step(t, h, count, x, x_next) ? StepStatus::kDone : StepStatus::kNotFinite;
+    return done ? Advance{StepStatus::kDone, count} : Advance{StepStatus::kNotFinite, 0};
   }
 
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override {

@@ -26,6 +26,8 @@ StepStatus judged(StepStatus status, std::span<const double> x_next) {
   return status == StepStatus::kNotFinite ? StepStatus::kNotConverged : status;
 }
 
+Advance one(StepStatus status) { return {status, status == StepStatus::kDone ? 1 : 0}; }
+
 }  // namespace
 
 void DiagonallyImplicit::prepare(OdeSystem& system) {
@@ -36,8 +38,8 @@ void DiagonallyImplicit::prepare(OdeSystem& system) {
   terms_.resize(change_.size());
 }
 
-StepStatus DiagonallyImplicit::step(OdeSystem& system, double t, double h, const double* x,
-                                    double* x_next) {
+Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
+                                    const double* x, double* x_next) {
   // x + sum over the stages before `count` of weights_j h k_j, from what each has kept.
   const auto form = [&](const double* weights, int count) {
     std::size_t used = 0;
@@ -64,14 +66,14 @@ StepStatus DiagonallyImplicit::step(OdeSystem& system, double t, double h, const
     // The last stage solved is the guess for the next.
     system.combine(form(row, i), r_.data());
     const StepStatus status = solver_->solve(at, row[i] * h, r_.data(), x_next);
-    if (status != StepStatus::kDone) return judged(status, {x_next, system.size()});
+    if (status != StepStatus::kDone) return one(judged(status, {x_next, system.size()}));
     const Stage::Term minus{-1, r_.data()};
     system.combine({x_next, {&minus, 1}}, change);
   }
   const bool last_is_next = std::equal(plan_.b.begin(), plan_.b.end(),
                                        plan_.a.end() - static_cast<std::ptrdiff_t>(plan_.stages));
   if (!last_is_next) system.combine(form(plan_.b.data(), plan_.stages), x_next);
-  return judged(StepStatus::kDone, {x_next, system.size()});
+  return one(judged(StepStatus::kDone, {x_next, system.size()}));
 }
 
 Effort DiagonallyImplicit::effort() const {
@@ -104,7 +106,8 @@ void Bdf2::prepare(OdeSystem& system) {
   last_h_ = 0;
 }
 
-StepStatus Bdf2::step(OdeSystem& system, double t, double h, const double* x, double* x_next) {
+Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/, const double* x,
+                      double* x_next) {
   StepStatus status;
   if (last_h_ != h) {
     status = starter_->step(system, t, h, x, x_next);
@@ -122,7 +125,7 @@ StepStatus Bdf2::step(OdeSystem& system, double t, double h, const double* x, do
     std::copy_n(x, system.size(), last_.data());
     last_h_ = h;
   }
-  return status;
+  return one(status);
 }
 
 std::vector<double> Bdf2::memory() const {

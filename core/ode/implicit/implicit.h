@@ -27,7 +27,8 @@ class DiagonallyImplicit final : public Integrator {
             .implicit = true};
   }
   void prepare(OdeSystem& system) override;
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override;
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override;
   Effort effort() const override;
   std::vector<std::string> notes() const override { return solver_->notes(); }
   double amplification(double h_omega, double h_gamma) const override;
@@ -53,7 +54,8 @@ class Bdf2 final : public Integrator {
 
   IntegratorInfo info() const noexcept override { return {.order = 2, .implicit = true}; }
   void prepare(OdeSystem& system) override;
-  StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) override;
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override;
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { last_h_ = 0; }
   std::vector<double> memory() const override;
   void recall(std::span<const double> memory) override;

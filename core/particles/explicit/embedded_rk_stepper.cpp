@@ -7,7 +7,7 @@
 namespace sim {
 namespace {
 
-std::vector<Array> accelerations(const ParticleSystem& system, const EmbeddedPlan& plan) {
+std::vector<Array> accelerations(const Particles& system, const EmbeddedPlan& plan) {
   std::vector<Array> arrays;
   for (std::size_t i = 0; i < plan.c.size(); ++i)
     arrays.emplace_back(Layout(system.layout().n(), 3).size());
@@ -16,7 +16,7 @@ std::vector<Array> accelerations(const ParticleSystem& system, const EmbeddedPla
 
 }  // namespace
 
-EmbeddedRkStepper::EmbeddedRkStepper(ParticleSystem& system, const EmbeddedPlan& plan)
+EmbeddedRkStepper::EmbeddedRkStepper(Particles& system, const EmbeddedPlan& plan)
     : system_(&system),
       plan_(plan),
       a_(accelerations(system, plan)),
@@ -24,7 +24,7 @@ EmbeddedRkStepper::EmbeddedRkStepper(ParticleSystem& system, const EmbeddedPlan&
       of_acceleration_(a_.size()),
       q_terms_(a_.size() + 1),
       v_terms_(a_.size()) {
-  if (static_cast<int>(a_.size()) > plan.stages + 1) y_ = Array(system.size());
+  if (static_cast<int>(a_.size()) > plan.stages + 1) y_ = Array(system.layout().size());
 }
 
 void EmbeddedRkStepper::extend(double t, double h, const double* x) {

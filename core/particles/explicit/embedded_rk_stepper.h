@@ -6,7 +6,7 @@
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/rk_stepper.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -15,7 +15,7 @@ namespace sim {
 //   sum_i w_i v_i = (sum_i w_i) v + h sum_j (sum_i w_i a_ij) a_j
 class EmbeddedRkStepper final : public EmbeddedStepper {
  public:
-  EmbeddedRkStepper(ParticleSystem& system, const EmbeddedPlan& plan);
+  EmbeddedRkStepper(Particles& system, const EmbeddedPlan& plan);
 
   bool start(double t, const double* x) override { return evaluate(t, x, 0); }
   bool step(double t, double h, const double* x, double* x_next) override {
@@ -30,7 +30,7 @@ class EmbeddedRkStepper final : public EmbeddedStepper {
  private:
   bool evaluate(double t, const double* x, int i);
 
-  ParticleSystem* system_;
+  Particles* system_;
   EmbeddedPlan plan_;
   CombineRange combine_range_ = combine_range();
   std::vector<Array> a_;

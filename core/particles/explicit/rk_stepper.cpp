@@ -6,7 +6,7 @@
 namespace sim {
 
 template <class Real>
-RkStepper<Real>::RkStepper(ParticleSystem& system, const ExplicitPlan& plan,
+RkStepper<Real>::RkStepper(Particles& system, const ExplicitPlan& plan,
                            std::span<ArrayOf<Real>> kept)
     : system_(&system),
       state_(system.layout()),

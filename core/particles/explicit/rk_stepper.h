@@ -8,7 +8,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/own_state.h"
 #include "core/particles/explicit/sweeps.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -22,7 +22,7 @@ class RkStepper final : public Stepper {
  public:
   // Where `kept` has arrays, the accelerations of all stages are left there, and that of stage 0 is
   // found there.
-  RkStepper(ParticleSystem& system, const ExplicitPlan& plan, std::span<ArrayOf<Real>> kept = {});
+  RkStepper(Particles& system, const ExplicitPlan& plan, std::span<ArrayOf<Real>> kept = {});
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;
   int at_once() const override { return state_.at_once(); }
@@ -53,7 +53,7 @@ class RkStepper final : public Stepper {
     return at(script, s).q[0] ? at(script, s).q : nullptr;
   }
 
-  ParticleSystem* system_;
+  Particles* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
   OwnState<Real> state_;
   ExplicitPlan plan_;

@@ -20,7 +20,7 @@ std::vector<typename SplitStepper<Real>::Part> SplitStepper<Real>::parts_of(cons
 }
 
 template <class Real>
-SplitStepper<Real>::SplitStepper(ParticleSystem& system, const SplitPlan& plan)
+SplitStepper<Real>::SplitStepper(Particles& system, const SplitPlan& plan)
     : system_(&system),
       state_(system.layout()),
       parts_(parts_of(plan)),

@@ -8,7 +8,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/own_state.h"
 #include "core/particles/explicit/sweeps.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -18,7 +18,7 @@ namespace sim {
 template <class Real>
 class SplitStepper final : public Stepper {
  public:
-  SplitStepper(ParticleSystem& system, const SplitPlan& plan);
+  SplitStepper(Particles& system, const SplitPlan& plan);
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;
   int at_once() const override;
@@ -49,7 +49,7 @@ class SplitStepper final : public Stepper {
   void write(int count, const Real* x, Real* x_next);
   bool gather_and_step(double t, const double* x) requires std::is_same_v<Real, double>;
 
-  ParticleSystem* system_;
+  Particles* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
   OwnState<Real> state_;
   std::vector<Part> parts_;

@@ -21,6 +21,10 @@ inline constexpr int kBlock = 64 / sizeof(Real);
 // Sweeps begin at multiples of kGrain particles, whatever the numbers.
 inline constexpr int kGrain = kBlock<float>;
 
+// How many particles have their other forces gathered at a time: their sums stay in the first-level
+// cache.
+inline constexpr int kGatherTile = 512;
+
 // Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,
 // waits in a ring until the sweep comes to b = a + stride.
 template <class Real>

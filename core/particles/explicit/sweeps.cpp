@@ -9,14 +9,14 @@ constexpr int kAhead = 2048;        // particles that a stage goes forward at a 
 constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level cache anyway
 constexpr int kLeastPart = 64;      // particles a rank
 
-bool one_pass(const ParticleSystem& system) {
+bool one_pass(const Particles& system) {
   return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;
 }
 
 }  // namespace
 
 template <class Real>
-Sweeps<Real>::Sweeps(ParticleSystem& system, int most_stages)
+Sweeps<Real>::Sweeps(Particles& system, int most_stages)
     : system_(&system),
       most_stages_(most_stages),
       one_pass_(one_pass(system)),

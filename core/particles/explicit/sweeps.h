@@ -4,18 +4,14 @@
 #include <vector>
 
 #include "core/particles/explicit/wavefront.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
-
-// How many particles have their other forces gathered at a time: their sums stay in the first-level
-// cache.
-inline constexpr int kGatherTile = 512;
 
 template <class Real>
 class Sweeps {
  public:
-  Sweeps(ParticleSystem& system, int most_stages);
+  Sweeps(Particles& system, int most_stages);
 
   // Runs `stages` stages. q(stage) is the array of three positions a stage reads, or null
   // where it evaluates no forces; sweep(rings, stage, begin, end) does a piece and says whether it
@@ -64,7 +60,7 @@ class Sweeps {
   void start(int rank, int ranks, int stage, int begin, const Real* const* q);
   bool finite() const;
 
-  ParticleSystem* system_;
+  Particles* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
   int most_stages_;
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own

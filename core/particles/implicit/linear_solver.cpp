@@ -30,8 +30,7 @@ class Either final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix,
-                                                 const ParticleSystem& system,
+std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options) {
   using Solver = StageOptions::Solver;
   // In exact arithmetic as many iterations as unknowns would do.

@@ -75,8 +75,7 @@ class SparseLdlt final : public LinearSolver {
 };
 
 // What suits the system, or what the options force. Throws Error{kScene} when that does not fit.
-std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix,
-                                                 const ParticleSystem& system,
+std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options);
 
 }  // namespace sim

@@ -8,8 +8,12 @@
 
 namespace sim {
 
-LocalGlobalSolver::LocalGlobalSolver(ParticleSystem& system, const StageOptions& options)
-    : system_(&system), iterations_(options.newton_steps), equation_(system) {
+LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& options,
+                                     std::function<bool()> stopped)
+    : system_(&system),
+      stopped_(std::move(stopped)),
+      iterations_(options.newton_steps),
+      equation_(system) {
   if (!system.other_forces().empty())
     throw Error(ErrorKind::kScene,
                 {"integrator does not fit", "",
@@ -94,7 +98,7 @@ StepStatus LocalGlobalSolver::solve(double t, double tau, const double* r, doubl
   equation_.evaluate();
   const double first = norm();
   for (int iteration = 0; iteration < iterations_; ++iteration) {
-    if (system_->stopped()) return StepStatus::kStopped;
+    if (stopped_ && stopped_()) return StepStatus::kStopped;
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < row_of_.size(); ++i)
         if (row_of_[i] >= 0) x_[row_of_[i]] = -g[axis][i];

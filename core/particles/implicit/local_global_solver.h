@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <functional>
 #include <vector>
 
+#include "core/ode/ode_system.h"
 #include "core/particles/implicit/sparse.h"
 #include "core/particles/implicit/stage_equation.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -19,7 +21,8 @@ namespace sim {
 class LocalGlobalSolver final : public StageSolver {
  public:
   // Throws Error{kScene} when there are forces that are neither springs nor affine.
-  LocalGlobalSolver(ParticleSystem& system, const StageOptions& options);
+  LocalGlobalSolver(Particles& system, const StageOptions& options,
+                    std::function<bool()> stopped = {});
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   Effort effort() const override;
@@ -32,7 +35,8 @@ class LocalGlobalSolver final : public StageSolver {
     int entry, low, high;  // of the value of A off the diagonal; rows of both ends
     double k;
   };
-  ParticleSystem* system_;
+  Particles* system_;
+  std::function<bool()> stopped_;
   int iterations_;
   StageEquation equation_;
   std::vector<int> row_of_;        // of a particle, -1 where pinned

@@ -5,11 +5,12 @@
 
 namespace sim {
 
-NewtonSolver::NewtonSolver(ParticleSystem& system, const StageOptions& options)
+NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
+                           std::function<bool()> stopped)
     : system_(&system),
       options_(options),
       equation_(system),
-      matrix_(system),
+      matrix_(system, std::move(stopped)),
       linear_(make_linear_solver(matrix_, system, options)),
       z_(equation_.layout().size()) {}
 
@@ -110,7 +111,7 @@ StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y)
       eta = std::min(searched ? 0.1 * eta : 0.1, 0.9 * (now / previous) * (now / previous));
     eta = single ? options_.tolerance : std::max(eta, 0.5 * goal / now);
     find_direction(eta);
-    if (system_->stopped()) return StepStatus::kStopped;
+    if (matrix_.stopped()) return StepStatus::kStopped;
     ++effort_.newton;
     previous = now;
     equation_.place(1);

@@ -1,13 +1,14 @@
 // Implicit stages of particles by Newton's method.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "core/base/array.h"
 #include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/implicit/stage_matrix.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -17,7 +18,8 @@ namespace sim {
 // which light and heavy particles count alike.
 class NewtonSolver final : public StageSolver {
  public:
-  NewtonSolver(ParticleSystem& system, const StageOptions& options);
+  // stopped(): asked now and then, ends a solution with kStopped.
+  NewtonSolver(Particles& system, const StageOptions& options, std::function<bool()> stopped = {});
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   Effort effort() const override;
@@ -29,7 +31,7 @@ class NewtonSolver final : public StageSolver {
   void find_direction(double eta);
   bool search(double before);
 
-  ParticleSystem* system_;
+  Particles* system_;
   StageOptions options_;
   StageEquation equation_;
   StageMatrix matrix_;

@@ -32,9 +32,9 @@ double largest(const double* const values[3], int n) {
 
 }  // namespace
 
-OtherJacobian::OtherJacobian(std::span<Force* const> forces, int n, Team& team)
-    : half_(n, 3), team_(&team) {
-  for (Force* force : forces)
+OtherJacobian::OtherJacobian(const Particles& particles)
+    : particles_(&particles), half_(particles.layout().n(), 3) {
+  for (Force* force : particles.other_forces())
     (force->has_jacobian() ? with_blocks_ : without_).push_back(force);
   if (without_.empty()) return;
   moved_ = Array(half_.size());
@@ -47,8 +47,9 @@ void OtherJacobian::at(const ParticleView& view) {
   velocity_.clear();
   Collector collector(position_, velocity_);
   for (Force* force : with_blocks_) {
-    force->prepare(view, *team_);
-    force->jacobian(view, collector);
+    const ParticleView own = particles_->seen_by(*force, view);
+    force->prepare(own, particles_->team());
+    force->jacobian(own, collector);
   }
 }
 
@@ -82,8 +83,9 @@ void OtherJacobian::add_differences(const double* const dq[3], const double* con
           sums[axis][i] = -sums[axis][i];
         }
       for (Force* force : forces) {
-        force->prepare(view, *team_);
-        force->accumulate(view, {0, view_.n}, {sums[0], sums[1], sums[2]});
+        const ParticleView own = particles_->seen_by(*force, view);
+        force->prepare(own, particles_->team());
+        force->accumulate(own, {0, view_.n}, {sums[0], sums[1], sums[2]});
       }
     }
     double* const out[3] = {sink.x, sink.y, sink.z};

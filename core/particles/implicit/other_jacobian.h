@@ -7,7 +7,7 @@
 #include "core/base/array.h"
 #include "core/base/team.h"
 #include "core/particles/force.h"
-#include "core/particles/layout.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -19,7 +19,7 @@ class OtherJacobian {
     Mat3 value;
   };
 
-  OtherJacobian(std::span<Force* const> forces, int n, Team& team);
+  explicit OtherJacobian(const Particles& particles);
 
   bool empty() const { return with_blocks_.empty() && without_.empty(); }
   std::span<Force* const> without_blocks() const { return without_; }
@@ -37,11 +37,11 @@ class OtherJacobian {
  private:
   void add_differences(const double* const dq[3], const double* const dv[3], ForceSink sink);
 
+  const Particles* particles_;
   std::vector<Force*> with_blocks_, without_;
   std::vector<Block> position_, velocity_;
   ParticleView view_;
   Layout half_;
-  Team* team_;
   Array moved_, sums_;  // three coordinates each
 };
 

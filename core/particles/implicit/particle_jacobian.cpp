@@ -4,10 +4,10 @@
 
 namespace sim {
 
-ParticleJacobian::ParticleJacobian(ParticleSystem& system)
+ParticleJacobian::ParticleJacobian(Particles& system)
     : system_(&system),
       stiffness_(system),
-      others_(system.other_forces(), system.layout().n(), system.team()),
+      others_(system),
       no_shift_(Layout(system.layout().n(), 1).size()) {}
 
 void ParticleJacobian::at(double t, const double* x) {

@@ -3,7 +3,7 @@
 
 #include "core/ode/ode_system.h"
 #include "core/particles/implicit/other_jacobian.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 #include "core/particles/springs/stiffness.h"
 
 namespace sim {
@@ -12,13 +12,13 @@ namespace sim {
 // with K summed over the springs, and df_v = 0 where pinned. Arrays are in the system's layout.
 class ParticleJacobian final : public Jacobian {
  public:
-  explicit ParticleJacobian(ParticleSystem& system);
+  explicit ParticleJacobian(Particles& system);
 
   void at(double t, const double* x) override;
   void apply(const double* dx, double* df) override;
 
  private:
-  ParticleSystem* system_;
+  Particles* system_;
   Stiffness stiffness_;
   OtherJacobian others_;
   Array no_shift_;

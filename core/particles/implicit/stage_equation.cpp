@@ -6,7 +6,7 @@
 
 namespace sim {
 
-StageEquation::StageEquation(ParticleSystem& system)
+StageEquation::StageEquation(Particles& system)
     : system_(&system),
       half_(system.layout().n(), 3),
       g_(half_.size()),

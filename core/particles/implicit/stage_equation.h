@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/array.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 
@@ -15,7 +15,7 @@ namespace sim {
 // pinned.
 class StageEquation {
  public:
-  explicit StageEquation(ParticleSystem& system);
+  explicit StageEquation(Particles& system);
 
   const Layout& layout() const noexcept { return half_; }
   Array& gradient() noexcept { return g_; }
@@ -33,7 +33,7 @@ class StageEquation {
   double phi() const;    // J, with springs and affine forces alone
 
  private:
-  ParticleSystem* system_;
+  Particles* system_;
   Layout half_;
   Array g_, d_, start_;
   double t_ = 0, tau_ = 0;

@@ -20,12 +20,13 @@ struct SixBlocks {
 
 }  // namespace
 
-StageMatrix::StageMatrix(ParticleSystem& system)
+StageMatrix::StageMatrix(Particles& system, std::function<bool()> stopped)
     : system_(&system),
+      stopped_(std::move(stopped)),
       half_(system.layout().n(), 3),
       kernels_(block_kernels()),
       stiffness_(system),
-      others_(system.other_forces(), system.layout().n(), system.team()),
+      others_(system),
       shift_(Layout(system.layout().n(), 1).size()),
       blocks_(system.layout().size()),
       inverses_(system.layout().size()),

@@ -1,11 +1,12 @@
 // The matrix of a Newton step for an implicit stage, known by what it does to a vector.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/base/array.h"
 #include "core/particles/implicit/other_jacobian.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 #include "core/particles/springs/stiffness.h"
 
 namespace sim {
@@ -34,7 +35,7 @@ BlockKernels block_kernels();  // for this machine
 // tiles, so that their bits do not depend on threads.
 class StageMatrix {
  public:
-  explicit StageMatrix(ParticleSystem& system);
+  explicit StageMatrix(Particles& system, std::function<bool()> stopped = {});
 
   const Layout& layout() const noexcept { return half_; }
   // Springs and affine forces alone: A is symmetric, and positive definite when clamped.
@@ -42,7 +43,7 @@ class StageMatrix {
   const Stiffness& stiffness() const noexcept { return stiffness_; }
   const OtherJacobian& others() const noexcept { return others_; }
   double tau() const noexcept { return tau_; }
-  bool stopped() const { return system_->stopped(); }
+  bool stopped() const { return stopped_ && stopped_(); }
   Mat3 diagonal(int i) const;  // the block of D
 
   // Chooses the point; the arrays of the view must stay as they are until the last use.
@@ -61,7 +62,8 @@ class StageMatrix {
   double over_tiles(const Body& body);
   void apply_others(const double* p, double* out);
 
-  ParticleSystem* system_;
+  Particles* system_;
+  std::function<bool()> stopped_;
   Layout half_;
   BlockKernels kernels_;
   Stiffness stiffness_;

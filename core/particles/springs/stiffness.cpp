@@ -32,7 +32,7 @@ void linearise_carefully(const StiffRun& run, const double* const q[3], bool cla
   }
 }
 
-Stiffness::Stiffness(const ParticleSystem& system) : system_(&system), kernels_(stiff_kernels()) {
+Stiffness::Stiffness(const Particles& system) : system_(&system), kernels_(stiff_kernels()) {
   const int count = static_cast<int>(system.runs().size());
   const Layout layout(system.layout().n(), 2 * count);
   memory_ = Array(layout.size());

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/particles.h"
 #include "core/particles/springs/spring_stiffness.h"
 #include "core/particles/springs/springs.h"
 #include "core/particles/springs/stiff_net.h"
@@ -46,7 +46,7 @@ void linearise_carefully(const StiffRun& run, const double* const q[3], bool cla
 
 class Stiffness {
  public:
-  explicit Stiffness(const ParticleSystem& system);
+  explicit Stiffness(const Particles& system);
 
   // Chooses the point; q must stay as it is until the last use.
   void at(const double* const q[3], bool clamped);
@@ -69,7 +69,7 @@ class Stiffness {
   template <class Visit>
   void net_at(int i, Visit visit) const;
 
-  const ParticleSystem* system_;
+  const Particles* system_;
   StiffKernels kernels_;
   std::vector<StiffRun> runs_;
   std::vector<StiffNet> nets_;

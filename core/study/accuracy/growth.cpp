@@ -29,15 +29,15 @@ double normal(std::uint64_t run, std::uint64_t index) {
 std::vector<std::size_t> free_places(Simulation& system) {
   std::vector<std::size_t> places;
   const ParticleSystem* particles = particles_of(system);
-  const double* x = system.state().data();
   if (!particles) {
     for (std::size_t i = 0; i < system.state().size(); ++i) places.push_back(i);
     return places;
   }
-  const ParticleView view = particles->view(system.t(), x);
-  for (int i = 0; i < view.n; ++i)
-    for (int axis = 0; axis < 3 && view.free(i); ++axis)
-      places.push_back(static_cast<std::size_t>(particles->layout().block(x, axis) + i - x));
+  const ParticleView view = particles->view(system.t(), system.state().data());
+  const StatePart& position = *system.shape().find("position");
+  for (std::size_t i = 0; i < position.count; ++i)
+    for (std::size_t axis = 0; axis < 3 && view.free(static_cast<int>(i)); ++axis)
+      places.push_back(position.at(i, axis));
   return places;
 }
 

@@ -8,10 +8,10 @@ namespace {
 
 constexpr SweepLimits kOrderLimits{.evaluations = 5e5, .implicit_cost = 100, .seconds = 1.5};
 
-bool adaptive(const Method& method) { return method.info.adaptive && method.has_tolerance; }
+bool adaptive(const Candidate& method) { return method.info.adaptive && method.has_tolerance; }
 
 // Halving until the error sinks below what the reference knows. Nothing when told to end.
-std::optional<std::vector<Point>> halve(const Problem& problem, const Method& method,
+std::optional<std::vector<Point>> halve(const Problem& problem, const Candidate& method,
                                         const Yardstick& yardstick, double most_evaluations,
                                         const std::function<bool()>& go_on) {
   std::vector<Point> points;
@@ -35,7 +35,7 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
                                   const Watch& watch) {
   auto study = std::make_unique<OrderStudy>();
   const Simulation system = problem.simulation();
-  const std::vector<Method> methods = methods_to_sweep(problem, system, options.integrators);
+  const std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
   study->system = system.name();
   study->time = options.time > 0 ? options.time : std::min(system.duration(), 1.0);
   if (!(study->time > 0)) study->time = 1;
@@ -47,7 +47,7 @@ std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& op
     return study;
   }
   const double most = kOrderLimits.evaluations_for(system);
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     const auto done =
         static_cast<double>(study->methods.size()) / static_cast<double>(methods.size());
     const Yardstick yardstick = study->yardstick.of(method);

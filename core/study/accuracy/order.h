@@ -10,7 +10,7 @@
 namespace sim::study {
 
 struct MethodOrder {
-  Method method;
+  Candidate method;
   std::vector<Point> points;  // each at half the step (or a tenth of the tolerance)
   std::optional<ObservedOrder> observed;
 };
@@ -30,7 +30,7 @@ struct OrderStudy {
 
 struct OrderOptions {
   double time = 0;  // s; 0 = a tenth of the scene's duration, at least 2 periods
-  std::vector<Choice> integrators = {};  // empty = all that fit
+  std::vector<MethodChoice> integrators = {};  // empty = all that fit
 };
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,

@@ -16,7 +16,7 @@ using Points = std::vector<std::vector<double>>;
 
 // One method refined until it no longer improves.
 struct Refined {
-  Method method;
+  Candidate method;
   Points points;
   double estimate = std::numeric_limits<double>::infinity();  // of its error, in m
   std::int64_t coarse_steps = 0;  // the first steps good to 1e-6 of the size
@@ -51,12 +51,12 @@ class Refinement {
   }
 
   // Nothing when it was told to end.
-  std::optional<Refined> refine(const Method& method) {
+  std::optional<Refined> refine(const Candidate& method) {
     return method.info.adaptive && method.has_tolerance ? by_tolerance(method) : by_step(method);
   }
 
  private:
-  std::optional<Trajectory> run(const Method& method, std::int64_t steps, double tolerance) {
+  std::optional<Trajectory> run(const Candidate& method, std::int64_t steps, double tolerance) {
     bool told = false;
     Trajectory result =
         run_trajectory(problem_, method, {time_, intervals_, steps, tolerance, false}, [&] {
@@ -68,7 +68,7 @@ class Refinement {
   }
 
   // Steps are halved until halving changes no more than rounding does, or things get worse.
-  std::optional<Refined> by_step(const Method& method) {
+  std::optional<Refined> by_step(const Candidate& method) {
     Refined best{method, {}, std::numeric_limits<double>::infinity(), 0};
     Points last;
     double last_change = std::numeric_limits<double>::infinity();
@@ -103,7 +103,7 @@ class Refinement {
     return best;
   }
 
-  std::optional<Refined> by_tolerance(const Method& method) {
+  std::optional<Refined> by_tolerance(const Candidate& method) {
     Refined best{method, {}, std::numeric_limits<double>::infinity(), 0};
     Points last;
     for (const double tolerance : {1e-9, 1e-11, 1e-13}) {
@@ -132,10 +132,10 @@ class Refinement {
 
 // Explicit methods as they are without values from a scene, those of the highest order first; of
 // one order the cheaper.
-std::vector<Method> candidates(const Problem& problem) {
-  std::vector<Method> methods = fitting_methods(problem.with({problem.integrator().name}), {});
-  std::erase_if(methods, [](const Method& m) { return m.info.implicit || m.info.order < 1; });
-  std::stable_sort(methods.begin(), methods.end(), [](const Method& a, const Method& b) {
+std::vector<Candidate> candidates(const Problem& problem) {
+  std::vector<Candidate> methods = fitting_methods(problem.with({problem.integrator().name}), {});
+  std::erase_if(methods, [](const Candidate& m) { return m.info.implicit || m.info.order < 1; });
+  std::stable_sort(methods.begin(), methods.end(), [](const Candidate& a, const Candidate& b) {
     return a.info.order != b.info.order ? a.info.order > b.info.order
                                         : a.info.evaluations < b.info.evaluations;
   });
@@ -161,10 +161,10 @@ Reference reference(const Problem& problem, double time, int intervals, const Wa
   const bool exact = static_cast<bool>(problem.spec->exact);
   if (exact) result = exact_reference(problem, time, intervals);
 
-  const std::vector<Method> methods = candidates(problem);
+  const std::vector<Candidate> methods = candidates(problem);
   Refinement refinement(problem, time, intervals, watch);
   std::optional<Refined> first, second;
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     // The second one belongs to another family: symplectic or not.
     if (first && !exact && method.info.symplectic == first->method.info.symplectic) continue;
     auto refined = refinement.refine(method);
@@ -173,7 +173,7 @@ Reference reference(const Problem& problem, double time, int intervals, const Wa
     (first ? second : first) = std::move(refined);
     if (second || exact) break;
   }
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     if (exact || second || !first || method.name == first->method.name) continue;
     auto refined = refinement.refine(method);
     if (!refined) return {};

@@ -12,7 +12,7 @@ struct Reference {
   std::string how;                          // "exact solution", "dop853 against pefrl"
   std::vector<std::vector<double>> points;  // as Trajectory::points; empty when told to end
   std::vector<double> error;                // of each point, in m, the largest of any coordinate
-  Method method;           // the better of the two, and steps with which it is good to about
+  Candidate method;        // the better of the two, and steps with which it is good to about
   std::int64_t steps = 0;  // 1e-6 of the scene's size: for runs that need not be exact
 };
 

@@ -38,7 +38,7 @@ double SweepLimits::evaluations_for(const Simulation& system) const {
   return evaluations * 64 / std::max(64, system.particles());
 }
 
-int SweepLimits::cost_of_step(const Method& method) const {
+int SweepLimits::cost_of_step(const Candidate& method) const {
   return method.info.implicit ? implicit_cost : std::max(1, method.info.evaluations);
 }
 
@@ -49,7 +49,7 @@ double Yardstick::floor() const {
   return std::max(10 * most, rounding);
 }
 
-Yardstick Yardstick::of(const Method& method) const {
+Yardstick Yardstick::of(const Candidate& method) const {
   Yardstick result = *this;
   if (method.info.precision != Precision::kSingle) return result;
   // Some roundings of coordinates; smaller steps only make them more.
@@ -60,14 +60,14 @@ Yardstick Yardstick::of(const Method& method) const {
   return result;
 }
 
-std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
-                                     const std::vector<Choice>& choices) {
+std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                        const std::vector<MethodChoice>& choices) {
   constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
-  Choice own = problem.integrator();
+  MethodChoice own = problem.integrator();
   if (run.integrator_info().adaptive)
     for (const char* name : kTolerances) own.given.erase(name);
-  const std::vector<Method> methods = fitting_methods(problem.with(own), choices);
-  for (const Method& method : methods)
+  const std::vector<Candidate> methods = fitting_methods(problem.with(own), choices);
+  for (const Candidate& method : methods)
     for (const char* name : kTolerances)
       if (method.info.adaptive && method.given.contains(name))
         throw Error(ErrorKind::kUsage,
@@ -76,7 +76,7 @@ std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& r
   return methods;
 }
 
-std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
+std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on) {
   const Reference& reference = *yardstick.reference;

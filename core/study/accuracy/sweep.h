@@ -32,7 +32,7 @@ struct SweepLimits {
   double seconds;      // after a run of that length none with smaller steps
 
   double evaluations_for(const Simulation& system) const;
-  int cost_of_step(const Method& method) const;
+  int cost_of_step(const Candidate& method) const;
 };
 
 // What a sweep compares with, and how far along the way that makes sense.
@@ -45,18 +45,18 @@ struct Yardstick {
   int repeats = 0;      // of timing
   double rounding = 0;  // m, what the numbers of the method leave of a position
 
-  Yardstick of(const Method& method) const;  // the same with its rounding
+  Yardstick of(const Candidate& method) const;  // the same with its rounding
   double floor() const;  // below it errors say nothing: 10 times the reference's own, or rounding
 };
 
 // fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
 // without its own. Throws Error{kUsage} for a choice with one.
-std::vector<Method> methods_to_sweep(const Problem& problem, const Simulation& run,
-                                     const std::vector<Choice>& choices);
+std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation& run,
+                                        const std::vector<MethodChoice>& choices);
 
 // At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its
 // own. Nothing when told to end.
-std::optional<Point> measure(const Problem& problem, const Method& method, std::int64_t steps,
+std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on);
 

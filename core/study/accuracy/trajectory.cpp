@@ -30,8 +30,7 @@ std::vector<double> coordinates(Simulation& system) {
 
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all) {
   const ParticleSystem* particles = particles_of(system);
-  const std::size_t size = particles ? 3 * static_cast<std::size_t>(system.particles())
-                                     : static_cast<std::size_t>(system.components());
+  const std::size_t size = system.shape().first().count * system.shape().first().components.size();
   if (all.size() != size)
     throw Error(ErrorKind::kScene, {"exact solution of '" + system.name() + "'", "",
                                     "it has " + std::to_string(all.size()) +
@@ -78,10 +77,10 @@ double scene_size(const Simulation& system) {
   return distance > 0 ? distance : 1;
 }
 
-Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
-                          const std::function<bool()>& go_on) {
+Trajectory run_trajectory(const Problem& problem, const Candidate& method,
+                          const TrajectoryPlan& plan, const std::function<bool()>& go_on) {
   Problem with = problem.with(method);
-  if (plan.tolerance > 0) with.options.integrator_given["tol"] = plan.tolerance;
+  if (plan.tolerance > 0) with.options.integrator.given["tol"] = plan.tolerance;
   Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);

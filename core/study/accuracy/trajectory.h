@@ -33,8 +33,8 @@ struct TrajectoryPlan {
 };
 
 // Ends early, unfinished, when `watch` says so.
-Trajectory run_trajectory(const Problem& problem, const Method& method, const TrajectoryPlan& plan,
-                          const std::function<bool()>& go_on);
+Trajectory run_trajectory(const Problem& problem, const Candidate& method,
+                          const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
 // The free coordinates of the present state, as in Trajectory::points.
 std::vector<double> coordinates(Simulation& system);

@@ -24,7 +24,7 @@ std::vector<std::int64_t> step_counts(double most) {
 }
 
 // Nothing when told to end; the points so far are then in `points`.
-bool sweep(const Problem& problem, const Method& method, const Yardstick& yardstick,
+bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yardstick,
            double most_evaluations, std::vector<Point>& points,
            const std::function<bool()>& go_on) {
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
@@ -143,10 +143,10 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   study->size = scene_size(system);
   study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
   study->complete = false;
-  std::vector<Method> methods = methods_to_sweep(problem, system, options.integrators);
+  std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
   // What chooses among the others would only show them twice.
   if (options.integrators.empty())
-    std::erase_if(methods, [](const Method& method) { return method.chooses; });
+    std::erase_if(methods, [](const Candidate& method) { return method.chooses; });
 
   study->reference = reference(problem, study->time, kIntervals, watch);
   if (study->reference.points.empty()) return study;
@@ -163,7 +163,7 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
 
   const double most = kCurveLimits.evaluations_for(system);
   study->complete = true;
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     const auto done =
         static_cast<double>(study->curves.size()) / static_cast<double>(methods.size());
     Curve& curve = study->curves.emplace_back();

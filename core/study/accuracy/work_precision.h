@@ -14,7 +14,7 @@
 namespace sim::study {
 
 struct Curve {
-  Method method;
+  Candidate method;
   std::vector<Point> points;    // from large steps (or tolerances) to small ones
   std::vector<double> cost;     // of each point, in evaluations; implicit methods and single
                                 // precision as many as their wall time has room for
@@ -53,11 +53,11 @@ struct WorkPrecision {
 bool stable(const Point& point, double size);
 
 struct WorkPrecisionOptions {
-  double time = 0;                       // s; 0 = the scene's duration
-  double budget = 1e-3;                  // of the size of the scene
-  bool budget_in_metres = false;         // or in metres
-  std::vector<Choice> integrators = {};  // empty = all that fit
-  int repeats = 5;                       // of each run, for its wall time
+  double time = 0;                             // s; 0 = the scene's duration
+  double budget = 1e-3;                        // of the size of the scene
+  bool budget_in_metres = false;               // or in metres
+  std::vector<MethodChoice> integrators = {};  // empty = all that fit
+  int repeats = 5;                             // of each run, for its wall time
 };
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,

@@ -20,6 +20,7 @@ using Complex = std::complex<double>;
 // particles those are positions; the velocity of one stands `to_velocity` further on.
 struct Coordinates {
   std::vector<std::size_t> at;
+  std::vector<int> particle;  // whose they are, in a system of particles
   std::vector<double> root_mass;
   std::size_t to_velocity = 0;
 
@@ -31,14 +32,15 @@ struct Coordinates {
       root_mass.assign(at.size(), 1.0);
       return;
     }
-    const Layout& layout = particles->layout();
-    const double* x = system.state().data();
-    const ParticleView view = particles->view(system.t(), x);
-    to_velocity = layout.size() / 2;
+    const StatePart& position = *system.shape().find("position");
+    const StatePart& velocity = *system.shape().find("velocity");
+    const ParticleView view = particles->view(system.t(), system.state().data());
+    to_velocity = velocity.begin - position.begin;
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i < view.n; ++i) {
         if (!view.free(i)) continue;
-        at.push_back(static_cast<std::size_t>(layout.block(x, axis) + i - x));
+        at.push_back(position.at(static_cast<std::size_t>(i), static_cast<std::size_t>(axis)));
+        particle.push_back(i);
         root_mass.push_back(std::sqrt(view.mass[i]));
       }
   }
@@ -182,24 +184,19 @@ void unfold(const Simulation& system, const Coordinates& where, const std::vecto
 void locate(Simulation& system, const Coordinates& where, const std::vector<Complex>& u,
             Spectrum& result) {
   constexpr std::size_t kParticles = 4;
-  const ParticleSystem* particles = particles_of(system);
-  if (!particles) return;
-  const Layout& layout = particles->layout();
+  if (!system.second_order()) return;
   std::map<int, double> share;
-  for (std::size_t k = 0; k < where.at.size(); ++k) {
-    const auto i = static_cast<int>((where.at[k] - Layout::kPad) % (layout.size() / 6));
-    share[i] += std::norm(u[k]);
-  }
+  for (std::size_t k = 0; k < where.at.size(); ++k) share[where.particle[k]] += std::norm(u[k]);
   result.particles.assign(share.begin(), share.end());
   std::stable_sort(result.particles.begin(), result.particles.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
   if (result.particles.size() > kParticles) result.particles.resize(kParticles);
 
-  std::vector<double> displacement(3 * static_cast<std::size_t>(layout.n()));
-  for (int i = 0; i < layout.n(); ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      displacement[3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(axis)] =
-          layout.block(result.shape.data(), axis)[i];
+  const StatePart& position = *system.shape().find("position");
+  std::vector<double> displacement(3 * position.count);
+  for (std::size_t i = 0; i < position.count; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      displacement[3 * i + axis] = result.shape[position.at(i, axis)];
   result.families = family_shares(system, displacement);
 }
 

@@ -65,12 +65,11 @@ std::optional<double> step_limit(const MethodStability& method) {
 }
 
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
-  const std::vector<Method> methods = fitting_methods(problem, options.integrators);
+  const std::vector<Candidate> methods = fitting_methods(problem, options.integrators);
   Simulation system = problem.simulation();
   Stability result;
   result.system = system.name();
-  const PluginInfo& plugin = system.integrator_plugin();
-  result.integrator = spelled(plugin.name, plugin.params, system.integrator_params());
+  result.integrator = system.method().label();
   result.dt = system.h();
   for (const std::int64_t last = system.steps_for(options.at); system.step_count() < last;) {
     if (!system.step())
@@ -89,7 +88,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   Standstill place(problem, system);
 
   const auto count = static_cast<double>(methods.size());
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     if (!watch(method.label, 0.5 * static_cast<double>(result.methods.size()) / count)) {
       result.complete = false;
       return result;

@@ -18,7 +18,7 @@ struct EnergyAtStep {
 };
 
 struct MethodStability {
-  Method method;
+  Candidate method;
   // s; 0 = no step is stable, infinity = none is unstable. Not predicted where the method does not
   // know its own stability; not measured where it chooses its own steps.
   std::optional<double> predicted, measured;
@@ -37,8 +37,8 @@ struct Stability {
 };
 
 struct StabilityOptions {
-  double at = 0;                         // s: look at the state that the run has reached then
-  std::vector<Choice> integrators = {};  // empty = all that fit
+  double at = 0;                               // s: look at the state that the run has reached then
+  std::vector<MethodChoice> integrators = {};  // empty = all that fit
 };
 
 // Throws Error{kUsage} when the system diverges before `at`.

@@ -133,9 +133,9 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
     : spec_(*problem.spec), problem_(problem), t_(system.t()), x_(system.state().size()) {
   std::ranges::copy(system.state(), x_.data());
   if (const ParticleSystem* particles = particles_of(system)) {
-    const Layout& layout = particles->layout();
-    for (int axis = 0; axis < 3; ++axis)
-      std::fill_n(layout.block(x_.data(), 3 + axis), layout.n(), 0.0);
+    const StatePart& velocity = *system.shape().find("velocity");
+    for (std::size_t i = 0; i < velocity.count; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) x_[velocity.at(i, axis)] = 0;
     Array point(x_.size()), rate(x_.size());
     system.ode().eval(t_, {x_.data(), {}}, point.data(), rate.data());
     const ParticleView view = particles->view(t_, x_.data());
@@ -143,14 +143,15 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
     for (int i = 0; i < view.n; ++i)
       for (int axis = 0; axis < 3 && view.free(i); ++axis)
         spec_.loads[static_cast<std::size_t>(i)][axis] -=
-            view.mass[i] * layout.block(rate.data(), 3 + axis)[i];
+            view.mass[i] *
+            rate[velocity.at(static_cast<std::size_t>(i), static_cast<std::size_t>(axis))];
   }
   problem_.spec = &spec_;
   // That of the run, or if it takes no loads any integrator.
-  std::vector<Choice> choices{problem_.integrator()};
-  for (std::string& name : problem_.registry->names(PluginKind::kIntegrator))
+  std::vector<MethodChoice> choices{problem_.integrator()};
+  for (std::string& name : problem_.registry->names<Integrator>())
     choices.push_back({std::move(name)});
-  for (const Choice& choice : choices) {
+  for (const MethodChoice& choice : choices) {
     try {
       system_.emplace(problem_.with(choice).simulation());
       return;
@@ -160,7 +161,8 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
   }
 }
 
-MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum, const Choice& method)
+MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
+                               const MethodChoice& method)
     : place_(&place),
       spectrum_(&spectrum),
       map_(place.system().ode(), place.problem().with(method).make_integrator()),
@@ -205,7 +207,7 @@ double MeasuredRadius::operator()(double h) {
 }
 
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
-                                    const Choice& method) {
+                                    const MethodChoice& method) {
   if (!(spectrum.fastest.omega > 0)) return {};
   MeasuredRadius radius(place, spectrum, method);
   return largest_stable_step([&](double h) { return radius(h); }, spectrum.fastest.omega,

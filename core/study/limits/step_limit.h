@@ -55,7 +55,7 @@ class Standstill {
 // differences: nothing is assumed of the method.
 class MeasuredRadius {
  public:
-  MeasuredRadius(Standstill& place, const Spectrum& spectrum, const Choice& method);
+  MeasuredRadius(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
 
   double operator()(double h);  // infinity when a step fails
   double tolerance() const { return tolerance_; }
@@ -71,6 +71,6 @@ class MeasuredRadius {
 
 // By bisection on steps that are really taken; nothing when nothing vibrates.
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
-                                    const Choice& method);
+                                    const MethodChoice& method);
 
 }  // namespace sim::study

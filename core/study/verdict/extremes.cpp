@@ -27,7 +27,7 @@ SystemSpec hanging_particle(double stiffness, double mass, double offset) {
   gravity.given = {{"g", Vec3(0, -kGravity, 0)}};
   spring.plugin = "spring";
   spring.given = {{"stiffness", stiffness}};
-  spring.links.ties = {{.a = 0, .b = 1, .rest = 1}};
+  spring.elements.add({0, 1}, {{"rest", 1}});
   spec.forces = {gravity, spring};
   return spec;
 }
@@ -41,12 +41,10 @@ double moved(const ExtremeCell& cell, double t) {
 }
 
 // Runs the cell and judges it as sim would, then compares with the exact motion.
-void run_cell(Registry& registry, const Choice& integrator, ExtremeCell& cell) {
+void run_cell(Registry& registry, const MethodChoice& integrator, ExtremeCell& cell) {
   const SystemSpec spec = hanging_particle(cell.stiffness, cell.mass, cell.offset);
   try {
-    Simulation system(
-        spec, registry,
-        {.integrator = integrator.name, .integrator_given = integrator.given, .dt = cell.dt});
+    Simulation system(spec, registry, {.integrator = integrator, .dt = cell.dt});
     const double radians = std::sqrt(cell.stiffness / cell.mass) * cell.dt * kSteps;
     const double most = cell.offset > 1e9 ? kFarRadians : kMostRadians;
     const bool own =
@@ -90,15 +88,16 @@ std::vector<double> powers(int from, int to, int stride) {
 
 }  // namespace
 
-Extremes extremes(Registry& registry, const std::vector<Choice>& integrators, const Watch& watch) {
+Extremes extremes(Registry& registry, const std::vector<MethodChoice>& integrators,
+                  const Watch& watch) {
   Extremes result;
   result.stiffness = powers(-6, 12, 3);
   result.mass = powers(-9, 9, 3);
   result.dt = powers(-12, 3, 3);
   result.offset = powers(3, 15, 3);
   const SystemSpec spec = hanging_particle(1, 1, 0);
-  const std::vector<Method> methods = fitting_methods({&spec, &registry}, integrators);
-  for (const Method& method : methods) {
+  const std::vector<Candidate> methods = fitting_methods({&spec, &registry}, integrators);
+  for (const Candidate& method : methods) {
     ExtremeMap& map = result.maps.emplace_back();
     map.method = method;
     const auto add = [&](double stiffness, double mass, double dt, double offset) {

@@ -24,7 +24,7 @@ struct ExtremeCell {
 };
 
 struct ExtremeMap {
-  Method method;
+  Candidate method;
   std::vector<ExtremeCell> cells;  // by offset, stiffness, mass, dt
 };
 
@@ -36,6 +36,7 @@ struct Extremes {
 };
 
 // Over 60 steps in each cell. No choices: all integrators that fit.
-Extremes extremes(Registry& registry, const std::vector<Choice>& integrators, const Watch& watch);
+Extremes extremes(Registry& registry, const std::vector<MethodChoice>& integrators,
+                  const Watch& watch);
 
 }  // namespace sim::study

@@ -10,9 +10,10 @@
 namespace sim::study {
 namespace {
 
-constexpr double kGone = 1;        // strain at which a spring is out of its range
-constexpr double kMostWork = 5e7;  // particle-steps of all runs that are tried
-constexpr int kLooks = 100;        // of the monitor in a run
+constexpr double kGone = 1;         // strain at which a spring is out of its range
+constexpr double kMostWork = 5e7;   // particle-steps of all runs that are tried
+constexpr double kMostTries = 2e5;  // of an adaptive run, whose steps are its own
+constexpr int kLooks = 100;         // of the monitor in a run
 
 // How large each share of the force on one particle is.
 std::vector<std::pair<std::string, double>> largest_forces(const Simulation& system, int i) {
@@ -67,10 +68,12 @@ void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watc
     result.growth = std::pow(last / first, 1 / static_cast<double>(result.step - result.since));
 }
 
+double size_of(const Problem& problem) {
+  return problem.spec->particles ? std::max(1, problem.spec->particles->count()) : 1;
+}
+
 bool affordable(const Problem& problem, double time, double dt, double& work) {
-  const auto particles = static_cast<double>(std::max<std::size_t>(
-      1, problem.spec->particles ? static_cast<std::size_t>(problem.spec->particles->count()) : 1));
-  work += time / dt * particles;
+  work += time / dt * size_of(problem);
   return work <= kMostWork;
 }
 
@@ -101,20 +104,20 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
 // Methods that stand this step by their own account, the cheapest first.
 void try_others(const Problem& problem, const Spectrum& modes, double time, const Watch& watch,
                 PostMortem& result) {
-  std::vector<Method> methods = fitting_methods(problem, {});
-  std::erase_if(methods, [&](const Method& method) {
+  std::vector<Candidate> methods = fitting_methods(problem, {});
+  std::erase_if(methods, [&](const Candidate& method) {
     if (method.name == result.integrator) return true;
     if (method.info.adaptive) return false;
     const auto limit = predicted_step(*problem.with(method).make_integrator(), modes);
     return !limit || *limit < 1.25 * result.dt;
   });
-  const auto cost = [](const Method& method) {
+  const auto cost = [](const Candidate& method) {
     return method.info.implicit ? 1000 : method.info.adaptive ? 100 : method.info.evaluations;
   };
   std::stable_sort(methods.begin(), methods.end(),
-                   [&](const Method& a, const Method& b) { return cost(a) < cost(b); });
+                   [&](const Candidate& a, const Candidate& b) { return cost(a) < cost(b); });
   double work = 0;
-  for (const Method& method : methods) {
+  for (const Candidate& method : methods) {
     // An adaptive method takes steps of its own, some in each radian of the fastest mode.
     const double omega = modes.fastest.omega;
     const bool own = method.info.adaptive && omega > 0;
@@ -136,6 +139,10 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
 
 std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch) {
   Simulation system = problem.simulation(dt);
+  // An adaptive method may creep up to a singularity in ever smaller steps.
+  double tries = 0;
+  system.stop_when(
+      [&tries, most = std::max(1e4, kMostTries / size_of(problem))] { return ++tries > most; });
   Remedy result{"", dt, system.steps_for(time), {}};
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
   const std::int64_t stride = std::max<std::int64_t>(1, result.steps / kLooks);
@@ -162,9 +169,8 @@ PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
                        const Watch& watch) {
   PostMortem result;
   Simulation system = problem.simulation();
-  const IntegratorPlugin& plugin = system.settings().integrator;
-  result.integrator = plugin.name;
-  result.choice = spelled(plugin.name, plugin.params, system.integrator_params());
+  result.integrator = system.method().name();
+  result.choice = system.method().label();
   result.dt = system.h();
   const Spectrum modes = spectrum(system);
   const auto limit = predicted_step(system.integrator(), modes);

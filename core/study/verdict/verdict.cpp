@@ -50,15 +50,13 @@ const char* trust_name(Trust trust) {
 }
 
 Deviation deviation(const SystemSpec& spec, const Simulation& system) {
-  const auto numbers =
-      static_cast<std::size_t>(system.flat() ? system.components() : 3 * system.particles());
+  const StatePart& part = system.shape().first();
+  const std::size_t axes = part.components.size(), numbers = part.count * axes;
   const std::vector<double> exact = spec.exact(system.t());
   if (exact.size() != numbers) return {std::nan(""), 0};
   Deviation result;
   for (std::size_t i = 0; i < numbers; ++i) {
-    const int index = static_cast<int>(i);
-    const double value =
-        system.flat() ? system.component(index) : system.position(index / 3)[index % 3];
+    const double value = system.state()[part.at(i / axes, i % axes)];
     const double error = std::abs(value - exact[i]);
     if (!(error <= result.error)) result.error = error;
     result.size = std::max(result.size, std::abs(exact[i]));
@@ -79,8 +77,7 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   if (registry && open) probes_ = std::max(probes_, 3);
   strains_ = std::max(1, enough_for(kEvaluationsPerStrain / cost, kMostStrains));
   if (probes_ > 0 && !system.integrator_info().adaptive) {
-    const Problem same{&spec, registry, {}};
-    doubled_ = std::make_unique<StepMap>(system.ode(), same.make_integrator(system));
+    doubled_ = std::make_unique<StepMap>(system.ode(), system.method().make());
   }
   size_ = scene_size(system);
   if (!system.second_order()) return;
@@ -160,8 +157,10 @@ void Monitor::double_a_step() {
       !doubled_->step(t + h / 2, h / 2, half.data(), halves.data()))
     return;
   double most = 0;
-  const std::size_t positions = system_->second_order() ? n / 2 : n;
-  for (std::size_t i = 0; i < positions; ++i) most = std::max(most, std::abs(whole[i] - halves[i]));
+  const StatePart& part = system_->shape().first();
+  for (std::size_t i = 0; i < part.count; ++i)
+    for (std::size_t c = 0; c < part.components.size(); ++c)
+      most = std::max(most, std::abs(whole[part.at(i, c)] - halves[part.at(i, c)]));
   const double error = most / (1 - std::ldexp(1.0, -system_->integrator_info().order));
   if (!(error <= figures_.step_error)) figures_.step_error = error;
 }
@@ -188,7 +187,14 @@ double Monitor::momentum_change() const {
 std::string Monitor::energy_words(bool& suspect) const {
   const double scale = balance_->in_play(), error = balance_->error();
   const std::string whole = brief(scale, 3) + " J in play";
-  if (!balance_->complete()) return "energy unchecked, for a force may add any";
+  const ParticleSystem& particles = *particles_of(*system_);
+  if (!particles.other_forces().empty()) return "energy unchecked, for a force may add any";
+  if (system_->ode().confined()) {
+    suspect = balance_->rise() > kTolerance * scale;
+    if (!suspect) return "energy did not rise, and what contact took is unchecked";
+    return "energy rose by " + brief(balance_->rise(), 3) + " J, " +
+           percent(balance_->rise(), scale) + " of the " + whole + ", though contact only takes";
+  }
   // What is in play may be less than the rounding of the energies, as the motion less than that of
   // the coordinates. That is well where nothing goes anywhere.
   if (kRounding * largest_ > kTolerance * scale) {

@@ -1,0 +1,146 @@
+#include "cli/verbs/plugin_templates.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr PluginTemplate kTemplates[] = {
+    {"force", R"--(// A force towards a point, as of a spring of rest length 0: f = -k (x - center).
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class CLASS final : public sim::Force {
+ public:
+  explicit CLASS(const sim::Params& params)
+      : k_(params.number("k")), center_(params.vector("center")) {}
+
+  void accumulate(const sim::ParticleView& p, sim::Tile tile, sim::ForceSink f) const override {
+    for (int i = tile.begin; i < tile.end; ++i) f.add(i, k_ * (center_ - p.position(i)));
+  }
+
+  bool depends_on_velocity() const override { return false; }
+
+  double potential(const sim::ParticleView& p, sim::Tile tile) const override {
+    double sum = 0;
+    for (int i = tile.begin; i < tile.end; ++i)
+      sum += 0.5 * k_ * (p.position(i) - center_).squaredNorm();
+    return sum;
+  }
+  bool conservative() const override { return true; }
+
+ private:
+  double k_;
+  sim::Vec3 center_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Force, "NAME") {
+  registrar.add(sim::ForcePlugin{
+      {.name = "NAME",
+       .summary = "a pull towards a point",
+       .formula = "f = -k (x - center)",
+       .params = {{.name = "k", .default_value = 1.0, .unit = "N/m", .doc = "stiffness", .min = 0},
+                  {.name = "center",
+                   .type = sim::ParamType::kVector,
+                   .default_value = sim::Vec3(0, 0, 0),
+                   .unit = "m",
+                   .doc = "the point"}}},
+      [](const sim::Params& params, const auto&) { return std::make_unique<CLASS>(params); }});
+}
+)--",
+     R"--(-- A particle under the force NAME; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+particles:add({1, 0, 0}, { velocity = {0, 1, 0} })
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.NAME { k = 4 } },
+  integrator = "verlet", dt = 0.01, duration = 10,
+}
+)--"},
+    {"field", R"--(// Exponential decay of every number of the state: x' = -rate x.
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class CLASS final : public sim::Field {
+ public:
+  explicit CLASS(double rate) : rate_(rate) {}
+
+  void eval(double, std::span<const double> x, std::span<double> dxdt) const override {
+    for (std::size_t i = 0; i < x.size(); ++i) dxdt[i] = -rate_ * x[i];
+  }
+
+ private:
+  double rate_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Field, "NAME") {
+  registrar.add(sim::FieldPlugin{
+      {.name = "NAME",
+       .summary = "exponential decay",
+       .formula = "x' = -rate x",
+       .params = {{.name = "rate", .default_value = 1.0, .unit = "1/s", .doc = "of decay"}}},
+      [](const sim::Params& params) { return std::make_unique<CLASS>(params.number("rate")); }});
+}
+)--",
+     R"--(-- Numbers that the field NAME moves; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+return sim.scene {
+  name = "NAME",
+  state = { 1, 2, 3 },
+  field = sim.field.NAME { rate = 0.5 },
+  integrator = "rk4", dt = 0.01, duration = 5,
+  exact = function(t)
+    local e = math.exp(-0.5 * t)
+    return { e, 2 * e, 3 * e }
+  end,
+}
+)--"},
+    {"integrator", R"--(// Ralston's method. Ralston (1962), Math. Comput. 16, 431-437.
+#include "core/ode/explicit/explicit_rk.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+constexpr sim::Tableau<2> kCLASS{
+    .a = {{{0, 0}, {2.0 / 3, 0}}}, .b = {1.0 / 4, 3.0 / 4}, .c = {0, 2.0 / 3}};
+static_assert(sim::order_conditions(kCLASS) == 2);  // the compiler checks the order
+
+}  // namespace
+
+SIM_PLUGIN(Integrator, "NAME") {
+  registrar.add(sim::IntegratorPlugin{
+      {.name = "NAME",
+       .summary = "two evaluations, second order",
+       .formula = "x_next = x + h/4 (k1 + 3 f(t + 2h/3, x + 2h/3 k1))"},
+      [](const sim::Params&) { return std::make_unique<sim::ExplicitRungeKutta>(kCLASS, 2); }});
+}
+)--",
+     R"--(-- A particle on a spring, stepped by NAME; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+particles:add {0, 0, 0}
+particles:add {1.5, 0, 0}
+particles:pin(0)
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.spring { stiffness = 4, rest = 1 }:tie(0, 1) },
+  integrator = "NAME", dt = 0.01, duration = 10,
+}
+)--"},
+};
+
+}  // namespace
+
+std::span<const PluginTemplate> plugin_templates() { return kTemplates; }
+
+}  // namespace sim::cli

@@ -1,0 +1,16 @@
+// What a plugin of each kind begins as. NAME and CLASS stand for the names of one's own.
+#pragma once
+
+#include <span>
+
+namespace sim::cli {
+
+struct PluginTemplate {
+  const char* kind;
+  const char* source;  // NAME.cpp
+  const char* scene;   // NAME.lua
+};
+
+std::span<const PluginTemplate> plugin_templates();
+
+}  // namespace sim::cli

@@ -1,0 +1,71 @@
+// Tables that the scene language made itself, read without checks: what is missing counts as 0.
+#pragma once
+
+#include "core/lua/lua_read.h"
+
+namespace sim {
+
+// A table on the stack of Lua. What is pushed in the lifetime of the object is popped with it, so
+// that objects have to end in the reverse order of their making.
+class LuaTable {
+ public:
+  LuaTable(lua_State* L, int index) : L_(L), top_(lua_gettop(L)), index_(lua_absindex(L, index)) {}
+  ~LuaTable() { lua_settop(L_, top_); }
+  LuaTable(const LuaTable&) = delete;
+  LuaTable& operator=(const LuaTable&) = delete;
+
+  int index() const { return index_; }
+  lua_Integer length() const { return static_cast<lua_Integer>(lua_rawlen(L_, index_)); }
+
+  // The table at a key; pushed.
+  LuaTable table(const char* key) const {
+    const int top = lua_gettop(L_);
+    push_field(L_, index_, key);
+    return {L_, -1, top};
+  }
+
+  lua_Integer integer(const char* key) const {
+    const Popped pop(L_);
+    push_field(L_, index_, key);
+    return lua_tointeger(L_, -1);
+  }
+  double number(const char* key) const {
+    const Popped pop(L_);
+    push_field(L_, index_, key);
+    return lua_tonumber(L_, -1);
+  }
+  bool flag(const char* key) const {
+    const Popped pop(L_);
+    push_field(L_, index_, key);
+    return lua_toboolean(L_, -1) != 0;
+  }
+  // {x, y, z} at a key.
+  Vec3 vector(const char* key) const {
+    const LuaTable v = table(key);
+    return {v.number(1), v.number(2), v.number(3)};
+  }
+
+  // The i-th number of a list; `otherwise` where there is none.
+  double number(lua_Integer i, double otherwise = 0) const {
+    const double value =
+        lua_rawgeti(L_, index_, i) == LUA_TNUMBER ? lua_tonumber(L_, -1) : otherwise;
+    lua_pop(L_, 1);
+    return value;
+  }
+  lua_Integer integer(lua_Integer i) const { return static_cast<lua_Integer>(number(i)); }
+
+ private:
+  struct Popped {
+    explicit Popped(lua_State* state) : L(state), top(lua_gettop(state)) {}
+    ~Popped() { lua_settop(L, top); }
+    lua_State* L;
+    int top;
+  };
+
+  LuaTable(lua_State* L, int index, int top) : L_(L), top_(top), index_(lua_absindex(L, index)) {}
+
+  lua_State* L_;
+  int top_, index_;
+};
+
+}  // namespace sim

@@ -1,0 +1,44 @@
+#include "core/ode/state_shape.h"
+
+#include <algorithm>
+
+namespace sim {
+
+StateShape::StateShape(std::size_t size, std::vector<StatePart> parts)
+    : size_(size), parts_(std::move(parts)) {
+  // One range for every component of a part, or one for all where they lie side by side.
+  for (const StatePart& part : parts_) {
+    if (part.count == 0) continue;
+    const std::size_t components = part.components.size();
+    if (part.item_stride == components) {
+      ranges_.push_back({part.begin, part.begin + part.count * components});
+    } else {
+      for (std::size_t c = 0; c < components; ++c)
+        ranges_.push_back({part.at(0, c), part.at(part.count - 1, c) + 1});
+    }
+  }
+  std::ranges::sort(ranges_, {}, &Range::begin);
+}
+
+StateShape StateShape::flat(std::size_t count) {
+  return {
+      count,
+      {{.name = "component", .item = "component", .components = {"component"}, .count = count}}};
+}
+
+StateShape StateShape::points(std::size_t count) {
+  return {3 * count,
+          {{.name = "position",
+            .item = "point",
+            .components = {"x", "y", "z"},
+            .count = count,
+            .item_stride = 3,
+            .component_stride = 1}}};
+}
+
+const StatePart* StateShape::find(std::string_view name) const {
+  const auto part = std::ranges::find(parts_, name, &StatePart::name);
+  return part == parts_.end() ? nullptr : &*part;
+}
+
+}  // namespace sim

@@ -1,0 +1,123 @@
+#include "core/particles/explicit/plain_split_stepper.h"
+
+#include <algorithm>
+
+#include "core/base/finite.h"
+#include "core/math/exponential.h"
+
+namespace sim {
+
+PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan)
+    : particles_(&particles),
+      plan_(plan),
+      half_(particles.layout().n(), 3),
+      one_(particles.layout().n(), 1),
+      settles_inside_(plan.closes() && plan.kick.size() == 2),
+      closes_(plan.closes() && particles.other_forces().empty()),
+      a_(half_.size()),
+      memory_(particles.memory_size()) {
+  if (!particles.contacts().empty()) settling_.emplace(particles);
+  if (midpoint_kicks()) v_half_ = Array(half_.size());
+  for (std::size_t slot = 0; slot < (midpoint_kicks() ? 2 : 1) * plan.kick.size(); ++slot) {
+    keeps_.emplace_back(one_.size());
+    gains_.emplace_back(one_.size());
+  }
+  for (Array& k : k_) k = Array(particles.memory_size());
+}
+
+// A kick of length tau under the damping of each particle.
+void PlainSplitStepper::set_step_size(double h) {
+  if (h == h_) return;
+  const Motion& motion = particles_->motion();
+  const std::size_t kicks = plan_.kick.size();
+  for (std::size_t slot = 0; slot < keeps_.size(); ++slot) {
+    double* const keeps = one_.block(keeps_[slot].data(), 0);
+    double* const gains = one_.block(gains_[slot].data(), 0);
+    const double tau = (slot < kicks ? 1.0 : 0.5) * plan_.kick[slot % kicks] * h;
+    for (int j = 0; j < one_.n(); ++j) {
+      const double inverse = motion.inverse_masses ? motion.inverse_masses[j] : motion.inverse_mass;
+      const Damping own = damping(motion.damping * inverse, tau);
+      keeps[j] = own.keep;
+      gains[j] = own.gain;
+    }
+  }
+  h_ = h;
+}
+
+void PlainSplitStepper::drift(double t, double tau, double* state) {
+  if (tau == 0) return;
+  const Layout& layout = particles_->layout();
+  const auto q = layout.axes(state), v = layout.axes(state, 3);
+  particles_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = begin; i < end; ++i) q[axis][i] += tau * v[axis][i];
+  });
+
+  const std::size_t size = particles_->memory_size();
+  if (size == 0) return;
+  double* const m = state + layout.size();
+  constexpr double kPlace[] = {0, 0.5, 0.5, 1};
+  for (int stage = 0; stage < 4; ++stage) {
+    for (std::size_t i = 0; i < size; ++i)
+      memory_[i] = stage == 0 ? m[i] : m[i] + kPlace[stage] * tau * k_[stage - 1][i];
+    ParticleView view;
+    view.t = t + kPlace[stage] * tau;
+    view.memory = memory_.span();
+    particles_->derive(view, k_[stage].data());
+  }
+  for (std::size_t i = 0; i < size; ++i)
+    m[i] += tau / 6 * (k_[0][i] + 2 * k_[1][i] + 2 * k_[2][i] + k_[3][i]);
+}
+
+// to := v after kick `slot` of the accelerations at hand.
+void PlainSplitStepper::change(std::size_t slot, const std::array<double*, 3>& v,
+                               const std::array<double*, 3>& to) {
+  const auto a = half_.axes(a_.data());
+  const double* const keeps = one_.block(keeps_[slot].data(), 0);
+  const double* const gains = one_.block(gains_[slot].data(), 0);
+  particles_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int j = begin; j < end; ++j) to[axis][j] = keeps[j] * v[axis][j] + gains[j] * a[axis][j];
+  });
+}
+
+// Drag is in the kick itself.
+void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
+  constexpr bool kDrag = false;
+  const std::array<double*, 3> v = particles_->layout().axes(state, 3);
+  const std::array<double*, 3> a = half_.axes(a_.data());
+  ParticleView view = particles_->view(t, state);
+  if (midpoint_kicks()) {
+    const std::array<double*, 3> v_half = half_.axes(v_half_.data());
+    particles_->accelerate(view, a.data(), kDrag);
+    change(plan_.kick.size() + i, v, v_half);
+    view.vx = v_half[0], view.vy = v_half[1], view.vz = v_half[2];
+  }
+  if (i > 0 || !known_) particles_->accelerate(view, a.data(), kDrag);
+  change(i, v, v);
+}
+
+bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x, double* x_next) {
+  set_step_size(h);
+  const std::size_t size = particles_->layout().size() + particles_->memory_size();
+  std::copy_n(x, size, x_next);
+  double start = plan_.drift.front();  // how far the drifts so far have led, in steps
+  drift(t, start * h, x_next);
+  for (std::size_t i = 0; i < plan_.kick.size(); ++i) {
+    kick(i, t + start * h, x_next);
+    drift(t + start * h, plan_.drift[i + 1] * h, x_next);
+    start += plan_.drift[i + 1];
+    if (settling_ && settles_inside_ && i == 0) settling_->drifted(t, h, x, x_next);
+  }
+  known_ = closes_;
+  const bool finite = all_finite({x_next, size});
+  if (settling_ && finite) {
+    if (settles_inside_)
+      settling_->kicked(t + h, x_next);
+    else if (settling_->end(t, h, x, x_next))
+      known_ = false;
+  }
+  return finite;
+}
+
+}  // namespace sim

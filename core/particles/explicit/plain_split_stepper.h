@@ -1,0 +1,47 @@
+// Splitting methods on particles one part after the other, for systems in which more than positions
+// and velocities moves.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/explicit/settling.h"
+#include "core/particles/particles.h"
+
+namespace sim {
+
+// The memories m of forces belong to the drifts, with q and t: a kick finds q, m and t at rest.
+//   drift by tau:  q := q + tau v,  m along m' = g(t, m) by the classical Runge-Kutta method
+// so that methods up to the fourth order keep it. Where there are colliders, a method of one drift
+// between two kicks (verlet) is settled after both, any other at its end.
+class PlainSplitStepper final : public Stepper {
+ public:
+  PlainSplitStepper(Particles& particles, const SplitPlan& plan);
+
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
+  void restart() override { known_ = false; }
+  bool midpoint_kicks() const override { return particles_->needs_velocities(); }
+
+ private:
+  void set_step_size(double h);
+  void drift(double t, double tau, double* state);
+  void kick(std::size_t i, double t, double* state);
+  void change(std::size_t slot, const std::array<double*, 3>& v, const std::array<double*, 3>& to);
+
+  Particles* particles_;
+  SplitPlan plan_;
+  Layout half_, one_;
+  std::optional<Settling> settling_;
+  bool settles_inside_;
+  bool closes_;         // the last acceleration of a step is the first of the next
+  bool known_ = false;  // ... and is in a_
+  double h_ = 0;
+  Array a_, v_half_;                  // accelerations; velocities in the middle of a kick
+  std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
+  Array k_[4], memory_;               // of memories
+};
+
+}  // namespace sim

@@ -1,0 +1,231 @@
+#include "core/particles/particles.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/base/bits.h"
+#include "core/simd/lanes.h"
+
+namespace sim {
+namespace {
+
+constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
+
+template <class Sum>
+double sum_over_tiles(int n, Sum sum_of) {
+  double sum = 0;
+  for (int begin = 0; begin < n; begin += kEnergyTile)
+    sum += sum_of(Tile{begin, std::min(begin + kEnergyTile, n)});
+  return sum;
+}
+
+}  // namespace
+
+Particles::Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
+                     std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team)
+    : layout_(static_cast<int>(masses.size())),
+      mass_(masses.size()),
+      forces_(std::move(forces)),
+      team_(&team) {
+  set_masses(masses, pinned);
+
+  std::vector<const Net*> nets;
+  ParticleView start = view(0, initial);
+  start.memory = {};
+  for (const auto& force : forces_) {
+    force->bind(start);
+    add(*force, nets);
+  }
+  net_forces_ = NetForces(std::move(nets), layout_.n());
+  for (int rank = 0; rank < team.size(); ++rank) rings_.emplace_back(runs_);
+}
+
+void Particles::add(Force& force, std::vector<const Net*>& nets) {
+  if (const auto affine = force.affine()) {
+    for (int axis = 0; axis < 3; ++axis) motion_.gravity[axis] += affine->acceleration[axis];
+    motion_.damping += affine->damping;
+  }
+  if (const Springs* springs = force.springs()) {
+    for (const SpringRun& run : springs->runs()) {
+      runs_.push_back(&run);
+      reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
+    }
+    if (!springs->net().empty()) nets.push_back(&springs->net());
+    has_dashpots_ = has_dashpots_ || force.accumulates();
+  }
+  if (!force.accumulates()) return;
+  other_forces_.push_back(&force);
+  needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
+  if (force.memory_size() == 0) return;
+  constexpr std::size_t kLine = 8;
+  const auto size = static_cast<std::size_t>(force.memory_size());
+  memories_.push_back({&force, memory_size_, size});
+  memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
+  memory_size_ += (size + kLine - 1) / kLine * kLine;
+}
+
+void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
+  std::ranges::copy(masses, mass_.begin());
+  for (const int i : pinned)
+    mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
+
+  // Free particles of one mass share a constant; otherwise every particle has its own.
+  const std::size_t n = mass_.size();
+  free_.assign(n / 8 + 2, 0);
+  pinned_count_ = 0;
+  motion_.inverse_mass = 0;
+  bool uniform = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (mass_[i] == std::numeric_limits<double>::infinity()) {
+      ++pinned_count_;
+      continue;
+    }
+    set_bit(free_.data(), static_cast<std::int64_t>(i));
+    if (motion_.inverse_mass == 0) motion_.inverse_mass = 1 / mass_[i];
+    uniform = uniform && 1 / mass_[i] == motion_.inverse_mass;
+  }
+  motion_.free = free_.data();
+  motion_.inverse_masses = nullptr;
+  if (!uniform) {
+    inverse_mass_.assign(n + SpringRun::kPad, 0);
+    for (std::size_t i = 0; i < n; ++i) inverse_mass_[i] = 1 / mass_[i];
+    motion_.inverse_masses = inverse_mass_.data();
+  }
+}
+
+ParticleView Particles::view(double t, const double* state) const {
+  return {layout_.n(),
+          t,
+          layout_.block(state, 0),
+          layout_.block(state, 1),
+          layout_.block(state, 2),
+          layout_.block(state, 3),
+          layout_.block(state, 4),
+          layout_.block(state, 5),
+          mass_.data(),
+          {state + layout_.size(), memory_size_}};
+}
+
+std::string Particles::name_of(const Force& force) const {
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (forces_[i].get() == &force)
+      return force.springs() && force.accumulates() ? names_[i] + " with damping" : names_[i];
+  return "of no name";
+}
+
+void Particles::add_collider(std::unique_ptr<Collider> collider, const std::string& name,
+                             const double* x) {
+  contacts_.add(std::move(collider), name, view(0, x));
+}
+
+bool Particles::conserves_energy() const noexcept {
+  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
+}
+
+double Particles::kinetic_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  return sum_over_tiles(p.n, [&](Tile tile) {
+    return 0.5 * sum_in_lanes(tile.begin, tile.end, [&](int i) {
+             return p.free_mass(i) * (p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i]);
+           });
+  });
+}
+
+double Particles::potential_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  double sum = 0;
+  for (const auto& force : forces_) {
+    const ParticleView own = seen_by(*force, p);
+    force->prepare(own, *team_);
+    sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(own, tile); });
+  }
+  return sum;
+}
+
+double Particles::elastic_energy(double t, const double* state) const {
+  const ParticleView p = view(t, state);
+  double sum = 0;
+  for (const auto& force : forces_)
+    if (force->springs())
+      sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(p, tile); });
+  return sum;
+}
+
+// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots: pinned particles have v = 0.
+double Particles::damping_power(double t, const double* state, Array& sums) const {
+  const ParticleView p = view(t, state);
+  const double drag = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
+                        return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
+                      });
+  if (!has_dashpots_) return drag;
+  std::ranges::fill(sums.span(), 0.0);
+  const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums.data());
+  const ForceSink sink{fx, fy, fz};
+  for (Force* force : other_forces_) {
+    if (!force->springs()) continue;
+    force->prepare(p, *team_);
+    team_->run_parts(p.n, 8, [&](int begin, int end) { force->accumulate(p, {begin, end}, sink); });
+  }
+  return drag - sum_in_lanes(0, p.n, [&](int i) {
+           return sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
+         });
+}
+
+void Particles::start_memories(double* state) const {
+  std::fill_n(state + layout_.size(), memory_size_, 0.0);
+  for (const ForceMemory& memory : memories_)
+    memory.force->start({state + layout_.size() + memory.begin, memory.size});
+}
+
+ParticleView Particles::seen_by(const Force& force, ParticleView view) const {
+  const std::span<const double> all = view.memory;
+  view.memory = {};
+  for (const ForceMemory& memory : memories_)
+    if (memory.force == &force) view.memory = all.subspan(memory.begin, memory.size);
+  return view;
+}
+
+void Particles::derive(const ParticleView& view, double* rates) const {
+  for (const ForceMemory& memory : memories_)
+    memory.force->derive(seen_by(*memory.force, view), {rates + memory.begin, memory.size});
+}
+
+void Particles::prepare_gather(const ParticleView& view) {
+  net_forces_.prepare(view, *team_);
+  for (Force* force : other_forces_) force->prepare(seen_by(*force, view), *team_);
+}
+
+void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
+  const int end = (tile.end + 7) / 8 * 8;  // nets add to whole blocks
+  for (double* values : {sink.x, sink.y, sink.z}) std::fill(values + tile.begin, values + end, 0.0);
+  net_forces_.add(view, tile, sink);
+  for (const Force* force : other_forces_) force->accumulate(seen_by(*force, view), tile, sink);
+}
+
+void Particles::accelerate(const ParticleView& view, double* const a[3], bool drag) {
+  // The other forces are gathered where the acceleration will stand.
+  RkStage<double> sweep{};
+  const double* const q[3] = {view.x, view.y, view.z};
+  const double* const v[3] = {view.vx, view.vy, view.vz};
+  for (int axis = 0; axis < 3; ++axis) {
+    sweep.q[axis] = q[axis];
+    sweep.v0[axis] = v[axis];
+    sweep.a[axis] = a[axis];
+    if (has_other_forces()) sweep.force[axis] = a[axis];
+  }
+  Motion motion = motion_;
+  if (!drag) motion.damping = 0;
+  prepare_gather(view);
+  team_->run([&](int rank) {
+    const Part part = part_of(layout_.n(), 8, rank, team_->size());
+    Rings<double>& rings = rings_[static_cast<std::size_t>(rank)];
+    kernels_.start(rings, team_->size(), q, part.begin, reach_);
+    for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
+      const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
+      if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
+      kernels_.rk(rings, motion, sweep, tile.begin, tile.end);
+    }
+  });
+}
+
+}  // namespace sim

@@ -1,0 +1,113 @@
+// Particles with masses under forces: what is fixed when a scene is compiled, for steppers to read.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/base/team.h"
+#include "core/particles/contacts.h"
+#include "core/particles/explicit/sweep.h"
+#include "core/particles/force.h"
+#include "core/particles/layout.h"
+#include "core/particles/springs/net_forces.h"
+
+namespace sim {
+
+// q' = v, v' = F(t, q, v, m) / M + g - (c / M) v, with g and c summed over the affine forces, and
+// m' = what each force with a memory m says. A pinned particle has infinite mass: its velocity and
+// acceleration are zero. A state is X = (q, v, m).
+class Particles {
+ public:
+  // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
+  // without memories, which must have zero velocities where pinned.
+  Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
+            std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+
+  // For the same particles and forces; steppers have to be made again.
+  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
+
+  const Layout& layout() const noexcept { return layout_; }
+  ParticleView view(double t, const double* state) const;
+  std::span<const double> masses() const noexcept { return mass_; }  // kg; infinity where pinned
+  int pinned_count() const noexcept { return pinned_count_; }
+  const Motion& motion() const noexcept { return motion_; }
+  Team& team() const noexcept { return *team_; }
+
+  const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
+  std::span<const SpringRun* const> runs() const noexcept { return runs_; }
+  std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
+  // Those that accumulate.
+  std::span<Force* const> other_forces() const noexcept { return other_forces_; }
+  bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
+  // They and nets may read any particle, and are gathered before the sweep of each block.
+  bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
+  // How far below and above a block a sweep reads positions; a multiple of kGrain.
+  int reach() const noexcept { return reach_; }
+
+  // What to call the forces, in their order.
+  void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
+  std::string name_of(const Force& force) const;
+
+  // The memories of all forces, one behind the other from the end of the layout on.
+  std::span<const ForceMemory> memories() const noexcept { return memories_; }
+  std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
+  bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
+  void start_memories(double* state) const;  // as at t = 0
+  // The view as a force is to see it: with its own memory.
+  ParticleView seen_by(const Force& force, ParticleView view) const;
+  // rates := m' of all memories; after prepare_gather() where they follow from the particles.
+  void derive(const ParticleView& view, double* rates) const;
+
+  bool conserves_energy() const noexcept;                        // springs and m g alone
+  double kinetic_energy(double t, const double* state) const;    // J
+  double potential_energy(double t, const double* state) const;  // J
+  double elastic_energy(double t, const double* state) const;    // J, of the springs alone
+  bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
+  // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
+  double damping_power(double t, const double* state, Array& sums) const;
+
+  const Contacts& contacts() const noexcept { return contacts_; }
+  void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
+
+  // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
+  // Without drag where a method has that in its kicks.
+  void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
+  void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
+  void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
+
+  // Calls f(begin, end) for parts of the first `blocks` coordinates of a state, on all threads.
+  template <class F>
+  void for_ranges(int blocks, const F& f) const {
+    team_->run_parts(layout_.n(), 8, [&](int begin, int end) {
+      for (int block = 0; block < blocks; ++block) {
+        const auto first = layout_.offset(block);
+        f(first + static_cast<std::size_t>(begin), first + static_cast<std::size_t>(end));
+      }
+    });
+  }
+
+ private:
+  void add(Force& force, std::vector<const Net*>& nets);
+
+  Layout layout_;
+  std::vector<double> mass_, inverse_mass_;
+  std::vector<std::uint8_t> free_;
+  int pinned_count_ = 0, reach_ = 0;
+  std::vector<std::unique_ptr<Force>> forces_;
+  std::vector<std::string> names_;
+  Motion motion_;
+  std::vector<const SpringRun*> runs_;
+  NetForces net_forces_;
+  Contacts contacts_;
+  std::vector<Force*> other_forces_;
+  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
+  std::vector<ForceMemory> memories_;
+  std::size_t memory_size_ = 0;
+  SweepKernels<double> kernels_ = sweep_kernels<double>();
+  Team* team_;
+  std::vector<Rings<double>> rings_;  // of accelerate(), one a rank
+};
+
+}  // namespace sim

@@ -1,0 +1,101 @@
+// What a force joins: pairs, triples or quadruples of particles, as a scene lists them.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/plugin/params.h"
+
+namespace sim {
+
+struct PluginInfo;
+
+// What a plugin says of the elements it takes. Which of its parameters an element may give for
+// itself, Param::per_tie says.
+struct ElementKind {
+  int arity = 0;             // particles that one joins, 2 to 4; 0: the plugin takes none
+  std::string name = "tie";  // what one is called
+};
+
+// The same pair at every place of a grid where both ends exist: (i, j, k) and (i, j, k) + step,
+// where (i, j, k) is the particle first + (i * size[1] + j) * size[2] + k.
+struct GridPairs {
+  int first = 0;
+  std::array<int, 3> size{0, 0, 1}, step{};
+  double length = std::nan("");  // m, of the step in the grid
+
+  std::array<int, 2> range(int axis) const;  // [begin, end) of the coordinate of the first end
+  std::size_t count() const;
+};
+
+// One of them.
+struct Element {
+  std::span<const int> ids;
+  std::ptrdiff_t index;  // in the list; -1: a pair of a grid
+  double length;         // m, of a pair of a grid as the grid implies it; nan in the list
+};
+
+struct Elements {
+  int arity = 2;
+  std::vector<GridPairs> grids;  // only of arity 2
+  std::vector<int> ids;          // the list: `arity` each
+  // What the elements of the list give for themselves, one number each; nan: not given.
+  std::map<std::string, std::vector<double>> values;
+
+  bool empty() const { return grids.empty() && ids.empty(); }
+  std::size_t listed() const { return ids.size() / static_cast<std::size_t>(arity); }
+  std::size_t count() const;
+
+  // Lists an element with the values it gives.
+  void add(std::initializer_list<int> particles, const std::map<std::string, double>& given = {});
+
+  // Calls visit(const Element&) for each, grids first, in a fixed order.
+  template <class Visit>
+  void for_each(Visit visit) const {
+    for (const GridPairs& g : grids) {
+      const auto [i0, i1] = g.range(0);
+      const auto [j0, j1] = g.range(1);
+      const auto [k0, k1] = g.range(2);
+      const int stride = (g.step[0] * g.size[1] + g.step[1]) * g.size[2] + g.step[2];
+      for (int i = i0; i < i1; ++i)
+        for (int j = j0; j < j1; ++j)
+          for (int k = k0; k < k1; ++k) {
+            const int a = g.first + (i * g.size[1] + j) * g.size[2] + k;
+            const int ends[2] = {a, a + stride};
+            visit(Element{ends, -1, g.length});
+          }
+    }
+    const auto size = static_cast<std::size_t>(arity);
+    for (std::size_t e = 0; e < listed(); ++e)
+      visit(Element{{ids.data() + e * size, size}, static_cast<std::ptrdiff_t>(e), std::nan("")});
+  }
+};
+
+// One parameter of every element: what the element gives, else what the force gives; nan where
+// neither does. The elements outlive it.
+class ElementValues {
+ public:
+  ElementValues(const Elements& elements, const Params& params, const std::string& name);
+
+  double operator()(const Element& element) const {
+    const double own = own_ && element.index >= 0 ? own_[element.index] : std::nan("");
+    return std::isnan(own) ? otherwise_ : own;
+  }
+
+ private:
+  const double* own_ = nullptr;
+  double otherwise_ = std::nan("");
+};
+
+// Throws Error{kScene} unless the plugin takes such elements of `particles` particles and all that
+// they give and need is there.
+void check_elements(const Elements& elements, const PluginInfo& plugin, const Params& params,
+                    int particles, const Place& place);
+
+}  // namespace sim

@@ -1,0 +1,60 @@
+// A method of integration with values for its parameters: as it is asked for, and looked up.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/plugin/params.h"
+
+namespace sim {
+
+class Integrator;
+class Registry;
+template <class Object>
+struct Plugin;
+
+// What is asked for. Without a name the values are for the method that a scene names itself.
+struct MethodChoice {
+  std::string name;
+  std::map<std::string, Value> given;  // parameters
+
+  MethodChoice() = default;
+  MethodChoice(const char* method) : name(method) {}
+  MethodChoice(std::string method, std::map<std::string, Value> values = {})
+      : name(std::move(method)), given(std::move(values)) {}
+
+  // This choice if it names a method, or else `own` with the values given here in place of its own.
+  MethodChoice over(const MethodChoice& own) const;
+
+  // True if the names are the same and the values read the same.
+  friend bool operator==(const MethodChoice& a, const MethodChoice& b);
+};
+
+// A method that exists, with values that were checked. A value; its registry must outlive it.
+class Method {
+ public:
+  // Throws Error as Registry::get and Params.
+  Method(Registry& registry, const MethodChoice& choice, const Place& place = {});
+  Method(Registry& registry, const Plugin<Integrator>& plugin,
+         std::map<std::string, Value> given = {}, const Place& place = {});
+
+  const Plugin<Integrator>& plugin() const { return *plugin_; }
+  const std::string& name() const { return choice_.name; }
+  const MethodChoice& choice() const { return choice_; }  // under the plugin's own name
+  const Params& params() const { return params_; }
+
+  // NAME or NAME:PARAM=VALUE,..., as --integrator takes it; defaults are left out.
+  std::string label() const;
+
+  // Throws Error{kPlugin} if the plugin makes nothing.
+  std::unique_ptr<Integrator> make() const;
+
+ private:
+  Registry* registry_;
+  const Plugin<Integrator>* plugin_;
+  MethodChoice choice_;
+  Params params_;
+};
+
+}  // namespace sim

@@ -1,0 +1,35 @@
+// What the interface of a plugin promises, held against what the plugin does: forces against
+// differences of their potential, methods against their order, all of them against their own bits.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/plugin/registry.h"
+
+namespace sim::study {
+
+enum class Outcome { kOk, kFailed, kSkipped };
+
+struct ContractCheck {
+  std::string plugin;  // "force 'wind'"
+  std::string name;    // of the check, in a few words
+  Outcome outcome;
+  std::string words;  // figures, or the reason
+};
+
+struct Contract {
+  std::vector<ContractCheck> checks;
+  std::uint64_t bits = 0;  // hash of what the plugins computed: the same on every instruction set
+};
+
+// Adds the checks of one plugin, with its defaults and with examples of what it requires. Throws
+// nothing that the plugin throws: that is a check that failed.
+void check_contract(Registry& registry, const PluginInfo& plugin, Contract& contract);
+
+// Values that satisfy every declaration: none where there is a default, examples where one is
+// required.
+std::map<std::string, Value> example_values(const PluginInfo& plugin);
+
+}  // namespace sim::study

@@ -1,0 +1,81 @@
+// sim plugin new and sim test: from nothing to a plugin that keeps its contract.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+namespace sim_test {
+namespace {
+
+std::string fixture(const std::string& name) {
+  return std::string(SIM_FIXTURE_DIR) + "/" + name + "/" + name + ".so";
+}
+
+TEST_CASE("a new plugin builds by the line it prints, passes sim test and runs") {
+  for (const std::string kind : {"force", "field", "integrator"}) {
+    INFO(kind);
+    const TemporaryFolder folder;
+    const ProgramOptions there{.folder = folder.path()};
+    const Outcome made = run_sim({"plugin", "new", kind, "my_wind"}, there);
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    const auto begin = made.out.find("  g++ ");
+    REQUIRE(begin != std::string::npos);
+    const std::string line = made.out.substr(begin, made.out.find('\n', begin) - begin);
+    const std::filesystem::path inside = folder.path() / "my_wind";
+    REQUIRE(std::system(("cd '" + inside.string() + "' && " + line).c_str()) == 0);
+
+    const Outcome test = run_sim({"test", "my_wind.so"}, {.folder = inside});
+    INFO(test.out << test.err);
+    CHECK(test.code == 0);
+    CHECK(test.out.find("ok ") != std::string::npos);
+    CHECK(test.out.find("FAILED") == std::string::npos);
+    const Outcome run = run_sim({"my_wind.lua", "-n", "10"}, {.folder = inside});
+    INFO(run.err);
+    CHECK(run.code == 0);
+
+    const Outcome again = run_sim({"plugin", "new", kind, "my_wind"}, there);
+    CHECK(again.code == 5);
+    CHECK(again.err.find("nothing is overwritten") != std::string::npos);
+  }
+}
+
+TEST_CASE("sim plugin new refuses what it cannot make, and leaves nothing behind") {
+  const TemporaryFolder folder;
+  const ProgramOptions there{.folder = folder.path()};
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"plugin", "new", "forse", "wind"},
+                                             {"plugin", "new", "force", "Wind"},
+                                             {"plugin", "new", "force", "../wind"},
+                                             {"plugin", "new", "force"},
+                                             {"plugin", "old", "force", "wind"},
+                                             {"plugin"}}) {
+    INFO(words.back());
+    CHECK(run_sim(words, there).code == 2);
+  }
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("sim test tells which check failed, as text and as JSON") {
+  const Outcome broken = run_sim({"test", fixture("broken_integrators")});
+  CHECK(broken.code == 7);
+  CHECK(broken.out.find("integrator 'wrong_order'\n  FAILED   order") != std::string::npos);
+  CHECK(broken.err.find("breaks its contract") != std::string::npos);
+  const Outcome json = run_sim({"test", fixture("broken_integrators"), "--json"});
+  CHECK(json.code == 7);
+  const Json report = read_json(json.out);
+  CHECK(!report.at("ok").flag);
+  bool found = false;
+  for (const Json& check : report.at("checks").list)
+    found = found || (check.at("check").text == "order" && check.at("outcome").text == "FAILED");
+  CHECK(found);
+  CHECK(run_sim({"test", "/no/such.so"}).code == 7);
+  CHECK(run_sim({"test"}).code == 2);
+}
+
+}  // namespace
+}  // namespace sim_test

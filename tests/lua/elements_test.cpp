@@ -1,0 +1,216 @@
+// What a scene joins and acts on: ties of any arity, grids of three directions, surfaces, groups.
+#include <cmath>
+
+#include "core/particles/elements/triangle_mesh.h"
+#include "tests/lua/scene_text.h"
+
+using namespace sim;
+using namespace sim::test;
+
+namespace {
+
+const std::string kBlock =
+    "local particles = sim.grid { 3, 2, 4, origin = {1, 0, 0}, du = {0.5, 0, 0}, dv = {0, 2, 0}, "
+    "dw = {0, 0, 1}, mass = 3 }\n";
+
+std::shared_ptr<const TriangleMesh> surface_of(const PartSpec& force) {
+  return std::get<std::shared_ptr<const TriangleMesh>>(force.given.at("surface"));
+}
+
+}  // namespace
+
+TEST_CASE("a grid of three directions has its ids layer by layer", "[lua][elements]") {
+  const SystemSpec system =
+      load_text(kBlock +
+                "assert(particles:id(2, 1, 3) == (2 * 2 + 1) * 4 + 3 and #particles == 24)\n"
+                "particles:pin(particles:id(0, 0, 0), particles:id(1, 1, 2))\n"
+                "local forces = { sim.force.spring { stiffness = 1, grid = particles, offsets = { "
+                "{0, 0, 1}, {1, -1, 2}, {-1, 0, 0}, {0, 7, 0} } } }\n" +
+                kEnd)
+          .systems[0];
+  REQUIRE(system.particles->grid);
+  CHECK((system.particles->grid->size == std::array<int, 3>{3, 2, 4}));
+  CHECK(system.particles->count() == 24);
+  CHECK(system.particles->pinned == std::vector<int>{0, 14});
+  CHECK(system.particles->at(14).position == Vec3(1.5, 2, 2));
+  CHECK(system.particles->at(23).position == Vec3(2, 2, 3));
+  CHECK(system.particles->at(23).mass == 3);
+  const Elements& springs = system.forces[0].elements;
+  REQUIRE(springs.grids.size() == 4);
+  CHECK(springs.ids.empty());
+  CHECK(springs.grids[1].length == std::sqrt(0.25 + 4 + 4));
+  CHECK(springs.count() == 3 * 2 * 3 + 2 * 1 * 2 + 2 * 2 * 4 + 0);
+
+  // One by one, as the offsets say.
+  std::size_t count = 0;
+  springs.for_each([&](const Element& tie) {
+    const Vec3 d =
+        system.particles->at(tie.ids[1]).position - system.particles->at(tie.ids[0]).position;
+    CHECK(d.norm() == tie.length);
+    ++count;
+  });
+  CHECK(count == springs.count());
+}
+
+TEST_CASE("offsets have as many directions as their grid", "[lua][elements]") {
+  const auto says = [](const std::string& offsets, const std::string& what) {
+    const auto error = text_error(kBlock + "local forces = { sim.force.spring { stiffness = 1, " +
+                                  "grid = particles, offsets = " + offsets + " } }\n" + kEnd);
+    REQUIRE(error);
+    INFO(error->what());
+    CHECK(contains(error->what(), what));
+    CHECK(error->text().where == "scene.lua:3");
+  };
+  says("{ {0, 1} }", "expected {di, dj, dk}");
+  says("{ {0, 0, 0} }", "to itself");
+  says("{ {0, 1, 2}, {0, -1, -2} }", "before it");
+  says("{ {0, 1, 0.5} }", "whole numbers {di, dj, dk}");
+}
+
+TEST_CASE("ties come one by one or as a list, with numbers of their own", "[lua][elements]") {
+  const std::string first =
+      "local particles = sim.particles()\nfor i = 0, 4 do particles:add {i, 0, 0} end\n";
+  const Elements listed =
+      load_text(first +
+                "local forces = { sim.force.spring { stiffness = 5, ties = { {0, 1}, {1, 2, rest = "
+                "3}, {4, 2, stiffness = 7, rest = 0} } }:tie(3, 4) }\n" +
+                kEnd)
+          .systems[0]
+          .forces[0]
+          .elements;
+  CHECK(listed.arity == 2);
+  CHECK(listed.ids == std::vector<int>{0, 1, 1, 2, 4, 2, 3, 4});
+  const std::vector<double>& rest = listed.values.at("rest");
+  REQUIRE(rest.size() == 4);
+  CHECK((std::isnan(rest[0]) && rest[1] == 3 && rest[2] == 0 && std::isnan(rest[3])));
+  CHECK(listed.values.at("stiffness")[2] == 7);
+}
+
+TEST_CASE("a force of a plugin joins as many particles as it says", "[lua][elements]") {
+  Registry registry({SIM_PLUGIN_DIR});
+  registry.load(std::string(SIM_FIXTURE_DIR) + "/angle/angle.so");
+  const auto compile = [&](const std::string& force) {
+    const SceneFolder folder;
+    const std::string file =
+        folder.write("scene.lua",
+                     "local sim = require 'sim'\nlocal particles = sim.particles()\n"
+                     "for i = 0, 4 do particles:add {i * i, 0, 0} end\nlocal forces = { " +
+                         force + " }\n" + kEnd);
+    const SceneSpec spec = load_scene(file, registry, {search_path(), {}, 0});
+    return Simulation(spec.systems[0], registry);
+  };
+  // x = 0, 1, 4, 9, 16: every second difference is 2.
+  CHECK(compile("sim.force.angle { k = 3, ties = { {0, 1, 2} } }").energy().potential == 1.5 * 4);
+  CHECK(compile("sim.force.angle { k = 3 }:tie(0, 1, 2, { k = 5 }):tie(1, 2, 3)")
+            .energy()
+            .potential == 2.5 * 4 + 1.5 * 4);
+  CHECK(compile("sim.force.angle { k = 1, bow = 1 }:tie(0, 1, 2, { bow = 2 }):tie(2, 3, 4)")
+            .energy()
+            .potential == 0.5);
+
+  const auto refuses = [&](const std::string& force, const std::string& why) {
+    INFO(force);
+    CHECK_THROWS_WITH(compile(force), Catch::Contains(why));
+  };
+  refuses("sim.force.angle { k = 1 }:tie(0, 1)", "joins 3 particles by each, not 2");
+  refuses("sim.force.angle { k = 1 }:tie(0, 1, 2, 3)", "joins 3 particles by each, not 4");
+  refuses("sim.force.angle {}:tie(0, 1, 2, { k = 1 }):tie(0, 1, 3)", "missing 'k'");
+  refuses("sim.force.angle { k = 1 }:tie(0, 1, 2, { bov = 1 })", "did you mean 'bow'?");
+  refuses("sim.force.angle { k = 1, grid = 3, offsets = {} }", "no parameter 'grid'");
+}
+
+TEST_CASE("a surface is the sheet or the boundary of a grid, or listed", "[lua][elements]") {
+  const SystemSpec block =
+      load_text(kBlock +
+                "local skin = sim.surface { grid = particles }\n"
+                "local forces = { sim.force.pressure { surface = skin, pressure = 2 },\n"
+                "  sim.force.bending { surface = skin, stiffness = 1 } }\n" +
+                kEnd)
+          .systems[0];
+  REQUIRE(block.surfaces.size() == 1);
+  CHECK(surface_of(block.forces[0]) == block.surfaces[0]);
+  CHECK(surface_of(block.forces[1]) == block.surfaces[0]);
+  CHECK(block.surfaces[0]->closed());
+  CHECK(block.surfaces[0]->triangles().size() == 2 * 2 * (2 * 1 + 1 * 3 + 3 * 2));
+
+  // Potential -p V of the block of 1 x 2 x 3 m, whichever way round its directions are.
+  Registry registry({SIM_PLUGIN_DIR});
+  const auto energy = [&](SystemSpec spec) {
+    spec.forces.resize(1);
+    return Simulation(spec, registry).energy().potential;
+  };
+  CHECK(energy(block) == Approx(-12).epsilon(1e-14));
+  const SystemSpec mirrored =
+      load_text(
+          "local particles = sim.grid { 2, 2, 2, du = {0, 0, 1}, dv = {0, 1, 0}, dw = {1, 0, 0} }\n"
+          "local forces = { sim.force.pressure { surface = sim.surface { grid = particles }, "
+          "pressure = 2 } }\n" +
+          kEnd)
+          .systems[0];
+  CHECK(energy(mirrored) == Approx(-2).epsilon(1e-14));
+
+  const SystemSpec listed =
+      load_text(
+          "local particles = sim.particles()\nlocal a, b, c = {0, 0, 0}, {1, 0, 0}, {0, 1, 0}\n"
+          "particles:add(a) particles:add(b) particles:add(c)\n"
+          "return sim.scene { particles = particles, forces = {}, surfaces = { sim.surface { "
+          "particles = particles, triangles = { {0, 1, 2} } } }, integrator = 'rk4', dt = 0.1, "
+          "duration = 1 }\n")
+          .systems[0];
+  REQUIRE(listed.surfaces.size() == 1);
+  CHECK((listed.surfaces[0]->triangles()[0] == TriangleMesh::Triangle{0, 1, 2}));
+}
+
+TEST_CASE("surfaces that a scene cannot have", "[lua][elements]") {
+  const struct {
+    const char* surface;
+    const char* says;
+  } cases[] = {
+      {"sim.surface {}", "either grid, or particles and triangles"},
+      {"sim.surface { grid = particles, triangles = {} }", "either grid"},
+      {"sim.surface { particles = particles }", "either grid"},
+      {"sim.surface { gird = particles }", "did you mean 'grid'?"},
+      {"sim.surface { grid = 3 }", "expected a sim.grid, got 3"},
+      {"sim.surface { grid = sim.particles() }", "expected a sim.grid"},
+      {"sim.surface { grid = sim.grid { 2, 2, du = {1, 0, 0}, dv = {0, 1, 0} } }",
+       "not the particles of this scene"},
+      {"sim.surface { particles = particles, triangles = 3 }", "expected a list"},
+      {"sim.surface { particles = particles, triangles = { 3 } }", "three ids"},
+      {"sim.surface { particles = particles, triangles = { {0, 1} } }", "three ids"},
+      {"sim.surface { particles = particles, triangles = { {0, 1, 2.5} } }", "whole number"},
+      {"sim.surface { particles = particles, triangles = {} }", "it has no triangle"},
+      {"sim.surface { particles = particles, triangles = { {0, 1, 24} } }", "no particle 24"},
+      {"sim.surface { particles = particles, triangles = { {0, 1, 1} } }", "a particle twice"},
+      {"sim.surface { particles = particles, triangles = { {0, 1, 4}, {0, 1, 5} } }",
+       "same direction"},
+      {"sim.surface { particles = particles, triangles = { {0, 1, 4}, {1, 0, 2} } }",
+       "bad triangle 2 of a surface"},
+      {"sim.force.gravity {}", "expected a sim.surface"},
+  };
+  for (const auto& [surface, says] : cases) {
+    const auto error =
+        text_error(kBlock + "local skin = " + surface +
+                   "\nreturn sim.scene { particles = particles, forces = {}, surfaces = { skin }, "
+                   "integrator = 'rk4', dt = 1, duration = 1 }\n");
+    INFO(surface);
+    REQUIRE(error);
+    INFO(error->what());
+    CHECK(error->kind() == ErrorKind::kScene);
+    CHECK(contains(error->what(), says));
+    CHECK(contains(error->text().where, contains(says, "expected a sim.surface") ? ":4" : ":3"));
+  }
+}
+
+TEST_CASE("a force may be kept to some particles", "[lua][elements]") {
+  const SystemSpec system =
+      load_text(
+          "local particles = sim.particles()\nfor i = 0, 4 do particles:add {i, 0, 0} end\n"
+          "local forces = { sim.force.gravity { g = {0, -1, 0}, particles = {3, 1, 3} },\n"
+          "  sim.force.drag { k = 1, particles = particles }, sim.force.drag { k = 1, particles = "
+          "{} } }\n" +
+          kEnd)
+          .systems[0];
+  CHECK(system.forces[0].particles == std::vector<int>{1, 3});
+  CHECK_FALSE(system.forces[1].particles);
+  CHECK(system.forces[2].particles == std::vector<int>{});
+}

@@ -1,0 +1,229 @@
+// Scenes with a plane: bounces, sliding, rest, and that nothing of it shows where nothing touches.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/scene/checkpoint.h"
+#include "core/scene/timeline.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+
+namespace {
+
+sim::PartSpec make_plane(double restitution, const sim::Vec3& normal = {0, 1, 0},
+                         const sim::Vec3& point = {0, 0, 0}) {
+  return make_part("plane", {{"restitution", restitution}, {"normal", normal}, {"point", point}});
+}
+
+// A ball of 1 kg at the height of 1 m above the plane y = 0.
+sim::SystemSpec make_ball(double restitution, const sim::Vec3& velocity = {0.5, 0, 0}) {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list[0].position = {0, 1, 0};
+  spec.particles->list[0].velocity = velocity;
+  spec.colliders = {make_plane(restitution)};
+  return spec;
+}
+
+// Height of a ball dropped from 1 m that gives back the share e of its velocity.
+double height_at(double t, double e) {
+  double flight = std::sqrt(2 / kGravity), up = 0;  // of the fall; velocity at the last bounce
+  if (t < flight) return 1 - 0.5 * kGravity * t * t;
+  double bounce = flight;
+  up = e * std::sqrt(2 * kGravity);
+  for (; up > 1e-12 && t >= bounce + 2 * up / kGravity; up *= e) bounce += 2 * up / kGravity;
+  const double s = t - bounce;
+  return up > 1e-12 ? up * s - 0.5 * kGravity * s * s : 0;
+}
+
+// A cloth that falls on a slanted plane, one corner held.
+sim::SystemSpec make_draped(int n) {
+  sim::SystemSpec spec = make_cloth(n);
+  spec.particles->pinned = {0};
+  spec.colliders = {make_plane(0.2, {0.3, 1, 0.1}, {0, -0.25, 0})};
+  return spec;
+}
+
+const char* const kSettled[] = {"rk4",   "verlet",   "symplectic_euler", "trapezoid",
+                                "pefrl", "yoshida4", "midpoint",         "rk3"};
+
+}  // namespace
+
+TEST_CASE("a ball bounces as the closed form says") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"rk4", "verlet", "midpoint", "rk3", "trapezoid"})
+    for (const double e : {0.5, 0.8}) {
+      INFO(method << " " << e);
+      sim::Simulation ball(make_ball(e), registry, {.integrator = {method}, .dt = 0.0101});
+      double worst = 0;
+      for (int n = 0; n < (e == 0.8 ? 300 : 100); ++n) {
+        REQUIRE(ball.step());
+        worst = std::max(worst, std::abs(ball.position(0).y() - height_at(ball.t(), e)));
+      }
+      CHECK(worst < 1e-12);
+      CHECK(ball.position(0).x() == Approx(0.5 * ball.t()));
+    }
+}
+
+TEST_CASE("a ball that stopped bouncing lies still on the plane and slides on") {
+  sim::Registry registry = make_registry();
+  for (const char* method : kSettled) {
+    INFO(method);
+    sim::Simulation ball(make_ball(0.5), registry, {.integrator = {method}, .dt = 0.01});
+    REQUIRE(run(ball, 400));
+    const sim::Vec3 before = ball.position(0);
+    CHECK(std::abs(before.y()) < 1e-12);
+    CHECK(ball.velocity(0).y() == Approx(0).margin(1e-12));
+    REQUIRE(run(ball, 100));
+    CHECK(std::abs(ball.position(0).y() - before.y()) < 1e-13);
+    CHECK(ball.velocity(0).x() == 0.5);
+  }
+}
+
+TEST_CASE("a particle slides down an incline without friction as the closed form says") {
+  sim::Registry registry = make_registry();
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  for (const char* method : {"rk4", "verlet", "pefrl"}) {
+    INFO(method);
+    sim::SystemSpec spec = make_falling(2, 0);
+    spec.particles->list[0] = {.mass = 2};
+    spec.colliders = {make_plane(0.3, {-s, c, 0})};
+    sim::Simulation slide(spec, registry, {.integrator = {method}, .dt = 0.01});
+    REQUIRE(run(slide, 100));
+    const sim::Vec3 x = slide.position(0);
+    CHECK(x.dot(sim::Vec3(c, s, 0)) == Approx(-0.5 * kGravity * s).epsilon(1e-12));
+    CHECK(std::abs(x.dot(sim::Vec3(-s, c, 0))) < 1e-13);
+  }
+}
+
+TEST_CASE("a spring against a wall converges with order two") {
+  sim::Registry registry = make_registry();
+  // An oscillator of omega = 7 rad/s about y = -1.2, a wall at y = -1.3, e = 0.6.
+  const auto end_of = [&](const char* method, int steps) {
+    sim::SystemSpec spec = make_vertical_spring(0);
+    spec.particles->list.back().velocity = {0, -1.3, 0};
+    spec.colliders = {make_plane(0.6, {0, 1, 0}, {0, -1.3, 0})};
+    sim::Simulation spring(spec, registry, {.integrator = {method}, .dt = 0.8 / steps});
+    REQUIRE(run(spring, steps));
+    return spring.position(spring.particles() - 1).y();
+  };
+  for (const char* method : {"rk4", "verlet"}) {
+    const double exact = end_of(method, 65536);
+    const double coarse = std::abs(end_of(method, 100) - exact);
+    const double fine = std::abs(end_of(method, 1600) - exact);
+    INFO(method << " " << coarse << " " << fine);
+    CHECK(fine > 0);
+    CHECK(std::log2(coarse / fine) / 4 > 1.7);
+  }
+}
+
+TEST_CASE("no particle of a cloth is inside after any step, and pinned ones never move") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_draped(12);
+  const sim::Vec3 normal = sim::Vec3(0.3, 1, 0.1).normalized();
+  for (const char* method : kSettled) {
+    INFO(method);
+    sim::Simulation cloth(spec, registry, {.integrator = {method}, .dt = 1e-3});
+    const sim::Vec3 held = cloth.position(0);
+    double deepest = 1;
+    int touching = 0;
+    for (int n = 0; n < 1200; ++n) {
+      REQUIRE(cloth.step());
+      touching = 0;
+      for (int i = 0; i < cloth.particles(); ++i) {
+        const double gap = normal.dot(cloth.position(i) - sim::Vec3(0, -0.25, 0));
+        deepest = std::min(deepest, gap);
+        touching += gap < 1e-9;
+      }
+    }
+    CHECK(deepest > -1e-12);
+    CHECK(touching > 5);
+    CHECK((cloth.position(0) - held).norm() == 0);
+    CHECK(cloth.energy().total() < 0);
+  }
+}
+
+TEST_CASE("a pinned particle inside a collider stays there") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_chain({{0, -0.1, 0}, {0.25, 0.2, 0}, {0.5, 0.1, 0}}, {0}, 0.1);
+  spec.colliders = {make_plane(0)};
+  sim::Simulation chain(spec, registry, {.integrator = {"verlet"}, .dt = 1e-3});
+  REQUIRE(run(chain, 500));
+  CHECK(chain.position(0).y() == -0.1);
+  CHECK(chain.position(1).y() >= -1e-12);
+}
+
+TEST_CASE("contact keeps the bits over threads, snapshots, checkpoints and travels in time") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"rk4", "verlet", "pefrl", "yoshida4"}) {
+    INFO(method);
+    const sim::SystemSpec spec = make_draped(12);
+    const sim::RunOptions options{.integrator = {method}, .dt = 2e-3};
+    sim::Simulation whole(spec, registry, options), part(spec, registry, options);
+    REQUIRE(run(whole, 400));
+    REQUIRE(run(part, 250));
+    sim::Simulation resumed(spec, registry, {.dt = 0.5});
+    const auto saved = sim::decode(sim::encode({"", {}, 0, {sim::checkpoint(part, spec, 0)}}), "f");
+    sim::resume(resumed, spec, saved.systems.front(), registry);
+    REQUIRE(run(resumed, 150));
+    CHECK(resumed.hash() == whole.hash());
+    sim::Timeline timeline(part);
+    while (part.step_count() < 400) REQUIRE(timeline.step(part));
+    CHECK(part.hash() == whole.hash());
+    REQUIRE(timeline.go_to(part, 333, [] { return true; }));
+    REQUIRE(timeline.go_to(part, 400, [] { return true; }));
+    CHECK(part.hash() == whole.hash());
+
+    sim::SystemSpec large = make_draped(72);
+    large.colliders[0].given["point"] = sim::Vec3(0, -0.0005, 0);
+    large.particles->pinned = {};
+    large.colliders[0].given["normal"] = sim::Vec3(0, 1, 0);
+    const auto with = [&](int threads) {
+      sim::Simulation simulation(large, registry,
+                                 {.integrator = {method}, .dt = 1e-3, .threads = threads});
+      REQUIRE(run(simulation, 15));
+      return simulation.hash();
+    };
+    CHECK(with(1) == with(2));
+  }
+}
+
+TEST_CASE("a plane that nothing comes near changes no result") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec with = make_cloth(12);
+  with.colliders = {make_plane(0.5, {0, 1, 0}, {0, -10, 0})};
+  for (const char* method : {"rk4", "trapezoid"}) {
+    sim::Simulation a(with, registry, {.integrator = {method}, .dt = 2e-3});
+    sim::Simulation b(make_cloth(12), registry, {.integrator = {method}, .dt = 2e-3});
+    REQUIRE((run(a, 50) && run(b, 50)));
+    CHECK(a.hash() == b.hash());
+  }
+  sim::Simulation a(with, registry, {.integrator = {"verlet"}, .dt = 2e-3});
+  sim::Simulation b(make_cloth(12), registry, {.integrator = {"verlet"}, .dt = 2e-3});
+  REQUIRE((run(a, 50) && run(b, 50)));
+  for (int i = 0; i < a.particles(); ++i) CHECK((a.position(i) - b.position(i)).norm() < 1e-13);
+}
+
+TEST_CASE("methods that do not know of contact are refused with what to take instead") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"dopri5", "implicit_euler", "bdf2", "projective_dynamics"}) {
+    INFO(method);
+    CHECK_THROWS_WITH(sim::Simulation(make_draped(6), registry, {.integrator = {method}}),
+                      Catch::Contains("colliders") && Catch::Contains("use rk4, verlet"));
+  }
+  sim::RunOptions single{.integrator = {"rk4", {{"precision", std::string("single")}}}};
+  CHECK_THROWS_WITH(sim::Simulation(make_draped(6), registry, single),
+                    Catch::Contains("colliders are double precision only"));
+  sim::Simulation automatic(make_draped(6), registry, {.integrator = {"auto"}});
+  CHECK(run(automatic, 50));
+}
+
+TEST_CASE("a particle put behind a plane by hand comes out in the next step at rest") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"rk4", "verlet"}) {
+    sim::Simulation ball(make_ball(0.5, {0, 0, 0}), registry, {.integrator = {method}, .dt = 0.01});
+    ball.set_position(0, {0, -0.25, 0});
+    REQUIRE(ball.step());
+    CHECK(std::abs(ball.position(0).y()) < 1e-12);
+    CHECK(ball.velocity(0).norm() < 1e-12);
+  }
+}

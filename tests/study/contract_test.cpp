@@ -1,0 +1,84 @@
+// The contract of plugins: the kernel's own keep it, and each broken promise is found.
+#include "core/study/contract/contract.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::Contract;
+using sim::study::Outcome;
+
+namespace {
+
+Contract contract_of(const sim::PluginInfo& plugin, sim::Registry& registry) {
+  Contract contract;
+  sim::study::check_contract(registry, plugin, contract);
+  return contract;
+}
+
+std::set<std::string> failures(const Contract& contract) {
+  std::set<std::string> names;
+  for (const auto& check : contract.checks)
+    if (check.outcome == Outcome::kFailed) names.insert(check.name);
+  return names;
+}
+
+std::string fixture(const std::string& name) {
+  return std::string(SIM_FIXTURE_DIR) + "/" + name + "/" + name + ".so";
+}
+
+using Names = std::set<std::string>;
+
+}  // namespace
+
+TEST_CASE("the kernel's own plugins keep the contract") {
+  sim::Registry registry = make_registry();
+  for (const sim::PluginKind& kind : sim::kPluginKinds)
+    for (const std::string& name : registry.names(kind)) {
+      INFO(name);
+      const Contract contract = contract_of(registry.get(kind, name), registry);
+      CHECK_FALSE(contract.checks.empty());
+      for (const auto& check : contract.checks) {
+        INFO(check.name << ": " << check.words);
+        CHECK(check.outcome != Outcome::kFailed);
+      }
+    }
+}
+
+TEST_CASE("each broken promise of a force is found, and no other") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_forces")});
+  const auto broken = [&](const char* name) {
+    return failures(contract_of(registry.get<sim::Force>(name), registry));
+  };
+  CHECK(broken("good").empty());
+  CHECK(broken("wrong_potential") == Names{"F = -dU/dx"});
+  CHECK(broken("wrong_jacobian") == Names{"Jacobian against differences"});
+  CHECK(broken("liar").contains("depends_on_velocity is honest"));
+  CHECK(broken("impure").contains("the same bits again"));
+  CHECK(broken("of_tiles").contains("the same bits in other tiles"));
+  CHECK(broken("of_tiles").contains("the same bits on 1 to 4 threads"));
+  CHECK(broken("at_bound") == Names{"parameters at their bounds"});
+}
+
+TEST_CASE("each broken promise of an integrator is found") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_integrators")});
+  const auto broken = [&](const char* name) {
+    return failures(contract_of(registry.get<sim::Integrator>(name), registry));
+  };
+  CHECK(broken("wrong_order") == Names{"order"});
+  CHECK(broken("forgetful") ==
+        Names{"the same bits from memory()", "the same bits after a restart"});
+}
+
+TEST_CASE("the bits of a contract are those of what was computed") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_forces")});
+  const auto bits = [&](const char* name) {
+    return contract_of(registry.get<sim::Force>(name), registry).bits;
+  };
+  CHECK(bits("good") == bits("good"));
+  CHECK(bits("good") == bits("wrong_potential"));
+  CHECK(bits("good") != bits("liar"));
+}
