@@ -38,7 +38,7 @@ class Particles {
   const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
-  // Neither affine nor springs.
+  // Those that accumulate.
   std::span<Force* const> other_forces() const noexcept { return other_forces_; }
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // They and nets may read any particle, and are gathered before the sweep of each block.
@@ -64,12 +64,16 @@ class Particles {
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone
+  bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
+  // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
+  double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
-  void accelerate(const ParticleView& view, double* const a[3]);
+  // Without drag where a method has that in its kicks.
+  void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
@@ -98,7 +102,7 @@ class Particles {
   NetForces net_forces_;
   Contacts contacts_;
   std::vector<Force*> other_forces_;
-  bool needs_velocities_ = false, memories_follow_particles_ = false;
+  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;
   std::size_t memory_size_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();
