@@ -38,8 +38,7 @@ class Particles {
   const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
-  // Those that accumulate.
-  std::span<Force* const> other_forces() const noexcept { return other_forces_; }
+  std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // They and nets may read any particle, and are gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
@@ -55,8 +54,7 @@ class Particles {
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
   void start_memories(double* state) const;  // as at t = 0
-  // The view as a force is to see it: with its own memory.
-  ParticleView seen_by(const Force& force, ParticleView view) const;
+  ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
 
@@ -81,10 +79,9 @@ class Particles {
   template <class F>
   void for_ranges(int blocks, const F& f) const {
     team_->run_parts(layout_.n(), 8, [&](int begin, int end) {
-      for (int block = 0; block < blocks; ++block) {
-        const auto first = layout_.offset(block);
-        f(first + static_cast<std::size_t>(begin), first + static_cast<std::size_t>(end));
-      }
+      for (int block = 0; block < blocks; ++block)
+        f(layout_.offset(block) + static_cast<std::size_t>(begin),
+          layout_.offset(block) + static_cast<std::size_t>(end));
     });
   }
 
