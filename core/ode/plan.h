@@ -29,9 +29,14 @@ struct ExplicitPlan {
 //   kick by k:   v := e^(-gamma k h) v + (1 - e^(-gamma k h)) / gamma * a(t, q)
 // Both are exact flows, so that damping costs no order: with -gamma v inside an explicit kick every
 // such method would be of first order. t is where the drifts so far have led.
+//
+// A force that depends on v in another way is no exact flow. Such kicks are explicit midpoint steps
+// in v at the same q, half a kick and then the whole one with a(t, q, v) from there, which keeps
+// methods of first and second order what they are; those of higher order refuse such forces.
 struct SplitPlan {
   std::vector<double> drift, kick;
   Precision precision = Precision::kDouble;
+  int order = 0;
 
   // The last acceleration of a step is the first of the next: no drift lies between.
   bool closes() const { return drift.front() == 0 && drift.back() == 0 && kick.size() > 1; }
@@ -54,6 +59,9 @@ class Stepper {
 
   // Forgets what was kept of the last step: the state was changed since.
   virtual void restart() {}
+
+  // True if kicks are midpoint steps, see SplitPlan.
+  virtual bool midpoint_kicks() const { return false; }
 };
 
 }  // namespace sim

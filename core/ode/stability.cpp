@@ -48,22 +48,31 @@ double amplification(const ExplicitPlan& plan, double h_omega, double h_gamma) {
                   std::abs(stability_function(plan, slow)));
 }
 
-double amplification(const SplitPlan& plan, double h_omega, double h_gamma) {
+double amplification(const SplitPlan& plan, double h_omega, double h_gamma, bool midpoint_kicks) {
+  // v := keep v + gain a. By the explicit midpoint rule, with z = gamma k h: keep = 1 - z + z^2/2.
+  const auto flow = [&](double kick) {
+    const double z = h_gamma * kick;
+    return midpoint_kicks ? Damping{1 - z + 0.5 * z * z, kick * (1 - 0.5 * z)}
+                          : damping(h_gamma, kick);
+  };
   // Column by column, what the step makes of (q, h v) = (1, 0) and of (0, 1).
   std::array<std::array<double, 2>, 2> m{{{1, 0}, {0, 1}}};
-  double kicks = 0;
   for (auto& [q, p] : m) {
     q += plan.drift[0] * p;
     for (std::size_t i = 0; i < plan.kick.size(); ++i) {
-      const Damping d = damping(h_gamma, plan.kick[i]);
+      const Damping d = flow(plan.kick[i]);
       p = d.keep * p - d.gain * h_omega * h_omega * q;
       q += plan.drift[i + 1] * p;
     }
   }
-  for (const double kick : plan.kick) kicks += kick;
 
-  // Drifts have determinant 1 and kicks e^(-gamma k h), whatever the rounding of m.
-  const double determinant = damping(h_gamma, kicks).keep;
+  // Drifts have determinant 1 and kicks that of their flow, whatever the rounding of m.
+  double kicks = 0, product = 1;
+  for (const double kick : plan.kick) {
+    kicks += kick;
+    product *= flow(kick).keep;
+  }
+  const double determinant = midpoint_kicks ? product : damping(h_gamma, kicks).keep;
   const double half_difference = 0.5 * (m[0][0] - m[1][1]);
   const double square = half_difference * half_difference + m[0][1] * m[1][0];
   if (square <= 0) return std::sqrt(determinant);

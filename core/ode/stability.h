@@ -23,7 +23,8 @@ std::complex<double> stability_function(const ExplicitPlan& plan, std::complex<d
 // Spectral radius of one step on the oscillator: of R at both eigenvalues, and of the product of
 // the drifts and kicks as 2 x 2 matrices.
 double amplification(const ExplicitPlan& plan, double h_omega, double h_gamma);
-double amplification(const SplitPlan& plan, double h_omega, double h_gamma);
+double amplification(const SplitPlan& plan, double h_omega, double h_gamma,
+                     bool midpoint_kicks = false);
 
 // As Integrator::amplification.
 using Amplification = std::function<double(double h_omega, double h_gamma)>;

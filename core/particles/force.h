@@ -49,11 +49,13 @@ class Force {
   virtual void bind(const ParticleView& /*initial*/) {}
 
   // What of a force is affine is described here. Nothing else of it is accumulated, unless it has a
-  // memory.
+  // memory or says so.
   virtual std::optional<AffineForce> affine() const { return {}; }
 
-  // Springs are folded too: all of a scene are evaluated in one sweep, and never accumulated.
+  // Springs are folded too: all of a scene are evaluated in one sweep. A force of springs that also
+  // damps them is accumulated for that part alone.
   virtual const Springs* springs() const { return nullptr; }
+  virtual bool accumulates() const { return memory_size() > 0 || (!affine() && !springs()); }
 
   // Any other force, before accumulate(), potential() and jacobian() of the same view: builds what
   // its tiles share (neighbour lists, densities). What they then return must follow from the view

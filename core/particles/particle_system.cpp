@@ -119,7 +119,7 @@ std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const Embedded
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
-  if (needs_velocities() || memories_follow_particles()) return nullptr;
+  if ((needs_velocities() && plan.order > 2) || memories_follow_particles()) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);

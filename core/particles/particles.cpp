@@ -41,29 +41,27 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
 }
 
 void Particles::add(Force& force, std::vector<const Net*>& nets) {
-  const int count = force.memory_size();
-  const auto affine = force.affine();
-  if (affine) {
+  if (const auto affine = force.affine()) {
     for (int axis = 0; axis < 3; ++axis) motion_.gravity[axis] += affine->acceleration[axis];
     motion_.damping += affine->damping;
   }
-  if (affine && count == 0) return;
   if (const Springs* springs = force.springs()) {
     for (const SpringRun& run : springs->runs()) {
       runs_.push_back(&run);
       reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
     }
     if (!springs->net().empty()) nets.push_back(&springs->net());
-  } else {
-    other_forces_.push_back(&force);
-    needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
-    if (count == 0) return;
-    constexpr std::size_t kLine = 8;
-    const auto size = static_cast<std::size_t>(count);
-    memories_.push_back({&force, memory_size_, size});
-    memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
-    memory_size_ += (size + kLine - 1) / kLine * kLine;
+    has_dashpots_ = has_dashpots_ || force.accumulates();
   }
+  if (!force.accumulates()) return;
+  other_forces_.push_back(&force);
+  needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
+  if (force.memory_size() == 0) return;
+  constexpr std::size_t kLine = 8;
+  const auto size = static_cast<std::size_t>(force.memory_size());
+  memories_.push_back({&force, memory_size_, size});
+  memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
+  memory_size_ += (size + kLine - 1) / kLine * kLine;
 }
 
 void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
@@ -110,7 +108,8 @@ ParticleView Particles::view(double t, const double* state) const {
 
 std::string Particles::name_of(const Force& force) const {
   for (std::size_t i = 0; i < names_.size(); ++i)
-    if (forces_[i].get() == &force) return names_[i];
+    if (forces_[i].get() == &force)
+      return force.springs() && force.accumulates() ? names_[i] + " with damping" : names_[i];
   return "of no name";
 }
 
@@ -152,6 +151,26 @@ double Particles::elastic_energy(double t, const double* state) const {
   return sum;
 }
 
+// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots: pinned particles have v = 0.
+double Particles::damping_power(double t, const double* state, Array& sums) const {
+  const ParticleView p = view(t, state);
+  const double drag = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
+                        return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
+                      });
+  if (!has_dashpots_) return drag;
+  std::ranges::fill(sums.span(), 0.0);
+  const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums.data());
+  const ForceSink sink{fx, fy, fz};
+  for (Force* force : other_forces_) {
+    if (!force->springs()) continue;
+    force->prepare(p, *team_);
+    team_->run_parts(p.n, 8, [&](int begin, int end) { force->accumulate(p, {begin, end}, sink); });
+  }
+  return drag - sum_in_lanes(0, p.n, [&](int i) {
+           return sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
+         });
+}
+
 void Particles::start_memories(double* state) const {
   std::fill_n(state + layout_.size(), memory_size_, 0.0);
   for (const ForceMemory& memory : memories_)
@@ -183,7 +202,7 @@ void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) cons
   for (const Force* force : other_forces_) force->accumulate(seen_by(*force, view), tile, sink);
 }
 
-void Particles::accelerate(const ParticleView& view, double* const a[3]) {
+void Particles::accelerate(const ParticleView& view, double* const a[3], bool drag) {
   // The other forces are gathered where the acceleration will stand.
   RkStage<double> sweep{};
   const double* const q[3] = {view.x, view.y, view.z};
@@ -194,6 +213,8 @@ void Particles::accelerate(const ParticleView& view, double* const a[3]) {
     sweep.a[axis] = a[axis];
     if (has_other_forces()) sweep.force[axis] = a[axis];
   }
+  Motion motion = motion_;
+  if (!drag) motion.damping = 0;
   prepare_gather(view);
   team_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, team_->size());
@@ -202,7 +223,7 @@ void Particles::accelerate(const ParticleView& view, double* const a[3]) {
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
-      kernels_.rk(rings, motion_, sweep, tile.begin, tile.end);
+      kernels_.rk(rings, motion, sweep, tile.begin, tile.end);
     }
   });
 }

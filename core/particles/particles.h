@@ -38,8 +38,7 @@ class Particles {
   const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
-  // Neither affine nor springs.
-  std::span<Force* const> other_forces() const noexcept { return other_forces_; }
+  std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // They and nets may read any particle, and are gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
@@ -55,8 +54,7 @@ class Particles {
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
   void start_memories(double* state) const;  // as at t = 0
-  // The view as a force is to see it: with its own memory.
-  ParticleView seen_by(const Force& force, ParticleView view) const;
+  ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
 
@@ -64,12 +62,16 @@ class Particles {
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone
+  bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
+  // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
+  double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
-  void accelerate(const ParticleView& view, double* const a[3]);
+  // Without drag where a method has that in its kicks.
+  void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
 
@@ -77,10 +79,9 @@ class Particles {
   template <class F>
   void for_ranges(int blocks, const F& f) const {
     team_->run_parts(layout_.n(), 8, [&](int begin, int end) {
-      for (int block = 0; block < blocks; ++block) {
-        const auto first = layout_.offset(block);
-        f(first + static_cast<std::size_t>(begin), first + static_cast<std::size_t>(end));
-      }
+      for (int block = 0; block < blocks; ++block)
+        f(layout_.offset(block) + static_cast<std::size_t>(begin),
+          layout_.offset(block) + static_cast<std::size_t>(end));
     });
   }
 
@@ -98,7 +99,7 @@ class Particles {
   NetForces net_forces_;
   Contacts contacts_;
   std::vector<Force*> other_forces_;
-  bool needs_velocities_ = false, memories_follow_particles_ = false;
+  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;
   std::size_t memory_size_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();

@@ -164,7 +164,6 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
         else
           share->force += pull;
       }
-      continue;
     }
     if (accumulates) {
       const auto n = static_cast<std::size_t>(view.n), at = static_cast<std::size_t>(i);
@@ -174,7 +173,7 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       force.accumulate(own, {i, i + 1}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
       sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
     }
-    shares.push_back({s.particles->name_of(force), sum});
+    if (!force.springs() || accumulates) shares.push_back({s.particles->name_of(force), sum});
   }
   return shares;
 }

@@ -1,4 +1,4 @@
-// Energy against what the forces allow: gravity and springs keep it, drag may only take.
+// Energy against what the forces allow: gravity and springs keep it, damping may only take.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace sim::study {
 
-// E(t) + W(t) - E(0), where W is what drag has taken, the integral of c |v|^2; 0 for the exact
-// motion.
+// E(t) + W(t) - E(0), where W is what drag and damped springs have taken, the integral of their
+// power; 0 for the exact motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
@@ -24,9 +24,9 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  // Every force but drag is what its potential gives, and nothing is hit: E and W say all.
+  // Every force but damping is what its potential gives, and nothing is hit: E and W say all.
   bool complete() const { return complete_; }
-  bool has_drag() const { return damping_ > 0; }
+  bool has_drag() const { return damped_; }  // of particles or of springs
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // What is needed to go on with W later, bit for bit.
   std::vector<double> memory() const { return work_.memory(); }
@@ -38,10 +38,11 @@ class EnergyBalance {
   double rise() const { return rise_; }        // largest E - E(0), J
 
  private:
-  double power() const;  // of the drag, W
+  double power() const;  // of the damping, W
 
   Simulation* system_;
-  double damping_ = 0;  // kg/s
+  bool damped_ = false;
+  mutable Array sums_;  // scratch of power()
   bool complete_ = true;
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0;

@@ -34,7 +34,7 @@ class Automatic final : public sim::Integrator {
 
   void prepare(sim::OdeSystem& system) override {
     system_ = &system;
-    splits_ = system.split_stepper({{0, 1}, {1}}) != nullptr;
+    splits_ = system.split_stepper({.drift = {0, 1}, .kick = {1}, .order = 4}) != nullptr;
   }
 
   void restart(double t, double h, const double* x) override {

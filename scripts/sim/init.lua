@@ -269,8 +269,8 @@ end
 -- force:tie(a, b, { NAME = number, ... })
 -- Joins two particles, or three or four: as many as `sim describe NAME` shows for the force.
 --   a, b   particle ids, different; all must exist when the scene is finished
---   NAME   a parameter of the force that a tie may give for itself: of a spring stiffness, N/m, and
---          rest, m; default: what the force says
+--   NAME   a parameter of the force that a tie may give for itself: of a spring stiffness, N/m,
+--          rest, m, and damping, N s/m; default: what the force says
 -- The key ties = { {a, b, NAME = number}, ... } of the force does the same for a list.
 -- Returns the force.
 function Force:tie(a, b, c, d, options)

@@ -63,10 +63,10 @@ TEST_CASE("a force written in Lua acts as the force it describes", "[lua][force]
              scene("sim.force.expression { fx = '-50*x' }", "trbdf2"));
 }
 
-TEST_CASE("methods without velocities refuse a force in Lua that may read them", "[lua][force]") {
+TEST_CASE("splitting methods of fourth order refuse a force in Lua that may read velocities",
+          "[lua][force]") {
   CHECK_THROWS_AS(
-      compiled(scene("sim.force.lua { function(t, i, x, v) return 0, 0, 0 end }", "verlet")),
-      Error);
+      compiled(scene("sim.force.lua { function(t, i, x, v) return 0, 0, 0 end }", "pefrl")), Error);
 }
 
 TEST_CASE("a bad result of a force in Lua names its line and the particle", "[lua][force]") {

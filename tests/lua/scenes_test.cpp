@@ -50,6 +50,23 @@ TEST_CASE("pendulum.lua", "[lua][scenes]") {
   CHECK(load("scenes/pendulum.lua", {{"n", "7"}}).systems[0].particles->count() == 7);
 }
 
+TEST_CASE("damping of springs and of single ties", "[lua][scenes]") {
+  const SystemSpec scene = load_text(R"(
+local beads = sim.particles { mass = 1 }
+for i = 0, 2 do beads:add { i, 0, 0 } end
+local links = sim.force.spring { stiffness = 10, damping = 0.5 }
+links:tie(0, 1):tie(1, 2, { damping = 2 })
+return sim.scene { name = "beads", particles = beads, forces = { links },
+  integrator = "verlet", dt = 0.01, duration = 1 })")
+                               .systems[0];
+  const PartSpec& links = scene.forces[0];
+  CHECK(std::get<double>(links.given.at("damping")) == 0.5);
+  const std::vector<double>& own = links.elements.values.at("damping");
+  REQUIRE(own.size() == 2);
+  CHECK(std::isnan(own[0]));
+  CHECK(own[1] == 2);
+}
+
 TEST_CASE("cloth.lua", "[lua][scenes]") {
   const SceneSpec spec = load("scenes/cloth.lua");
   const SystemSpec& cloth = spec.systems[0];

@@ -124,7 +124,30 @@ TEST_CASE("splittings refuse a system without their structure") {
   for (const std::string& method : kMethods) {
     CHECK_THROWS_WITH(sim::Simulation(make_circle(), registry, {.integrator = method}),
                       Catch::Contains("first order"));
+  }
+  for (const std::string method : {"pefrl", "yoshida4"})
     CHECK_THROWS_WITH(sim::Simulation(windy, registry, {.integrator = method}),
                       Catch::Contains("depends on velocity"));
+}
+
+TEST_CASE("kicks under forces of velocity are midpoint steps: methods keep their order") {
+  sim::Registry registry = make_registry();
+  registry.load(SIM_FIXTURE_DIR "/air_drag/air_drag.so");
+  for (const double drag : {0.0, 0.3}) {
+    sim::SystemSpec windy = make_elastic_pendulum(drag);
+    windy.forces.push_back(make_part("air_drag", {{"c", 0.4}}));
+    const auto end = [&](const std::string& method, int steps) {
+      sim::Simulation simulation(windy, registry, {.integrator = method, .dt = 1.0 / steps});
+      REQUIRE(run(simulation, steps));
+      return simulation.position(1);
+    };
+    const sim::Vec3 exact = end("rk4", 4000);
+    for (const auto& [method, order] :
+         std::vector<std::pair<std::string, int>>{{"symplectic_euler", 1}, {"verlet", 2}}) {
+      INFO(method << ", drag " << drag);
+      const double coarse = (end(method, 400) - exact).norm();
+      const double fine = (end(method, 800) - exact).norm();
+      CHECK(std::log2(coarse / fine) == Approx(order).margin(0.1));
+    }
   }
 }

@@ -24,6 +24,8 @@ PlainModel::PlainModel(const sim::SystemSpec& spec) {
       drag_ += std::get<double>(part.given.at("k"));
     } else if (part.plugin == "spring") {
       const double stiffness = std::get<double>(part.given.at("stiffness"));
+      const auto given = part.given.find("damping");
+      const double damping = given == part.given.end() ? 0 : std::get<double>(given->second);
       const auto own = [&](const char* name, const sim::Element& tie, double otherwise) {
         const auto column = part.elements.values.find(name);
         if (tie.index < 0 || column == part.elements.values.end()) return otherwise;
@@ -33,7 +35,7 @@ PlainModel::PlainModel(const sim::SystemSpec& spec) {
       part.elements.for_each([&](const sim::Element& tie) {
         springs_.push_back({static_cast<std::size_t>(tie.ids[0]),
                             static_cast<std::size_t>(tie.ids[1]), own("stiffness", tie, stiffness),
-                            own("rest", tie, tie.length)});
+                            own("rest", tie, tie.length), own("damping", tie, damping)});
       });
     } else {
       throw std::invalid_argument("the plain model has no force " + part.plugin);
@@ -44,14 +46,16 @@ PlainModel::PlainModel(const sim::SystemSpec& spec) {
 std::vector<double> PlainModel::derivative(const std::vector<double>& state) const {
   std::vector<double> force(3 * masses_.size());
   for (const Spring& spring : springs_) {
-    double d[3], squared = 0;
+    double d[3], squared = 0, approach = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       d[axis] = state[6 * spring.a + axis] - state[6 * spring.b + axis];
       squared += d[axis] * d[axis];
+      approach += d[axis] * (state[6 * spring.a + 3 + axis] - state[6 * spring.b + 3 + axis]);
     }
     const double length = std::sqrt(squared);
     for (std::size_t axis = 0; axis < 3 && length > 0; ++axis) {
-      const double f = -spring.k * (length - spring.rest) * d[axis] / length;
+      const double f = -(spring.k * (length - spring.rest) + spring.damping * approach / length) *
+                       d[axis] / length;
       force[3 * spring.a + axis] += f;
       force[3 * spring.b + axis] -= f;
     }

@@ -8,8 +8,9 @@
 
 namespace sim_test {
 
-// Steps a second-order scene made of gravity, drag and springs whose ties and grids say their rest
-// lengths. Spring by spring, stage by stage, nothing shared with the kernel but the description.
+// Steps a second-order scene made of gravity, drag and springs, damped or not, whose ties and grids
+// say their rest lengths. Spring by spring, stage by stage, nothing shared with the kernel but the
+// description.
 class PlainModel {
  public:
   explicit PlainModel(const sim::SystemSpec& spec);
@@ -24,7 +25,7 @@ class PlainModel {
  private:
   struct Spring {
     std::size_t a, b;
-    double k, rest;
+    double k, rest, damping;
   };
 
   std::vector<double> state_, masses_;

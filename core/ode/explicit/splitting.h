@@ -14,6 +14,7 @@ class Splitting final : public Integrator {
   explicit Splitting(const Composition<M>& method, Precision precision = Precision::kDouble)
       : plan_(method.plan()), order_(order_conditions(method)) {
     plan_.precision = precision;
+    plan_.order = order_;
   }
 
   IntegratorInfo info() const noexcept override {
@@ -32,9 +33,10 @@ class Splitting final : public Integrator {
       throw Error(
           ErrorKind::kScene,
           {"integrator does not fit", "",
-           "a splitting method needs q' = v, v' = a(t, q) - gamma v, and this system is of "
-           "first order or has a force that depends on velocity, or remembers, in another way",
-           "use rk4"});
+           "a splitting method of order " + std::to_string(order_) +
+               " needs q' = v, v' = a(t, q) - gamma v, and this system is of first order or has a "
+               "force that depends on velocity, or remembers, in another way",
+           order_ > 2 ? "use rk4; for forces that depend on velocity also verlet" : "use rk4"});
   }
 
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
@@ -46,7 +48,10 @@ class Splitting final : public Integrator {
       return advance(system, t, h, 1, x, x_next);
     }
     effort_.steps += count;
-    effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
+    if (stepper_->midpoint_kicks())
+      effort_.evaluations += 2 * count * static_cast<int>(plan_.kick.size());
+    else
+      effort_.evaluations += count * info().evaluations + (fresh_ && plan_.closes() ? 1 : 0);
     fresh_ = false;
     return done ? Advance{StepStatus::kDone, count} : Advance{StepStatus::kNotFinite, 0};
   }
@@ -59,7 +64,7 @@ class Splitting final : public Integrator {
   Effort effort() const override { return effort_; }
 
   double amplification(double h_omega, double h_gamma) const override {
-    return sim::amplification(plan_, h_omega, h_gamma);
+    return sim::amplification(plan_, h_omega, h_gamma, stepper_ && stepper_->midpoint_kicks());
   }
 
  private:

@@ -15,10 +15,10 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
       settles_inside_(plan.closes() && plan.kick.size() == 2),
       closes_(plan.closes() && particles.other_forces().empty()),
       a_(half_.size()),
-      still_(half_.size()),
       memory_(particles.memory_size()) {
   if (!particles.contacts().empty()) settling_.emplace(particles);
-  for (std::size_t i = 0; i < plan.kick.size(); ++i) {
+  if (midpoint_kicks()) v_half_ = Array(half_.size());
+  for (std::size_t slot = 0; slot < (midpoint_kicks() ? 2 : 1) * plan.kick.size(); ++slot) {
     keeps_.emplace_back(one_.size());
     gains_.emplace_back(one_.size());
   }
@@ -29,12 +29,14 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
 void PlainSplitStepper::set_step_size(double h) {
   if (h == h_) return;
   const Motion& motion = particles_->motion();
-  for (std::size_t i = 0; i < plan_.kick.size(); ++i) {
-    double* const keeps = one_.block(keeps_[i].data(), 0);
-    double* const gains = one_.block(gains_[i].data(), 0);
+  const std::size_t kicks = plan_.kick.size();
+  for (std::size_t slot = 0; slot < keeps_.size(); ++slot) {
+    double* const keeps = one_.block(keeps_[slot].data(), 0);
+    double* const gains = one_.block(gains_[slot].data(), 0);
+    const double tau = (slot < kicks ? 1.0 : 0.5) * plan_.kick[slot % kicks] * h;
     for (int j = 0; j < one_.n(); ++j) {
       const double inverse = motion.inverse_masses ? motion.inverse_masses[j] : motion.inverse_mass;
-      const Damping own = damping(motion.damping * inverse, plan_.kick[i] * h);
+      const Damping own = damping(motion.damping * inverse, tau);
       keeps[j] = own.keep;
       gains[j] = own.gain;
     }
@@ -67,21 +69,32 @@ void PlainSplitStepper::drift(double t, double tau, double* state) {
     m[i] += tau / 6 * (k_[0][i] + 2 * k_[1][i] + 2 * k_[2][i] + k_[3][i]);
 }
 
-void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
-  const Layout& layout = particles_->layout();
-  const auto a = half_.axes(a_.data()), v = layout.axes(state, 3);
-  if (i > 0 || !known_) {
-    ParticleView view = particles_->view(t, state);
-    const auto still = half_.axes(still_.data());  // damping is in the kick itself
-    view.vx = still[0], view.vy = still[1], view.vz = still[2];
-    particles_->accelerate(view, a.data());
-  }
-  const double* const keeps = one_.block(keeps_[i].data(), 0);
-  const double* const gains = one_.block(gains_[i].data(), 0);
-  particles_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
+// to := v after kick `slot` of the accelerations at hand.
+void PlainSplitStepper::change(std::size_t slot, const std::array<double*, 3>& v,
+                               const std::array<double*, 3>& to) {
+  const auto a = half_.axes(a_.data());
+  const double* const keeps = one_.block(keeps_[slot].data(), 0);
+  const double* const gains = one_.block(gains_[slot].data(), 0);
+  particles_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int axis = 0; axis < 3; ++axis)
-      for (int j = begin; j < end; ++j) v[axis][j] = keeps[j] * v[axis][j] + gains[j] * a[axis][j];
+      for (int j = begin; j < end; ++j) to[axis][j] = keeps[j] * v[axis][j] + gains[j] * a[axis][j];
   });
+}
+
+// Drag is in the kick itself.
+void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
+  constexpr bool kDrag = false;
+  const std::array<double*, 3> v = particles_->layout().axes(state, 3);
+  const std::array<double*, 3> a = half_.axes(a_.data());
+  ParticleView view = particles_->view(t, state);
+  if (midpoint_kicks()) {
+    const std::array<double*, 3> v_half = half_.axes(v_half_.data());
+    particles_->accelerate(view, a.data(), kDrag);
+    change(plan_.kick.size() + i, v, v_half);
+    view.vx = v_half[0], view.vy = v_half[1], view.vz = v_half[2];
+  }
+  if (i > 0 || !known_) particles_->accelerate(view, a.data(), kDrag);
+  change(i, v, v);
 }
 
 bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x, double* x_next) {

@@ -2,6 +2,7 @@
 // and velocities moves.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -22,11 +23,13 @@ class PlainSplitStepper final : public Stepper {
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;
   void restart() override { known_ = false; }
+  bool midpoint_kicks() const override { return particles_->needs_velocities(); }
 
  private:
   void set_step_size(double h);
   void drift(double t, double tau, double* state);
   void kick(std::size_t i, double t, double* state);
+  void change(std::size_t slot, const std::array<double*, 3>& v, const std::array<double*, 3>& to);
 
   Particles* particles_;
   SplitPlan plan_;
@@ -36,8 +39,8 @@ class PlainSplitStepper final : public Stepper {
   bool closes_;         // the last acceleration of a step is the first of the next
   bool known_ = false;  // ... and is in a_
   double h_ = 0;
-  Array a_, still_;                   // accelerations; velocities of 0
-  std::vector<Array> keeps_, gains_;  // of each kick, of every particle
+  Array a_, v_half_;                  // accelerations; velocities in the middle of a kick
+  std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
   Array k_[4], memory_;               // of memories
 };
 

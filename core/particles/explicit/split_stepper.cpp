@@ -27,15 +27,17 @@ SplitStepper<Real>::SplitStepper(Particles& system, const SplitPlan& plan)
       drifts_(std::ranges::count_if(parts_, [](const Part& part) { return part.drift != 0; })),
       closes_(plan.closes() && system.other_forces().empty()),
       sweeps_(system, at_once() * static_cast<int>(parts_.size())),
-      kicks_(parts_.size()) {
-  stages_.reserve(parts_.size() * static_cast<std::size_t>(at_once()));
+      kicks_(parts_.size() * (midpoint_kicks() ? 2 : 1)) {
+  stages_.reserve(kicks_.size() * static_cast<std::size_t>(at_once()));
+  moments_.reserve(stages_.capacity());
   const Layout half(system.layout().n(), 3, kBlock<Real>);
   if (drifts_ > 1 || at_once() > 1) positions_ = ArrayOf<Real>(half.size());
   if (system.has_other_forces()) forces_ = Array(half.size());
+  if (midpoint_kicks()) v_half_ = ArrayOf<Real>(half.size());
   if (closes_) v_after_ = ArrayOf<Real>(half.size());
   if (system.motion().inverse_masses) {
     const Layout one(system.layout().n(), 1);
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
+    for (std::size_t slot = 0; slot < kicks_.size(); ++slot) {
       keeps_.emplace_back(one.size());
       gains_.emplace_back(one.size());
     }
@@ -52,13 +54,13 @@ int SplitStepper<Real>::at_once() const {
 
 // A kick of length tau under the damping of each particle.
 template <class Real>
-Kick SplitStepper<Real>::kick(std::size_t part, double tau) {
+Kick SplitStepper<Real>::kick(std::size_t slot, double tau) {
   const Motion& motion = system_->motion();
   const Damping common = damping(motion.damping * motion.inverse_mass, tau);
   if (!motion.inverse_masses) return {common.keep, common.gain, nullptr, nullptr};
   const Layout one(system_->layout().n(), 1);
-  double* const keeps = one.block(keeps_[part].data(), 0);
-  double* const gains = one.block(gains_[part].data(), 0);
+  double* const keeps = one.block(keeps_[slot].data(), 0);
+  double* const gains = one.block(gains_[slot].data(), 0);
   for (int i = 0; i < one.n(); ++i) {
     const Damping own = damping(motion.damping * motion.inverse_masses[i], tau);
     keeps[i] = own.keep;
@@ -70,7 +72,10 @@ Kick SplitStepper<Real>::kick(std::size_t part, double tau) {
 template <class Real>
 void SplitStepper<Real>::set_step_size(double h) {
   if (h == h_) return;
-  for (std::size_t p = 0; p < parts_.size(); ++p) kicks_[p] = kick(p, parts_[p].kick * h);
+  const std::size_t count = parts_.size();
+  for (std::size_t p = 0; p < count; ++p) kicks_[p] = kick(p, parts_[p].kick * h);
+  for (std::size_t p = count; p < kicks_.size(); ++p)
+    kicks_[p] = kick(p, 0.5 * parts_[p - count].kick * h);
   h_ = h;
   known_ = false;
 }
@@ -86,11 +91,29 @@ void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
   auto drifts = count * drifts_;
 
   stages_.clear();
+  moments_.clear();
   for (int step = 0; step < count; ++step)
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       if (closes_ && p == 0 && step > 0) continue;  // made with the last part of the step before
       const bool last = p + 1 == parts_.size(), seen = last && step + 1 == count;
       const bool both = closes_ && last;
+      Moment moment{parts_[p].start, {}};
+      if (midpoint_kicks() && parts_[p].kicks) {
+        const std::array<Real*, 3> v_half = half.axes(v_half_.data());
+        KickStage<Real>& first = stages_.emplace_back();
+        first.kicks = true;
+        first.kick = kicks_[parts_.size() + p];
+        for (int axis = 0; axis < 3; ++axis) {
+          first.q[axis] = q[axis];
+          first.v[axis] = moment.v[axis] = v[axis];
+          first.v_next[axis] = v_half[axis];
+          if constexpr (std::is_same_v<Real, double>)
+            first.force[axis] = half.block(forces_.data(), axis);
+        }
+        moments_.push_back(moment);
+        std::ranges::copy(v_half, moment.v);
+      }
+      moments_.push_back(moment);
       KickStage<Real>& stage = stages_.emplace_back();
       stage.kicks = parts_[p].kicks && !(p == 0 && known_);
       stage.kick = kicks_[p];
@@ -146,13 +169,14 @@ bool SplitStepper<Real>::gather_and_step(double t,
   bool finite = true;
   for (std::size_t s = 0; s < stages_.size(); ++s) {
     const KickStage<double>& stage = stages_[s];
-    // Nobody reads the time where several steps are made at once.
-    const double start = s < parts_.size() ? parts_[s].start : 0;
-    ParticleView view = system_->view(t + start * h_, x);
+    const Moment& moment = moments_[s];
+    ParticleView view = system_->view(t + moment.start * h_, x);
     view.x = stage.q[0];
     view.y = stage.q[1];
     view.z = stage.q[2];
-    view.vx = view.vy = view.vz = nullptr;
+    view.vx = moment.v[0];
+    view.vy = moment.v[1];
+    view.vz = moment.v[2];
     const auto [fx, fy, fz] = half.axes(forces_.data());
     finite =
         sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,

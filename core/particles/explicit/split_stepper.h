@@ -26,6 +26,7 @@ class SplitStepper final : public Stepper {
     known_ = false;
     state_.forget();
   }
+  bool midpoint_kicks() const override { return system_->needs_velocities(); }
 
  private:
   static constexpr int kStagesAtOnce = 16;  // more gain little
@@ -36,9 +37,15 @@ class SplitStepper final : public Stepper {
     bool kicks;
   };
 
+  // Where a stage evaluates the other forces.
+  struct Moment {
+    double start;      // as in Part
+    const Real* v[3];  // null where none of them depends on velocity
+  };
+
   static std::vector<Part> parts_of(const SplitPlan& plan);
   void set_step_size(double h);
-  Kick kick(std::size_t part, double tau);
+  Kick kick(std::size_t slot, double tau);
   void write(int count, const Real* x, Real* x_next);
   bool gather_and_step(double t, const double* x) requires std::is_same_v<Real, double>;
 
@@ -51,11 +58,13 @@ class SplitStepper final : public Stepper {
   bool closes_;            // the last kick of a step and the first of the next are made at once
   bool known_ = false;     // ... and were, into v_after_
   Sweeps<Real> sweeps_;
-  std::vector<Kick> kicks_;  // of the parts
+  std::vector<Kick> kicks_;  // of the parts, and then their first halves for midpoint kicks
   std::vector<KickStage<Real>> stages_;
+  std::vector<Moment> moments_;  // of the stages
   ArrayOf<Real> positions_, v_after_;
   Array forces_;                      // that are neither affine nor springs in runs
-  std::vector<Array> keeps_, gains_;  // of the parts, where masses differ
+  ArrayOf<Real> v_half_;              // in the middle of a kick, where forces depend on velocity
+  std::vector<Array> keeps_, gains_;  // of the kicks, where masses differ
 };
 
 }  // namespace sim

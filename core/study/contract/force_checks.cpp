@@ -13,14 +13,15 @@ namespace {
 
 constexpr int kFew = 12, kMany = 8 * 2048;  // particles
 
-// Neighbours by number, for a force that joins particles.
+// Neighbours by number, for a force that joins particles, with the values that it has no default
+// for.
 Elements ties(const PluginInfo& plugin, int n) {
   Elements elements;
   elements.arity = std::max(plugin.elements.arity, 2);
   for (int i = 0; plugin.elements.arity > 0 && i + elements.arity <= n; ++i) {
     for (int corner = 0; corner < elements.arity; ++corner) elements.ids.push_back(i + corner);
     for (const Param& param : plugin.params)
-      if (param.per_tie)
+      if (param.per_tie && std::holds_alternative<std::monostate>(param.default_value))
         elements.values[param.name].push_back(
             std::clamp(0.5 + 0.125 * (i % 5), param.min, param.max));
   }

@@ -186,8 +186,7 @@ void locate(Simulation& system, const Coordinates& where, const std::vector<Comp
   constexpr std::size_t kParticles = 4;
   if (!system.second_order()) return;
   std::map<int, double> share;
-  for (std::size_t k = 0; k < where.at.size(); ++k)
-    share[where.particle[k]] += std::norm(u[k]);
+  for (std::size_t k = 0; k < where.at.size(); ++k) share[where.particle[k]] += std::norm(u[k]);
   result.particles.assign(share.begin(), share.end());
   std::stable_sort(result.particles.begin(), result.particles.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
@@ -246,7 +245,7 @@ double omega_bound(Simulation& system) {
   for (const auto& force : particles->forces()) {
     if (force->affine()) continue;
     const Springs* springs = force->springs();
-    if (!springs) return std::numeric_limits<double>::infinity();
+    if (!springs || force->accumulates()) return std::numeric_limits<double>::infinity();
     for (int i = 0; i < view.n; ++i) {
       if (!view.free(i)) continue;
       double& sum = row[static_cast<std::size_t>(i)];

@@ -1,0 +1,59 @@
+// Damping along springs: dashpots between the same pairs of particles.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/force.h"
+#include "core/particles/springs/springs.h"
+
+namespace sim {
+
+// The force on a of a dashpot of c N s/m to b, with d = x_a - x_b and w = v_a - v_b:
+//   f = -c (w.d^) d^ = -c rho d,  d^ = d / |d|,  rho = (w.d) / |d|^2;  0 where d = 0
+// It acts along d, so that momentum and angular momentum stay, and takes the power c (w.d^)^2.
+Vec3 dashpot_force(const Vec3& d, const Vec3& w, double c);
+
+// The dashpots of a run: c of the one that particle a owns at [a], 0 where there is none, padded.
+struct DashpotRun {
+  const double* c;
+  std::int64_t stride;
+};
+
+// Adds the forces of all runs on particles [begin, end).
+using DashpotForces = void (*)(std::span<const DashpotRun> runs, const ParticleView& view,
+                               int begin, int end, ForceSink sink);
+DashpotForces dashpot_forces();  // for this machine
+
+// Adds these to `sum` for the particles at `lanes` places from i, one dashpot at a time: where some
+// |d|^2 leaves the range of numbers. The same bits for the others.
+void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView& view, int i,
+                            int lanes, double (*sum)[8]);
+
+// Each dashpot is evaluated from both its ends, so that particles stay independent of each other.
+class Dashpots {
+ public:
+  // As Springs: for_each visits a, b, the damping in N s/m, and 0.
+  Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each);
+
+  void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const;
+
+  // With p = x or v:  df_a / dp_a = -B,  df_a / dp_b = B,
+  //   B_x = c (rho I + d (w - 2 rho d)^T / |d|^2),  B_v = c d d^T / |d|^2
+  void jacobian(const ParticleView& view, BlockSink& sink) const;
+
+  // Calls visit(to, c) for every dashpot at particle i.
+  template <class Visit>
+  void at(int i, Visit visit) const {
+    pairs_.at(i, [&](int to, double c, double /*rest*/) { visit(to, c); });
+  }
+
+ private:
+  Springs pairs_;  // a damping in place of each stiffness, and no rest lengths
+  std::vector<Array> c_;
+  std::vector<DashpotRun> runs_;
+  DashpotForces forces_ = dashpot_forces();
+};
+
+}  // namespace sim
