@@ -95,11 +95,6 @@ void Shadow::look(const Energy* energy) {
       {run_->step_count(), run_->t(), places(*run_), energy ? energy->total() : std::nan("")});
 }
 
-void Shadow::drop() {
-  frames_.clear();
-  frames_.shrink_to_fit();
-}
-
 // The run from its first state again, with finer settings and so many steps for each of its own.
 Simulation Shadow::finer_run(double& steps_per_step) const {
   const Settings& own = run_->settings();

@@ -41,8 +41,6 @@ class Shadow {
 
   // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);
-  // Forgets the states: there will be no comparison.
-  void drop();
 
   // Runs the shadow over the states seen, and where the two part a neighbour of the run as well.
   // Costs two to four times the run. `stop` ends it: then the outcome is kStopped.
