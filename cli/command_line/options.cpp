@@ -47,7 +47,7 @@ struct Texts {
       dump, every;
   std::string snap, resume, check;
   std::string progress = "auto";
-  std::vector<std::string> set, plugin_path, load;
+  std::vector<std::string> set, off, plugin_path, load;
   bool fixed_step = false, json = false, quiet = false, version = false, extremes = false,
        luacats = false, verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
@@ -175,6 +175,7 @@ Parser::Parser() {
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
   values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
+  values("--off", t.off, "NAME", "a switch of the scene, off from the start; repeatable");
   value("--seed", t.seed, "N", "of random numbers in the scene");
   value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
   app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
@@ -263,6 +264,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   SceneRequest request;
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(texts_.set);
+  request.off = texts_.off;
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));

@@ -30,7 +30,7 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
       history, mode, resume;
-  std::vector<std::string> set, plugin_path, load, codes, files;
+  std::vector<std::string> set, off, plugin_path, load, codes, files;
   bool version = false, man = false;
   CLI::App app{kAbout, "simrepl"};
   app.set_help_flag("-h,--help", "this text");
@@ -57,6 +57,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   value("--tol", tol, "T", "tolerance of an adaptive integrator");
   value("--precision", precision, "P", "of a step: double, or single for half the time");
   values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
+  values("--off", off, "NAME", "a switch of the scene, off from the start; repeatable");
   value("--resume", resume, "FILE", "goes on from a checkpoint");
   value("--mode", mode, "MODE", "text, json or csv: how values are printed");
   value("--history", history, "MB", "of snapshots to go back to; 64 if not given");
@@ -88,6 +89,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   SceneRequest& request = line.session.scene;
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
+  request.off = off;
   request.integrator = parse_integrator(once(integrator, integrator_word));
   add_options(request.integrator, tol, precision, false);
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);

@@ -42,6 +42,8 @@ const std::array kCommands = std::to_array<Command>({
      actions::set_component},
     {"state", "pin", "pin", "I ...", "holds particles where they are", actions::pin},
     {"state", "unpin", "unpin", "I ...", "lets them go", actions::unpin},
+    {"state", "toggle", "toggle", "[NAME [on|off]]", "turns a switch of the scene; or lists them",
+     actions::toggle},
     {"state", "springs", "springs", "I", "the springs attached to particle I", actions::springs},
     {"state", "forces", "forces", "I", "the shares of the force on particle I, in N",
      actions::forces},

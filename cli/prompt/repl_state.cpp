@@ -143,6 +143,28 @@ Answer unpin(Call& call) {
   return for_each_particle(call, [](Simulation& system, int i) { system.set_pinned(i, false); });
 }
 
+Answer toggle(Call& call) {
+  call.take(0, 2);
+  LiveScene& live = call.session.live();
+  const auto switches = live.system().switches();
+  if (call.count() == 0) {
+    std::vector<Data> list;
+    for (const auto& [name, on] : switches)
+      list.emplace_back(std::vector<std::pair<Data, Data>>{{"name", name}, {"on", on}});
+    return {list};
+  }
+  const std::string name = call.text(0, "a switch");
+  const auto known = std::ranges::find(switches, name, &std::pair<std::string, bool>::first);
+  bool on = known == switches.end() || !known->second;
+  if (call.count() == 2) {
+    const std::string wanted = call.text(1, "on or off");
+    if (wanted != "on" && wanted != "off") call.wrong("a switch is on or off");
+    on = wanted == "on";
+  }
+  live.edit([&](Simulation& system) { system.set_switch(name, on); });
+  return {name + (on ? " on" : " off")};
+}
+
 Answer springs(Call& call) {
   call.take(1, 1);
   LiveScene& live = call.session.live();

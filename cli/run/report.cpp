@@ -125,6 +125,9 @@ void Report::header(std::span<Track> tracks, int threads) {
                                           ? ", " + std::to_string(system.pinned_count()) + " pinned"
                                           : ""));
       text += label("springs", families(system));
+      std::string off;
+      for (const std::string& name : system.settings().off) off += (off.empty() ? "" : ", ") + name;
+      if (!off.empty()) text += label("off", off);
     } else {
       text +=
           label("state", system.flat() ? counted(system.components(), "number")

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
 
@@ -26,6 +27,28 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
           .threads = request.threads};
 }
 
+namespace {
+
+// In every system that has a switch of this name.
+void turn_off(const std::string& name, SceneSpec& scene) {
+  bool known = false;
+  std::vector<std::string> names;
+  for (SystemSpec& system : scene.systems)
+    for (const SwitchSpec& each : system.switches) {
+      names.push_back(each.name);
+      if (each.name != name) continue;
+      system.forces[each.part].on = false;
+      known = true;
+    }
+  if (known) return;
+  const std::string remedy = suggestion(name, names);
+  throw Error(ErrorKind::kUsage,
+              {"no such switch", "--off " + name, "the scene has no switch of this name",
+               names.empty() ? "it names them in switches = { NAME = FORCE }" : remedy});
+}
+
+}  // namespace
+
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
   // What is wrong on the command line is said before any file is looked at.
   if (!request.integrator.name.empty())
@@ -33,6 +56,7 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {environment.scene_folders, request.settings, request.seed});
+  for (const std::string& name : request.off) turn_off(name, scene.spec);
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(request, system, registry));
   return scene;

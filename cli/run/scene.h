@@ -19,6 +19,7 @@ inline constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a
 struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
   std::map<std::string, std::string> settings;  // --set
+  std::vector<std::string> off;                 // --off: switches
   std::uint64_t seed = 0;
   MethodChoice integrator;
   double dt = 0;  // s; 0 = the scene's own

@@ -172,6 +172,11 @@ std::string scene_text(const LoadedScene& scene, const std::string& name) {
       rows.push_back({arg.name, to_text(arg.default_value), to_text(arg.value), arg.doc});
     text += aligned(rows);
   }
+  rows = {{"name", "now"}};
+  for (const Simulation& system : scene.systems)
+    for (const auto& [name_of, on] : system.switches())
+      rows.push_back({name_of, on ? "on" : "off"});
+  if (rows.size() > 1) text += "\nswitches (--off NAME, .toggle NAME)\n" + aligned(rows);
   return text + "\nfile  " + scene.spec.file + '\n';
 }
 
@@ -186,6 +191,9 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
     }
     if (system.second_order()) object.integer("springs", spring_count(system));
+    JsonObject switches;
+    for (const auto& [name_of, on] : system.switches()) switches.flag(name_of, on);
+    object.json("switches", switches.str());
     systems.push_back(object.text("integrator", system.method().name())
                           .number("dt", system.h())
                           .number("duration", system.duration())

@@ -98,7 +98,7 @@ class Force {
 
 // Where the memory of a force lies among all memories of a state.
 struct ForceMemory {
-  const Force* force;
+  Force* force;
   std::size_t begin, size;
 };
 

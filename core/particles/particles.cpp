@@ -29,18 +29,47 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
       team_(&team) {
   set_masses(masses, pinned);
 
-  std::vector<const Net*> nets;
   ParticleView start = view(0, initial);
   start.memory = {};
   for (const auto& force : forces_) {
     force->bind(start);
-    add(*force, nets);
+    add_memory(*force);
   }
+  set_off({});
+}
+
+void Particles::set_off(std::span<const std::size_t> forces) {
+  for (double& g : motion_.gravity) g = 0;
+  motion_.damping = 0;
+  reach_ = 0;
+  needs_velocities_ = has_dashpots_ = false;
+  on_.clear();
+  runs_.clear();
+  other_forces_.clear();
+  std::vector<const Net*> nets;
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    if (std::ranges::count(forces, i) == 0) add(*forces_[i], nets);
   net_forces_ = NetForces(std::move(nets), layout_.n());
-  for (int rank = 0; rank < team.size(); ++rank) rings_.emplace_back(runs_);
+  rings_.clear();
+  for (int rank = 0; rank < team_->size(); ++rank) rings_.emplace_back(runs_);
+
+  prepared_ = other_forces_;
+  for (const ForceMemory& memory : memories_)
+    if (memory.force->remembers_particles() && std::ranges::count(prepared_, memory.force) == 0)
+      prepared_.push_back(memory.force);
+}
+
+void Particles::add_memory(Force& force) {
+  if (force.memory_size() == 0) return;
+  constexpr std::size_t kLine = 8;
+  const auto size = static_cast<std::size_t>(force.memory_size());
+  memories_.push_back({&force, memory_size_, size});
+  memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
+  memory_size_ += (size + kLine - 1) / kLine * kLine;
 }
 
 void Particles::add(Force& force, std::vector<const Net*>& nets) {
+  on_.push_back(&force);
   if (const auto affine = force.affine()) {
     for (int axis = 0; axis < 3; ++axis) motion_.gravity[axis] += affine->acceleration[axis];
     motion_.damping += affine->damping;
@@ -56,12 +85,6 @@ void Particles::add(Force& force, std::vector<const Net*>& nets) {
   if (!force.accumulates()) return;
   other_forces_.push_back(&force);
   needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
-  if (force.memory_size() == 0) return;
-  constexpr std::size_t kLine = 8;
-  const auto size = static_cast<std::size_t>(force.memory_size());
-  memories_.push_back({&force, memory_size_, size});
-  memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
-  memory_size_ += (size + kLine - 1) / kLine * kLine;
 }
 
 void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
@@ -134,7 +157,7 @@ double Particles::kinetic_energy(double t, const double* state) const {
 double Particles::potential_energy(double t, const double* state) const {
   const ParticleView p = view(t, state);
   double sum = 0;
-  for (const auto& force : forces_) {
+  for (Force* const force : on_) {
     const ParticleView own = seen_by(*force, p);
     force->prepare(own, *team_);
     sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(own, tile); });
@@ -145,7 +168,7 @@ double Particles::potential_energy(double t, const double* state) const {
 double Particles::elastic_energy(double t, const double* state) const {
   const ParticleView p = view(t, state);
   double sum = 0;
-  for (const auto& force : forces_)
+  for (const Force* const force : on_)
     if (force->springs())
       sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(p, tile); });
   return sum;
@@ -192,7 +215,7 @@ void Particles::derive(const ParticleView& view, double* rates) const {
 
 void Particles::prepare_gather(const ParticleView& view) {
   net_forces_.prepare(view, *team_);
-  for (Force* force : other_forces_) force->prepare(seen_by(*force, view), *team_);
+  for (Force* force : prepared_) force->prepare(seen_by(*force, view), *team_);
 }
 
 void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) const {

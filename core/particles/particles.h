@@ -27,6 +27,8 @@ class Particles {
 
   // For the same particles and forces; steppers have to be made again.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
+  // Turns off the forces with these indices and all others on. Memories go on either way.
+  void set_off(std::span<const std::size_t> forces);
 
   const Layout& layout() const noexcept { return layout_; }
   ParticleView view(double t, const double* state) const;
@@ -35,7 +37,7 @@ class Particles {
   const Motion& motion() const noexcept { return motion_; }
   Team& team() const noexcept { return *team_; }
 
-  const std::vector<std::unique_ptr<Force>>& forces() const noexcept { return forces_; }
+  std::span<Force* const> forces() const noexcept { return on_; }  // that are on
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
   std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
@@ -53,7 +55,7 @@ class Particles {
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
-  void start_memories(double* state) const;  // as at t = 0
+  void start_memories(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
@@ -86,6 +88,7 @@ class Particles {
   }
 
  private:
+  void add_memory(Force& force);
   void add(Force& force, std::vector<const Net*>& nets);
 
   Layout layout_;
@@ -93,6 +96,8 @@ class Particles {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0, reach_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
+  std::vector<Force*> on_,
+      prepared_;  // that act; that are prepared: others, and those that remember
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;

@@ -13,7 +13,7 @@ namespace sim {
 namespace {
 
 constexpr std::string_view kMagic = "SIMSNAP\n";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {
@@ -196,10 +196,19 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
                               double start_energy) {
   const Snapshot snapshot = simulation.snapshot();
   const Settings& settings = *snapshot.settings;
-  return {simulation.name(), scene_identity(spec), settings.method.choice(),
-          settings.h,        snapshot.t0,          snapshot.step,
-          snapshot.n0,       start_energy,         settings.pinned,
-          snapshot.x,        snapshot.memory,         {}};
+  return {simulation.name(),
+          scene_identity(spec),
+          settings.method.choice(),
+          settings.h,
+          snapshot.t0,
+          snapshot.step,
+          snapshot.n0,
+          start_energy,
+          settings.pinned,
+          settings.off,
+          snapshot.x,
+          snapshot.memory,
+          {}};
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
@@ -216,8 +225,14 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
     refuse(where, "its contents make no sense", "make the checkpoint again");
   if (!saved.pinned.empty() && !simulation.second_order())
     refuse(where, "its contents make no sense", "make the checkpoint again");
+  std::vector<std::string> names;
+  for (const auto& each : simulation.switches()) names.push_back(each.first);
+  if (!std::ranges::is_sorted(saved.off, std::ranges::less_equal{}) ||
+      !std::ranges::includes(names, saved.off))
+    refuse(where, "it turns off what the scene has no switch for",
+           "give the scene it was made with");
   const auto settings = std::make_shared<const Settings>(
-      Settings{Method(registry, saved.integrator), saved.h, saved.pinned});
+      Settings{Method(registry, saved.integrator), saved.h, saved.pinned, saved.off});
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
 }
 
@@ -248,6 +263,8 @@ std::string encode(const Checkpoint& checkpoint) {
       out.integer(static_cast<std::uint64_t>(number));
     out.integer(system.pinned.size());
     for (const int id : system.pinned) out.integer(static_cast<std::uint64_t>(id));
+    out.integer(system.off.size());
+    for (const std::string& name : system.off) out.text(name);
     out.numbers(system.x);
     out.numbers(system.memory);
     out.numbers(system.work);
@@ -291,6 +308,7 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
       *number = static_cast<std::int64_t>(in.integer());
     for (std::size_t left = in.length(8); left > 0; --left)
       system.pinned.push_back(static_cast<int>(in.integer()));
+    for (std::size_t left = in.length(8); left > 0; --left) system.off.push_back(in.text());
     system.x = in.numbers();
     system.memory = in.numbers();
     system.work = in.numbers();

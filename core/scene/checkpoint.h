@@ -20,6 +20,7 @@ struct Checkpoint {
     std::int64_t step = 0, n0 = 0;
     double start_energy = 0;  // J, from where the drift counts
     std::vector<int> pinned;
+    std::vector<std::string> off;  // switches
     std::vector<double> x, memory;
     std::vector<double> work;  // WorkIntegral::memory(); empty: not known
   };

@@ -53,6 +53,13 @@ struct PartSpec {
   std::optional<std::vector<int>> particles =
       {};  // ascending: it acts on these alone; none: on all
   Place place = {};
+  bool on = true;  // at the start
+};
+
+// What the scene calls a part that may be turned on and off while it runs.
+struct SwitchSpec {
+  std::string name;
+  std::size_t part;  // index among SystemSpec::forces
 };
 
 // State of a first-order scene: points of space (dimension 3) or a flat list (dimension 1).
@@ -67,6 +74,7 @@ struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders;
+  std::vector<SwitchSpec> switches;  // in order of their names
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;

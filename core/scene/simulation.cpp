@@ -35,6 +35,9 @@ void check(const SystemSpec& spec) {
   for (const int id : spec.particles->pinned)
     if (outside(id))
       refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
+  for (const SwitchSpec& each : spec.switches)
+    if (each.part >= spec.forces.size())
+      refuse("switch '" + each.name + "' is of no force", spec.place);
   if (!spec.loads.empty() && static_cast<int>(spec.loads.size()) != n)
     refuse("there are " + std::to_string(spec.loads.size()) + " loads", spec.place);
 }
@@ -106,6 +109,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  switches = spec.switches;
+  particles->set_off(forces_off(*settings));
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -114,6 +119,13 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     });
   }
   system = std::move(compiled);
+}
+
+std::vector<std::size_t> Simulation::Impl::forces_off(const Settings& wanted) const {
+  std::vector<std::size_t> off;
+  for (const SwitchSpec& each : switches)
+    if (std::ranges::count(wanted.off, each.name) > 0) off.push_back(each.part);
+  return off;
 }
 
 std::vector<double> Simulation::Impl::masses() const {
@@ -171,8 +183,10 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
     throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", spec.place,
                                     "its step size dt is " + shortest(h), "give dt > 0 in s"});
   const auto settings = std::make_shared<Settings>(
-      Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}});
+      Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}, {}});
   s.settings = settings;
+  for (const SwitchSpec& each : spec.switches)
+    if (!spec.forces[each.part].on) settings->off.push_back(each.name);
 
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;

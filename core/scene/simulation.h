@@ -92,7 +92,9 @@ class Simulation {
   void set_component(int i, double value);
   void set_pinned(int i, bool hold);
   bool pinned(int i) const;
-  void set_dt(double new_h);  // t goes on from where it is
+  void set_switch(const std::string& name, bool on);
+  std::vector<std::pair<std::string, bool>> switches() const;  // name, on; in order of names
+  void set_dt(double new_h);                                   // t goes on from where it is
   void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;       // a pinned one feels them too

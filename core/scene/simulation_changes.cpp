@@ -31,11 +31,16 @@ void check_finite(const Vec3& v, const std::string& what) {
 
 void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
   const bool other_pins = wanted->pinned != settings->pinned;
-  if (other_pins) particles->set_masses(masses(), wanted->pinned);
+  const bool other_switches = wanted->off != settings->off;
+  const auto apply = [&](const Settings& chosen) {
+    if (other_pins) particles->set_masses(masses(), chosen.pinned);
+    if (other_switches) particles->set_off(forces_off(chosen));
+  };
+  apply(*wanted);
   try {
     make_integrator(*wanted, {});
   } catch (...) {
-    if (other_pins) particles->set_masses(masses(), settings->pinned);
+    apply(*settings);
     throw;
   }
   settings = std::move(wanted);
@@ -114,6 +119,31 @@ void Simulation::set_pinned(int i, bool hold) {
   s.restart();
 }
 
+void Simulation::set_switch(const std::string& name, bool on) {
+  Impl& s = *impl_;
+  const auto known = std::ranges::find(s.switches, name, &SwitchSpec::name);
+  if (known == s.switches.end()) {
+    std::vector<std::string> names;
+    for (const SwitchSpec& each : s.switches) names.push_back(each.name);
+    refuse_change("no such switch", "'" + name + "' is none of this scene",
+                  names.empty() ? "name one in the scene: switches = { " + name + " = FORCE }"
+                                : suggestion(name, names));
+  }
+  auto wanted = std::make_shared<Settings>(*s.settings);
+  std::erase(wanted->off, name);
+  if (!on) wanted->off.insert(std::ranges::lower_bound(wanted->off, name), name);
+  if (wanted->off == s.settings->off) return;
+  s.adopt(std::move(wanted));
+  s.restart();
+}
+
+std::vector<std::pair<std::string, bool>> Simulation::switches() const {
+  std::vector<std::pair<std::string, bool>> list;
+  for (const SwitchSpec& each : impl_->switches)
+    list.emplace_back(each.name, std::ranges::count(settings().off, each.name) == 0);
+  return list;
+}
+
 void Simulation::set_dt(double new_h) {
   if (!(new_h > 0) || !std::isfinite(new_h))
     refuse_change("bad step size", "dt is " + shortest(new_h), "give a number of seconds > 0");
@@ -144,7 +174,7 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
   const ParticleView view = s.particles->view(t(), s.x.data());
   const double mass = s.initial.at(i).mass;
   for (const auto& each : s.particles->forces()) {
-    const Force& force = *each;
+    Force& force = *each;
     const auto affine = force.affine();
     const bool accumulates = std::ranges::count(s.particles->other_forces(), &force) > 0;
     Vec3 sum = Vec3::Zero();
@@ -169,7 +199,7 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       const auto n = static_cast<std::size_t>(view.n), at = static_cast<std::size_t>(i);
       Array sums(3 * n);
       const ParticleView own = s.particles->seen_by(force, view);
-      each->prepare(own, *s.team);
+      force.prepare(own, *s.team);
       force.accumulate(own, {i, i + 1}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
       sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
     }

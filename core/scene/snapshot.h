@@ -13,8 +13,9 @@ namespace sim {
 // How a system is stepped, apart from its state. Never changed once a snapshot shares it.
 struct Settings {
   Method method;
-  double h = 0;             // s
-  std::vector<int> pinned;  // ids, ascending
+  double h = 0;                  // s
+  std::vector<int> pinned;       // ids, ascending
+  std::vector<std::string> off;  // switches of the scene that are off, in order of their names
 };
 
 // The state after `step` steps. With a step size that changed at step n0 and time t0 the time of

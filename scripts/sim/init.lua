@@ -379,6 +379,8 @@ end
 --             {di, dj, dk} in a grid of three directions
 -- Forces that act on each particle by itself, such as gravity, can be kept to some:
 --   particles   list of ids; default: all
+-- Every force can be turned off at the start, for good unless the scene names a switch for it:
+--   on          true or false; default true
 local function constructors(kind)
   return setmetatable({}, {
     __metatable = "sim." .. kind,
@@ -448,6 +450,8 @@ end
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
+--   switches     optional { NAME = FORCE, ... }: forces that can be turned on and off while the
+--                scene runs, by .toggle NAME, or left off by --off NAME
 -- First order (no masses, no velocities):
 --   state        { x = list of vectors } for points of space, or a flat list of numbers
 --   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)

@@ -11,9 +11,9 @@
 namespace sim {
 namespace {
 
-const std::vector<std::string> kSceneKeys = {"name",       "particles", "forces",  "surfaces",
-                                             "colliders",  "state",     "field",   "exact",
-                                             "integrator", "dt",        "duration"};
+const std::vector<std::string> kSceneKeys = {"name",      "particles",  "forces", "surfaces",
+                                             "colliders", "switches",   "state",  "field",
+                                             "exact",     "integrator", "dt",     "duration"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -231,12 +231,14 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
                 "write forces = { sim.force.NAME { ... } }");
   lua_pop(L, 1);
   const std::size_t count = read_length(L, forces, place, "forces");
+  std::vector<const void*> handles;
   for (std::size_t i = 0; i < count; ++i) {
     lua_rawgeti(L, forces, static_cast<lua_Integer>(i) + 1);
     const int force = lua_absindex(L, -1);
     if (const std::string got = session_->push_record(L, force); got != "force")
       scene_error(place, "bad entry " + std::to_string(i + 1) + " of forces",
                   "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
+    handles.push_back(lua_topointer(L, force));
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     const ForcePlugin& plugin = registry_.get<Force>(lua_tostring(L, -1), place_of(L, record));
@@ -249,6 +251,39 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
   spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);
   colliders(L, scene, spec);
+  switches(L, scene, handles, spec);
+}
+
+void SceneReader::switches(lua_State* L, int scene, std::span<const void* const> forces,
+                           SystemSpec& spec) const {
+  if (push_field(L, scene, "switches") != LUA_TNIL) {
+    const int table = lua_absindex(L, -1);
+    if (!lua_istable(L, table))
+      scene_error(spec.place, "bad switches",
+                  "expected { NAME = a force of the scene, ... }, got " + show(L, table));
+    for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
+      const bool text = lua_type(L, -2) == LUA_TSTRING;
+      const std::string name =
+          text ? std::string(lua_tostring(L, -2), lua_rawlen(L, -2)) : std::string();
+      if (!plain_word(name, "_-"))
+        scene_error(spec.place, "bad name of a switch",
+                    "expected letters, digits, _ and -, got " + show(L, -2));
+      const auto force = std::ranges::find(forces, lua_topointer(L, -1));
+      if (!lua_istable(L, -1) || force == forces.end())
+        scene_error(spec.place, "bad switch '" + name + "'",
+                    "expected a force that is in forces, got " + show(L, -1));
+      spec.switches.push_back({name, static_cast<std::size_t>(force - forces.begin())});
+    }
+    std::ranges::sort(spec.switches, {}, &SwitchSpec::name);
+  }
+  lua_pop(L, 1);
+
+  // What is off and cannot be turned on is left out.
+  for (std::size_t i = spec.forces.size(); i-- > 0;) {
+    if (spec.forces[i].on || std::ranges::count(spec.switches, i, &SwitchSpec::part)) continue;
+    spec.forces.erase(spec.forces.begin() + static_cast<std::ptrdiff_t>(i));
+    for (SwitchSpec& each : spec.switches) each.part -= each.part > i;
+  }
 }
 
 void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {

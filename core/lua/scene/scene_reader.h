@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ class SceneReader {
   void integrator(lua_State* L, SystemSpec& spec) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
   void colliders(lua_State* L, int scene, SystemSpec& spec) const;
+  // `forces`: the handles of spec.forces, in their order.
+  void switches(lua_State* L, int scene, std::span<const void* const> forces,
+                SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
   ParticlesSpec particles(lua_State* L, int record, const Place& place) const;
 

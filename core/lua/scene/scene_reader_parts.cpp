@@ -21,6 +21,12 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
          (plugin.pointwise && key == "particles");
 }
 
+// Whether it takes the key `on`, which is for the scene and no parameter.
+bool can_be_off(const PluginInfo& plugin) {
+  return plugin.kind == kind_of<Force> &&
+         std::ranges::count(plugin.params, "on", &Param::name) == 0;
+}
+
 // A parameter as a plain value; which type it should have is for the plugin's declaration to say,
 // but for functions, of which `of_particles` wants another kind.
 Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int dimension,
@@ -140,6 +146,13 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     if (lua_type(L, -2) == LUA_TSTRING) {
       name.assign(lua_tostring(L, -2), lua_rawlen(L, -2));
       if (names_particles(plugin, name)) continue;
+      if (name == "on" && can_be_off(plugin)) {
+        if (!lua_isboolean(L, -1))
+          scene_error(spec.place, "bad on of " + owner,
+                      "expected true or false, got " + show(L, -1));
+        spec.on = lua_toboolean(L, -1);
+        continue;
+      }
     } else {
       const auto positional = std::find_if(plugin.params.begin(), plugin.params.end(),
                                            [](const Param& param) { return param.positional; });
