@@ -1,5 +1,4 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
-#include "core/math/cross.h"
 #include "core/particles/elements/element_forces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
@@ -10,9 +9,7 @@ using Triangles = sim::ElementForces<3>;
 
 // m d = u x d.
 sim::Mat3 cross_matrix(const sim::Vec3& u) {
-  sim::Mat3 m;
-  m << 0, -u[2], u[1], u[2], 0, -u[0], -u[1], u[0], 0;
-  return m;
+  return {{0, -u[2], u[1]}, {u[2], 0, -u[0]}, {-u[1], u[0], 0}};
 }
 
 class Pressure final : public sim::Force {
@@ -28,7 +25,7 @@ class Pressure final : public sim::Force {
   void prepare(const sim::ParticleView& p, sim::Team& team) override {
     triangles_.evaluate(team, [&](int t) {
       const auto [a, b, c] = corners(p, t);
-      const sim::Vec3 third = pressure_ / 6 * sim::cross(b - a, c - a);
+      const sim::Vec3 third = pressure_ / 6 * (b - a).cross(c - a);
       return Triangles::Forces{third, third, third};
     });
   }
@@ -64,7 +61,7 @@ class Pressure final : public sim::Force {
     double volume = 0;
     triangles_.for_each(tile, [&](int t) {
       const auto [a, b, c] = corners(p, t);
-      volume += a.dot(sim::cross(b, c)) / 6;
+      volume += a.dot(b.cross(c)) / 6;
     });
     return -pressure_ * volume;
   }
