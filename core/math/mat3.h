@@ -45,6 +45,14 @@ class Mat3 {
     return {a.rows_[0].dot(b), a.rows_[1].dot(b),
             last[0] * b[0] + (last[1] * b[1] + last[2] * b[2])};
   }
+  friend constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
+    Mat3 product;
+    for (int column = 0; column < 3; ++column) {
+      const Vec3 sums = a * Vec3(b(0, column), b(1, column), b(2, column));
+      for (int row = 0; row < 3; ++row) product(row, column) = sums[row];
+    }
+    return product;
+  }
   friend constexpr bool operator==(const Mat3&, const Mat3&) = default;
 
  private:
@@ -53,5 +61,10 @@ class Mat3 {
 
 // a b^T.
 constexpr Mat3 outer(const Vec3& a, const Vec3& b) { return {a[0] * b, a[1] * b, a[2] * b}; }
+
+// m x = u x x for every x.
+constexpr Mat3 cross_matrix(const Vec3& u) {
+  return {{0, -u[2], u[1]}, {u[2], 0, -u[0]}, {-u[1], u[0], 0}};
+}
 
 }  // namespace sim

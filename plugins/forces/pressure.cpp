@@ -7,11 +7,6 @@ namespace {
 
 using Triangles = sim::ElementForces<3>;
 
-// m d = u x d.
-sim::Mat3 cross_matrix(const sim::Vec3& u) {
-  return {{0, -u[2], u[1]}, {u[2], 0, -u[0]}, {-u[1], u[0], 0}};
-}
-
 class Pressure final : public sim::Force {
  public:
   explicit Pressure(const sim::Params& params)
@@ -43,8 +38,8 @@ class Pressure final : public sim::Force {
   void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
     for (int t = 0; t < static_cast<int>(surface_->triangles().size()); ++t) {
       const auto [a, b, c] = corners(p, t);
-      const sim::Mat3 by_b = -pressure_ / 6 * cross_matrix(c - a);
-      const sim::Mat3 by_c = pressure_ / 6 * cross_matrix(b - a);
+      const sim::Mat3 by_b = -pressure_ / 6 * sim::cross_matrix(c - a);
+      const sim::Mat3 by_c = pressure_ / 6 * sim::cross_matrix(b - a);
       const auto& ids = surface_->triangles()[static_cast<std::size_t>(t)];
       for (const int i : ids) {
         sink.position(i, ids[0], -by_b - by_c);

@@ -35,6 +35,8 @@ TEST_CASE("products of vectors and matrices") {
   CHECK(m(1, 2) == 4);
   CHECK(m * a == Vec3(14, 11, -1));
   CHECK(outer(a, b) * a == a * b.dot(a));
+  CHECK(cross_matrix(a) * b == a.cross(b));
+  CHECK((m * outer(a, b)) * b == (m * a) * b.dot(b));
   CHECK(Mat3::Identity() * 2 - Mat3::Diagonal({2, 2, 1}) == Mat3::Diagonal({0, 0, 1}));
 }
 
