@@ -130,14 +130,18 @@ class Hold {
 void Hold::press() {
   way_.pressed = true;
   if (rest_ < 1e-6) return;  // pushed out later
-  const Vec3 before = way_.kicked;
-  if (friction_ > 0 && !slides()) {
+  const Vec3 kicked = way_.kicked, moved = way_.moved, end_rate = way_.rate(1);
+  if (friction_ > 0 && !slides())
     come_to_rest();
-  } else {
+  else
     press_along(friction_ == 0 ? normal_ : Vec3(normal_ - friction_ / speed_ * slip_));
-    way_.work.lost += (way_.kicked - before).dot(surface_rate_ - rate_);
-  }
-  way_.work.given += (way_.kicked - before).dot(surface_rate_);
+
+  // What that changes of the energy at the end, under the mean acceleration a of the rest:
+  //   |v + kick|^2 / 2 - |v|^2 / 2 - a.move
+  const Vec3 kick = way_.kicked - kicked, free = (end_rate - rate_) / rest_;
+  const double gain = kick.dot(end_rate + 0.5 * kick) - free.dot(way_.moved - moved);
+  way_.work.given += kick.dot(surface_rate_);
+  way_.work.lost += kick.dot(surface_rate_) - gain;
 }
 
 // The slip w obeys w' = drive - mu lambda w/|w|.
@@ -160,14 +164,12 @@ void Hold::come_to_rest() {
   if (speed_ > 0) {
     const double time = speed_ / (braking - drive_.dot(slip_) / speed_);
     way = 0.5 * time * slip_;
-    way_.work.lost += braking * 0.5 * time * speed_;
     after -= time;
   }
   const double drive = drive_.norm();
   if (drive > braking) {
     slip = (1 - braking / drive) * after * drive_;
     way += 0.5 * after * slip;
-    way_.work.lost += braking * 0.5 * (after - rest_) * slip.norm();  // the rest by hold()
     against = braking * 0.5 * rest_ / drive * drive_;
   }
   Vec3 place = collider_.carried(t_ + s_ * h_, t_ + h_, from_) + way;
@@ -331,7 +333,7 @@ Vec3 Contacts::hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const {
       inward = inward || -normal > 1e-15 * (speed + touch.velocity.norm());  // more than rounding
       const Vec3 change = v - before;
       work.given += change.dot(touch.velocity);
-      work.lost += change.dot(touch.velocity - v);
+      work.lost += change.dot(touch.velocity - 0.5 * (before + v));
     }
   }
   return v;

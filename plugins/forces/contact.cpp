@@ -5,7 +5,6 @@
 
 namespace {
 
-using sim::Mat3;
 using sim::Vec3;
 
 // d^p, in products and a square root where p is a multiple of 1/2.
@@ -60,19 +59,6 @@ class PenaltyContact final : public sim::Force {
 
   bool depends_on_velocity() const override { return damping_ > 0 || friction_ > 0; }
 
-  bool has_jacobian() const override { return !depends_on_velocity(); }
-  // F = k d^p n:  dF/dx = -k p d^(p-1) n n^T, without the curvature of the surface
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
-    each(view, {0, view.n}, [&](int i, const sim::Touch& touch) {
-      const double slope = stiffness_ * power_ * power_of(-touch.gap, power_ - 1);
-      Mat3 block;
-      for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-          block(row, column) = -slope * touch.normal[row] * touch.normal[column];
-      sink.position(i, i, block);
-    });
-  }
-
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     double sum = 0;
     each(view, tile, [&](int, const sim::Touch& touch) {
@@ -115,6 +101,14 @@ class PenaltyContact final : public sim::Force {
   double stiffness_, power_, damping_, friction_, slip_;
 };
 
+// For the example: y >= 0.
+class HalfSpace final : public sim::Collider {
+ public:
+  sim::Surface surface() const override { return {}; }
+  bool moves() const override { return false; }
+  sim::Touch touch(double, const Vec3& x) const override { return {.gap = x[1]}; }
+};
+
 }  // namespace
 
 SIM_PLUGIN(Force, "contact") {
@@ -154,7 +148,11 @@ SIM_PLUGIN(Force, "contact") {
                    .unit = "m/s",
                    .doc = "velocity along the surface below which friction grows with it",
                    .min = 0}},
-       .pointwise = true},
+       .pointwise = true,
+       .example = {{"collider", std::make_shared<const sim::ColliderMaker>(sim::ColliderMaker{
+                                    [] { return std::make_unique<HalfSpace>(); },
+                                    "sim.collider.plane {}"})},
+                   {"stiffness", 100.0}}},
       [](const sim::Params& p, const sim::Elements&) {
         return std::make_unique<PenaltyContact>(p);
       }});

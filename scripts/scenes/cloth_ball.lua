@@ -2,7 +2,7 @@
 -- Only particles are kept out of the sphere: between two of them a spring may lie s^2 / (8 radius)
 -- deep in it, which `thickness` covers.
 local sim = require "sim"
-local n = sim.arg("n", 16, "particles a side")
+local n = sim.arg("n", 8, "particles a side")
 local radius = sim.arg("radius", 0.2, "of the sphere, m")
 local friction = sim.arg("friction", 0.2, "of the sphere")
 local period = sim.arg("period", 2, "of its swing, s")

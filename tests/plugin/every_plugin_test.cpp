@@ -24,16 +24,6 @@ std::vector<sim::TriangleMesh::Triangle> strip() {
   return triangles;
 }
 
-// Of radius 1.5 about the origin.
-class Ball final : public sim::Collider {
- public:
-  sim::Surface surface() const override { return {}; }
-  bool moves() const override { return false; }
-  sim::Touch touch(double, const sim::Vec3& x) const override {
-    return {.gap = x.norm() - 1.5, .normal = x.normalized()};
-  }
-};
-
 // A parameter list that satisfies every declaration: the example of the plugin, defaults, and 1,
 // {1, 2, 3} ... where required.
 std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
@@ -59,11 +49,8 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kSurface:
         given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
-      case sim::ParamType::kMotion:  // no force has one yet
-        break;
-      case sim::ParamType::kCollider:
-        given[param.name] = std::make_shared<const sim::ColliderMaker>(
-            sim::ColliderMaker{[] { return std::make_unique<Ball>(); }, "ball"});
+      case sim::ParamType::kMotion:    // no force has one yet
+      case sim::ParamType::kCollider:  // an example has one
         break;
       case sim::ParamType::kFunction:
         given[param.name] =

@@ -236,8 +236,9 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
   auto maker = std::make_shared<ColliderMaker>();
   const Params params(plugin.title(), plugin.params, spec.given, place);
-  maker->text = plugin.name;
-  for (const auto& [name, value] : spec.given) maker->text += " " + name + "=" + to_text(value);
+  for (const auto& [name, value] : spec.given)
+    maker->text += (maker->text.empty() ? "" : ", ") + name + " = " + to_text(value);
+  maker->text = "sim.collider." + plugin.name + " { " + maker->text + " }";
   maker->make = [&plugin, params, place]() -> std::unique_ptr<Collider> {
     try {
       return made(plugin.make(params), plugin);

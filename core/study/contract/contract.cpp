@@ -16,14 +16,6 @@ class Still final : public RigidMotion {
   Pose at(double, const Vec3& center) const override { return {.center = center}; }
 };
 
-// y >= 0.
-class Floor final : public Collider {
- public:
-  Surface surface() const override { return {}; }
-  bool moves() const override { return false; }
-  Touch touch(double, const Vec3& x) const override { return {.gap = x[1]}; }
-};
-
 Value example_of(const Param& param) {
   switch (param.type) {
     case ParamType::kFlag:
@@ -49,9 +41,6 @@ Value example_of(const Param& param) {
           });
     case ParamType::kSurface:  // of a block of particles
       return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
-    case ParamType::kCollider:
-      return std::make_shared<const ColliderMaker>(
-          ColliderMaker{[] { return std::make_unique<Floor>(); }, "floor"});
     case ParamType::kMotion:
       return std::make_shared<const Still>();
     default:
