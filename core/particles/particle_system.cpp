@@ -82,6 +82,12 @@ StateShape ParticleSystem::shape() const {
   return {size(), std::move(parts)};
 }
 
+std::string ParticleSystem::refusal() const {
+  const int i = ledger().squeezed();
+  if (i < 0) return {};
+  return "particle " + std::to_string(i) + " is squeezed between colliders and has no room left";
+}
+
 void ParticleSystem::combine(const Stage& stage, double* out) {
   for_ranges(6,
              [&](std::size_t begin, std::size_t end) { combine_range_(stage, out, begin, end); });
@@ -103,11 +109,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
-  std::unique_ptr<Stepper> stepper;
-  if (memory_size() > 0)
-    stepper = OdeSystem::explicit_stepper(plan);
-  else
-    stepper = std::make_unique<RkStepper<double>>(*this, plan);
+  if (memory_size() == 0) return std::make_unique<RkStepper<double>>(*this, plan);
+  auto stepper = OdeSystem::explicit_stepper(plan);
   if (!confined()) return stepper;
   return std::make_unique<SettledStepper>(*this, std::move(stepper));
 }
@@ -124,7 +127,7 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);
   }
-  if (memory_size() > 0 || confined()) return std::make_unique<PlainSplitStepper>(*this, plan);
+  if (memory_size() > 0) return std::make_unique<PlainSplitStepper>(*this, plan);
   return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 

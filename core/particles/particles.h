@@ -7,6 +7,7 @@
 
 #include "core/base/array.h"
 #include "core/base/team.h"
+#include "core/particles/contact_ledger.h"
 #include "core/particles/contacts.h"
 #include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
@@ -69,6 +70,8 @@ class Particles {
   double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
+  ContactLedger& ledger() noexcept { return ledger_; }
+  const ContactLedger& ledger() const noexcept { return ledger_; }
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
@@ -103,6 +106,7 @@ class Particles {
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   Contacts contacts_;
+  ContactLedger ledger_;
   std::vector<Force*> other_forces_;
   bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;

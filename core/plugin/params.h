@@ -16,6 +16,8 @@
 
 namespace sim {
 
+class Collider;
+class RigidMotion;
 class TriangleMesh;
 
 // dxdt := f(t, x); both spans have the size of the state.
@@ -27,9 +29,16 @@ using OdeFunction =
 using ParticleFunction =
     std::function<void(const ParticleView& view, std::span<const int> ids, std::span<double> out)>;
 
+// A collider that a scene names: each user has one of its own.
+struct ColliderMaker {
+  std::function<std::unique_ptr<Collider>()> make;
+  std::string text;  // what the scene says of it
+};
+
 // monostate: no value given.
 using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>>;
+                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
+                           std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>>;
 
 enum class ParamType {
   kFlag,
@@ -39,7 +48,9 @@ enum class ParamType {
   kVector,
   kFunction,
   kParticleFunction,
-  kSurface
+  kSurface,
+  kMotion,
+  kCollider
 };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
@@ -92,6 +103,12 @@ class Params {
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
   const std::shared_ptr<const TriangleMesh>& surface(const std::string& name) const {
     return get<std::shared_ptr<const TriangleMesh>>(name);
+  }
+  const std::shared_ptr<const RigidMotion>& motion(const std::string& name) const {
+    return get<std::shared_ptr<const RigidMotion>>(name);
+  }
+  const std::shared_ptr<const ColliderMaker>& collider(const std::string& name) const {
+    return get<std::shared_ptr<const ColliderMaker>>(name);
   }
   const ParticleFunction& particle_function(const std::string& name) const {
     return get<ParticleFunction>(name);
