@@ -172,6 +172,11 @@ std::string scene_text(const LoadedScene& scene, const std::string& name) {
       rows.push_back({arg.name, to_text(arg.default_value), to_text(arg.value), arg.doc});
     text += aligned(rows);
   }
+  for (const SystemSpec& system : scene.spec.systems) {
+    std::vector<std::string> names;
+    for (const ObserverSpec& observer : system.observers) names.push_back(observer.name);
+    if (!names.empty()) text += "\nobserves  " + system.name + ": " + join(names, ", ") + '\n';
+  }
   return text + "\nfile  " + scene.spec.file + '\n';
 }
 

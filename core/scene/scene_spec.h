@@ -62,6 +62,14 @@ struct FirstOrderSpec {
   PartSpec field;
 };
 
+class Simulation;
+
+// A quantity of the scene's own. Not finite: not known. May throw Error{kScene}.
+struct ObserverSpec {
+  std::string name;
+  std::function<double(const Simulation&)> value;
+};
+
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
@@ -78,6 +86,9 @@ struct SystemSpec {
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
+  std::vector<ObserverSpec> observers;  // by name
+
+  std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };
 
 // A parameter of the scene itself: sim.arg(name, default, doc).

@@ -211,6 +211,25 @@ int Simulation::steps(std::int64_t most) {
   return now.taken;
 }
 
+// A method that chooses its steps answers for any time between them; the others begin anew.
+bool Simulation::step_to(double end) {
+  Impl& s = *impl_;
+  const double short_h = end - t();
+  const bool adaptive = integrator_info().adaptive;
+  if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
+  const StepStatus status =
+      s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
+  if (status != StepStatus::kDone && s.find_divergence(status)) {
+    if (!adaptive || status != StepStatus::kStopped) s.restart();
+    return false;
+  }
+  std::swap(s.x, s.x_next);
+  s.n0 = ++s.step_count;
+  s.t0 = end;
+  if (!adaptive) s.restart();
+  return true;
+}
+
 void Simulation::stop_when(std::function<bool()> stop) {
   impl_->system->stop_when(std::move(stop));
 }

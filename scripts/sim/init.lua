@@ -443,6 +443,13 @@ end
 --   duration     s, >= 0: how long a run lasts unless it is told otherwise
 --   exact        optional function(t) that returns the exact solution at time t (s), in the form of
 --                `state`; for particles the list of their positions
+--   observe      optional { NAME = function(s) return NUMBER end, ... }: quantities of your own, for
+--                --observe, --verify and `sim tradeoff --of NAME`. s is the state:
+--                  s:t()           s
+--                  s:position(i)   {x, y, z} of a particle or point, m
+--                  s:velocity(i)   {vx, vy, vz} of a particle, m/s
+--                  s:energy()      total, kinetic, potential, J; of particles
+--                  s:component(i)  of a flat state; the first is 0
 -- Second order (particles with mass and velocity):
 --   particles    a sim.particles or sim.grid
 --   forces       list of sim.force.NAME{...}, may be empty

@@ -7,13 +7,14 @@
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/lua_function.h"
+#include "core/lua/scene/observer.h"
 
 namespace sim {
 namespace {
 
-const std::vector<std::string> kSceneKeys = {"name",       "particles", "forces",  "surfaces",
-                                             "colliders",  "state",     "field",   "exact",
-                                             "integrator", "dt",        "duration"};
+const std::vector<std::string> kSceneKeys = {"name",      "particles",  "forces", "surfaces",
+                                             "colliders", "state",      "field",  "exact",
+                                             "observe",   "integrator", "dt",     "duration"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -184,6 +185,10 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
     spec.exact = make_exact(session_, L, lua_absindex(L, -1), size, dimension);
   else if (type != LUA_TNIL)
     scene_error(place, "bad exact", "expected function(t), got " + show(L, -1));
+  lua_pop(L, 1);
+
+  if (push_field(L, scene, "observe") != LUA_TNIL)
+    spec.observers = read_observers(session_, L, lua_absindex(L, -1), place);
   lua_pop(L, 1);
   return spec;
 }
