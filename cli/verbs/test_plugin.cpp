@@ -1,9 +1,12 @@
 #include "cli/verbs/test_plugin.h"
 
+#include <dlfcn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,8 +37,33 @@ std::vector<const PluginInfo*> plugins_of(const std::filesystem::path& library,
   return plugins;
 }
 
+std::function<long()> allocation_count() {
+  return reinterpret_cast<long (*)()>(dlsym(RTLD_DEFAULT, "sim_allocations"));
+}
+
+// Starts this program again with the library before the C library that counts allocations; goes on
+// without it where that cannot be done.
+void start_again_counting() {
+  constexpr const char* kPreload = "LD_PRELOAD";
+  if (allocation_count() || std::getenv(kPreload)) return;
+  std::error_code none;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", none);
+  const auto library = program.parent_path().parent_path() / "lib/sim/count_allocations.so";
+  if (none || !std::filesystem::exists(library, none)) return;
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::string words((std::istreambuf_iterator<char>(file)), {});
+  std::vector<char*> arguments;
+  for (std::size_t at = 0; at < words.size(); at = words.find('\0', at) + 1)
+    arguments.push_back(words.data() + at);
+  arguments.push_back(nullptr);
+  setenv(kPreload, library.c_str(), 1);
+  execv(program.c_str(), arguments.data());
+  unsetenv(kPreload);
+}
+
 Contract contract_of(const std::filesystem::path& library, Registry& registry) {
   Contract contract;
+  contract.allocations = allocation_count();
   for (const PluginInfo* plugin : plugins_of(library, registry))
     study::check_contract(registry, *plugin, contract);
   return contract;
@@ -91,6 +119,7 @@ std::string text_of(const Contract& contract) {
 }  // namespace
 
 int test_plugin(const TestRequest& request, Registry& registry, Console& console) {
+  start_again_counting();
   const std::filesystem::path library = std::filesystem::absolute(request.library);
   const SimdLevel best = simd_level();
   std::vector<std::pair<SimdLevel, std::optional<std::uint64_t>>> lower;

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "tests/support/allocations.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -15,6 +16,7 @@ namespace {
 
 Contract contract_of(const sim::PluginInfo& plugin, sim::Registry& registry) {
   Contract contract;
+  contract.allocations = [] { return static_cast<long>(allocation_count()); };
   sim::study::check_contract(registry, plugin, contract);
   return contract;
 }
@@ -60,6 +62,8 @@ TEST_CASE("each broken promise of a force is found, and no other") {
   CHECK(broken("impure").contains("the same bits again"));
   CHECK(broken("of_tiles").contains("the same bits in other tiles"));
   CHECK(broken("of_tiles").contains("the same bits on 1 to 4 threads"));
+  CHECK(broken("allocates") == Names{"no memory is taken in a step"});
+  CHECK(broken("wrong_damping") == Names{"Jacobian against differences, with damping"});
   CHECK(broken("at_bound") == Names{"parameters at their bounds"});
 }
 

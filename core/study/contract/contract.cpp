@@ -71,6 +71,7 @@ void check_field_bits(const FieldPlugin& plugin, Examiner& examiner, int dimensi
   field->eval(0.25, x, again);
   examiner.check("the same bits again", same(first, again), "with another state between");
   examiner.check("finite", finite(first), std::to_string(kSize) + " numbers");
+  examiner.allocations("an evaluation", [&] { field->eval(0.5, other, again); });
   examiner.hash(first);
 }
 
@@ -120,6 +121,15 @@ void Examiner::bounds(const std::function<std::vector<double>(const Params&)>& m
   check("parameters at their bounds", wrong.empty(),
         wrong.empty() ? std::to_string(tried) + " tried, " + std::to_string(refused) + " refused"
                       : wrong);
+}
+
+void Examiner::allocations(const std::string& again_of, const std::function<void()>& again) {
+  constexpr const char* kName = "no memory is taken in a step";
+  if (!contract_.allocations) return skipped(kName, "nobody counts allocations");
+  const long before = contract_.allocations();
+  again();
+  const long taken = contract_.allocations() - before;
+  check(kName, taken == 0, std::to_string(taken) + " allocations in " + again_of);
 }
 
 void check_field(const FieldPlugin& plugin, Contract& contract) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct ContractCheck {
 struct Contract {
   std::vector<ContractCheck> checks;
   std::uint64_t bits = 0;  // hash of what the plugins computed: the same on every instruction set
+  std::function<long()> allocations = {};  // of this process so far; empty if nobody counts them
 };
 
 // Adds the checks of one plugin, with its defaults and with examples of what it requires. Throws

@@ -33,6 +33,9 @@ class Examiner {
   // must be finite; it may refuse with an Error.
   void bounds(const std::function<std::vector<double>(const Params&)>& make);
 
+  // `again` repeats what was done before, and therefore must not allocate.
+  void allocations(const std::string& again_of, const std::function<void()>& again);
+
   void hash(std::span<const double> numbers) { hash_.add(numbers); }
   ~Examiner() { contract_.bits ^= hash_.value() + (contract_.bits << 6); }
 

@@ -85,6 +85,9 @@ class Cloud {
     return {begin, begin + system_->memory_size()};
   }
 
+  // All that a stage asks of a force; takes no memory itself.
+  void evaluate() { system_->eval(0.25, {x_.data(), {}}, y_.data(), rate_.data()); }
+
   double potential() const { return system_->potential_energy(0.25, x_.data()); }
 
   // The sum over tiles of that many particles, for a force that is gathered.
@@ -143,20 +146,20 @@ std::string share(double worst, const std::string& of) {
 
 void check_potential(Cloud& cloud, Examiner& examiner) {
   constexpr const char* kName = "F = -dU/dx";
-  double worst = 0, most_potential = 0;
+  double error = 0, most_force = 1e-300, most_potential = 0;
   for (int state = 0; state < 3; ++state) {
     cloud.place(state, 0);
     const std::vector<double> forces = cloud.forces();
-    double error = 0;
+    most_force = std::max(most_force, largest(forces));
     for (int i = 0; i < cloud.n(); ++i)
       for (int axis = 0; axis < 3; ++axis) {
         const double slope = difference(cloud.position(i, axis), [&] { return cloud.potential(); });
         error = std::max(error,
                          std::fabs(slope + forces[static_cast<std::size_t>(axis * cloud.n() + i)]));
       }
-    worst = std::max(worst, error / std::max(largest(forces), 1e-300));
     most_potential = std::max(most_potential, std::fabs(cloud.potential()));
   }
+  const double worst = error / most_force;
   if (cloud.force().conservative())
     examiner.check(kName, worst < kAgree, share(worst, "force"));
   else
@@ -165,7 +168,7 @@ void check_potential(Cloud& cloud, Examiner& examiner) {
                                                 : "conservative() does not say so");
 }
 
-// The blocks of a force as a full matrix, rows and columns as in Cloud::forces().
+// The blocks of what a force accumulates, as a full matrix, rows and columns as in Cloud::forces().
 struct Blocks final : BlockSink {
   explicit Blocks(int count)
       : n(count),
@@ -183,22 +186,21 @@ struct Blocks final : BlockSink {
   std::vector<double> position_part, velocity_part;
 };
 
-void check_jacobian(Cloud& cloud, Examiner& examiner) {
-  constexpr const char* kName = "Jacobian against differences";
-  if (!cloud.force().has_jacobian()) return examiner.skipped(kName, "it has none of its own");
+void check_jacobian(Cloud& cloud, Examiner& examiner, const std::string& with = {}) {
+  const std::string name = "Jacobian against differences" + with;
+  if (!cloud.force().has_jacobian()) return examiner.skipped(name, "it has none of its own");
   cloud.place(1, 0);
   cloud.in_tiles(cloud.n());
   Blocks blocks(cloud.n());
   cloud.force().jacobian(cloud.view(), blocks);
-  if (const auto affine = cloud.force().affine())
-    for (int i = 0; i < cloud.n(); ++i) blocks.velocity(i, i, -affine->damping * Mat3::Identity());
   const auto side = static_cast<std::size_t>(3 * cloud.n());
   double error = 0, size = 0;
   for (const bool by_velocity : {false, true})
     for (int j = 0; j < cloud.n(); ++j)
       for (int axis = 0; axis < 3; ++axis) {
         double& number = by_velocity ? cloud.velocity(j, axis) : cloud.position(j, axis);
-        const std::vector<double> column = difference(number, [&] { return cloud.forces(); });
+        const std::vector<double> column =
+            difference(number, [&] { return cloud.in_tiles(cloud.n()); });
         const auto at = static_cast<std::size_t>(axis * cloud.n() + j);
         const auto& matrix = by_velocity ? blocks.velocity_part : blocks.position_part;
         for (std::size_t row = 0; row < side; ++row)
@@ -206,7 +208,7 @@ void check_jacobian(Cloud& cloud, Examiner& examiner) {
         size = std::max(size, largest(column));
       }
   const double worst = error / std::max(size, 1e-300);
-  examiner.check(kName, worst < kAgree, share(worst, "derivative"));
+  examiner.check(name, worst < kAgree, share(worst, "derivative"));
 }
 
 void check_velocity(Cloud& cloud, Examiner& examiner) {
@@ -253,6 +255,19 @@ void check_momentum(Cloud& cloud, Examiner& examiner) {
                                                : "the forces do not sum to 0: an external force");
 }
 
+// The second time in a state, and in another one.
+void check_allocations(Cloud& cloud, Examiner& examiner) {
+  for (const int state : {1, 2, 1}) {
+    cloud.place(state, 0);
+    cloud.evaluate();
+  }
+  examiner.allocations("an evaluation", [&] {
+    cloud.evaluate();
+    cloud.place(2, 0);
+    cloud.evaluate();
+  });
+}
+
 void check_purity(const ForcePlugin& plugin, const Params& params, Examiner& examiner) {
   Cloud one(plugin, params, kMany, 1);
   one.place(1, 0);
@@ -282,6 +297,19 @@ void check_purity(const ForcePlugin& plugin, const Params& params, Examiner& exa
   examiner.ok(kTiles, "of 1, 8 and 1000 particles");
 }
 
+// What its default turns off, as a damping of 0, is turned on.
+void check_turned_on(const ForcePlugin& plugin, Examiner& examiner) {
+  for (const Param& param : plugin.params) {
+    const auto* const value = std::get_if<double>(&param.default_value);
+    if (!value || *value != 0 || param.min != 0) continue;
+    std::map<std::string, Value> given = example_values(plugin);
+    given[param.name] = std::min(0.5, param.max);
+    const Params params(plugin.title(), plugin.params, given, {}, plugin.free_numbers);
+    Cloud cloud(plugin, params, kFew, 1);
+    check_jacobian(cloud, examiner, ", with " + param.name);
+  }
+}
+
 }  // namespace
 
 void check_force(const ForcePlugin& plugin, Contract& contract) {
@@ -294,7 +322,9 @@ void check_force(const ForcePlugin& plugin, Contract& contract) {
     check_velocity(cloud, examiner);
     check_memory(cloud, examiner);
     check_momentum(cloud, examiner);
+    check_allocations(cloud, examiner);
     check_purity(plugin, params, examiner);
+    check_turned_on(plugin, examiner);
   });
   examiner.bounds([&](const Params& params) { return Cloud(plugin, params, kFew, 1).forces(); });
 }
