@@ -52,7 +52,8 @@ struct Texts {
        verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string test_library;
-  std::vector<std::string> plugin_words, without;
+  std::string plugin_words[3];
+  std::vector<std::string> without;
 };
 
 // An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
@@ -188,10 +189,9 @@ Parser::Parser() {
   test_->add_option("PLUGIN.so", t.test_library, "the library; exit 7 when a check fails")
       ->type_name("");
   plugin_ = verb("plugin", "new KIND NAME: a folder to start a plugin from");
-  plugin_->add_option("new KIND NAME", t.plugin_words, "KIND: force, field or integrator")
-      ->type_name("")
-      ->type_size(1)
-      ->expected(0, 3);
+  plugin_->add_option("new", t.plugin_words[0], "the word new")->type_name("");
+  plugin_->add_option("KIND", t.plugin_words[1], "force, field or integrator")->type_name("");
+  plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
   studies_.add_to(app_);
 }
 
@@ -302,8 +302,8 @@ std::string Parser::manual() const {
 }
 
 NewPluginRequest Parser::new_plugin_request() const {
-  const std::vector<std::string>& words = texts_.plugin_words;
-  if (words.size() != 3 || words[0] != "new")
+  const auto& words = texts_.plugin_words;
+  if (words[0] != "new" || words[2].empty())
     usage_error("bad arguments", "sim plugin " + join(words, " "), "it is sim plugin new KIND NAME",
                 "as in: sim plugin new force my_wind");
   return {words[1], words[2]};

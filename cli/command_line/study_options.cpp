@@ -59,8 +59,8 @@ CLI::App* StudyOptions::study(CLI::App& app, const std::string& name, const std:
   for (const std::string& option : taken)
     if (option != "--progress") own += option + ", ";
   verb->footer("It takes " + own +
-               "--progress, --json, --set, --seed, --without,\n"
-               "--plugin-path and --load, as in sim --help.\n" +
+               "--progress, --json, --set,\n--seed, --without, --plugin-path and --load, as "
+               "in sim --help.\n" +
                footer);
   verb->get_formatter()->column_width(26);
   taken_[verb] = taken;
@@ -94,10 +94,9 @@ void StudyOptions::add_to(CLI::App& app) {
 
   order_ = study(app, "order", "[INTEGRATOR] [SCENE]: observed order of convergence", kOrderFooter,
                  {"--time", "--progress"});
-  order_->add_option("INTEGRATOR SCENE", words_, "either or both, in either order")
-      ->type_name("")
-      ->type_size(1)
-      ->expected(0, 2);
+  order_->add_option("INTEGRATOR", words_[0], "as for -i; all that fit if not given")
+      ->type_name("");
+  order_->add_option("SCENE", words_[1], "Lua file; the two in either order")->type_name("");
   integrators(order_);
 
   minimal_ = study(app, "minimal", "SCENE: which of its parts does a result need?", kMinimalFooter,
@@ -131,7 +130,8 @@ StabilityRequest StudyOptions::stability(const StudyBase& base) const {
 OrderRequest StudyOptions::order(const StudyBase& base) const {
   OrderRequest request;
   request.scene = base.scene;
-  request.words = words_;
+  for (const std::string& word : words_)
+    if (!word.empty()) request.words.push_back(word);
   request.integrators = parse_integrators("--integrators", integrators_);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   request.json = base.json;

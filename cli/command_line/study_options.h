@@ -48,7 +48,7 @@ class StudyOptions {
   void budget_of(CLI::App* verb, const std::string& doc);
 
   std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;
-  std::vector<std::string> words_;
+  std::string words_[2];  // of sim order
   bool extremes_ = false;
   CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr;
   std::map<const CLI::App*, std::set<std::string>> taken_;

@@ -32,8 +32,7 @@ class Track {
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
   void end_at(double time) { end_ = time; }  // the last step ends there, before its own end
-  // Up to `most` steps, with the last one shortened: how many were taken, 0 when it fails.
-  int advance(std::int64_t most);
+  int advance(std::int64_t most);            // as Simulation::steps, with the last one shortened
   // The same of a run that goes on: with the work of its first part, if that is known.
   void continue_from(double total, std::span<const double> work);
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
@@ -67,8 +66,7 @@ class Track {
   // What the scene observes of the present state; not finite: not known.
   std::span<const double> observed();
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
-  // How far the shadow's differ; empty without a shadow.
-  std::span<const study::Parted> parted() const { return parting_.observed; }
+  std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
 
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
 

@@ -114,7 +114,7 @@ std::vector<std::string> cells(const Bench& bench, const std::string& name,
                                const std::string& why) {
   std::vector<std::string> row{name};
   if (!look || !why.empty()) {
-    row.push_back(why);
+    row.emplace_back("-");
     return row;
   }
   row.push_back(brief(1e3 * look->seconds, 3));
@@ -141,7 +141,10 @@ std::string table_text(const Bench& bench, const std::vector<Row>& rows,
         cells(bench, (row.within ? "* " : "  ") + row.part.option, row.look, &row.change, row.why));
   if (smallest)
     table.push_back(cells(bench, "  the smallest", smallest->look, &smallest->change, ""));
-  return aligned(table, "");
+  std::string text = aligned(table, "");
+  for (const Row& row : rows)
+    if (!row.why.empty()) text += "  " + row.part.option + ": " + row.why + '\n';
+  return text;
 }
 
 std::string observed_json(const Bench& bench, const Likeness& change) {
@@ -185,26 +188,46 @@ std::string json_of(const Bench& bench, const std::string& system, const std::ve
       .str();
 }
 
-// The reductions that change least come first; those that can be made again are, while they keep
-// the budget.
+// Again and again what saves the most time of all that keeps the budget; at the end what may be
+// left out without more of it.
 std::optional<Row> together(Bench& bench, const std::vector<Row>& rows, const SceneRequest& whole,
                             const study::Watch& watch) {
-  constexpr int kAgain = 4;
-  std::vector<const Row*> order;
-  for (const Row& row : rows)
-    if (row.within) order.push_back(&row);
-  std::ranges::stable_sort(order, {}, [&](const Row* row) { return bench.amount(row->change); });
+  constexpr double kGain = 0.95, kNoise = 1.1, kLong = 0.3;
+  constexpr int kMost = 12;
   std::optional<Row> best;
-  for (const Row* row : order)
-    for (int again = 0; again < (row->part.again ? kAgain : 1); ++again) {
-      Row next;
-      next.scene = best ? best->scene : whole;
-      if (!row->part.apply(next.scene)) break;
-      if (!watch("together", 0.6)) return best;
-      bench.judge(next, "together", 0.6);
-      if (!next.within) break;
-      best = std::move(next);
+  const auto seconds = [&] { return best ? best->look->seconds : bench.whole().seconds; };
+  const auto tried = [&](const Row& row) -> std::optional<Row> {
+    Row next;
+    next.scene = best ? best->scene : whole;
+    if (!row.part.apply(next.scene) || !watch("together", 0.6)) return {};
+    bench.judge(next, "together", 0.6);
+    if (!next.within) return {};
+    return next;
+  };
+  std::vector<const Row*> open;
+  for (const Row& row : rows)
+    if (row.within) open.push_back(&row);
+  std::ranges::stable_sort(open, {}, [](const Row* row) { return row->look->seconds; });
+  for (int round = 0; round < kMost; ++round) {
+    std::optional<Row> quickest;
+    const Row* made = nullptr;
+    for (const Row* row : open) {
+      if (made && bench.whole().seconds > kLong) break;  // the first that helps is good enough
+      auto next = tried(*row);
+      if (!next || next->look->seconds > kGain * seconds()) continue;
+      if (quickest && next->look->seconds >= quickest->look->seconds) continue;
+      quickest = std::move(next);
+      made = row;
     }
+    if (!made) break;
+    best = std::move(quickest);
+    if (!made->part.again) std::erase(open, made);
+  }
+  for (const Row* row : open) {
+    if (!row->part.option.starts_with("--without")) continue;
+    auto next = tried(*row);
+    if (next && next->look->seconds <= kNoise * seconds()) best = std::move(next);
+  }
   return best;
 }
 

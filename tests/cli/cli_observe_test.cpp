@@ -18,7 +18,8 @@ std::string chain(const std::string& observe, const std::string& more = "") {
          "local links = sim.force.spring { family = 'link', stiffness = 200 }\n"
          "for i = 1, 3 do links:tie(i - 1, i) end\n"
          "return sim.scene { name = 'chain', particles = beads, integrator = 'verlet',\n"
-         "  dt = 0.01, duration = 1, forces = { sim.force.gravity { g = {0, -9.81, 0} }, links },\n" +
+         "  dt = 0.01, duration = 1,\n"
+         "  forces = { sim.force.gravity { g = {0, -9.81, 0} }, links },\n" +
          more + "  observe = " + observe + " }\n";
 }
 
@@ -54,8 +55,7 @@ TEST_CASE("what a scene observes is a table like the others") {
   }
   const std::string file = (scene.folder.path() / "seen.jsonl").string();
   CHECK(run_sim({scene.name, "--observe=" + file, "-n", "0", "-q"}).code == 0);
-  CHECK(read_text(file) ==
-        "{\"step\":0,\"t\":0,\"energy\":0,\"sag\":0,\"speed\":0,\"time\":0}\n");
+  CHECK(read_text(file) == "{\"step\":0,\"t\":0,\"energy\":0,\"sag\":0,\"speed\":0,\"time\":0}\n");
 }
 
 TEST_CASE("numbers that are not finite are empty fields, and each system has its own") {
@@ -105,16 +105,17 @@ TEST_CASE("mistakes in an observer name it and its line") {
   for (const char* result : {"nil", "'far'", "true", "{}"}) {
     const std::string text = error("{ sag = function(s) return " + std::string(result) + " end }");
     says(text, "bad result of observer 'sag': ");
-    says(text, "scene.lua:9: expected a number, got ");
+    says(text, "scene.lua:10: expected a number, got ");
   }
-  says(error("{ sag = function(s) return s.x.y end }"), "scene.lua:9: a state has other methods");
+  says(error("{ sag = function(s) return s.x.y end }"), "scene.lua:10: a state has other methods");
   says(error("{ sag = function(s) error 'no' end }"), "error in observer 'sag': ");
   says(error("{ sag = function(s) return s:position(4)[1] end }"),
        "expected a whole number from 0 to 3, got 4");
   says(error("{ sag = function(s) return s:component(0) end }"), "this scene has none");
   says(error("{ sag = function(s) return s.position(0)[1] end }"), "write it with a colon");
-  says(error("{ a = function(s) kept = kept or s return 1 end,\n"
-             "    b = function(s) return kept:t() end }"),
+  says(error("(function() local kept\n"
+             "  return { a = function(s) kept = s return 1 end,\n"
+             "    b = function(s) return kept:t() end } end)()"),
        "only while its function runs");
   says(error("{ function(s) return 1 end }"), "every quantity has a name");
   says(error("{ step = function(s) return 1 end }"), "tables have a column of that name");
@@ -145,10 +146,11 @@ TEST_CASE("a run ends at the time asked for, and its other steps keep their bits
     const auto rows = lines_of(whole.out);
     REQUIRE(rows.size() == 1 + 5 * 9);
     CHECK(rows[4 * 9] == lines_of(run_sim([&] {
-                           auto all = steps;
-                           all.insert(all.end(), {"--dump", "-q"});
-                           return all;
-                         }()).out)[4 * 9]);
+                                    auto all = steps;
+                                    all.insert(all.end(), {"--dump", "-q"});
+                                    return all;
+                                  }())
+                                      .out)[4 * 9]);
   }
   const Outcome report = run_sim({"-d", "0.003", "-T", "0.01"});
   CHECK(report.out.find("4 steps to t = 0.01 s, the last after 0.001 s") != std::string::npos);
@@ -168,8 +170,10 @@ TEST_CASE("a shortened last step is as exact as the others, also in the shadow")
       return std::stod(run.out.substr(run.out.find("\"" + key + "\":") + key.size() + 3));
     };
     CHECK(number("t") == 1);
-    CHECK(number("error") < (method == std::string("bdf2") ? 2e-3 : 1e-6));
-    CHECK(number("position_error") == Approx(number("error")).epsilon(0.5).margin(1e-9));
+    const double most = method == std::string("bdf2") ? 2e-3 : 1e-6;
+    CHECK(number("error") < most);
+    CHECK(number("position_error") < 2 * most);
+    CHECK(number("position_error") > 0.5 * number("error"));
   }
 }
 
