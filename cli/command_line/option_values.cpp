@@ -62,17 +62,25 @@ ParticleChoice particle_choice(const std::string& option, const std::string& tex
 }
 
 Budget budget(const std::string& option, const std::string& text) {
-  std::string digits = text;
-  const auto drop = [&](char unit) {
-    if (digits.ends_with(unit)) digits.pop_back();
-    while (digits.ends_with(' ')) digits.pop_back();
+  struct Unit {
+    const char* name;
+    double size;
   };
-  const bool relative = text.ends_with('%');
-  drop(relative ? '%' : 'm');
+  constexpr Unit kUnits[] = {{"%", 0.01}, {"um", 1e-6}, {"mm", 1e-3}, {"cm", 0.01}, {"m", 1}};
+  std::string digits = text;
+  double size = 1;
+  for (const Unit& unit : kUnits) {
+    if (!text.ends_with(unit.name)) continue;
+    digits.resize(text.size() - std::string_view(unit.name).size());
+    size = unit.size;
+    break;
+  }
+  while (digits.ends_with(' ')) digits.pop_back();
   const std::optional<double> value = parse_number(digits);
   if (!value || !(*value > 0))
-    bad_value(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
-  return {relative ? *value / 100 : *value, !relative};
+    bad_value(option, text, "it is no share or amount above 0",
+              "write it like 1%, \"1 mm\" or 1e-3");
+  return {*value * size, !text.ends_with('%')};
 }
 
 std::vector<std::string> comma_list(const std::string& option, const std::string& text) {

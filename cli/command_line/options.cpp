@@ -3,12 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
-#include <map>
-#include <set>
 #include <vector>
 
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
+#include "cli/command_line/study_options.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -29,6 +28,7 @@ constexpr const char* kFooter =
     "            mixes orders, cells that a system lacks stay empty; a flat state has\n"
     "            its components under particle and their values under x.\n"
     "  --energy  step,t,kinetic,potential,total,work,drift in J; second order only\n"
+    "  --observe step,t,NAME,..: observe = { NAME = function(s) .. end } of the scene\n"
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
     "Environment\n"
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
@@ -44,16 +44,16 @@ constexpr const char* kFooter =
 struct Texts {
   std::string scene, integrator_word, dt_word;
   std::string integrator, dt, tol, precision, time, steps, seed, threads, debug_particle, energy,
-      dump, every;
+      dump, observe, every;
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
-  bool fixed_step = false, json = false, quiet = false, version = false, extremes = false,
-       luacats = false, verify = false, no_verify = false, man = false;
+  bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
+       verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
-  std::string study_scene, at, integrators, budget, csv, svg;
   std::string test_library;
-  std::vector<std::string> order_words, plugin_words;
+  std::string plugin_words[3];
+  std::vector<std::string> without;
 };
 
 // An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
@@ -64,7 +64,8 @@ std::vector<std::string> prepared(int argc, const char* const* argv) {
   for (int i = 1; i < argc; ++i) {
     std::string word = argv[i];
     options_end = options_end || word == "--";
-    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
+    if (!options_end && (word == "--energy" || word == "--dump" || word == "--observe"))
+      word += "=-";
     if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
       usage_error("empty value", word, "nothing follows the =", "give a value");
     words.push_back(word);
@@ -85,26 +86,22 @@ class Parser {
   CLI::Option* values(const std::string& names, std::vector<std::string>& texts,
                       const std::string& type, const std::string& doc);
   CLI::App* verb(const std::string& name, const std::string& doc);
-  CLI::App* study(const std::string& name, const std::string& doc);
 
   void check_words() const;
   void check_verb(const CLI::App& chosen) const;
   SceneRequest scene_request(const std::string& scene) const;
   RunRequest run_request() const;
   AdjacencyRequest adjacency_request() const;
-  StabilityRequest stability_request() const;
-  OrderRequest order_request() const;
-  TradeoffRequest tradeoff_request() const;
+  StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
   ShowProgress show_progress() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *stability_, *order_, *tradeoff_, *test_,
-      *plugin_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_;
+  StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
-  std::map<const CLI::App*, std::set<std::string>> taken_;  // options of a run that a verb takes
 };
 
 CLI::Option* Parser::value(const std::string& names, std::string& text, const std::string& type,
@@ -122,16 +119,6 @@ CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
   app->fallthrough()->allow_extras();
   app->footer("It takes --json, --set, --seed, --plugin-path and --load, as in sim --help.\n");
   app->get_formatter()->column_width(26);
-  return app;
-}
-
-// A verb that runs a scene itself, again and again.
-CLI::App* Parser::study(const std::string& name, const std::string& doc) {
-  CLI::App* app = verb(name, doc);
-  app->add_option("--integrators", texts_.integrators,
-                  "only these, with parameters as for -i; all that fit\nif not given")
-      ->type_name("A,B,..");
-  taken_[app] = {"--progress"};
   return app;
 }
 
@@ -159,6 +146,7 @@ Parser::Parser() {
             "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
       value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
+      value("--observe", t.observe, "[=FILE]", "table of what the scene observes"),
       value("--every", t.every, "N", "frames of the tables: each N-th step; 1 if not given"),
       value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
       value("--resume", t.resume, "FILE",
@@ -176,6 +164,8 @@ Parser::Parser() {
           ->disable_flag_override()};
   values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
   values("--off", t.off, "NAME", "a switch of the scene, off from the start; repeatable");
+  values("--without", t.without, "NAME",
+         "leave out a force, collider or spring family;\nrepeatable");
   value("--seed", t.seed, "N", "of random numbers in the scene");
   value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
   app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
@@ -200,32 +190,10 @@ Parser::Parser() {
   test_->add_option("PLUGIN.so", t.test_library, "the library; exit 7 when a check fails")
       ->type_name("");
   plugin_ = verb("plugin", "new KIND NAME: a folder to start a plugin from");
-  plugin_->add_option("WORDS", t.plugin_words, "new, then force, field or integrator, then a name")
-      ->type_name("")
-      ->expected(0, 3);
-  stability_ = study("stability", "SCENE: fastest vibration, largest stable steps");
-  stability_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
-      ->type_name("");
-  stability_->add_option("--at", t.at, "look at the state of the run at that time, in s")
-      ->type_name("S");
-  tradeoff_ = study("tradeoff", "SCENE: speed against accuracy, and which to take");
-  tradeoff_->add_option("SCENE", t.study_scene, "Lua file; scenes/cloth.lua if not given")
-      ->type_name("");
-  tradeoff_->add_option("--budget", t.budget, "error allowed: 1% of the size, or \"1e-3 m\"")
-      ->type_name("E");
-  tradeoff_->add_option("--csv", t.csv, "table of every point, .csv or .jsonl")->type_name("FILE");
-  tradeoff_->add_option("--svg", t.svg, "plot of error against cost")->type_name("FILE");
-  taken_[tradeoff_].insert("--time");
-  order_ = study("order", "[INTEGRATOR] [SCENE]: observed order of convergence");
-  order_->add_option("WORDS", t.order_words, "an integrator, a scene, or both")
-      ->type_name("")
-      ->expected(0, 2);
-  taken_[order_].insert("--time");
-  stability_
-      ->add_flag("--extremes", t.extremes,
-                 "no scene, but a spring at all extremes of stiffness, mass,\ndt and offset")
-      ->disable_flag_override();
-  taken_[stability_].insert({"--integrator", "--dt"});
+  plugin_->add_option("new", t.plugin_words[0], "the word new")->type_name("");
+  plugin_->add_option("KIND", t.plugin_words[1], "force, field or integrator")->type_name("");
+  plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
+  studies_.add_to(app_);
 }
 
 // Words that no option or argument wanted.
@@ -250,8 +218,7 @@ void Parser::check_words() const {
 void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
-    const auto taken = taken_.find(&chosen);
-    if (taken != taken_.end() && taken->second.contains(option->get_name())) continue;
+    if (studies_.takes(&chosen, option->get_name())) continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -265,6 +232,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(texts_.set);
   request.off = texts_.off;
+  request.without = texts_.without;
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
@@ -277,7 +245,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
 RunRequest Parser::run_request() const {
   const Texts& t = texts_;
   for (const std::string& word : {t.scene, t.integrator_word, t.dt_word})
-    if ((!t.energy.empty() || !t.dump.empty()) &&
+    if ((!t.energy.empty() || !t.dump.empty() || !t.observe.empty()) &&
         (word.ends_with(".csv") || word.ends_with(".jsonl")))
       usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
                   "write --dump=" + word + " or --energy=" + word);
@@ -299,6 +267,7 @@ RunRequest Parser::run_request() const {
     request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
   if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
+  if (!t.observe.empty()) request.observe = parse_target("--observe", t.observe);
   if (t.snap == "-")
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
   if (!t.snap.empty()) request.snap = t.snap;
@@ -322,48 +291,9 @@ ShowProgress Parser::show_progress() const {
   return ShowProgress::kAuto;
 }
 
-StabilityRequest Parser::stability_request() const {
-  StabilityRequest request;
-  request.scene = scene_request(texts_.study_scene);
-  request.json = texts_.json;
-  request.scene.integrator = parse_integrator(texts_.integrator);
-  if (!texts_.dt.empty()) request.scene.dt = positive_number("--dt", texts_.dt);
-  request.extremes = texts_.extremes;
-  if (texts_.extremes && !texts_.study_scene.empty())
-    usage_error("two things to study", "--extremes and '" + texts_.study_scene + "'",
-                "--extremes has a scene of its own", "keep one of them");
-  if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
-  request.integrators = parse_integrators("--integrators", texts_.integrators);
-  request.progress = show_progress();
-  return request;
-}
-
-OrderRequest Parser::order_request() const {
-  OrderRequest request;
-  request.scene = scene_request("");
-  request.words = texts_.order_words;
-  request.integrators = parse_integrators("--integrators", texts_.integrators);
-  if (!texts_.time.empty()) request.time = positive_number("--time", texts_.time);
-  request.json = texts_.json;
-  request.progress = show_progress();
-  return request;
-}
-
-TradeoffRequest Parser::tradeoff_request() const {
-  const Texts& t = texts_;
-  TradeoffRequest request;
-  request.scene = scene_request(t.study_scene);
-  if (!t.budget.empty()) request.budget = budget("--budget", t.budget);
-  if (!t.time.empty()) request.time = positive_number("--time", t.time);
-  request.integrators = parse_integrators("--integrators", t.integrators);
-  if (!t.csv.empty()) request.csv = parse_target("--csv", t.csv);
-  if (!t.svg.empty()) request.svg = t.svg;
-  request.json = t.json;
-  request.progress = show_progress();
-  if (request.csv && request.csv->standard_output() && request.json)
-    usage_error("two kinds of data for standard output", "--json with --csv -",
-                "the study and the table would mix", "give the table a file");
-  return request;
+StudyBase Parser::study_base() const {
+  return {scene_request(""), texts_.integrator, texts_.dt,
+          texts_.time,       texts_.json,       show_progress()};
 }
 
 std::string Parser::manual() const {
@@ -374,8 +304,8 @@ std::string Parser::manual() const {
 }
 
 NewPluginRequest Parser::new_plugin_request() const {
-  const std::vector<std::string>& words = texts_.plugin_words;
-  if (words.size() != 3 || words[0] != "new")
+  const auto& words = texts_.plugin_words;
+  if (words[0] != "new" || words[2].empty())
     usage_error("bad arguments", "sim plugin " + join(words, " "), "it is sim plugin new KIND NAME",
                 "as in: sim plugin new force my_wind");
   return {words[1], words[2]};
@@ -431,12 +361,17 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = TestRequest{texts_.test_library, texts_.json};
   } else if (chosen.front() == plugin_) {
     line.request = new_plugin_request();
-  } else if (chosen.front() == stability_) {
-    line.request = stability_request();
-  } else if (chosen.front() == tradeoff_) {
-    line.request = tradeoff_request();
-  } else if (chosen.front() == order_) {
-    line.request = order_request();
+  } else if (studies_.has(chosen.front())) {
+    const CLI::App* study = chosen.front();
+    const StudyBase base = study_base();
+    if (studies_.is_stability(study))
+      line.request = studies_.stability(base);
+    else if (studies_.is_order(study))
+      line.request = studies_.order(base);
+    else if (studies_.is_tradeoff(study))
+      line.request = studies_.tradeoff(base);
+    else
+      line.request = studies_.minimal(base);
   } else {
     line.request = DoctorRequest{line.libraries, texts_.json};
   }

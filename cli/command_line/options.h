@@ -9,6 +9,7 @@
 #include "cli/verbs/describe.h"
 #include "cli/verbs/doctor.h"
 #include "cli/verbs/list.h"
+#include "cli/verbs/minimal.h"
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
@@ -24,7 +25,8 @@ struct Message {
 
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest, TradeoffRequest, TestRequest, NewPluginRequest>
+               StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, TestRequest,
+               NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

@@ -25,8 +25,18 @@ bool takes_standard_output(const std::optional<Target>& target) {
   return target && target->standard_output();
 }
 
+// The tables asked for, with their options.
+std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& request) {
+  std::vector<std::pair<const char*, const Target*>> tables;
+  if (request.dump) tables.emplace_back("--dump", &*request.dump);
+  if (request.energy) tables.emplace_back("--energy", &*request.energy);
+  if (request.observe) tables.emplace_back("--observe", &*request.observe);
+  return tables;
+}
+
 bool table_on_standard_output(const RunRequest& request) {
-  return takes_standard_output(request.dump) || takes_standard_output(request.energy);
+  return takes_standard_output(request.dump) || takes_standard_output(request.energy) ||
+         takes_standard_output(request.observe);
 }
 
 // Words leave standard output to a table that goes there.
@@ -35,28 +45,34 @@ std::ostream& words(const RunRequest& request, Console& console) {
 }
 
 void check_request(const RunRequest& request) {
-  if (request.dump && request.energy && same_target(*request.dump, *request.energy))
-    throw Error(ErrorKind::kUsage,
-                {"two tables for one place", "--dump and --energy",
-                 "both would be written to " + (request.dump->standard_output()
-                                                    ? std::string("standard output")
-                                                    : request.dump->file),
-                 "give one of them another file"});
+  const auto tables = tables_of(request);
+  for (std::size_t i = 0; i < tables.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!same_target(*tables[j].second, *tables[i].second)) continue;
+      throw Error(
+          ErrorKind::kUsage,
+          {"two tables for one place", std::string(tables[j].first) + " and " + tables[i].first,
+           "both would be written to " + (tables[i].second->standard_output()
+                                              ? std::string("standard output")
+                                              : tables[i].second->file),
+           "give one of them another file"});
+    }
   if (request.json && table_on_standard_output(request))
     throw Error(
         ErrorKind::kUsage,
-        {"two kinds of data for standard output", "--json with --dump or --energy",
+        {"two kinds of data for standard output", "--json with --dump, --energy or --observe",
          "the summary and the table would mix", "give the table a file, as in --dump=run.csv"});
-  for (const auto& table : {request.dump, request.energy})
-    if (request.snap && table && same_target({*request.snap}, *table))
+  for (const auto& [option, table] : tables)
+    if (request.snap && same_target({*request.snap}, *table))
       throw Error(ErrorKind::kUsage,
                   {"a table and a checkpoint for one place", "--snap",
                    "both would be written to " + *request.snap, "give one another file"});
   const bool runs = request.time || request.steps;
-  if (request.debug_particle && !runs && (request.dump || request.energy))
-    throw Error(ErrorKind::kUsage,
-                {"no run to write a table of", "--debug-particle with --dump or --energy",
-                 "--debug-particle alone stops before the first step", "add --time or --steps"});
+  if (request.debug_particle && !runs && !tables.empty())
+    throw Error(
+        ErrorKind::kUsage,
+        {"no run to write a table of", std::string("--debug-particle with ") + tables.front().first,
+         "--debug-particle alone stops before the first step", "add --time or --steps"});
 }
 
 std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
@@ -67,6 +83,15 @@ std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
                 {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
                  "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});
   return system.steps_for(duration);
+}
+
+// A run ends at the time asked for, with a shorter last step where it has to.
+void shorten(const RunRequest& request, Track& track) {
+  if (request.steps) return;
+  constexpr double kRounding = 1e-9;  // of a step
+  const double end = request.time.value_or(track.system().duration());
+  const bool beyond = track.end() > end + kRounding * track.system().h();
+  if (beyond && end > track.system().t()) track.end_at(end);
 }
 
 // What the integrators have to say of their systems, each sentence once.
@@ -104,6 +129,7 @@ class Run {
   std::vector<Track> tracks_;
   std::optional<DumpTable> dump_;
   std::optional<EnergyTable> energy_;
+  std::optional<ObserveTable> observe_;
   Report report_;
   Progress progress_;
   double seconds_ = 0;
@@ -129,7 +155,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       console_(console),
       report_(report_stream(request, console), scene),
       progress_(console.err, shows_progress(request, console)) {
-  const bool tables = request.dump || request.energy;
+  const bool tables = !tables_of(request).empty();
   const std::int64_t frame_stride = request.every.value_or(1);
   const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
   std::vector<const Simulation*> systems;
@@ -144,12 +170,14 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                   {"nothing to run", "--resume",
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
+    shorten(request, tracks_.back());
     if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }
   const TableScope scope{systems, scene.spec.world};
   if (request.dump) dump_.emplace(*request.dump, console.out, scope);
   if (request.energy) energy_.emplace(*request.energy, console.out, scope);
+  if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
 }
 
 // Systems go together: the one that is furthest behind in time takes the next step.
@@ -168,6 +196,7 @@ void Run::measure(Track& track, bool last) {
     if (dump_) dump_->frame(system);
     if (energy_ && system.second_order() && track.energy_is_finite())
       energy_->row(system, track.energy(), track.work(), track.drift());
+    if (observe_) observe_->row(system, track.observers(), track.observed());
   }
   if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
     progress_.clear();
@@ -181,7 +210,7 @@ void Run::measure(Track& track, bool last) {
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   try {
-    return system.steps(tracks_.size() == 1 ? track.due() : 1) > 0;
+    return track.advance(tracks_.size() == 1 ? track.due() : 1) > 0;
   } catch (const Error& error) {
     progress_.clear();
     throw in_step(error, system);
@@ -263,6 +292,7 @@ void Run::explain() {
 int Run::conclude(int caught) {
   if (dump_) dump_->commit();
   if (energy_) energy_->commit();
+  if (observe_) observe_->commit();
   if (request_.snap) {
     std::vector<Account> accounts;
     for (const Track& track : tracks_)
@@ -322,6 +352,11 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",
                  "leave --energy out; --dump writes the state"});
+  const auto observes = [](const SystemSpec& system) { return !system.observers.empty(); };
+  if (request.observe && std::ranges::none_of(scene.spec.systems, observes))
+    throw Error(ErrorKind::kUsage,
+                {"nothing to observe", "--observe", "the scene says nothing of it",
+                 "add observe = { NAME = function(s) ... end } to sim.scene"});
   if (request.debug_particle) {
     check_particle(scene, *request.debug_particle);
     print_adjacency(scene, *request.debug_particle, request.json, words(request, console));

@@ -1,6 +1,8 @@
 #include "cli/run/scene.h"
 
 #include <algorithm>
+#include <cctype>
+#include <string_view>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -8,6 +10,80 @@
 #include "core/output/format.h"
 
 namespace sim::cli {
+namespace {
+
+// What --without may name of a part: its plugin, or the family of springs.
+std::vector<std::string> names_of(const PartSpec& part) {
+  std::vector<std::string> names{part.plugin};
+  if (const auto family = part.given.find("family"); family != part.given.end())
+    if (const auto* name = std::get_if<std::string>(&family->second)) names.push_back(*name);
+  return names;
+}
+
+// Of all systems. Throws Error{kUsage} for a name that no part has.
+void leave_out(SceneSpec& scene, const std::string& name) {
+  std::vector<std::string> known;
+  bool found = false;
+  for (SystemSpec& system : scene.systems)
+    for (std::vector<PartSpec>* parts : {&system.forces, &system.colliders})
+      std::erase_if(*parts, [&](const PartSpec& part) {
+        const std::vector<std::string> names = names_of(part);
+        known.insert(known.end(), names.begin(), names.end());
+        const bool named = std::ranges::count(names, name) > 0;
+        found = found || named;
+        return named;
+      });
+  if (found) return;
+  std::ranges::sort(known);
+  const auto repeated = std::ranges::unique(known);
+  known.erase(repeated.begin(), repeated.end());
+  throw Error(ErrorKind::kUsage,
+              {"nothing to leave out", "--without " + name,
+               "the scene has no force, collider or family of that name", suggestion(name, known)});
+}
+
+// In every system that has a switch of this name.
+void turn_off(const std::string& name, SceneSpec& scene) {
+  bool known = false;
+  std::vector<std::string> names;
+  for (SystemSpec& system : scene.systems)
+    for (std::vector<PartSpec>* parts : {&system.forces, &system.colliders})
+      for (PartSpec& part : *parts) {
+        if (part.switch_name.empty()) continue;
+        names.push_back(part.switch_name);
+        if (part.switch_name != name) continue;
+        part.on = false;
+        known = true;
+      }
+  if (known) return;
+  const std::string remedy = suggestion(name, names);
+  throw Error(ErrorKind::kUsage,
+              {"no such switch", "--off " + name, "the scene has no switch of this name",
+               names.empty() ? "it names them in switches = { NAME = PART }" : remedy});
+}
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && std::ranges::all_of(word, [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("_-./=,:+@%").find(c) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
+std::string command_for(const SceneRequest& request) {
+  std::string text = "sim " + shell_word(request.scene);
+  for (const auto& [name, value] : request.settings)
+    text += " -s " + shell_word(name + "=" + value);
+  for (const std::string& name : request.without) text += " --without " + shell_word(name);
+  for (const std::string& name : request.off) text += " --off " + shell_word(name);
+  if (request.seed != 0) text += " --seed " + std::to_string(request.seed);
+  return text;
+}
 
 bool LoadedScene::has_second_order() const {
   return std::any_of(systems.begin(), systems.end(),
@@ -27,28 +103,6 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
           .threads = request.threads};
 }
 
-namespace {
-
-// In every system that has a switch of this name.
-void turn_off(const std::string& name, SceneSpec& scene) {
-  bool known = false;
-  std::vector<std::string> names;
-  for (SystemSpec& system : scene.systems)
-    for (const SwitchSpec& each : system.switches) {
-      names.push_back(each.name);
-      if (each.name != name) continue;
-      system.forces[each.part].on = false;
-      known = true;
-    }
-  if (known) return;
-  const std::string remedy = suggestion(name, names);
-  throw Error(ErrorKind::kUsage,
-              {"no such switch", "--off " + name, "the scene has no switch of this name",
-               names.empty() ? "it names them in switches = { NAME = FORCE }" : remedy});
-}
-
-}  // namespace
-
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
   // What is wrong on the command line is said before any file is looked at.
   if (!request.integrator.name.empty())
@@ -56,6 +110,7 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {environment.scene_folders, request.settings, request.seed});
+  for (const std::string& name : request.without) leave_out(scene.spec, name);
   for (const std::string& name : request.off) turn_off(name, scene.spec);
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(request, system, registry));

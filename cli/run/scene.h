@@ -20,6 +20,7 @@ struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
   std::map<std::string, std::string> settings;  // --set
   std::vector<std::string> off;                 // --off: switches
+  std::vector<std::string> without;             // --without
   std::uint64_t seed = 0;
   MethodChoice integrator;
   double dt = 0;  // s; 0 = the scene's own
@@ -41,6 +42,9 @@ struct LoadedScene {
 // Throws Error: kUsage for an integrator of the command line that does not exist or does not take
 // what is said of it, else what load_scene and Simulation throw.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
+
+// "sim SCENE -s n=3 --without drag": the words of a command that loads it, quoted for a shell.
+std::string command_for(const SceneRequest& request);
 
 // The error of a right-hand side written in Lua, with the step it failed in.
 Error in_step(const Error& error, const Simulation& system);

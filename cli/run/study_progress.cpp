@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/output/format.h"
 
 namespace sim::cli {
@@ -26,6 +28,14 @@ void StudyProgress::draw(std::string_view what, double done) {
   drawn_ = true;
 }
 
+void StudyProgress::announce(double seconds) {
+  constexpr double kWorthAWord = 1;
+  if (!said_ || seconds < kWorthAWord) return;
+  err_ << "sim: note: the study takes up to about " << brief(seconds, seconds < 10 ? 1 : 2)
+       << " s; Ctrl-C ends it with what it has\n"
+       << std::flush;
+}
+
 int StudyProgress::exit_code() {
   clear();
   if (caught() == 0) return 0;
@@ -36,6 +46,22 @@ int StudyProgress::exit_code() {
 void StudyProgress::clear() {
   if (drawn_) err_ << "\r\x1b[K" << std::flush;
   drawn_ = false;
+}
+
+std::function<std::vector<double>(Simulation&)> quantity(const SystemSpec& spec,
+                                                         const std::string& name) {
+  if (name.empty()) return {};
+  std::vector<std::string> known;
+  for (const ObserverSpec& observer : spec.observers) {
+    known.push_back(observer.name);
+    if (observer.name != name) continue;
+    return
+        [value = observer.value](Simulation& system) { return std::vector<double>{value(system)}; };
+  }
+  throw Error(ErrorKind::kUsage,
+              {"unknown quantity", "--of " + name, "'" + spec.name + "' does not observe it",
+               known.empty() ? "add observe = { " + name + " = function(s) ... end } to the scene"
+                             : suggestion(name, known)});
 }
 
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@ class StudyProgress {
  public:
   StudyProgress(ShowProgress when, const Console& console)
       : err_(console.err),
+        said_(when != ShowProgress::kOff),
         on_(when == ShowProgress::kOn || (when == ShowProgress::kAuto && console.err_is_terminal)) {
   }
   ~StudyProgress() { clear(); }
@@ -27,6 +29,9 @@ class StudyProgress {
 
   // To be given to a study; this object outlives it.
   study::Watch watch();
+
+  // Says how long the study takes at most, where that is worth a word.
+  void announce(double seconds);
 
   void clear();
   int caught() const { return interrupts_.caught(); }  // the signal that ended it, or 0
@@ -38,10 +43,15 @@ class StudyProgress {
   void draw(std::string_view what, double done);
 
   std::ostream& err_;
-  bool on_, drawn_ = false;
+  bool said_, on_, drawn_ = false;
   Clock::time_point last_{};
   Interrupts interrupts_;
 };
+
+// The quantity of that name, for study::Problem::of; nothing for an empty name. Throws
+// Error{kUsage} when the scene does not observe it.
+std::function<std::vector<double>(Simulation&)> quantity(const SystemSpec& spec,
+                                                         const std::string& name);
 
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);

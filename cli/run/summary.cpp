@@ -51,6 +51,20 @@ std::string figures_json(const study::Figures& figures) {
   return object.str();
 }
 
+std::string observed_json(Track& track) {
+  JsonObject object;
+  const std::span<const double> values = track.observed();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    JsonObject each;
+    each.number("value", values[i]);
+    if (!track.parted().empty())
+      each.number("difference", track.parted()[i].at_end)
+          .number("difference_most", track.parted()[i].most);
+    object.json(track.observers()[i].name, each.str());
+  }
+  return object.str();
+}
+
 std::string system_json(Track& track) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
@@ -79,6 +93,7 @@ std::string system_json(Track& track) {
                               .number("drift", track.drift())
                               .str());
   }
+  if (!track.observers().empty()) object.json("observed", observed_json(track));
   if (track.has_exact()) object.number("error", track.deviation().error);
   return object.text("hash", hash_text(system))
       .text("verdict", study::trust_name(verdict.trust))

@@ -49,6 +49,26 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   if (has_exact()) deviation();
 }
 
+int Track::advance(std::int64_t most) {
+  const std::int64_t left = steps_ - system_->step_count();
+  if (!end_) return system_->steps(most);
+  if (left == 1) return system_->step_to(*end_) ? 1 : 0;
+  return system_->steps(std::min(most, left - 1));
+}
+
+std::optional<double> Track::short_step() const {
+  if (!end_) return {};
+  return *end_ - system_->t(steps_ - 1);
+}
+
+std::span<const double> Track::observed() {
+  if (observed_step_ != system_->step_count()) {
+    observed_ = spec_->observe(*system_);
+    observed_step_ = system_->step_count();
+  }
+  return observed_;
+}
+
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
   const std::int64_t step = system_->step_count();
   if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
@@ -65,7 +85,7 @@ void Track::sample() {
   const Energy* const now = system_->second_order() ? &energy() : nullptr;
   if (now && !energy_is_finite()) return;
   monitor_.look(now);
-  if (shadow_) shadow_->look(now);
+  if (shadow_) shadow_->look(now, observed());
 }
 
 // Looks at equal intervals would see a vibration that fits them as if it stood still. The k-th look

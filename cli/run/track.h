@@ -31,6 +31,8 @@ class Track {
         std::int64_t row_stride, Registry* registry = nullptr);
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
+  void end_at(double time) { end_ = time; }  // the last step ends there, before its own end
+  int advance(std::int64_t most);            // as Simulation::steps, with the last one shortened
   // The same of a run that goes on: with the work of its first part, if that is known.
   void continue_from(double total, std::span<const double> work);
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
@@ -38,8 +40,9 @@ class Track {
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
   std::int64_t taken() const { return system_->step_count() - first_step_; }
-  double elapsed() const { return system_->t() - first_t_; }  // s, simulated
-  double end() const { return system_->t(steps_); }           // s
+  double elapsed() const { return system_->t() - first_t_; }        // s, simulated
+  double end() const { return end_ ? *end_ : system_->t(steps_); }  // s
+  std::optional<double> short_step() const;  // the size of the last step, where it is shortened, s
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
 
@@ -59,6 +62,11 @@ class Track {
   double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
+
+  // What the scene observes of the present state; not finite: not known.
+  std::span<const double> observed();
+  std::span<const ObserverSpec> observers() const { return spec_->observers; }
+  std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
 
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
 
@@ -84,6 +92,9 @@ class Track {
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to
+  std::vector<double> observed_;
+  std::int64_t observed_step_ = -1;  // the step observed_ belongs to
+  std::optional<double> end_;        // s, of a last step that is shortened
   study::Monitor monitor_;
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;

@@ -177,6 +177,11 @@ std::string scene_text(const LoadedScene& scene, const std::string& name) {
     for (const auto& [name_of, on] : system.switches())
       rows.push_back({name_of, on ? "on" : "off"});
   if (rows.size() > 1) text += "\nswitches (--off NAME, .toggle NAME)\n" + aligned(rows);
+  for (const SystemSpec& system : scene.spec.systems) {
+    std::vector<std::string> names;
+    for (const ObserverSpec& observer : system.observers) names.push_back(observer.name);
+    if (!names.empty()) text += "\nobserves  " + system.name + ": " + join(names, ", ") + '\n';
+  }
   return text + "\nfile  " + scene.spec.file + '\n';
 }
 

@@ -42,12 +42,20 @@ const Point* finest(const OrderStudy& result, const MethodOrder& each) {
   return best;
 }
 
+std::string error_head(const OrderStudy& result) {
+  return result.unit.empty() ? "error" : "error [m]";
+}
+
+std::string with_unit(const OrderStudy& result, double value, int digits) {
+  return brief(value, digits) + (result.unit.empty() ? "" : " " + result.unit);
+}
+
 std::string table_text(const OrderStudy& result) {
   std::size_t width = 12;
   for (const MethodOrder& each : result.methods)
     width = std::max(width, each.method.label.size() + 2);
   std::string text = left("integrator", width) + right("order", 6) + right("observed", 18) +
-                     right("smallest", kNumber) + right("error [m]", kNumber) + '\n';
+                     right("smallest", kNumber) + right(error_head(result), kNumber) + '\n';
   for (const MethodOrder& each : result.methods) {
     const Point* point = finest(result, each);
     const double step = !point ? 0 : point->tolerance > 0 ? point->tolerance : point->dt;
@@ -56,18 +64,20 @@ std::string table_text(const OrderStudy& result) {
         right(observed_text(each), 18) + right(point ? brief(step, 3) : "-", kNumber) +
         right(point ? brief(point->rms, 3) : "-", kNumber);
     const std::string words = remark(each);
-    text += line + (words.empty() ? "" : "  " + words) + '\n';
+    text += line + '\n';
+    if (!words.empty()) text += "  " + words + '\n';
   }
   return text +
-         "\"smallest\": the smallest step in s (or tolerance) whose error is above what the "
-         "reference\nknows. Errors are rms positions, the largest along the way.\n";
+         "smallest: the smallest step in s (or tolerance) whose error is above what the\n"
+         "reference knows. error: rms, the largest of all steps. +-: what is left of the\n"
+         "fit of a line, not how sure it is.\n";
 }
 
 // Every step of one method.
 std::string steps_text(const OrderStudy& result, const MethodOrder& each) {
   std::string text = '\n' +
                      right(each.points.front().tolerance > 0 ? "tolerance" : "dt [s]", kNumber) +
-                     right("evaluations", kNumber) + right("error [m]", kNumber) +
+                     right("evaluations", kNumber) + right(error_head(result), kNumber) +
                      right("local order", kNumber) + '\n';
   const Point* last = nullptr;
   for (const Point& point : each.points) {
@@ -92,10 +102,11 @@ std::string steps_text(const OrderStudy& result, const MethodOrder& each) {
 
 std::string text_of(const OrderStudy& result) {
   std::string text = label("system", result.system + " to t = " + brief(result.time) + " s, size " +
-                                         brief(result.size, 4) + " m");
+                                         with_unit(result, result.size, 4));
   if (!result.reference.points.empty())
-    text += label("reference",
-                  result.reference.how + ", known to " + brief(known_to(result), 2) + " m") +
+    text += label("reference", wrapped(result.reference.how + ", known to " +
+                                           with_unit(result, known_to(result), 2),
+                                       12)) +
             '\n' + table_text(result);
   if (result.methods.size() == 1) text += steps_text(result, result.methods.front());
   return text;
@@ -149,6 +160,8 @@ int order(const OrderRequest& request, const Environment& environment, Registry&
   SceneRequest scene_request = request.scene;
   std::vector<MethodChoice> integrators = request.integrators;
   std::vector<std::string> words = request.words;
+  if (words.size() == 2 && !is_integrator(words[0], registry) && is_integrator(words[1], registry))
+    std::swap(words[0], words[1]);
   if (!words.empty() && (words.size() > 1 || is_integrator(words.front(), registry))) {
     if (!integrators.empty())
       throw Error(ErrorKind::kUsage, {"given twice", "'" + words.front() + "' and --integrators",
@@ -164,9 +177,10 @@ int order(const OrderRequest& request, const Environment& environment, Registry&
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
     const study::Problem problem{&spec, &registry, run_options(scene_request, spec, registry)};
-    const auto result =
-        study::order(problem, {request.time.value_or(0), study_choices(integrators, registry)},
-                     progress.watch());
+    const study::OrderOptions options{request.time.value_or(0),
+                                      study_choices(integrators, registry)};
+    progress.announce(study::longest(problem, options));
+    const auto result = study::order(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(*result) : text_of(*result));
   }
   progress.clear();

@@ -20,13 +20,8 @@ struct OrderRequest {
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// A table for people, with every step where one integrator is asked for. With `json` one object,
-// for a world {"systems":[...]} of them:
-//   {"system","time","size","reference":{"how","error"},"complete","integrators":[
-//     {"name","order","observed","standard_error","constant","keeps",
-//      "points":[{"dt","tol","error","finished","evaluations"}]}]}
-// error in m is the largest rms over the free coordinates along the way, observed is null where no
-// three steps agree on one order.
+// A table for people, with every step where one integrator is asked for; with `json` what
+// `sim order --help` says.
 int order(const OrderRequest& request, const Environment& environment, Registry& registry,
           Console& console);
 

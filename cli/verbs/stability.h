@@ -19,15 +19,7 @@ struct StabilityRequest {
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// Tables for people, or with `json` one object, for a world {"systems":[...]} of them:
-//   {"system","t","omega_max","damping","residual","bound","growth",
-//    "particles":[{"particle","share"}],"families":[{"family","share"}],
-//    "integrator","dt","energy_time","complete","integrators":[
-//      {"name","order","predicted_dt","measured_dt","limit","radius",
-//       "energy":[{"fraction","dt","error"}]}]}
-// predicted_dt and measured_dt in s, 0 where no step is stable, null where every step is or it is
-// not known; limit says which: "step", "none stable", "unlimited", "own steps" (adaptive),
-// "unknown". radius is the growth of the fastest mode in one step of dt.
+// Tables for people; with `json` what `sim stability --help` says.
 int stability(const StabilityRequest& request, const Environment& environment, Registry& registry,
               Console& console);
 

@@ -28,12 +28,18 @@ bool on_front(const WorkPrecision& study, PlaceOf place) {
   });
 }
 
-// "--dt 0.00625", as a run would be told; rounded down, so that the error is not above.
-std::string settings_text(const Point& point) {
-  if (point.tolerance > 0) return "--tol " + brief(point.tolerance);
-  const double unit = std::pow(10.0, std::floor(std::log10(point.dt)) - 5);
-  const double rounded = std::floor(point.dt / unit * (1 + 1e-12)) * unit;
-  return "--dt " + brief(rounded, 6);
+// What a study was asked, for the commands it prints.
+struct Asked {
+  SceneRequest scene;
+  std::optional<double> time;
+};
+
+// "sim scenes/cloth.lua -i verlet -d 0.00625": as a run would be told.
+std::string command_text(const WorkPrecision& study, PlaceOf place, const Asked& asked) {
+  const Point& point = study.at(place);
+  std::string text = command_for(asked.scene) + " -i " + curve_of(study, place).method.label;
+  text += point.tolerance > 0 ? " --tol " + brief(point.tolerance) : " -d " + shortest(point.dt);
+  return asked.time ? text + " -T " + shortest(*asked.time) : text;
 }
 
 double known_to(const WorkPrecision& study) { return study.yardstick.floor() / 10; }
@@ -79,24 +85,29 @@ std::string order_text(const Curve& curve) {
          (curve.observed ? brief(curve.observed->slope, 2) : "-");
 }
 
+// Nothing smaller than what the reference can tell.
+std::string error_text(const WorkPrecision& study, const Point& point) {
+  const double floor = study.yardstick.floor();
+  return point.rms > floor ? brief(point.rms, 3) : "<" + brief(floor, 2);
+}
+
 std::string table_text(const WorkPrecision& study) {
   std::size_t width = 13;
-  for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 3);
+  for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 2);
   std::string text = "  " + left("integrator", width - 2) + right("order", 7) +
-                     right("dt or tol", 11) + right("cost", 9) + right("error [m]", 11) +
-                     right("of size", 10) + right("energy", 9) + right("ms", 10) +
-                     right("x real", 9) + '\n';
+                     right("dt, tol", 9) + right("cost", 9) +
+                     right(study.unit.empty() ? "error" : "error [m]", 10) + right("of size", 9) +
+                     right("energy", 8) + right("ms", 7) + '\n';
   for (const PlaceOf place : rows(study)) {
     const Curve& curve = curve_of(study, place);
     const Point& point = study.at(place);
     text += (on_front(study, place) ? "* " : "  ") + left(curve.method.label, width - 2) +
             right(order_text(curve), 7) +
-            right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 11) +
-            right(brief(study.cost(place), 6), 9) + right(brief(point.rms, 3), 11) +
-            right(brief(point.rms / study.size, 2), 10) +
-            right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 9) +
-            right(brief(1e3 * point.seconds, 3), 10) +
-            right(brief(study.time / point.seconds, 2), 9) + '\n';
+            right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 9) +
+            right(brief(study.cost(place), 5), 9) + right(error_text(study, point), 10) +
+            right(brief(point.rms / study.size, 2), 9) +
+            right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 8) +
+            right(brief(1e3 * point.seconds, 2), 7) + '\n';
   }
   for (const Curve& curve : study.curves)
     if (std::none_of(curve.points.begin(), curve.points.end(),
@@ -104,46 +115,62 @@ std::string table_text(const WorkPrecision& study) {
       text += "  " + curve.method.label + ": unstable at every step down to " +
               (curve.points.empty() ? "none" : brief(curve.points.back().dt, 3)) + " s\n";
   return text +
-         "* on the front: nothing is cheaper and closer. order: claimed/observed. cost: "
-         "evaluations of\nf; implicit methods and single precision at what their time is worth. "
-         "error: rms position,\nlargest along the way.\n";
+         "* on the front: nothing is cheaper and closer. order: claimed/observed. cost:\n"
+         "evaluations of f; implicit methods and single precision at what their time is\n"
+         "worth. error: rms of " +
+         std::string(study.unit.empty() ? "the numbers" : "positions") +
+         ", the largest of all steps.\n";
 }
 
-std::string choice_text(const WorkPrecision& study, PlaceOf place) {
-  return curve_of(study, place).method.label + " " + settings_text(study.at(place));
+std::string with_unit(const WorkPrecision& study, double value, int digits) {
+  return brief(value, digits) + (study.unit.empty() ? "" : " " + study.unit);
 }
 
-std::string recommendation(const WorkPrecision& study) {
-  const std::string budget = brief(study.budget, 3) + " m";
-  if (study.comparable == 0) return "no recommendation: the motion cannot be known to " + budget;
-  if (!study.cheapest) return "no recommendation: no step tried is within " + budget;
+std::string recommendation(const WorkPrecision& study, const Asked& asked) {
+  const std::string budget = with_unit(study, study.budget, 3);
+  if (study.comparable == 0)
+    return "no recommendation: the motion is not known to " +
+           with_unit(study, study.budget / 100, 2) + " for any time\n";
+  if (!study.cheapest) return "no recommendation: no step tried is within " + budget + "\n";
   std::string text;
   if (study.recommended) {
     const Point& point = study.at(*study.recommended);
-    text = "recommend " + choice_text(study, *study.recommended) + ": " + brief(point.rms, 2) +
-           " m for " + brief(study.cost(*study.recommended) / study.time, 4) + " evaluations/s (" +
-           brief(study.time / point.seconds, 2) + "x real time)";
+    text = "recommended for " + budget + ": off by " + with_unit(study, point.rms, 2) + ", " +
+           brief(study.cost(*study.recommended) / study.time, 4) + " evaluations/s (" +
+           brief(study.time / point.seconds, 2) + "x real time)\n  " +
+           command_text(study, *study.recommended, asked) + '\n';
   } else {
-    text = "no step is within half of " + budget + " and well inside its limit of stability";
+    text = "no step within " + budget + " is well inside its limit of stability\n";
   }
-  return text + "; cheapest under the budget of " + budget + ": " +
-         choice_text(study, *study.cheapest);
+  const bool same = study.recommended && study.recommended->curve == study.cheapest->curve &&
+                    study.recommended->point == study.cheapest->point;
+  if (same) return text;
+  return text + "cheapest within it: off by " + with_unit(study, study.at(*study.cheapest).rms, 2) +
+         ", " +
+         brief(100 * study.cost(*study.cheapest) /
+                   study.cost(study.recommended ? *study.recommended : *study.cheapest),
+               3) +
+         " % of the cost\n  " + command_text(study, *study.cheapest, asked) + '\n';
 }
 
-std::string text_of(const WorkPrecision& study) {
-  std::string text = label("system", study.system + " to t = " + brief(study.time) + " s, size " +
-                                         brief(study.size, 4) + " m, fastest " +
+std::string text_of(const WorkPrecision& study, const std::string& of, const Asked& asked) {
+  std::string text = label("system", study.system + " to t = " + brief(study.time) + " s, " +
+                                         (of.empty() ? "size " : "range of " + of + " ") +
+                                         with_unit(study, study.size, 4) + ", fastest " +
                                          brief(study.fastest.omega) + " rad/s");
   if (study.reference.points.empty()) return text;
-  text +=
-      label("reference", study.reference.how + ", known to " + brief(known_to(study), 2) + " m") +
-      label("growth", growth_text(study));
+  text += label(
+      "reference",
+      wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12));
+  if (of.empty()) text += label("growth", wrapped(growth_text(study), 12));
   if (study.comparable < study.time)
-    text += label("chaotic", "beyond t = " + brief(study.comparable) +
-                                 " s positions cannot be known to " + brief(study.budget / 100, 2) +
-                                 " m; compared until then");
+    text += label("chaotic",
+                  wrapped("beyond t = " + brief(study.comparable) + " s " +
+                              (of.empty() ? "positions are" : of + " is") + " not known to " +
+                              with_unit(study, study.budget / 100, 2) + "; compared until then",
+                          12));
   if (!study.curves.empty()) text += '\n' + table_text(study);
-  return text + '\n' + recommendation(study) + '\n';
+  return text + '\n' + recommendation(study, asked);
 }
 
 JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
@@ -168,16 +195,20 @@ JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
       .flag("front", on_front(study, place));
 }
 
-std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>& place) {
+std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>& place,
+                        const Asked& asked) {
   if (!place) return "null";
   const Point& point = study.at(*place);
   JsonObject object;
-  object.text("integrator", curve_of(study, *place).method.label).number("dt", point.dt);
-  if (point.tolerance > 0) object.number("tol", point.tolerance);
-  return object.number("error", point.rms).number("evaluations", study.cost(*place)).str();
+  object.text("integrator", curve_of(study, *place).method.label);
+  point.tolerance > 0 ? object.number("tol", point.tolerance) : object.number("dt", point.dt);
+  return object.number("error", point.rms)
+      .number("evaluations", study.cost(*place))
+      .text("command", command_text(study, *place, asked))
+      .str();
 }
 
-std::string json_of(const WorkPrecision& study) {
+std::string json_of(const WorkPrecision& study, const std::string& of, const Asked& asked) {
   std::vector<std::string> curves;
   for (std::size_t c = 0; c < study.curves.size(); ++c) {
     const Curve& curve = study.curves[c];
@@ -197,6 +228,7 @@ std::string json_of(const WorkPrecision& study) {
   return JsonObject()
       .text("system", study.system)
       .number("time", study.time)
+      .json("of", of.empty() ? "null" : json_string(of))
       .number("size", study.size)
       .number("budget", study.budget)
       .number("comparable", study.comparable)
@@ -207,8 +239,8 @@ std::string json_of(const WorkPrecision& study) {
       .number("growth", grown ? study.growth.most.back() : std::nan(""))
       .number("omega_max", study.fastest.omega)
       .flag("complete", study.complete)
-      .json("recommended", choice_json(study, study.recommended))
-      .json("cheapest", choice_json(study, study.cheapest))
+      .json("recommended", choice_json(study, study.recommended, asked))
+      .json("cheapest", choice_json(study, study.cheapest, asked))
       .json("integrators", json_array(curves))
       .str();
 }
@@ -275,7 +307,8 @@ std::string plot(const WorkPrecision& study) {
   Chart chart;
   chart.title = study.system + " to t = " + brief(study.time) + " s: error against cost";
   chart.x_name = "evaluations of f (implicit, single: at what their time is worth)";
-  chart.y_name = "rms error of positions [m], largest along the way";
+  chart.y_name = study.unit.empty() ? "rms error, the largest of all steps"
+                                    : "rms error of positions [m], the largest of all steps";
   chart.lines.push_back({study.budget, "budget"});
   chart.lines.push_back({study.yardstick.reference ? study.yardstick.floor() : 0, "floor"});
   for (const Curve& curve : study.curves) {
@@ -303,6 +336,7 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
   if (request.svg) picture.emplace(Target{*request.svg, TableFormat::kCsv}, console.out);
 
   StudyProgress progress(request.progress, console);
+  const Asked asked{request.scene, request.time};
   std::vector<std::string> texts;
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
@@ -311,9 +345,12 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     options.budget = request.budget.value;
     options.budget_in_metres = request.budget.in_metres;
     options.integrators = study_choices(request.integrators, registry);
-    const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+    study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+    problem.of = quantity(spec, request.of);
+    progress.announce(study::longest(problem, options));
     const auto study = study::work_precision(problem, options, progress.watch());
-    texts.push_back(request.json ? json_of(*study) : text_of(*study));
+    texts.push_back(request.json ? json_of(*study, request.of, asked)
+                                 : text_of(*study, request.of, asked));
     if (table) table->add(*study);
     if (picture) picture->buffer() += plot(*study);
   }

@@ -12,7 +12,7 @@
 
 namespace sim::cli {
 
-// "1%" of the scene's size, or metres: "1e-3 m", "1e-3".
+// "1%" of the scene's size, or metres: "1 mm", "1e-3 m", "1e-3".
 struct Budget {
   double value = 1e-3;
   bool in_metres = false;
@@ -21,6 +21,7 @@ struct Budget {
 struct TradeoffRequest {
   SceneRequest scene;
   Budget budget;                          // 0.1 % of the size if not given
+  std::string of;                         // a quantity that the scene observes; empty: positions
   std::optional<double> time;             // s; nothing = the scene's duration
   std::vector<MethodChoice> integrators;  // empty = all that fit
   std::optional<Target> csv;              // every point, .csv or .jsonl
@@ -29,13 +30,8 @@ struct TradeoffRequest {
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// A table for people; with `json` one object, for a world {"systems":[...]} of them:
-//   {"system","time","size","budget","comparable","reference":{"how","error"},"growth","omega_max",
-//    "complete","recommended":{"integrator","dt","tol","error","evaluations"},"cheapest":{...},
-//    "integrators":[{"name","order","observed","limit","points":[{"dt","tol","status","error",
-//    "relative","error_end","max_end","worst","energy","steps","evaluations","newton",
-//    "factorisations","linear","cost","seconds","spread","front"}]}]}
-// Errors in m: "error" is the largest rms over the free coordinates along the way.
+// A table for people; with `json` what `sim tradeoff --help` says. Errors in m, or as numbers of a
+// flat state or of `of`: the largest rms of all steps.
 int tradeoff(const TradeoffRequest& request, const Environment& environment, Registry& registry,
              Console& console);
 

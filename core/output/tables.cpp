@@ -1,5 +1,6 @@
 #include "core/output/tables.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -124,6 +125,40 @@ void EnergyTable::row(const Simulation& system, const Energy& energy, double wor
     append_json(out, "drift", drift);
     out += "}\n";
   }
+  output_.flush_if_full();
+}
+
+ObserveTable::ObserveTable(const Target& target, std::ostream& standard_output,
+                           const TableScope& scope, std::span<const SystemSpec> systems)
+    : output_(target, standard_output), format_(target.format), world_(scope.world) {
+  for (const SystemSpec& system : systems)
+    for (const ObserverSpec& observer : system.observers) names_.push_back(observer.name);
+  std::ranges::sort(names_);
+  const auto repeated = std::ranges::unique(names_);
+  names_.erase(repeated.begin(), repeated.end());
+  if (format_ != TableFormat::kCsv) return;
+  output_.buffer() += world_ ? "system,step,t" : "step,t";
+  for (const std::string& name : names_) output_.buffer() += "," + name;
+  output_.buffer() += '\n';
+}
+
+void ObserveTable::row(const Simulation& system, std::span<const ObserverSpec> observers,
+                       std::span<const double> values) {
+  std::string& out = output_.buffer();
+  const bool csv = format_ == TableFormat::kCsv;
+  out += csv ? csv_prefix(system, world_) : json_prefix(system, world_);
+  for (const std::string& name : names_) {
+    const auto found = std::ranges::find(observers, name, &ObserverSpec::name);
+    const bool here = found != observers.end();
+    double value = std::nan("");
+    if (here) value = values[static_cast<std::size_t>(found - observers.begin())];
+    if (!std::isfinite(value)) value = std::nan("");
+    if (csv)
+      append_csv(out, {value});
+    else if (here)
+      append_json(out, name, value);
+  }
+  out += csv ? "\n" : "}\n";
   output_.flush_if_full();
 }
 

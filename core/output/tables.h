@@ -1,4 +1,5 @@
-// Tables of a run: the state (--dump) and the energy (--energy), as CSV or as JSON lines.
+// Tables of a run: the state (--dump), the energy (--energy) and what the scene observes
+// (--observe), as CSV or as JSON lines.
 #pragma once
 
 #include <span>
@@ -50,6 +51,24 @@ class EnergyTable {
   Output output_;
   TableFormat format_;
   bool world_;
+};
+
+// step,t,NAME,...: the quantities that the scenes observe, in alphabetical order; a number that is
+// not finite, and one that a system of the world lacks, is an empty field.
+class ObserveTable {
+ public:
+  ObserveTable(const Target& target, std::ostream& standard_output, const TableScope& scope,
+               std::span<const SystemSpec> systems);
+
+  void row(const Simulation& system, std::span<const ObserverSpec> observers,
+           std::span<const double> values);
+  void commit() { output_.commit(); }
+
+ private:
+  Output output_;
+  TableFormat format_;
+  bool world_;
+  std::vector<std::string> names_;
 };
 
 }  // namespace sim

@@ -148,10 +148,12 @@ void Hold::press() {
 bool Hold::slides() {
   const Touch end = this->end();
   slip_ = tangential(rate_ - surface_rate_, normal_);
-  drive_ = tangential((way_.rate(1) - rate_ - (h_ * end.velocity - surface_rate_)) / rest_, normal_);
+  drive_ =
+      tangential((way_.rate(1) - rate_ - (h_ * end.velocity - surface_rate_)) / rest_, normal_);
   speed_ = slip_.norm();
   if (speed_ <= 1e-14 * (rate_.norm() + surface_rate_.norm())) speed_ = 0;
-  pressure_ = std::max(0.0, -2 * end.gap / (rest_ * rest_ * std::max(normal_.dot(end.normal), 0.1)));
+  pressure_ =
+      std::max(0.0, -2 * end.gap / (rest_ * rest_ * std::max(normal_.dot(end.normal), 0.1)));
   if (speed_ == 0) return false;
   return speed_ + rest_ * (drive_.dot(slip_) / speed_ - friction_ * pressure_) >= 0;
 }
@@ -228,17 +230,26 @@ void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
   auto sides = collider->sides();
   if (sides.empty()) sides.push_back(std::move(collider));
   for (auto& side : sides) add_one(std::move(side), name, initial);
+  ++parts_;
+  set_off({});
+}
+
+void Contacts::set_off(std::span<const std::size_t> colliders) {
+  on_.clear();
+  sampled_ = move_ = false;
+  for (const Entry& entry : entries_) {
+    if (std::ranges::count(colliders, entry.part) > 0) continue;
+    on_.push_back(entry.collider.get());
+    sampled_ = sampled_ || entry.collider->sampled();
+    move_ = move_ || entry.collider->moves();
+  }
 }
 
 void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& name,
                        const ParticleView& initial) {
   const std::string title = "collider '" + name + "'";
   collider->bind(initial);
-  if (collider->sampled()) {
-    collider->look(initial.t, initial.t);
-    sampled_ = true;
-  }
-  move_ = move_ || collider->moves();
+  if (collider->sampled()) collider->look(initial.t, initial.t);
   int held = 0;
   for (int i = 0; i < initial.n; ++i) {
     const Touch start = collider->touch(initial.t, initial.position(i));
@@ -249,25 +260,24 @@ void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& na
                          ", where it stays, for it is pinned");
       continue;
     }
-    throw Error(ErrorKind::kScene,
-                {title, "",
-                 "particle " + std::to_string(i) + " starts " + brief(-start.gap, 3) +
-                     " m inside of it",
-                 "move the particle out, or pin it"});
+    throw Error(ErrorKind::kScene, {title, "",
+                                    "particle " + std::to_string(i) + " starts " +
+                                        brief(-start.gap, 3) + " m inside of it",
+                                    "move the particle out, or pin it"});
   }
   if (held > 1) notes_.back() += "; " + std::to_string(held) + " such particles";
-  if (const std::string note = collider->note(); !note.empty()) notes_.push_back(title + ": " + note);
-  colliders_.push_back(std::move(collider));
+  if (const std::string note = collider->note(); !note.empty())
+    notes_.push_back(title + ": " + note);
+  entries_.push_back({std::move(collider), parts_});
 }
 
 void Contacts::look(double t0, double t1) const {
-  for (const auto& collider : colliders_)
+  for (Collider* const collider : on_)
     if (collider->sampled()) collider->look(t0, t1);
 }
 
-bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half,
-                    double length) const {
-  for (const auto& collider : colliders_)
+bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half, double length) const {
+  for (Collider* const collider : on_)
     if (!(collider->clearance(t + h, middle, half) > length + h * collider->fastest(t, t + h)))
       return true;
   return false;
@@ -280,7 +290,7 @@ void Contacts::settle(double t, double h, Way& way) const {
     // The first touch of a collider that was not touched yet.
     double first = kNone;
     const Collider* hit = nullptr;
-    for (const auto& collider : colliders_) {
+    for (Collider* const collider : on_) {
       if (std::find(seen, seen + touches, collider.get()) != seen + touches) continue;
       const double s = first_touch(*collider, t, h, way);
       if (s >= first) continue;
@@ -303,7 +313,7 @@ void Contacts::settle(double t, double h, Way& way) const {
   bool inside = touches > 0;
   for (int round = 0; round < kRounds && inside; ++round) {
     inside = false;
-    for (const auto& collider : colliders_) {
+    for (Collider* const collider : on_) {
       const Touch end = collider->touch(t + h, way.stuck ? way.held : way.at(1));
       if (!(end.gap < 0)) continue;
       way.squeezed = end.gap < -1e3 * slack(way.at(1));
@@ -319,7 +329,7 @@ Vec3 Contacts::hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const {
   bool inward = true;
   for (int round = 0; round < kRounds && inward; ++round) {
     inward = false;
-    for (const auto& collider : colliders_) {
+    for (Collider* const collider : on_) {
       const Touch touch = collider->touch(t, x);
       const Vec3 relative = v - touch.velocity;
       const double normal = relative.dot(touch.normal);

@@ -45,8 +45,11 @@ class Contacts {
   void add(std::unique_ptr<Collider> collider, const std::string& name,
            const ParticleView& initial);
 
-  bool empty() const noexcept { return colliders_.empty(); }
-  std::span<const std::unique_ptr<Collider>> all() const { return colliders_; }
+  // Those that were added as number so and so; the others act.
+  void set_off(std::span<const std::size_t> colliders);
+
+  bool empty() const noexcept { return on_.empty(); }
+  std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
 
   bool move() const noexcept { return move_; }  // some of them
@@ -69,7 +72,13 @@ class Contacts {
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,
                const ParticleView& initial);
 
-  std::vector<std::unique_ptr<Collider>> colliders_;
+  struct Entry {
+    std::unique_ptr<Collider> collider;
+    std::size_t part;  // a side of the one that was added as number so and so
+  };
+  std::vector<Entry> entries_;
+  std::vector<Collider*> on_;
+  std::size_t parts_ = 0;
   std::vector<std::string> notes_;
   bool sampled_ = false, move_ = false;
 };

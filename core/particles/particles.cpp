@@ -36,10 +36,12 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
     force->bind(start);
     add_memory(*force);
   }
-  set_off({});
+  set_off({}, {});
 }
 
-void Particles::set_off(std::span<const std::size_t> forces) {
+void Particles::set_off(std::span<const std::size_t> forces,
+                        std::span<const std::size_t> colliders) {
+  contacts_.set_off(colliders);
   for (double& g : motion_.gravity) g = 0;
   motion_.damping = 0;
   reach_ = 0;

@@ -28,8 +28,8 @@ class Particles {
 
   // For the same particles and forces; steppers have to be made again.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
-  // Turns off the forces with these indices and all others on. Memories go on either way.
-  void set_off(std::span<const std::size_t> forces);
+  // Turns off the forces and colliders with these indices, and all others on. Memories go on.
+  void set_off(std::span<const std::size_t> forces, std::span<const std::size_t> colliders);
 
   const Layout& layout() const noexcept { return layout_; }
   ParticleView view(double t, const double* state) const;

@@ -19,4 +19,10 @@ ParticleSpec ParticlesSpec::at(int id) const {
   return particle;
 }
 
+std::vector<double> SystemSpec::observe(const Simulation& system) const {
+  std::vector<double> values;
+  for (const ObserverSpec& observer : observers) values.push_back(observer.value(system));
+  return values;
+}
+
 }  // namespace sim

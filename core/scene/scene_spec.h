@@ -53,13 +53,8 @@ struct PartSpec {
   std::optional<std::vector<int>> particles =
       {};  // ascending: it acts on these alone; none: on all
   Place place = {};
-  bool on = true;  // at the start
-};
-
-// What the scene calls a part that may be turned on and off while it runs.
-struct SwitchSpec {
-  std::string name;
-  std::size_t part;  // index among SystemSpec::forces
+  std::string switch_name = {};  // by which it may be turned on and off; empty: it may not
+  bool on = true;                // at the start
 };
 
 // State of a first-order scene: points of space (dimension 3) or a flat list (dimension 1).
@@ -69,12 +64,19 @@ struct FirstOrderSpec {
   PartSpec field;
 };
 
+class Simulation;
+
+// A quantity of the scene's own. Not finite: not known. May throw Error{kScene}.
+struct ObserverSpec {
+  std::string name;
+  std::function<double(const Simulation&)> value;
+};
+
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders;
-  std::vector<SwitchSpec> switches;  // in order of their names
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
@@ -86,6 +88,9 @@ struct SystemSpec {
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
+  std::vector<ObserverSpec> observers;  // by name
+
+  std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };
 
 // A parameter of the scene itself: sim.arg(name, default, doc).

@@ -35,9 +35,6 @@ void check(const SystemSpec& spec) {
   for (const int id : spec.particles->pinned)
     if (outside(id))
       refuse("pinned particle " + std::to_string(id) + " does not exist", spec.place);
-  for (const SwitchSpec& each : spec.switches)
-    if (each.part >= spec.forces.size())
-      refuse("switch '" + each.name + "' is of no force", spec.place);
   if (!spec.loads.empty() && static_cast<int>(spec.loads.size()) != n)
     refuse("there are " + std::to_string(spec.loads.size()) + " loads", spec.place);
 }
@@ -97,6 +94,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
+    force_switches.push_back(part.switch_name);
   }
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
@@ -109,23 +107,26 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
-  switches = spec.switches;
-  particles->set_off(forces_off(*settings));
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
     placed(part.place, [&] {
       particles->add_collider(made(plugin.make(params), plugin), plugin.name, x.data());
     });
+    collider_switches.push_back(part.switch_name);
   }
+  apply_switches(*settings);
   system = std::move(compiled);
 }
 
-std::vector<std::size_t> Simulation::Impl::forces_off(const Settings& wanted) const {
-  std::vector<std::size_t> off;
-  for (const SwitchSpec& each : switches)
-    if (std::ranges::count(wanted.off, each.name) > 0) off.push_back(each.part);
-  return off;
+void Simulation::Impl::apply_switches(const Settings& wanted) {
+  const auto off_of = [&](const std::vector<std::string>& names) {
+    std::vector<std::size_t> off;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (std::ranges::binary_search(wanted.off, names[i])) off.push_back(i);
+    return off;
+  };
+  particles->set_off(off_of(force_switches), off_of(collider_switches));
 }
 
 std::vector<double> Simulation::Impl::masses() const {
@@ -189,8 +190,10 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   const auto settings = std::make_shared<Settings>(
       Settings{Method(registry, options.integrator.over(spec.integrator), spec.place), h, {}, {}});
   s.settings = settings;
-  for (const SwitchSpec& each : spec.switches)
-    if (!spec.forces[each.part].on) settings->off.push_back(each.name);
+  for (const std::vector<PartSpec>* parts : {&spec.forces, &spec.colliders})
+    for (const PartSpec& part : *parts)
+      if (!part.switch_name.empty() && !part.on) settings->off.push_back(part.switch_name);
+  std::ranges::sort(settings->off);
 
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
@@ -233,6 +236,25 @@ int Simulation::steps(std::int64_t most) {
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   return now.taken;
+}
+
+// A method that chooses its steps answers for any time between them; the others begin anew.
+bool Simulation::step_to(double end) {
+  Impl& s = *impl_;
+  const double short_h = end - t();
+  const bool adaptive = integrator_info().adaptive;
+  if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
+  const StepStatus status =
+      s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
+  if (status != StepStatus::kDone && s.find_divergence(status)) {
+    if (!adaptive || status != StepStatus::kStopped) s.restart();
+    return false;
+  }
+  std::swap(s.x, s.x_next);
+  s.n0 = ++s.step_count;
+  s.t0 = end;
+  if (!adaptive) s.restart();
+  return true;
 }
 
 void Simulation::stop_when(std::function<bool()> stop) {

@@ -45,6 +45,9 @@ class Simulation {
   // The same for up to `most` steps, of which only the last state is seen: where a method takes
   // several at once for less. How many were taken; 0 when the first of them fails.
   int steps(std::int64_t most);
+  // A step that ends at the time `end`, before t + h; those after it have the size h again. Methods
+  // that keep earlier steps forget them.
+  bool step_to(double end);
   // Asked during steps that may take long; when it says true they fail with kStopped, and the next
   // call takes the same step.
   void stop_when(std::function<bool()> stop);

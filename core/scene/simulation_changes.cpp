@@ -1,6 +1,7 @@
 // What changes a simulation between its steps, and what brings it back.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/base/text.h"
 #include "core/particles/springs/springs.h"
@@ -34,7 +35,7 @@ void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
   const bool other_switches = wanted->off != settings->off;
   const auto apply = [&](const Settings& chosen) {
     if (other_pins) particles->set_masses(masses(), chosen.pinned);
-    if (other_switches) particles->set_off(forces_off(chosen));
+    if (other_switches) apply_switches(chosen);
   };
   apply(*wanted);
   try {
@@ -121,14 +122,12 @@ void Simulation::set_pinned(int i, bool hold) {
 
 void Simulation::set_switch(const std::string& name, bool on) {
   Impl& s = *impl_;
-  const auto known = std::ranges::find(s.switches, name, &SwitchSpec::name);
-  if (known == s.switches.end()) {
-    std::vector<std::string> names;
-    for (const SwitchSpec& each : s.switches) names.push_back(each.name);
+  std::vector<std::string> names;
+  for (const auto& each : switches()) names.push_back(each.first);
+  if (std::ranges::count(names, name) == 0)
     refuse_change("no such switch", "'" + name + "' is none of this scene",
-                  names.empty() ? "name one in the scene: switches = { " + name + " = FORCE }"
+                  names.empty() ? "name one in the scene: switches = { " + name + " = PART }"
                                 : suggestion(name, names));
-  }
   auto wanted = std::make_shared<Settings>(*s.settings);
   std::erase(wanted->off, name);
   if (!on) wanted->off.insert(std::ranges::lower_bound(wanted->off, name), name);
@@ -138,10 +137,11 @@ void Simulation::set_switch(const std::string& name, bool on) {
 }
 
 std::vector<std::pair<std::string, bool>> Simulation::switches() const {
-  std::vector<std::pair<std::string, bool>> list;
-  for (const SwitchSpec& each : impl_->switches)
-    list.emplace_back(each.name, std::ranges::count(settings().off, each.name) == 0);
-  return list;
+  std::map<std::string, bool> sorted;
+  for (const auto* names : {&impl_->force_switches, &impl_->collider_switches})
+    for (const std::string& name : *names)
+      if (!name.empty()) sorted[name] = !std::ranges::binary_search(settings().off, name);
+  return {sorted.begin(), sorted.end()};
 }
 
 void Simulation::set_dt(double new_h) {

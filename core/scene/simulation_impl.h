@@ -40,7 +40,7 @@ struct Simulation::Impl {
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;  // the system, in a second-order scene
   StateShape shape;
-  std::vector<SwitchSpec> switches;
+  std::vector<std::string> force_switches, collider_switches;  // of each part; empty: none
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
@@ -52,8 +52,7 @@ struct Simulation::Impl {
   void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
-  // Of these settings, among the forces.
-  std::vector<std::size_t> forces_off(const Settings& wanted) const;
+  void apply_switches(const Settings& wanted);
 
   double& number(std::string_view part, int item, int component) {
     return x[shape.find(part)->at(static_cast<std::size_t>(item),

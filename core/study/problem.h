@@ -18,6 +18,9 @@ struct Problem {
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
 
+  // What is compared of a state: nothing = the free coordinates, or all numbers of a flat state.
+  std::function<std::vector<double>(Simulation&)> of{};
+
   MethodChoice integrator() const;  // of the run, by the options or else by the scene
   Problem with(const MethodChoice& integrator) const;  // the same with another one
 

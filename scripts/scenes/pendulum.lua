@@ -9,4 +9,5 @@ local links = sim.force.spring { family = "link", stiffness = 200 }        -- N/
 for i = 1, n - 1 do links:tie(i - 1, i) end
 return sim.scene { name = "pendulum", particles = chain,
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, sim.force.drag { k = 0.5 }, links },
+  observe = { sag = function(s) return s:position(n - 1)[2] end },         -- m, of the last bead
   integrator = "rk4", dt = 0.005, duration = 10 }

@@ -379,7 +379,7 @@ end
 --             {di, dj, dk} in a grid of three directions
 -- Forces that act on each particle by itself, such as gravity, can be kept to some:
 --   particles   list of ids; default: all
--- Every force can be turned off at the start, for good unless the scene names a switch for it:
+-- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
 local function constructors(kind)
   return setmetatable({}, {
@@ -445,13 +445,20 @@ end
 --   duration     s, >= 0: how long a run lasts unless it is told otherwise
 --   exact        optional function(t) that returns the exact solution at time t (s), in the form of
 --                `state`; for particles the list of their positions
+--   observe      optional { NAME = function(s) return NUMBER end, ... }: quantities of your own, for
+--                --observe, --verify and `sim tradeoff --of NAME`. s is the state:
+--                  s:t()           s
+--                  s:position(i)   {x, y, z} of a particle or point, m
+--                  s:velocity(i)   {vx, vy, vz} of a particle, m/s
+--                  s:energy()      total, kinetic, potential, J; of particles
+--                  s:component(i)  of a flat state; the first is 0
 -- Second order (particles with mass and velocity):
 --   particles    a sim.particles or sim.grid
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
---   switches     optional { NAME = FORCE, ... }: forces that can be turned on and off while the
---                scene runs, by .toggle NAME, or left off by --off NAME
+--   switches     optional { NAME = PART, ... }: forces and colliders that can be turned on and off
+--                while the scene runs, by .toggle NAME, or left off by --off NAME
 -- First order (no masses, no velocities):
 --   state        { x = list of vectors } for points of space, or a flat list of numbers
 --   field        a sim.field.NAME{...}: the right-hand side of x' = f(t, x)

@@ -121,13 +121,13 @@ TEST_CASE("bad switches are told with their line", "[switches]") {
     return std::string("no error");
   };
   CHECK(contains(error_of(cloth(kParts[0], "", "switches = { pull = 3 }, ")),
-                 "expected a force that is in forces, got 3"));
+                 "expected one of the scene's forces or colliders, got 3"));
   CHECK(contains(error_of(cloth(kParts[0], "", "switches = { ['a b'] = pull }, ")),
                  "bad name of a switch"));
   CHECK(contains(error_of(cloth(kParts[0], "", "switches = 1, ")), "bad switches"));
   CHECK(contains(error_of(cloth(kParts[0], ", on = 1")), "expected true or false, got 1"));
   CHECK(contains(error_of(cloth(kParts[0], "", "switches = { pull = sim.force.drag { k = 1 } }, ")),
-                 "expected a force that is in forces"));
+                 "expected one of the scene's forces or colliders"));
 
   Simulation simulation = compiled(cloth(kParts[0]));
   CHECK_THROWS_WITH(simulation.set_switch("pul", false), Catch::Contains("did you mean 'pull'?"));

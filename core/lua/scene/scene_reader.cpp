@@ -7,13 +7,14 @@
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/lua_function.h"
+#include "core/lua/scene/observer.h"
 
 namespace sim {
 namespace {
 
-const std::vector<std::string> kSceneKeys = {"name",      "particles",  "forces", "surfaces",
-                                             "colliders", "switches",   "state",  "field",
-                                             "exact",     "integrator", "dt",     "duration"};
+const std::vector<std::string> kSceneKeys = {
+    "name",  "particles", "forces",  "surfaces",   "colliders", "switches", "state",
+    "field", "exact",     "observe", "integrator", "dt",        "duration"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -185,6 +186,10 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   else if (type != LUA_TNIL)
     scene_error(place, "bad exact", "expected function(t), got " + show(L, -1));
   lua_pop(L, 1);
+
+  if (push_field(L, scene, "observe") != LUA_TNIL)
+    spec.observers = read_observers(session_, L, lua_absindex(L, -1), place);
+  lua_pop(L, 1);
   return spec;
 }
 
@@ -250,17 +255,20 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
   }
   spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);
-  colliders(L, scene, spec);
-  switches(L, scene, handles, spec);
+  const std::vector<const void*> solids = colliders(L, scene, spec);
+  std::map<const void*, PartSpec*> parts;
+  for (std::size_t i = 0; i < handles.size(); ++i) parts[handles[i]] = &spec.forces[i];
+  for (std::size_t i = 0; i < solids.size(); ++i) parts[solids[i]] = &spec.colliders[i];
+  switches(L, scene, parts, spec);
 }
 
-void SceneReader::switches(lua_State* L, int scene, std::span<const void* const> forces,
+void SceneReader::switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                            SystemSpec& spec) const {
   if (push_field(L, scene, "switches") != LUA_TNIL) {
     const int table = lua_absindex(L, -1);
     if (!lua_istable(L, table))
       scene_error(spec.place, "bad switches",
-                  "expected { NAME = a force of the scene, ... }, got " + show(L, table));
+                  "expected { NAME = a force or collider, ... }, got " + show(L, table));
     for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
       const bool text = lua_type(L, -2) == LUA_TSTRING;
       const std::string name =
@@ -268,26 +276,29 @@ void SceneReader::switches(lua_State* L, int scene, std::span<const void* const>
       if (!plain_word(name, "_-"))
         scene_error(spec.place, "bad name of a switch",
                     "expected letters, digits, _ and -, got " + show(L, -2));
-      const auto force = std::ranges::find(forces, lua_topointer(L, -1));
-      if (!lua_istable(L, -1) || force == forces.end())
+      const auto part = parts.find(lua_topointer(L, -1));
+      if (!lua_istable(L, -1) || part == parts.end())
         scene_error(spec.place, "bad switch '" + name + "'",
-                    "expected a force that is in forces, got " + show(L, -1));
-      spec.switches.push_back({name, static_cast<std::size_t>(force - forces.begin())});
+                    "expected one of the scene's forces or colliders, got " + show(L, -1));
+      if (!part->second->switch_name.empty())
+        scene_error(spec.place, "bad switch '" + name + "'",
+                    "its part has the switch '" + part->second->switch_name + "' already");
+      part->second->switch_name = name;
     }
-    std::ranges::sort(spec.switches, {}, &SwitchSpec::name);
   }
   lua_pop(L, 1);
 
   // What is off and cannot be turned on is left out.
-  for (std::size_t i = spec.forces.size(); i-- > 0;) {
-    if (spec.forces[i].on || std::ranges::count(spec.switches, i, &SwitchSpec::part)) continue;
-    spec.forces.erase(spec.forces.begin() + static_cast<std::ptrdiff_t>(i));
-    for (SwitchSpec& each : spec.switches) each.part -= each.part > i;
-  }
+  for (std::vector<PartSpec>* list : {&spec.forces, &spec.colliders})
+    std::erase_if(*list, [](const PartSpec& part) { return !part.on && part.switch_name.empty(); });
 }
 
-void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
-  if (push_field(L, scene, "colliders") == LUA_TNIL) return lua_pop(L, 1);
+std::vector<const void*> SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
+  std::vector<const void*> handles;
+  if (push_field(L, scene, "colliders") == LUA_TNIL) {
+    lua_pop(L, 1);
+    return handles;
+  }
   const int list = lua_absindex(L, -1);
   if (const std::string got = session_->push_record(L, list); !got.empty())
     scene_error(spec.place, "bad colliders", "expected a list, got a sim." + got,
@@ -300,6 +311,7 @@ void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
     if (const std::string got = session_->push_record(L, collider); got != "collider")
       scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of colliders",
                   "expected a sim.collider.NAME { ... }, got " + shown_part(L, collider, got));
+    handles.push_back(lua_topointer(L, collider));
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     spec.colliders.push_back(part(
@@ -307,6 +319,7 @@ void SceneReader::colliders(lua_State* L, int scene, SystemSpec& spec) const {
     lua_settop(L, list);
   }
   lua_settop(L, list - 1);
+  return handles;
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {

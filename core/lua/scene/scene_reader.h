@@ -4,7 +4,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -25,9 +24,9 @@ class SceneReader {
   SystemSpec system(lua_State* L, int scene, const Place& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
-  void colliders(lua_State* L, int scene, SystemSpec& spec) const;
-  // `forces`: the handles of spec.forces, in their order.
-  void switches(lua_State* L, int scene, std::span<const void* const> forces,
+  std::vector<const void*> colliders(lua_State* L, int scene, SystemSpec& spec) const;
+  // `parts`: by their handles.
+  void switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                 SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
   ParticlesSpec particles(lua_State* L, int record, const Place& place) const;

@@ -23,8 +23,8 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
 
 // Whether it takes the key `on`, which is for the scene and no parameter.
 bool can_be_off(const PluginInfo& plugin) {
-  return plugin.kind == kind_of<Force> &&
-         std::ranges::count(plugin.params, "on", &Param::name) == 0;
+  return (plugin.kind == kind_of<Force> || plugin.kind == kind_of<Collider>)&&std::ranges::count(
+             plugin.params, "on", &Param::name) == 0;
 }
 
 // A parameter as a plain value; which type it should have is for the plugin's declaration to say,
@@ -175,9 +175,8 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     Value& value = spec.given[name];
     if (known && read_reference(L, -1, body, spec.place, value)) continue;
     if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
-      value =
-          read_value(session_, L, dimension, known ? param->type : ParamType::kNumber, spec.place,
-                     "parameter '" + name + "' of " + owner);
+      value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
+                         spec.place, "parameter '" + name + "' of " + owner);
   }
   return spec;
 }

@@ -78,7 +78,7 @@ Growth growth(const Problem& problem, const Reference& reference, double time, c
   Growth result;
   result.complete = false;
   if (reference.steps == 0) return result;
-  const int intervals = static_cast<int>(reference.points.size()) - 1;
+  const int intervals = kIntervals;
   Simulation system = problem.simulation();
   const std::unique_ptr<Integrator> integrator = problem.with(reference.method).make_integrator();
   integrator->prepare(system.ode());

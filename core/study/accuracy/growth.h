@@ -8,8 +8,8 @@
 namespace sim::study {
 
 struct Growth {
-  std::vector<double> mean, most;  // at each output time: distance to the undisturbed run over the
-                                   // distance at the start, rms, of all runs
+  std::vector<double> mean, most;  // at k time / kIntervals: distance to the undisturbed run over
+                                   // the distance at the start, rms, of all runs
   bool complete = true;
 };
 

@@ -31,17 +31,30 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Candidate&
 
 }  // namespace
 
+// Steps are halved, so that all runs of a method take twice the last.
+double longest(const Problem& problem, const OrderOptions& options) {
+  constexpr double kRuns = 2, kReference = 2.5e6;
+  Simulation system = problem.simulation();
+  const auto methods =
+      static_cast<double>(methods_to_sweep(problem, system, options.integrators).size());
+  const double reference = kReference * 64 / std::max(64, system.particles());
+  return seconds_an_evaluation(system) *
+         (reference + kRuns * methods * kOrderLimits.evaluations_for(system));
+}
+
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch) {
   auto study = std::make_unique<OrderStudy>();
   const Simulation system = problem.simulation();
   const std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
   study->system = system.name();
+  study->unit = system.flat() ? "" : "m";
   study->time = options.time > 0 ? options.time : std::min(system.duration(), 1.0);
   if (!(study->time > 0)) study->time = 1;
   study->size = scene_size(system);
-  study->reference = reference(problem, study->time, kIntervals, watch);
-  study->yardstick = {&study->reference, study->time, study->size, kIntervals, false, 0};
+  study->reference = reference(problem, study->time, watch);
+  study->yardstick = {
+      &study->reference, study->time, study->size, study->reference.intervals(), false, 0};
   if (study->reference.points.empty()) {
     study->complete = false;
     return study;

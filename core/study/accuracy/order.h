@@ -16,7 +16,7 @@ struct MethodOrder {
 };
 
 struct OrderStudy {
-  std::string system;
+  std::string system, unit;   // of errors: "m", or nothing for numbers
   double time = 0, size = 1;  // s, m
   Reference reference;
   Yardstick yardstick;  // refers to `reference` of the same study
@@ -32,6 +32,9 @@ struct OrderOptions {
   double time = 0;  // s; 0 = a tenth of the scene's duration, at least 2 periods
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
 };
+
+// About how long it takes at most, in s.
+double longest(const Problem& problem, const OrderOptions& options);
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch);

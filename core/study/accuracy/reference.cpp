@@ -2,208 +2,297 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <optional>
 
+#include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/study/accuracy/extrapolation.h"
 
 namespace sim::study {
 namespace {
 
 constexpr double kUnitRoundoff = 1e-16;
+constexpr double kWork = 6e7;     // evaluations of a run, of all particles together
+constexpr double kNumbers = 4e6;  // kept of a path
+constexpr double kGood = 1e-12;   // of the size: nothing better is looked for
+constexpr double kRough = 1e-6;   // of the size, for runs that need not be exact
+constexpr double kSharpest = 1e-13;
 
 using Points = std::vector<std::vector<double>>;
 
-// One method refined until it no longer improves.
-struct Refined {
-  Candidate method;
-  Points points;
-  double estimate = std::numeric_limits<double>::infinity();  // of its error, in m
-  std::int64_t coarse_steps = 0;  // the first steps good to 1e-6 of the size
-};
+enum class Family { kRungeKutta, kSplitting, kImplicit };
 
-double largest_distance(const Points& a, const Points& b) {
-  double most = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    const double d = distance(a[k], b[k]).most;
-    if (!(d <= most)) most = d;
-  }
-  return most;
+Family family_of(const Candidate& method) {
+  if (method.info.implicit) return Family::kImplicit;
+  const bool splits = method.info.symplectic || method.info.needs_second_order;
+  return splits ? Family::kSplitting : Family::kRungeKutta;
 }
 
-// x* = x_2N + (x_2N - x_N) / (2^p - 1): the leading term of the error is gone (Richardson 1911).
-Points extrapolated(const Points& coarse, const Points& fine, int order) {
-  const double factor = 1 / (std::ldexp(1.0, order) - 1);
-  Points result = fine;
-  for (std::size_t k = 0; k < fine.size(); ++k)
-    for (std::size_t i = 0; i < fine[k].size(); ++i)
-      result[k][i] += factor * (fine[k][i] - coarse[k][i]);
-  return result;
+double largest(const std::vector<double>& values) {
+  return values.empty() ? HUGE_VAL : *std::ranges::max_element(values);
 }
 
-class Refinement {
+// How good the agreement is on the way, in digits; where motions part only the first part counts.
+double digits(const std::vector<double>& error) {
+  double sum = 0;
+  for (const double each : error) sum -= std::log10(std::max(each, kUnitRoundoff));
+  return error.empty() ? -HUGE_VAL : sum / static_cast<double>(error.size());
+}
+
+// Finds a path and how far another method is from it.
+class Search {
  public:
-  Refinement(const Problem& problem, double time, int intervals, const Watch& watch)
-      : problem_(problem), time_(time), intervals_(intervals), watch_(watch) {
-    const Simulation system = problem.simulation();
+  Search(const Problem& problem, double time, const Watch& watch)
+      : problem_(problem), time_(time), watch_(watch) {
+    Simulation system = problem.simulation();
     size_ = scene_size(system);
-    evaluations_ = 6e7 / std::max(64, system.particles() + system.components() / 6);
+    evaluations_ = kWork / std::max(64, system.particles() + system.components() / 6);
+    const auto numbers = static_cast<double>(compared(problem, system).size());
+    constexpr int kEvaluations = 16, kMostDoublings = 10;  // of an interval, about
+    for (int k = 0; k < kMostDoublings; ++k) {
+      const double next = 2.0 * intervals_;
+      if (next * numbers > kNumbers || next * kEvaluations > evaluations_) break;
+      intervals_ *= 2;
+    }
+    for (Candidate& method : fitting_methods(problem.with({problem.integrator().name}), {}))
+      if (method.info.order > 0 && !method.chooses) methods_.push_back(std::move(method));
+    // Explicit ones first, and those of the highest order; of one order the cheaper.
+    std::ranges::stable_sort(methods_, [](const Candidate& a, const Candidate& b) {
+      if (a.info.implicit != b.info.implicit) return b.info.implicit;
+      return a.info.order != b.info.order ? a.info.order > b.info.order
+                                          : a.info.evaluations < b.info.evaluations;
+    });
   }
 
-  // Nothing when it was told to end.
-  std::optional<Refined> refine(const Candidate& method) {
-    return method.info.adaptive && method.has_tolerance ? by_tolerance(method) : by_step(method);
-  }
+  Reference find();
 
  private:
-  std::optional<Trajectory> run(const Candidate& method, std::int64_t steps, double tolerance) {
-    bool told = false;
-    Trajectory result =
-        run_trajectory(problem_, method, {time_, intervals_, steps, tolerance, false}, [&] {
-          told = told || !watch_("reference: " + method.name, 0.1);
-          return !told;
-        });
-    if (told) return {};
-    return result;
+  bool go_on(const std::string& what) {
+    told_ = told_ || !watch_("reference: " + what, 0.1);
+    return !told_;
   }
-
-  // Steps are halved until halving changes no more than rounding does, or things get worse.
-  std::optional<Refined> by_step(const Candidate& method) {
-    Refined best{method, {}, std::numeric_limits<double>::infinity(), 0};
-    Points last;
-    double last_change = std::numeric_limits<double>::infinity();
-    const int cost = std::max(1, method.info.evaluations);
-    std::int64_t finest = 0;
-    for (std::int64_t steps = 8 * intervals_; static_cast<double>(steps) * cost <= evaluations_;
-         steps *= 2) {
-      const auto fine = run(method, steps, 0);
-      if (!fine) return {};
-      if (!fine->finished) {
-        last.clear();
-        continue;
-      }
-      if (!last.empty()) {
-        const double change = largest_distance(last, fine->points);
-        const double gain = std::ldexp(1.0, method.info.order) - 1;
-        if (best.coarse_steps == 0 && change / gain < 1e-6 * size_) best.coarse_steps = steps;
-        // Rounding has taken over when halving gains less than a factor of two.
-        const bool converging = change < 0.5 * last_change || change > 1e-6 * size_;
-        if (!converging && best.coarse_steps > 0) break;
-        if (change / gain <= best.estimate) {
-          best.estimate = change / gain;
-          best.points = extrapolated(last, fine->points, method.info.order);
-        }
-        last_change = change;
-        if (change <= 10 * kUnitRoundoff * size_) break;
-      }
-      last = fine->points;
-      finest = steps;
-    }
-    if (best.coarse_steps == 0) best.coarse_steps = finest;
-    return best;
-  }
-
-  std::optional<Refined> by_tolerance(const Candidate& method) {
-    Refined best{method, {}, std::numeric_limits<double>::infinity(), 0};
-    Points last;
-    for (const double tolerance : {1e-9, 1e-11, 1e-13}) {
-      const auto fine = run(method, intervals_, tolerance);
-      if (!fine) return {};
-      if (!fine->finished) continue;
-      if (!last.empty()) {
-        const double change = largest_distance(last, fine->points);
-        if (change <= best.estimate) {
-          best.estimate = change;
-          best.points = fine->points;
-        }
-      }
-      last = fine->points;
-      best.coarse_steps = intervals_;
-    }
-    return best;
-  }
+  bool exact();
+  bool extrapolate();
+  bool integrate(const Candidate& method, std::int64_t steps, double tolerance,
+                 const TrajectoryPlan& plan);
+  bool follow(const Candidate& method);
+  std::optional<std::vector<double>> difference(const Candidate& method, std::int64_t steps,
+                                                double tolerance);
+  void compare(const Candidate& method);
+  void compare_all(std::optional<Family> other);
+  void make_rough();
+  std::int64_t finest(const Candidate& method) const;
 
   const Problem& problem_;
   double time_;
-  int intervals_;
   const Watch& watch_;
   double size_, evaluations_;
+  int intervals_ = 60;
+  bool told_ = false;
+  std::vector<Candidate> methods_;
+  Reference result_;
+  std::string path_, check_;  // the names of both
 };
 
-// Explicit methods as they are without values from a scene, those of the highest order first; of
-// one order the cheaper.
-std::vector<Candidate> candidates(const Problem& problem) {
-  std::vector<Candidate> methods = fitting_methods(problem.with({problem.integrator().name}), {});
-  std::erase_if(methods, [](const Candidate& m) { return m.info.implicit || m.info.order < 1; });
-  std::stable_sort(methods.begin(), methods.end(), [](const Candidate& a, const Candidate& b) {
-    return a.info.order != b.info.order ? a.info.order > b.info.order
-                                        : a.info.evaluations < b.info.evaluations;
-  });
-  return methods;
+bool Search::exact() {
+  if (!problem_.spec->exact || problem_.of) return false;
+  Simulation system = problem_.simulation();
+  for (int k = 0; k <= intervals_; ++k)
+    result_.points.push_back(
+        free_coordinates(system, problem_.spec->exact(time_ * k / intervals_)));
+  path_ = "exact solution";
+  return true;
 }
 
-Reference exact_reference(const Problem& problem, double time, int intervals) {
-  Simulation system = problem.simulation();
-  Reference result;
-  result.how = "exact solution";
-  const double rounding = 10 * kUnitRoundoff * scene_size(system);
-  for (int k = 0; k <= intervals; ++k) {
-    result.points.push_back(free_coordinates(system, problem.spec->exact(time * k / intervals)));
-    result.error.push_back(rounding);
+// As the path, or as the check of an exact one.
+bool Search::extrapolate() {
+  const auto method = std::ranges::find(
+      methods_, false, [](const Candidate& m) { return m.info.adaptive || m.info.implicit; });
+  if (method == methods_.end()) return false;
+  Simulation system = problem_.with(*method).simulation();
+  if (system.ode().confined()) return false;
+  constexpr double kMore = 4;  // evaluations than a run of an integrator
+  Extrapolation path(system.ode(), system.state().data(),
+                     static_cast<std::int64_t>(kMore * evaluations_));
+  Points points;
+  const auto settings = system.snapshot().settings;
+  for (int k = 0; k <= intervals_; ++k) {
+    const double t = time_ * k / intervals_;
+    if (k > 0) {
+      if (!path.advance(t, [&] { return go_on("extrapolation"); })) return false;
+      system.restore({settings, k, k, t, {path.x(), path.x() + system.state().size()}, {}});
+    }
+    points.push_back(compared(problem_, system));
   }
-  return result;
+  if (path_.empty()) {
+    path_ = "extrapolation";
+    result_.points = std::move(points);
+    return true;
+  }
+  check_ = "extrapolation";
+  for (std::size_t k = 0; k < points.size(); ++k)
+    result_.error.push_back(distance(points[k], result_.points[k]).most);
+  return true;
+}
+
+bool Search::integrate(const Candidate& method, std::int64_t steps, double tolerance,
+                       const TrajectoryPlan& given) {
+  TrajectoryPlan plan = given;
+  plan.time = time_;
+  plan.steps = steps;
+  plan.tolerance = tolerance;
+  return run_trajectory(problem_, method, plan, [&] { return go_on(method.name); }).finished;
+}
+
+// The most steps that can be waited for, a multiple of the intervals.
+std::int64_t Search::finest(const Candidate& method) const {
+  constexpr int kImplicit = 50;  // evaluations that an implicit step is worth
+  const int cost = method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
+  std::int64_t steps = intervals_;
+  while (2 * static_cast<double>(steps) * cost <= evaluations_) steps *= 2;
+  return steps;
+}
+
+// An integrator as the path, where nothing better is.
+bool Search::follow(const Candidate& method) {
+  const bool by_tolerance = method.info.adaptive && method.has_tolerance;
+  Points points;
+  if (!integrate(method, by_tolerance ? intervals_ : finest(method), by_tolerance ? kSharpest : 0,
+                 {.intervals = intervals_,
+                  .see = [&](int, const std::vector<double>& x) { points.push_back(x); }}))
+    return false;
+  path_ = method.name;
+  result_.points = std::move(points);
+  return true;
+}
+
+std::optional<std::vector<double>> Search::difference(const Candidate& method, std::int64_t steps,
+                                                      double tolerance) {
+  std::vector<double> error;
+  const bool finished =
+      integrate(method, steps, tolerance,
+                {.intervals = intervals_, .see = [&](int k, const std::vector<double>& x) {
+                   error.push_back(distance(x, result_.points[static_cast<std::size_t>(k)]).most);
+                 }});
+  if (!finished) return {};
+  return error;
+}
+
+// Refined until that no longer helps; kept if it is the best check so far.
+void Search::compare(const Candidate& method) {
+  const auto keep = [&](const std::optional<std::vector<double>>& error) {
+    if (!error || !(digits(*error) > digits(result_.error))) return false;
+    result_.error = *error;
+    check_ = method.name;
+    return true;
+  };
+  if (method.info.adaptive) {
+    if (method.has_tolerance) keep(difference(method, intervals_, kSharpest));
+    return;
+  }
+  const std::int64_t most = finest(method);
+  bool better = true;
+  for (std::int64_t steps = intervals_; steps <= most && better && !told_; steps *= 2) {
+    const auto error = difference(method, steps, 0);
+    better = keep(error) || !error;
+    if (largest(result_.error) <= kGood * size_) break;
+  }
+}
+
+// The embedded pairs with their own steps, and with equal ones, which has less to interpolate.
+void Search::compare_all(std::optional<Family> other) {
+  constexpr int kEnough = 4;
+  int tried = 0;
+  for (const Candidate& method : methods_) {
+    if (told_ || tried == kEnough || largest(result_.error) <= kGood * size_) return;
+    if (other && family_of(method) == *other) continue;
+    if (method.info.implicit && check_ != "") continue;
+    ++tried;
+    compare(method);
+    if (!method.info.adaptive || largest(result_.error) <= kGood * size_) continue;
+    Candidate equal = method;
+    equal.given["fixed_step"] = true;
+    equal.info.adaptive = false;
+    try {
+      compare(equal);
+    } catch (const Error&) {  // it has no such parameter
+    }
+  }
+}
+
+// Steps, or a tolerance, that are good to 1e-6 of the size.
+void Search::make_rough() {
+  constexpr double kTolerance = 1e-12;
+  for (const Candidate& method : methods_)
+    if (method.info.adaptive && method.has_tolerance) {
+      result_.method = method;
+      result_.method.given["tol"] = kTolerance;
+      result_.steps = kIntervals;
+      return;
+    }
+  for (const Candidate& method : methods_) {
+    if (method.info.implicit) continue;
+    for (std::int64_t steps = 8 * kIntervals; steps <= finest(method) && !told_; steps *= 2) {
+      double most = HUGE_VAL;
+      const int seen = result_.seen_of(steps);
+      const bool finished =
+          integrate(method, steps, 0,
+                    {.intervals = seen, .see = [&](int k, const std::vector<double>& x) {
+                       const auto at = static_cast<std::size_t>(k * (intervals_ / seen));
+                       most = std::max(k == 0 ? 0 : most, distance(x, result_.points[at]).most);
+                     }});
+      if (!finished) continue;
+      result_.method = method;
+      result_.steps = steps;
+      if (most < kRough * size_) return;
+    }
+    if (result_.steps > 0) return;
+  }
+}
+
+Reference Search::find() {
+  const bool given = exact();
+  const bool extrapolated = extrapolate();
+  if (told_) return {};
+  if (!given && !extrapolated) {
+    const auto path = std::ranges::find_if(
+        methods_, [&](const Candidate& method) { return !told_ && follow(method); });
+    if (told_) return {};
+    if (path == methods_.end())
+      throw Error(
+          ErrorKind::kUsage,
+          {"no reference", "'" + problem_.spec->name + "' to t = " + std::to_string(time_) + " s",
+           "no integrator stays finite at the steps that can be waited for",
+           "choose a shorter --time"});
+    compare_all(family_of(*path));
+    if (check_.empty() && !told_) {
+      const bool by_tolerance = path->info.adaptive && path->has_tolerance;
+      const auto half = difference(*path, by_tolerance ? intervals_ : 2 * finest(*path),
+                                   by_tolerance ? 100 * kSharpest : 0);
+      check_ = "itself with other steps (no other family fits)";
+      result_.error = half.value_or(std::vector<double>(result_.points.size(), HUGE_VAL));
+    }
+  } else if (result_.error.empty()) {
+    compare_all({});
+  }
+  if (told_) return {};
+  result_.how = check_.empty() ? path_ : path_ + " against " + check_;
+  result_.error.resize(result_.points.size(), check_.empty() ? 0 : HUGE_VAL);
+  for (double& error : result_.error) error = std::max(error, kUnitRoundoff * size_);
+  make_rough();
+  if (told_) return {};
+  return std::move(result_);
 }
 
 }  // namespace
 
-Reference reference(const Problem& problem, double time, int intervals, const Watch& watch) {
-  Reference result;
-  const bool exact = static_cast<bool>(problem.spec->exact);
-  if (exact) result = exact_reference(problem, time, intervals);
+int Reference::seen_of(std::int64_t count) const {
+  return static_cast<int>(std::gcd(count, static_cast<std::int64_t>(intervals())));
+}
 
-  const std::vector<Candidate> methods = candidates(problem);
-  Refinement refinement(problem, time, intervals, watch);
-  std::optional<Refined> first, second;
-  for (const Candidate& method : methods) {
-    // The second one belongs to another family: symplectic or not.
-    if (first && !exact && method.info.symplectic == first->method.info.symplectic) continue;
-    auto refined = refinement.refine(method);
-    if (!refined) return {};
-    if (refined->points.empty()) continue;
-    (first ? second : first) = std::move(refined);
-    if (second || exact) break;
-  }
-  for (const Candidate& method : methods) {
-    if (exact || second || !first || method.name == first->method.name) continue;
-    auto refined = refinement.refine(method);
-    if (!refined) return {};
-    if (!refined->points.empty()) second = std::move(refined);
-  }
-  if (!first && !exact)
-    throw Error(
-        ErrorKind::kUsage,
-        {"no reference", "'" + problem.spec->name + "' to t = " + std::to_string(time) + " s",
-         "no integrator stays finite at the steps that can be waited for",
-         "choose a shorter --time"});
-  if (first) {
-    result.method = first->method;
-    result.steps = first->coarse_steps;
-  }
-  if (exact) return result;
-
-  if (second && second->estimate < first->estimate) std::swap(*first, *second);
-  result.how = first->method.name + (second ? " against " + second->method.name : "");
-  result.points = first->points;
-  Simulation system = problem.simulation();
-  const double rounding = kUnitRoundoff * scene_size(system);
-  for (std::size_t k = 0; k < result.points.size(); ++k) {
-    const double difference =
-        second ? distance(result.points[k], second->points[k]).most : first->estimate;
-    result.error.push_back(std::max(difference, rounding));
-  }
-  result.method = first->method;
-  result.steps = first->coarse_steps;
-  return result;
+Reference reference(const Problem& problem, double time, const Watch& watch) {
+  return Search(problem, time, watch).find();
 }
 
 }  // namespace sim::study

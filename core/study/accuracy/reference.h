@@ -8,17 +8,26 @@
 
 namespace sim::study {
 
+// Times at which things are shown, and the steps of a sweep begin with.
+inline constexpr int kIntervals = 20;
+
 struct Reference {
-  std::string how;                          // "exact solution", "dop853 against pefrl"
-  std::vector<std::vector<double>> points;  // as Trajectory::points; empty when told to end
-  std::vector<double> error;                // of each point, in m, the largest of any coordinate
-  Candidate method;        // the better of the two, and steps with which it is good to about
-  std::int64_t steps = 0;  // 1e-6 of the scene's size: for runs that need not be exact
+  std::string how;  // "extrapolation against dop853", "exact solution against extrapolation"
+  // What is compared at equal times, [k] at k time / intervals(); empty when told to end.
+  std::vector<std::vector<double>> points;
+  std::vector<double> error;  // of each point, the largest of any number: how far the two differ
+  Candidate method;           // one good to about 1e-6 of the scene's size, with so many steps:
+  std::int64_t steps = 0;     // for runs that need not be exact
+
+  int intervals() const { return static_cast<int>(points.size()) - 1; }
+  int seen_of(std::int64_t count) const;  // how many of so many equal steps are points
 };
 
-// The scene's own exact solution, or else two methods of different families, each refined and
-// extrapolated until it no longer improves; what they differ by is the error. Throws Error{kUsage}
-// when no method stays finite at any step that can be waited for.
-Reference reference(const Problem& problem, double time, int intervals, const Watch& watch);
+// The scene's own exact solution or the extrapolated midpoint rule, checked by a method of another
+// family refined until it no longer improves; what they differ by is the error. Where there is no
+// first of these, two families of integrators are compared. The points are as close as memory
+// allows, 60 2^k intervals. Throws Error{kUsage} when no method stays finite at any step that can
+// be waited for.
+Reference reference(const Problem& problem, double time, const Watch& watch);
 
 }  // namespace sim::study

@@ -1,8 +1,10 @@
 #include "core/study/accuracy/sweep.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
+#include "core/base/array.h"
 #include "core/base/error.h"
 
 namespace sim::study {
@@ -40,6 +42,19 @@ double SweepLimits::evaluations_for(const Simulation& system) const {
 
 int SweepLimits::cost_of_step(const Candidate& method) const {
   return method.info.implicit ? implicit_cost : std::max(1, method.info.evaluations);
+}
+
+double seconds_an_evaluation(Simulation& system) {
+  using Clock = std::chrono::steady_clock;
+  constexpr double kLong = 2e-3;
+  Array x(system.state().size()), rate(x.size());
+  const auto begin = Clock::now();
+  double seconds = 0;
+  for (int count = 1;; ++count) {
+    system.ode().eval(system.t(), {system.state().data(), {}}, x.data(), rate.data());
+    seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (seconds > kLong) return seconds / count;
+  }
 }
 
 double Yardstick::floor() const {
@@ -80,38 +95,37 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on) {
   const Reference& reference = *yardstick.reference;
-  const int intervals = static_cast<int>(reference.points.size()) - 1;
+  const bool by_tolerance = tolerance > 0;
   bool told = false;
   const auto watched = [&] {
     told = told || !go_on();
     return !told;
   };
-  TrajectoryPlan plan{yardstick.time, intervals, steps, tolerance, yardstick.energy};
+  Point point;
+  TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
+  if (by_tolerance) plan.steps = plan.intervals = reference.intervals();
+  const int stride = reference.intervals() / plan.intervals;
+  plan.see = [&](int k, const std::vector<double>& x) {
+    if (k * stride > yardstick.last) return;
+    const Distance d = distance(x, reference.points[static_cast<std::size_t>(k * stride)]);
+    if (!(d.rms <= point.rms)) point.rms = d.rms;
+    point.rms_end = d.rms;
+    point.most_end = d.most;
+    point.worst = d.where;
+  };
   const Trajectory run = run_trajectory(problem, method, plan, watched);
   if (told) return {};
 
-  Point point;
   point.dt = yardstick.time / static_cast<double>(steps);
   point.tolerance = tolerance;
-  point.finished = run.finished;
+  point.finished = run.finished && std::isfinite(point.rms);
   point.energy = run.energy_error;
   point.seconds = run.seconds;
   point.steps = run.effort.steps > 0 ? run.effort.steps : run.steps;
   point.effort = run.effort;
-  const auto last =
-      std::min<std::size_t>(static_cast<std::size_t>(yardstick.last) + 1, run.points.size());
-  for (std::size_t k = 0; k < last; ++k) {
-    const Distance d = distance(run.points[k], reference.points[k]);
-    point.rms = std::max(point.rms, d.rms);
-    if (k + 1 < last) continue;
-    point.rms_end = d.rms;
-    point.most_end = d.most;
-    point.worst = d.where;
-  }
-  if (!std::isfinite(point.rms)) point.finished = false;
 
+  plan = {yardstick.time, kIntervals, steps, tolerance, false};
   // Many short runs, few long ones.
-  plan.energy = false;
   std::vector<double> seconds;
   const int most = run.seconds > 0.5 ? 0 : run.seconds > 0.02 ? 3 : yardstick.repeats;
   const int repeats = std::min(yardstick.repeats, most);

@@ -13,7 +13,7 @@ struct Point {
   double dt = 0, tolerance = 0;  // s; the tolerance of adaptive methods, otherwise 0
   bool finished = false;         // otherwise the run left the finite numbers, or failed
   double rms_end = 0;            // m, over the free coordinates at the end
-  double rms = 0;                // m, the largest along the way: what "error" means elsewhere
+  double rms = 0;                // m, the largest of all steps: what "error" means elsewhere
   double most_end = 0;           // m, of any coordinate at the end
   int worst = 0;                 // the particle (or component) of most_end
   double energy = 0;             // as Trajectory::energy_error
@@ -21,9 +21,6 @@ struct Point {
   Effort effort;
   double seconds = 0, spread = 0;  // of stepping: median and range of the repeats
 };
-
-// Output times of a sweep, at which methods are compared with the reference.
-inline constexpr int kIntervals = 20;
 
 // How much a sweep may cost.
 struct SweepLimits {
@@ -35,12 +32,15 @@ struct SweepLimits {
   int cost_of_step(const Candidate& method) const;
 };
 
+// Measured for a few milliseconds, at the present state.
+double seconds_an_evaluation(Simulation& system);
+
 // What a sweep compares with, and how far along the way that makes sense.
 struct Yardstick {
   const Reference* reference = nullptr;
   double time = 0;  // s, of the whole run
   double size = 1;  // m, of the scene
-  int last = 0;     // the output time up to which points are compared
+  int last = 0;     // the point of the reference up to which runs are compared
   bool energy = true;
   int repeats = 0;      // of timing
   double rounding = 0;  // m, what the numbers of the method leave of a position
@@ -54,8 +54,9 @@ struct Yardstick {
 std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation& run,
                                         const std::vector<MethodChoice>& choices);
 
-// At `steps` steps in all (a multiple of the output intervals), or with a tolerance in steps of its
-// own. Nothing when told to end.
+// At `steps` steps in all (a multiple of kIntervals), or with a tolerance in steps of its own. Seen
+// at each step that is a point of the reference, or with a tolerance at all of these. Nothing when
+// told to end.
 std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on);

@@ -13,6 +13,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kStepsBetweenLooks = 1024;
+constexpr int kEnergies = 960;  // looks at the energy of an adaptive run, about
 
 }  // namespace
 
@@ -26,6 +27,10 @@ std::vector<double> coordinates(Simulation& system) {
     values.assign(system.state().begin(), system.state().end());
   }
   return values;
+}
+
+std::vector<double> compared(const Problem& problem, Simulation& system) {
+  return problem.of ? problem.of(system) : coordinates(system);
 }
 
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all) {
@@ -87,7 +92,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
 
   Trajectory result;
   result.time = plan.time;
-  result.points.push_back(coordinates(system));
+  if (plan.see) plan.see(0, compared(problem, system));
   const std::int64_t stride = plan.steps / plan.intervals;
   bool good = true;
   for (int k = 0; k < plan.intervals && good; ++k) {
@@ -101,11 +106,11 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
         good = taken > 0;
         if (!good || !balance) continue;
         balance->advance();
-        balance->look();
+        if (!method.info.adaptive || k % (1 + plan.intervals / kEnergies) == 0) balance->look();
       }
       result.seconds += std::chrono::duration<double>(Clock::now() - begin).count();
     }
-    if (good) result.points.push_back(coordinates(system));
+    if (good && plan.see) plan.see(k + 1, compared(problem, system));
   }
   result.finished = good;
   result.steps = system.step_count();

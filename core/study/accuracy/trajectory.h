@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/study/problem.h"
@@ -11,10 +12,7 @@
 namespace sim::study {
 
 struct Trajectory {
-  double time = 0;  // s, of the whole
-  // [k] = the coordinates at k time / intervals: 3 a free particle in m, or all components of a
-  // first-order state. Ends early where the run failed.
-  std::vector<std::vector<double>> points;
+  double time = 0;         // s, of the whole
   std::int64_t steps = 0;  // taken
   Effort effort;           // evaluations are filled in for methods that do not count
   // Largest |E + W - E0| over the energy in play; not a number in a first-order system, or where W
@@ -30,13 +28,19 @@ struct TrajectoryPlan {
   std::int64_t steps = 0;  // a multiple of `intervals`
   double tolerance = 0;    // of methods that have one; 0 = their own
   bool energy = false;     // watch it: not in runs that are timed
+  // Shown what is compared at k time / intervals, from k = 0 on, as far as the run gets.
+  std::function<void(int k, const std::vector<double>&)> see{};
 };
 
 // Ends early, unfinished, when `watch` says so.
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
-// The free coordinates of the present state, as in Trajectory::points.
+// What the problem compares of the present state.
+std::vector<double> compared(const Problem& problem, Simulation& system);
+
+// The free coordinates of the present state, 3 a free particle in m, or all components of a
+// first-order state.
 std::vector<double> coordinates(Simulation& system);
 
 // Those of a list of all coordinates, as SystemSpec::exact gives them. Throws Error{kScene} when it

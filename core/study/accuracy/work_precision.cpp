@@ -13,14 +13,16 @@ namespace {
 
 constexpr SweepLimits kCurveLimits{.evaluations = 5e4, .implicit_cost = 50, .seconds = 0.5};
 
-// 20 intervals of 1, 2, 3, 4, 6, 8, 11, 16, ... steps: a factor of about sqrt 2.
+// 20 intervals of 1, 2, 3, 4, 6, 8, 12, 16, ... steps: all of them points of the reference, or all
+// points of the reference among them.
 std::vector<std::int64_t> step_counts(double most) {
   std::vector<std::int64_t> counts;
-  for (int i = 0;; ++i) {
-    const auto steps = kIntervals * static_cast<std::int64_t>(std::lround(std::pow(2, 0.5 * i)));
-    if (static_cast<double>(steps) > most) return counts;
-    if (counts.empty() || steps > counts.back()) counts.push_back(steps);
+  for (std::int64_t each = kIntervals; static_cast<double>(each) <= most; each *= 2) {
+    counts.push_back(each);
+    if (each > kIntervals && 1.5 * static_cast<double>(each) <= most)
+      counts.push_back(each / 2 * 3);
   }
+  return counts;
 }
 
 // Nothing when told to end; the points so far are then in `points`.
@@ -104,25 +106,32 @@ bool well_inside(const WorkPrecision& study, Place place) {
   return study.at(place).dt <= (long_undamped ? 0.5 : 0.8) * *curve.limit;
 }
 
+// What costs little more and is closer is the better choice.
 void choose(WorkPrecision& study) {
+  constexpr double kLittleMore = 1.05;
   price(study.curves);
-  double best = HUGE_VAL;
+  double best = HUGE_VAL, most = HUGE_VAL;
   for (const Place place : by_cost(study)) {
     const double error = study.at(place).rms;
     if (error < best) study.front.push_back(place);
     best = std::min(best, error);
-    if (!study.cheapest && error <= study.budget) study.cheapest = place;
-    if (!study.recommended && error <= study.budget / 2 && well_inside(study, place))
-      study.recommended = place;
+    if (error > study.budget) continue;
+    if (!study.cheapest) study.cheapest = place;
+    if (!well_inside(study, place) || study.cost(place) > most) continue;
+    if (!study.recommended) most = kLittleMore * study.cost(place);
+    if (!study.recommended || error < study.at(*study.recommended).rms) study.recommended = place;
   }
 }
 
-// The last output time at which the reference, and any run in double precision, is known to a small
+// The last point at which the reference, and any run in double precision, is known to a small
 // part of the budget.
 int last_comparable(const WorkPrecision& study) {
   int last = 0;
+  const int each = std::max(1, study.reference.intervals() / kIntervals);
   for (std::size_t k = 1; k < study.reference.points.size(); ++k) {
-    const double grown = k < study.growth.most.size() ? study.growth.most[k] : 0;
+    const std::size_t measured =
+        (k + static_cast<std::size_t>(each) - 1) / static_cast<std::size_t>(each);
+    const double grown = measured < study.growth.most.size() ? study.growth.most[measured] : 0;
     const bool known = study.reference.error[k] <= study.budget / 100 &&
                        kRoundingSeed * study.size * grown <= study.budget / 100;
     if (!known) break;
@@ -131,7 +140,38 @@ int last_comparable(const WorkPrecision& study) {
   return last;
 }
 
+// Of the quantity that is compared; its size where it never changes.
+double range(const std::vector<std::vector<double>>& points) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const auto& point : points) {
+    low = std::min(low, point.front());
+    high = std::max(high, point.front());
+  }
+  if (high > low) return high - low;
+  return std::abs(high) > 0 ? std::abs(high) : 1;
+}
+
+std::vector<Candidate> methods_of(const Problem& problem, const Simulation& system,
+                                  const WorkPrecisionOptions& options) {
+  std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
+  // What chooses among the others would only show them twice.
+  if (options.integrators.empty())
+    std::erase_if(methods, [](const Candidate& method) { return method.chooses; });
+  return methods;
+}
+
 }  // namespace
+
+// The runs of a method are at most 3.4 times as long as its last, and each is timed some times.
+double longest(const Problem& problem, const WorkPrecisionOptions& options) {
+  constexpr double kRuns = 3.4, kReference = 1e7, kOverhead = 2;
+  Simulation system = problem.simulation();
+  const auto methods = static_cast<double>(methods_of(problem, system, options).size());
+  const double each = kCurveLimits.evaluations_for(system);
+  const double sweeps = methods * kRuns * each * (1 + options.repeats);
+  const double reference = kReference * 64 / std::max(64, system.particles()) / 4;
+  return kOverhead * seconds_an_evaluation(system) * (reference + sweeps);
+}
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
                                               const WorkPrecisionOptions& options,
@@ -141,20 +181,22 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   study->system = system.name();
   study->time = options.time > 0 ? options.time : system.duration() > 0 ? system.duration() : 1;
   study->size = scene_size(system);
-  study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
   study->complete = false;
-  std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
-  // What chooses among the others would only show them twice.
-  if (options.integrators.empty())
-    std::erase_if(methods, [](const Candidate& method) { return method.chooses; });
-
-  study->reference = reference(problem, study->time, kIntervals, watch);
+  study->unit = problem.of || system.flat() ? "" : "m";
+  const std::vector<Candidate> methods = methods_of(problem, system, options);
+  study->reference = reference(problem, study->time, watch);
   if (study->reference.points.empty()) return study;
-  study->growth = growth(problem, study->reference, study->time, watch);
+  if (problem.of) study->size = range(study->reference.points);
+  study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
+  // How positions part says nothing of a quantity of the scene's own.
+  if (problem.of)
+    study->growth.complete = true;
+  else
+    study->growth = growth(problem, study->reference, study->time, watch);
   const Spectrum modes = spectrum(system);
   study->fastest = modes.fastest;
   const int last = last_comparable(*study);
-  study->comparable = study->time * last / kIntervals;
+  study->comparable = study->time * last / study->reference.intervals();
   study->yardstick = {&study->reference, study->time, study->size, last, true, options.repeats};
   if (last == 0) {
     study->complete = study->growth.complete;

@@ -28,7 +28,8 @@ struct Place {  // of a point
 
 struct WorkPrecision {
   std::string system;
-  double time = 0, size = 1;  // s, m
+  std::string unit;           // of errors: "m", or nothing for numbers
+  double time = 0, size = 1;  // s, m: of the scene, or the range of the quantity that is compared
   double budget = 0;          // m
   double comparable = 0;      // s: beyond it the motion is too sensitive for points to be compared
   Reference reference;
@@ -37,8 +38,8 @@ struct WorkPrecision {
   Yardstick yardstick;  // refers to `reference`
   std::vector<Curve> curves;
   std::vector<Place> front;  // not beaten in both cost and error, by rising cost
-  // The cheapest point within half the budget and well inside the limit of stability, and the
-  // cheapest one within the budget.
+  // Of the points within the budget and well inside the limit of stability the closest that costs
+  // no more than 5 % above the cheapest; and the cheapest one within the budget.
   std::optional<Place> recommended, cheapest;
   bool complete = true;  // false when it was told to end
 
@@ -59,6 +60,9 @@ struct WorkPrecisionOptions {
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
   int repeats = 5;                             // of each run, for its wall time
 };
+
+// About how long it takes at most, in s.
+double longest(const Problem& problem, const WorkPrecisionOptions& options);
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
                                               const WorkPrecisionOptions& options,

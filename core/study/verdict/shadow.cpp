@@ -56,16 +56,6 @@ double largest_distance(const std::vector<double>& a, const std::vector<double>&
   return std::isnan(most) ? HUGE_VAL : most;
 }
 
-// Takes `count` steps; false when one fails or the run is stopped.
-bool take(Simulation& system, std::int64_t count) {
-  while (count > 0) {
-    const int taken = system.steps(count);
-    if (taken == 0) return false;
-    count -= taken;
-  }
-  return true;
-}
-
 std::string metres(double length) {
   if (length < 0.1 && length >= 1e-3) return brief(100 * length, 2) + " cm";
   return brief(length, 2) + " m";
@@ -85,14 +75,17 @@ Shadow::Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Regi
   stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
 }
 
-void Shadow::look(const Energy* energy) {
+void Shadow::look(const Energy* energy, std::span<const double> observed) {
   if (energy) {
     if (frames_.empty()) start_potential_ = energy->potential;
     in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
   }
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
-  frames_.push_back(
-      {run_->step_count(), run_->t(), places(*run_), energy ? energy->total() : std::nan("")});
+  frames_.push_back({run_->step_count(),
+                     run_->t(),
+                     places(*run_),
+                     energy ? energy->total() : std::nan(""),
+                     {observed.begin(), observed.end()}});
 }
 
 // The run from its first state again, with finer settings and so many steps for each of its own.
@@ -158,10 +151,41 @@ void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow
   if (!(share <= result.share)) result.share = share;
   if (share > kWrong) result.horizon = std::min(result.horizon, frame.t);
   result.at_end = error;
+  if (!frame.observed.empty()) {
+    const std::vector<double> observed = spec_->observe(shadow);
+    result.observed.resize(observed.size());
+    for (std::size_t i = 0; i < observed.size(); ++i) {
+      Parted& parted = result.observed[i];
+      parted.at_end = std::abs(frame.observed[i] - observed[i]);
+      if (!(parted.at_end <= parted.most)) parted.most = parted.at_end;
+    }
+  }
   const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
   if (!run_->second_order() || !(in_play_ > 0) || moved <= kAtRest * size) return;
   const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
   if (!(energy <= result.energy)) result.energy = energy;
+}
+
+// The last step of a run may be shorter than the others; its part of the finer run is then cut as
+// many times.
+bool Shadow::take(Simulation& finer, double steps_per_step, std::size_t frame,
+                  const std::function<bool()>& stop, const std::function<void()>& each) const {
+  const Frame &from = frames_[frame - 1], &to = frames_[frame];
+  const auto steps = static_cast<double>(to.step - from.step), h = run_->h();
+  const bool cut = to.t < from.t + (steps - 1e-6) * h;
+  const auto run = [&](double count) {
+    for (auto left = static_cast<std::int64_t>(count); left > 0;) {
+      const int taken = stop() ? 0 : finer.steps(each ? 1 : left);
+      if (taken == 0) return false;
+      left -= taken;
+      if (each) each();
+    }
+    return true;
+  };
+  if (!cut) return run(steps_per_step * steps);
+  if (!run(steps_per_step * (steps - 1))) return false;
+  finer.set_dt((to.t - finer.t()) / steps_per_step);
+  return run(steps_per_step);
 }
 
 Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
@@ -177,20 +201,15 @@ Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
   shadow.stop_when(stop);
   const bool watch_strain = run_->second_order() && run_->integrator_info().adaptive && finer > 1;
   for (std::size_t k = 1; k < frames_.size(); ++k) {
-    auto left = static_cast<std::int64_t>(
-        finer * static_cast<double>(frames_[k].step - frames_[k - 1].step));
-    while (left > 0) {
-      const std::int64_t count = watch_strain ? 1 : left;
-      if (stop() || !take(shadow, count)) {
-        const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
-        result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
-        return result;
-      }
-      left -= count;
-      if (!watch_strain) continue;
+    const auto strained = [&] {
       const StrainedSpring worst = worst_spring(shadow);
       if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
         result.strain = worst;
+    };
+    if (!take(shadow, finer, k, stop, watch_strain ? strained : std::function<void()>())) {
+      const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
+      result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
+      return result;
     }
     compare_frame(frames_[k], factor, shadow, result);
     path.push_back(places(shadow));
@@ -226,8 +245,7 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
   double known_until = HUGE_VAL;
   result.growth = 0;
   for (std::size_t k = 1; k < frames_.size(); ++k) {
-    const auto count = static_cast<double>(frames_[k].step - frames_[k - 1].step);
-    if (stop() || !take(neighbour, static_cast<std::int64_t>(finer * count))) return;
+    if (!take(neighbour, finer, k, stop)) return;
     const double growth = largest_distance(path[k], places(neighbour), run_->flat()) / apart;
     // The rate is that of growth, until the distance is as large as the scene lets it be.
     if (result.growth * apart < 0.01 * size)

@@ -15,6 +15,11 @@ namespace sim::study {
 
 struct Finding;
 
+// How far a quantity that the scene observes differs in the shadow.
+struct Parted {
+  double at_end = 0, most = 0;  // at the last state; largest on the way
+};
+
 // How far a run and its shadow parted, and its neighbours where that is far.
 struct Parting {
   enum class Outcome { kNone, kStopped, kShadowFailed, kCompared };
@@ -28,6 +33,7 @@ struct Parting {
   double growth = std::nan("");     // factor by which neighbouring states part in the whole run
   double rate = std::nan("");       // ... in one second
   StrainedSpring strain;            // worst of the shadow, which may show states in between
+  std::vector<Parted> observed;     // of each observer of the scene
   double missed_at = std::nan("");  // s, where the right-hand side did what no step has seen
 
   bool verified() const { return outcome == Outcome::kCompared; }
@@ -39,8 +45,9 @@ class Shadow {
   // At the first state of a run of `steps` steps more; everything given outlives it.
   Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Registry& registry);
 
-  // At the present state, now and then; `energy` in a second-order system only.
-  void look(const Energy* energy);
+  // At the present state, now and then; `energy` in a second-order system only, `observed` what the
+  // scene's observers say.
+  void look(const Energy* energy, std::span<const double> observed = {});
 
   // Runs the shadow over the states seen, and where the two part a neighbour of the run as well.
   // Costs two to four times the run. `stop` ends it: then the outcome is kStopped.
@@ -53,10 +60,15 @@ class Shadow {
     double t;               // s
     std::vector<double> x;  // coordinates, or numbers of a flat state
     double energy;          // J, total
+    std::vector<double> observed;
   };
 
   Simulation finer_run(double& steps_per_step) const;
   double finer_steps(double taken) const;
+  // Steps of a finer run from one frame to the next; `each` is called after some. False when one
+  // fails or the run is stopped.
+  bool take(Simulation& finer, double steps_per_step, std::size_t frame,
+            const std::function<bool()>& stop, const std::function<void()>& each = {}) const;
   // `factor`: the error over the difference to the shadow.
   void compare_frame(const Frame& frame, double factor, Simulation& shadow, Parting& result) const;
   // `path` holds what the frames hold, of the shadow.

@@ -1,0 +1,57 @@
+// The verbs that run a scene again and again: their options and requests.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cli/verbs/minimal.h"
+#include "cli/verbs/order.h"
+#include "cli/verbs/stability.h"
+#include "cli/verbs/tradeoff.h"
+
+namespace sim::cli {
+
+// What they take of the options of a run.
+struct StudyBase {
+  SceneRequest scene;  // without the name of the scene
+  std::string integrator, dt, time;
+  bool json = false;
+  ShowProgress progress = ShowProgress::kAuto;
+};
+
+class StudyOptions {
+ public:
+  // Their subcommands, in the order of the help.
+  void add_to(CLI::App& app);
+
+  bool has(const CLI::App* verb) const { return taken_.contains(verb); }
+  // True for an option of a run that the verb takes, as "--time".
+  bool takes(const CLI::App* verb, const std::string& option) const;
+
+  bool is_stability(const CLI::App* verb) const { return verb == stability_; }
+  bool is_order(const CLI::App* verb) const { return verb == order_; }
+  bool is_tradeoff(const CLI::App* verb) const { return verb == tradeoff_; }
+
+  // Each throws Error{kUsage}.
+  StabilityRequest stability(const StudyBase& base) const;
+  OrderRequest order(const StudyBase& base) const;
+  TradeoffRequest tradeoff(const StudyBase& base) const;
+  MinimalRequest minimal(const StudyBase& base) const;
+
+ private:
+  CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
+                  const std::string& footer, const std::set<std::string>& taken);
+  void scene_of(CLI::App* verb);
+  void budget_of(CLI::App* verb, const std::string& doc);
+
+  std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;
+  std::string words_[2];  // of sim order
+  bool extremes_ = false;
+  CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr;
+  std::map<const CLI::App*, std::set<std::string>> taken_;
+};
+
+}  // namespace sim::cli

@@ -1,0 +1,148 @@
+#include "cli/verbs/minimal_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/text.h"
+#include "core/study/problem.h"
+
+namespace sim::cli {
+namespace {
+
+// The families of springs by their names, everything else by its plugin.
+std::string name_of(const PartSpec& part) {
+  if (const auto family = part.given.find("family"); family != part.given.end())
+    if (const auto* name = std::get_if<std::string>(&family->second)) return *name;
+  return part.plugin;
+}
+
+void add_forces(const SystemSpec& spec, std::vector<Part>& parts) {
+  std::vector<std::string> names;
+  for (const std::vector<PartSpec>* list : {&spec.forces, &spec.colliders})
+    for (const PartSpec& each : *list) {
+      const std::string name = name_of(each);
+      if (std::ranges::count(names, name)) continue;
+      names.push_back(name);
+      const std::string kind = name != each.plugin    ? "family "
+                               : list == &spec.forces ? "force "
+                                                      : "collider ";
+      parts.push_back({kind + name, "--without " + name, false, [name](SceneRequest& scene) {
+                         scene.without.push_back(name);
+                         return true;
+                       }});
+    }
+}
+
+// Numbers of the scene: 0, and n halved.
+void add_settings(const SceneSpec& spec, std::vector<Part>& parts) {
+  for (const SceneArg& arg : spec.args) {
+    const auto* value = std::get_if<double>(&arg.value);
+    if (!value || *value == 0) continue;
+    if (arg.name == "n") {
+      const double whole = *value;
+      parts.push_back({"half the particles a side", "-s n=" + shortest(std::floor(whole / 2)), true,
+                       [whole](SceneRequest& scene) {
+                         const auto now = scene.settings.find("n");
+                         const double n = now == scene.settings.end()
+                                              ? whole
+                                              : parse_number(now->second).value_or(whole);
+                         if (std::floor(n / 2) < 2) return false;
+                         scene.settings["n"] = shortest(std::floor(n / 2));
+                         return true;
+                       }});
+      continue;
+    }
+    parts.push_back({"parameter " + arg.name, "-s " + arg.name + "=0", false,
+                     [name = arg.name](SceneRequest& scene) {
+                       scene.settings[name] = "0";
+                       return true;
+                     }});
+  }
+}
+
+// The method of the same kind that comes next in cost; empty when there is none.
+std::string simpler(const std::string& now, const study::Problem& problem) {
+  const auto methods = study::fitting_methods(problem.with({now}), {});
+  const auto own = std::ranges::find(methods, now, &study::Candidate::name);
+  if (own == methods.end() || own->info.implicit) return {};
+  const auto rank = [](const study::Candidate& method) {
+    return std::pair(method.info.evaluations, method.info.order);
+  };
+  const study::Candidate* best = nullptr;
+  for (const study::Candidate& method : methods) {
+    if (method.info.implicit || method.chooses || method.info.adaptive != own->info.adaptive)
+      continue;
+    const bool less =
+        method.info.evaluations < own->info.evaluations ||
+        (method.info.evaluations == own->info.evaluations && method.info.order < own->info.order);
+    if (less && (!best || rank(method) > rank(*best) ||
+                 (rank(method) == rank(*best) && method.info.symplectic)))
+      best = &method;
+  }
+  return best ? best->name : "";
+}
+
+void add_method(const LoadedScene& scene, const study::Problem& problem, std::vector<Part>& parts) {
+  const Simulation& system = scene.systems.front();
+  const double h = system.h();
+  parts.push_back({"twice the step", "-d " + shortest(2 * h), true, [h](SceneRequest& next) {
+                     next.dt = 2 * (next.dt > 0 ? next.dt : h);
+                     return true;
+                   }});
+  const auto& params = system.method().plugin().params;
+  const auto precision = std::ranges::find(params, "precision", &Param::name);
+  if (precision != params.end() && system.integrator_info().precision == Precision::kDouble)
+    parts.push_back({"single precision", "--precision single", false, [](SceneRequest& next) {
+                       next.integrator.given["precision"] = std::string("single");
+                       return true;
+                     }});
+  const std::string own = system.method().name();
+  const std::string next_name = simpler(own, problem);
+  if (next_name.empty()) return;
+  const auto* spec = problem.spec;
+  auto* registry = problem.registry;
+  parts.push_back(
+      {"a simpler method", "-i " + next_name, true, [own, spec, registry](SceneRequest& next) {
+         const std::string now = next.integrator.name.empty() ? own : next.integrator.name;
+         const std::string name = simpler(now, {spec, registry});
+         if (name.empty()) return false;
+         const auto precision_of = next.integrator.given.find("precision");
+         MethodChoice choice{name};
+         if (precision_of != next.integrator.given.end())
+           choice.given["precision"] = precision_of->second;
+         next.integrator = choice;
+         return true;
+       }});
+}
+
+}  // namespace
+
+std::vector<Part> parts_of(const SceneRequest& request, const LoadedScene& scene,
+                           Registry& registry) {
+  const SystemSpec& spec = scene.spec.systems.front();
+  std::vector<Part> parts;
+  add_forces(spec, parts);
+  add_settings(scene.spec, parts);
+  add_method(scene, {&spec, &registry, run_options(request, spec, registry)}, parts);
+  return parts;
+}
+
+std::string run_command(const SceneRequest& request, const std::optional<double>& time) {
+  std::string text = command_for(request);
+  if (!request.integrator.name.empty()) text += " -i " + request.integrator.name;
+  std::string rest;
+  for (const auto& [name, value] : request.integrator.given) {
+    if (name == "precision")
+      rest += " --precision " + to_text(value);
+    else if (name == "tol")
+      rest += " --tol " + to_text(value);
+    else if (!request.integrator.name.empty())
+      text += (text.ends_with(request.integrator.name) ? ":" : ",") + name + "=" + to_text(value);
+  }
+  text += rest;
+  if (request.dt > 0) text += " -d " + shortest(request.dt);
+  if (time) text += " -T " + shortest(*time);
+  return text;
+}
+
+}  // namespace sim::cli
