@@ -113,6 +113,12 @@ std::string Particles::name_of(const Force& force) const {
   return "of no name";
 }
 
+std::string Particles::place_of(const Force& force) const {
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    if (forces_[i].get() == &force) return places_[i];
+  return "";
+}
+
 void Particles::add_collider(std::unique_ptr<Collider> collider, const std::string& name,
                              const double* x) {
   contacts_.add(std::move(collider), name, view(0, x));

@@ -83,7 +83,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   x = Array(Layout(n).size());
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
-  std::vector<std::string> names;
+  std::vector<std::string> names, places;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
@@ -94,6 +94,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
+    places.push_back(part.place);
   }
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
@@ -105,7 +106,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
                                             *team);
   });
   particles = compiled.get();
-  particles->name_forces(std::move(names));
+  particles->name_forces(std::move(names), std::move(places));
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -145,7 +146,7 @@ void Simulation::Impl::place_particles() {
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
-  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", ""};
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", "", ""};
   bool finite = status == StepStatus::kNotFinite;
   if (finite)
     shape.each([&](const StateNumber& number) {
@@ -156,8 +157,11 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
       found.item = number.part->item;
       return false;
     });
-  if (!finite) divergence = found;
-  return !finite;
+  if (finite) return false;
+  if (particles && status == StepStatus::kNotFinite)
+    find_bad_force(*particles, t(step_count), x.data(), found);
+  divergence = found;
+  return true;
 }
 
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
