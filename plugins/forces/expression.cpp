@@ -1,74 +1,31 @@
-// Forces as formulas: of ties, of each particle by itself, differentiated and compiled.
+// Forces as formulas: of ties, of pairs, of each particle by itself, differentiated and compiled.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/array.h"
 #include "core/base/team.h"
-#include "core/base/text.h"
-#include "core/expression/parse.h"
-#include "core/expression/program.h"
-#include "core/particles/springs/springs.h"
+#include "core/particles/elements/distances.h"
+#include "core/particles/elements/incidence.h"
+#include "core/particles/neighbours/neighbours.h"
+#include "core/plugin/formulas.h"
 #include "core/plugin/plugin.h"
 
 namespace {
 
-using sim::Graph;
+using sim::Distances;
+using sim::Formulas;
 using sim::Mat3;
-using sim::Op;
 using sim::Program;
 using sim::Vec3;
 
 constexpr int kBlock = Program::kBlock;
 
+const char* const kOwner = "force 'expression'";
+const std::vector<std::string> kFormulas = {"energy", "fx", "fy", "fz", "cutoff", "skin"};
+
 [[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
-  throw sim::Error(sim::ErrorKind::kScene, {"force 'expression'", "", why, remedy});
+  throw sim::Error(sim::ErrorKind::kScene, {kOwner, "", why, remedy});
 }
-
-// Reads the formulas of one force. Its variables are what it knows itself, then names whose values
-// the scene gives one by one; other names are numbers that the scene gives to the force.
-class Formulas {
- public:
-  Formulas(const sim::Params& params, const std::vector<std::string>& known,
-           const std::vector<std::string>& own = {})
-      : params_(params), names_{known, params.free_numbers(), {}}, given_(own) {
-    names_.inputs.insert(names_.inputs.end(), own.begin(), own.end());
-    for (const std::string& name : own) names_.numbers.erase(name);
-    for (const auto& entry : names_.numbers) given_.push_back(entry.first);
-    for (const std::string& name : given_)
-      if (std::ranges::count(known, name))
-        refuse("'" + name + "' is a variable of it already", "give the number another name");
-  }
-
-  // The formula of a parameter, 0 for one that is not given.
-  int read(const std::string& param, const std::string& of) {
-    if (!params_.has(param)) return graph.number(0);
-    return sim::parse(params_.text(param), "bad " + param + " of " + of, names_, graph);
-  }
-
-  // Throws for a name that the scene gives and no formula reads.
-  void check_all_read() const {
-    std::vector<std::string> known(names_.used.begin(), names_.used.end());
-    for (const char* param : {"energy", "fx", "fy", "fz"}) known.emplace_back(param);
-    for (const std::string& name : given_)
-      if (!names_.used.contains(name)) {
-        const std::string near = sim::nearest(name, known);
-        refuse("no formula of it reads '" + name + "'",
-               near.empty() ? "leave it out" : "did you mean '" + near + "'?");
-      }
-  }
-
-  Program compile(std::span<const int> outputs) const {
-    return Program(graph, outputs, static_cast<int>(names_.inputs.size()));
-  }
-
-  Graph graph;
-
- private:
-  const sim::Params& params_;
-  sim::Names names_;
-  std::vector<std::string> given_;
-};
 
 // A force on each particle by itself: f = -dU/dx, or as it is written.
 class OfParticles final : public sim::Force {
@@ -77,14 +34,14 @@ class OfParticles final : public sim::Force {
     const bool energy = params.has("energy");
     std::vector<std::string> inputs = {"x", "y", "z", "t", "m", "vx", "vy", "vz"};
     if (energy) inputs.resize(5);
-    Formulas formulas(params, inputs);
-    Graph& graph = formulas.graph;
+    Formulas formulas(kOwner, params, inputs);
+    sim::Graph& graph = formulas.graph;
     int u = -1, f[3];
     if (energy) u = formulas.read("energy", "a particle");
     for (int axis = 0; axis < 3; ++axis)
-      f[axis] = energy ? graph.make(Op::kNegate, graph.derivative(u, axis))
+      f[axis] = energy ? graph.make(sim::Op::kNegate, graph.derivative(u, axis))
                        : formulas.read(std::string("f") + "xyz"[axis], "a particle");
-    formulas.check_all_read();
+    formulas.check_all_read(kFormulas);
 
     std::vector<int> by_position, by_velocity;
     for (const int component : f)
@@ -113,6 +70,7 @@ class OfParticles final : public sim::Force {
   }
 
   bool depends_on_velocity() const override { return reads_velocity_; }
+  bool conservative() const override { return has_energy_ && !energy_.reads(3); }
   bool has_jacobian() const override { return true; }
 
   void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
@@ -168,42 +126,6 @@ class OfParticles final : public sim::Force {
   bool has_energy_ = false, reads_velocity_ = false;
 };
 
-// The distances of a block of pairs.
-struct Distances {
-  alignas(64) double d[3][kBlock], r[kBlock];
-
-  void take(int lane, const Vec3& difference) {
-    for (int axis = 0; axis < 3; ++axis) d[axis][lane] = difference[axis];
-  }
-  Vec3 at(int lane) const { return {d[0][lane], d[1][lane], d[2][lane]}; }
-
-  void measure(int count) {
-    const int lanes = (count + 7) / 8 * 8;
-    for (int lane = count; lane < lanes; ++lane) take(lane, Vec3(1, 0, 0));
-    double least = 1, most = 1;
-    for (int lane = 0; lane < lanes; ++lane) {
-      const double square =
-          d[0][lane] * d[0][lane] + d[1][lane] * d[1][lane] + d[2][lane] * d[2][lane];
-      least = square < least ? square : least;
-      most = square > most ? square : most;
-      r[lane] = std::sqrt(square);
-    }
-    if (least > sim::kSafeLeast && most < sim::kSafeMost) return;
-    for (int lane = 0; lane < lanes; ++lane) r[lane] = sim::length(at(lane));
-  }
-
-  // U'(r) / r, but 0 where there is no direction and U' is finite.
-  double factor(int lane, double slope) const { return r[lane] > 0 ? slope / r[lane] : 0 * slope; }
-
-  // d^2 U / dx dx = U'' u u^T + U'/r (1 - u u^T) with u = d/r; U'' in all directions for r = 0.
-  Mat3 curvature(int lane, double slope, double second) const {
-    if (r[lane] == 0) return second * Mat3::Identity();
-    const Vec3 u = at(lane) / r[lane];
-    const double across = slope / r[lane];
-    return across * Mat3::Identity() + (second - across) * (u * u.transpose());
-  }
-};
-
 // A force along each tie, f_a = -U'(r) d/r with d = x_a - x_b, r = |d|. Each tie is evaluated once,
 // before the tiles; then every particle adds up what its ties give it.
 class OfTies final : public sim::Force {
@@ -217,28 +139,14 @@ class OfTies final : public sim::Force {
     for (const auto& [name, column] : ties.values)
       if (name != "rest" || !rest_) own.push_back(name);
     if (own.size() > kMostOwn)
-      refuse("its ties give more than " + std::to_string(kMostOwn) + " numbers each",
-             "give some to the force");
-    Formulas formulas(params, known, own);
-    Graph& graph = formulas.graph;
-    const int u = formulas.read("energy", "a tie"), slope = graph.derivative(u, 0);
-    formulas.check_all_read();
-    const int slopes[] = {slope, graph.derivative(slope, 0)};
-    energy_ = formulas.compile({&u, 1});
-    slope_ = formulas.compile({slopes, 1});
-    slopes_ = formulas.compile(slopes);
+      refuse("its ties give more than 8 numbers each", "give some to the force");
+    Formulas formulas(kOwner, params, known, own);
+    law_.emplace(formulas, "a tie", kFormulas);
     take(params, ties, own);
   }
 
   void bind(const sim::ParticleView& initial) override {
-    first_.assign(static_cast<std::size_t>(initial.n) + 1, 0);
-    places_.resize(ends_.size());
-    for (const int end : ends_) ++first_[static_cast<std::size_t>(end) + 1];
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    std::vector<int> next = first_;
-    for (std::size_t place = 0; place < ends_.size(); ++place)
-      places_[static_cast<std::size_t>(next[static_cast<std::size_t>(ends_[place])]++)] =
-          static_cast<int>(place);
+    places_ = sim::Incidence(initial.n, ends_);
     forces_ = sim::Array(4 * count());
     for (std::size_t tie = 0; rest_ && tie < count(); ++tie)
       if (double& rest = own_.front()[tie]; std::isnan(rest))
@@ -248,7 +156,7 @@ class OfTies final : public sim::Force {
   void prepare(const sim::ParticleView& view, sim::Team& team) override {
     team.run_parts(static_cast<int>(count()), kBlock, [&](int begin, int end) {
       const auto tie_of = [begin](int i) { return begin + i; };
-      evaluate(slope_, view, end - begin, tie_of,
+      evaluate(law_->slope, view, end - begin, tie_of,
                [&](int first, int many, const Distances& at, const Values& values) {
                  double* to = forces_.data() + 4 * (begin + first);
                  for (int lane = 0; lane < many; ++lane, to += 4) {
@@ -262,7 +170,7 @@ class OfTies final : public sim::Force {
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
     for (int i = tile.begin; i < tile.end; ++i) {
       double sum[4] = {};
-      for (const int place : places_of(i)) {
+      for (const int place : places_.at(i)) {
         const double* const f = forces_.data() + 4 * (place / 2);
         const double sign = 1 - 2 * (place % 2);
         for (int axis = 0; axis < 4; ++axis) sum[axis] += sign * f[axis];
@@ -272,11 +180,12 @@ class OfTies final : public sim::Force {
   }
 
   bool depends_on_velocity() const override { return false; }
+  bool conservative() const override { return !law_->energy.reads(1); }
   bool has_jacobian() const override { return true; }
 
   void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
     evaluate(
-        slopes_, view, static_cast<int>(count()), [](int i) { return i; },
+        law_->slopes, view, static_cast<int>(count()), [](int i) { return i; },
         [&](int first, int many, const Distances& at, const Values& values) {
           for (int lane = 0; lane < many; ++lane) {
             const int* const end = ends_.data() + 2 * (first + lane);
@@ -295,14 +204,14 @@ class OfTies final : public sim::Force {
     int ties[kBlock], many = 0;
     const auto add = [&] {
       evaluate(
-          energy_, view, many, [&](int i) { return ties[i]; },
+          law_->energy, view, many, [&](int i) { return ties[i]; },
           [&](int, int some, const Distances&, const Values& values) {
             for (int lane = 0; lane < some; ++lane) sum += values[0][lane];
           });
       many = 0;
     };
     for (int i = tile.begin; i < tile.end; ++i)
-      for (const int place : places_of(i)) {
+      for (const int place : places_.at(i)) {
         if (place % 2) continue;
         ties[many++] = place / 2;
         if (many == kBlock) add();
@@ -316,12 +225,6 @@ class OfTies final : public sim::Force {
   static constexpr std::size_t kMostOwn = 8;
 
   std::size_t count() const { return ends_.size() / 2; }
-
-  std::span<const int> places_of(int i) const {
-    const auto begin = static_cast<std::size_t>(first_[static_cast<std::size_t>(i)]);
-    const auto end = static_cast<std::size_t>(first_[static_cast<std::size_t>(i) + 1]);
-    return {places_.data() + begin, end - begin};
-  }
 
   Vec3 difference(const sim::ParticleView& view, int tie) const {
     const int* const end = ends_.data() + 2 * tie;
@@ -380,12 +283,111 @@ class OfTies final : public sim::Force {
     }
   }
 
-  Program energy_, slope_, slopes_;
+  std::optional<sim::RadialEnergy> law_;
   std::vector<int> ends_;                 // two a tie
   std::vector<std::vector<double>> own_;  // a variable, of each tie
-  bool rest_ = false;                // the first of them is `rest`, measured where it is not given
-  std::vector<int> first_, places_;  // those of i in ends_: [first_[i], first_[i + 1])
-  sim::Array forces_;                // N, on the first end of each tie; four numbers each
+  bool rest_ = false;      // the first of them is `rest`, measured where it is not given
+  sim::Incidence places_;  // in ends_, of each particle
+  sim::Array forces_;      // N, on the first end of each tie; four numbers each
+};
+
+// A force between any two particles closer than the cutoff, f_i = -U'(r) d/r with d = x_i - x_j.
+// Each pair is evaluated from both its ends, which gives exactly opposite forces.
+class OfPairs final : public sim::Force {
+ public:
+  explicit OfPairs(const sim::Params& params)
+      : cutoff_(params.number("cutoff")),
+        neighbours_(cutoff_, params.has("skin") ? params.number("skin") : 0.2 * cutoff_) {
+    if (!params.has("energy"))
+      refuse("fx, fy and fz do not go with pairs", "give the energy of a pair as a formula of r");
+    if (!(cutoff_ > 0)) refuse("its cutoff is 0", "give cutoff > 0 in m");
+    Formulas formulas(kOwner, params, {"r", "t"});
+    law_.emplace(formulas, "a pair", kFormulas);
+  }
+
+  // Finds out here whether the lists fit into memory.
+  void bind(const sim::ParticleView& initial) override {
+    sim::Team alone(1);
+    neighbours_.update(initial, alone);
+    forces_.resize(static_cast<std::size_t>(initial.n));
+  }
+
+  void prepare(const sim::ParticleView& view, sim::Team& team) override {
+    const bool moved = neighbours_.update(view, team);
+    if (!moved && known_ && conservative()) return;
+    known_ = true;
+    team.run_parts(view.n, 8, [&](int begin, int end) {
+      std::fill(forces_.begin() + begin, forces_.begin() + end, Vec3(0, 0, 0));
+      evaluate(law_->slope, view, {begin, end}, kAll,
+               [&](int i, int, int lane, const Distances& at, const Values& values) {
+                 forces_[static_cast<std::size_t>(i)] -=
+                     at.factor(lane, values[0][lane]) * at.at(lane);
+               });
+    });
+  }
+
+  void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
+    for (int i = tile.begin; i < tile.end; ++i) sink.add(i, forces_[static_cast<std::size_t>(i)]);
+  }
+
+  bool depends_on_velocity() const override { return false; }
+  bool conservative() const override { return !law_->energy.reads(1); }
+
+  bool has_jacobian() const override { return true; }
+  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+    evaluate(law_->slopes, view, {0, view.n}, kAll,
+             [&](int i, int j, int lane, const Distances& at, const Values& values) {
+               const Mat3 k = at.curvature(lane, values[0][lane], values[1][lane]);
+               sink.position(i, i, -k);
+               sink.position(i, j, k);
+             });
+  }
+
+  double potential(const sim::ParticleView& view, sim::Tile tile) const override {
+    double sum = 0;
+    evaluate(law_->energy, view, tile, kUpwards,
+             [&](int, int, int lane, const Distances&, const Values& u) { sum += u[0][lane]; });
+    return sum;
+  }
+
+ private:
+  using Values = double[2][kBlock];
+  enum Which { kAll, kUpwards };  // neighbours of a particle: those with a higher id
+
+  // Calls visit(i, j, lane, distances, values) for the neighbours j of each particle i of a tile,
+  // both ascending.
+  template <class Visit>
+  void evaluate(const Program& program, const sim::ParticleView& view, sim::Tile tile, Which which,
+                const Visit& visit) const {
+    Distances at;
+    alignas(64) double values[2][kBlock], t[kBlock];
+    std::fill(t, t + kBlock, view.t);
+    const double* const inputs[] = {at.r, t};
+    double* const outputs[] = {values[0], values[1]};
+    int ends[kBlock][2], many = 0;
+    const auto flush = [&] {
+      at.measure(many);
+      program.run(inputs, outputs, many);
+      for (int lane = 0; lane < many; ++lane)
+        if (at.r[lane] < cutoff_) visit(ends[lane][0], ends[lane][1], lane, at, values);
+      many = 0;
+    };
+    for (int i = tile.begin; i < tile.end; ++i)
+      neighbours_.for_each(i, [&](int j) {
+        if (which == kUpwards && j < i) return;
+        ends[many][0] = i;
+        ends[many][1] = j;
+        at.take(many++, view.position(i) - view.position(j));
+        if (many == program.block()) flush();
+      });
+    if (many > 0) flush();
+  }
+
+  double cutoff_;
+  sim::Neighbours neighbours_;
+  std::optional<sim::RadialEnergy> law_;
+  std::vector<Vec3> forces_;
+  bool known_ = false;  // the forces, at the positions of the lists
 };
 
 std::unique_ptr<sim::Force> make_expression(const sim::Params& params, const sim::Elements& ties) {
@@ -394,6 +396,11 @@ std::unique_ptr<sim::Force> make_expression(const sim::Params& params, const sim
   if (energy == force)
     refuse(energy ? "it has an energy and a force" : "it has no formula",
            "give energy = \"0.5*k*(x^2 + y^2)\", or fx, fy and fz");
+  if (params.has("cutoff")) {
+    if (!ties.empty()) refuse("it has ties and a cutoff", "leave the cutoff out, or the ties");
+    return std::make_unique<OfPairs>(params);
+  }
+  if (params.has("skin")) refuse("it has a skin, but no cutoff", "give the cutoff of its pairs");
   if (ties.empty()) return std::make_unique<OfParticles>(params);
   return std::make_unique<OfTies>(params, ties);
 }
@@ -404,10 +411,11 @@ SIM_PLUGIN(Force, "expression") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
       {.name = "expression",
-       .summary = "a force as a formula: of each particle, or of the length of its ties",
+       .summary = "a force as a formula: of each particle, of the length of ties, of all pairs",
        .formula =
            "f = -dU/dx,  U = energy; of ties f_a = -U'(r) (x_a - x_b)/r;  or f = (fx, fy, fz)\n"
            "of a particle: x y z t m, and vx vy vz in fx fy fz;  of a tie: r t rest\n"
+           "with a cutoff, of every pair of particles closer than that: r t\n"
            "rest: the distance in the grid or at the start;  m: 0 of a pinned particle\n"
            "^ * / + - ( );  sqrt exp log sin cos tan sinh cosh tanh abs sign step floor\n"
            "min max pow select(c, a, b);  pi;  \"s^12 - s^6; s = sigma/r\"\n"
@@ -417,15 +425,24 @@ SIM_PLUGIN(Force, "expression") {
            {{.name = "energy",
              .type = ParamType::kText,
              .unit = "J",
-             .doc = "potential energy of a particle, or of a tie",
+             .doc = "potential energy of a particle, of a tie, or of a pair",
              .positional = true},
             {.name = "fx",
              .type = ParamType::kText,
              .unit = "N",
              .doc = "instead of energy: the force along x on each particle; if not given, 0"},
             {.name = "fy", .type = ParamType::kText, .unit = "N", .doc = "likewise, along y"},
-            {.name = "fz", .type = ParamType::kText, .unit = "N", .doc = "likewise, along z"}},
-       .elements = {.arity = 2},
+            {.name = "fz", .type = ParamType::kText, .unit = "N", .doc = "likewise, along z"},
+            {.name = "cutoff",
+             .unit = "m",
+             .doc = "reach of the pairs; the energy is not shifted, so let it end smoothly there",
+             .min = 0},
+            {.name = "skin",
+             .unit = "m",
+             .doc = "how much further the lists of neighbours reach, for speed alone; if not "
+                    "given, a fifth of the cutoff",
+             .min = 0}},
+       .elements = sim::ElementKind{.arity = 2},
        .pointwise = true,
        .free_numbers = true,
        .example = {{"energy", std::string("0.5*k*(r - rest)^2")}, {"k", 20.0}}},

@@ -3,6 +3,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/layout.h"
+#include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -264,4 +265,40 @@ TEST_CASE("mistakes in formulas name the line, the column and the name", "[lua][
     INFO(force << " -> " << message);
     for (const char* part : says) CHECK(contains(message, part));
   }
+}
+
+TEST_CASE("a pair potential as a formula moves a gas as the one in the kernel",
+          "[lua][expression]") {
+  const auto gas = [](const std::string& force, const std::string& integrator) {
+    return "local g = sim.grid { 5, 4, 4, du = {1.1, 0, 0}, dv = {0, 1.12, 0}, "
+           "dw = {0.01, 0, 1.13}, mass = 1 }\n"
+           "return sim.scene { particles = g, forces = { " +
+           force + " }, integrator = '" + integrator + "', dt = 0.002, duration = 1 }";
+  };
+  const std::string formula =
+      "sim.force.expression { '4*e*(s^12 - s^6); s = l/r', e = 2, l = 1, cutoff = 2, skin = 0.2 }";
+  const std::string built_in =
+      "sim.force.pair { 'lennard_jones', epsilon = 2, sigma = 1, cutoff = 2, smooth = 'off', "
+      "skin = 0.2 }";
+  CHECK(largest_difference(gas(formula, "verlet"), gas(built_in, "verlet"), 150) < 1e-11);
+  CHECK(largest_difference(gas(formula, "trbdf2"), gas(built_in, "trbdf2"), 20) < 1e-6);
+  Simulation of_formula = compiled(gas(formula, "verlet"));
+  CHECK(dynamic_cast<ParticleSystem&>(of_formula.ode()).forces().front()->conservative());
+
+  // The same bits whatever the lists hold beyond the cutoff, and on two threads.
+  Simulation wide = compiled(gas(formula, "verlet")),
+             narrow = compiled(gas("sim.force.expression { '4*e*(s^12 - s^6); s = l/r', e = 2, l = "
+                                   "1, cutoff = 2, skin = 0 }",
+                                   "verlet"));
+  REQUIRE((sim_test::run(wide, 60) && sim_test::run(narrow, 60)));
+  CHECK(wide.hash() == narrow.hash());
+
+  CHECK(contains(error_of(gas("sim.force.expression { 'r', cutoff = 0 }", "rk4")),
+                 "its cutoff is 0"));
+  CHECK(contains(error_of(gas("sim.force.expression { 'r', skin = 1 }", "rk4")),
+                 "a skin, but no cutoff"));
+  CHECK(contains(error_of(gas("sim.force.expression { fx = 'x', cutoff = 1 }", "rk4")),
+                 "fx, fy and fz do not go with pairs"));
+  CHECK(contains(error_of(gas("sim.force.expression { 'x*r', cutoff = 1 }", "rk4")),
+                 "'x' is not known"));
 }

@@ -87,7 +87,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core/ode", kGround},
     {"core/fields", ground_and({"core/ode/ode_system.h"})},
     {"core/particles", ground_and({"core/ode/ode_system.h"})},
-    {"core/plugin", ground_and({"core/ode", "core/fields", "core/particles"})},
+    {"core/plugin", ground_and({"core/expression", "core/ode", "core/fields", "core/particles"})},
     {"core/scene", kToScene},
     {"core/study", kToScene},
     {"core/output", kToOutput},

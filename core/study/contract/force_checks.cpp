@@ -146,20 +146,20 @@ std::string share(double worst, const std::string& of) {
 
 void check_potential(Cloud& cloud, Examiner& examiner) {
   constexpr const char* kName = "F = -dU/dx";
-  double worst = 0, most_potential = 0;
+  double error = 0, most_force = 1e-300, most_potential = 0;
   for (int state = 0; state < 3; ++state) {
     cloud.place(state, 0);
     const std::vector<double> forces = cloud.forces();
-    double error = 0;
+    most_force = std::max(most_force, largest(forces));
     for (int i = 0; i < cloud.n(); ++i)
       for (int axis = 0; axis < 3; ++axis) {
         const double slope = difference(cloud.position(i, axis), [&] { return cloud.potential(); });
         error = std::max(error,
                          std::fabs(slope + forces[static_cast<std::size_t>(axis * cloud.n() + i)]));
       }
-    worst = std::max(worst, error / std::max(largest(forces), 1e-300));
     most_potential = std::max(most_potential, std::fabs(cloud.potential()));
   }
+  const double worst = error / most_force;
   if (cloud.force().conservative())
     examiner.check(kName, worst < kAgree, share(worst, "force"));
   else
