@@ -51,12 +51,12 @@ void read_init(Session& session, Console& console, const std::string& file) {
   }
 }
 
-int interact(Session& session, const ReplCommandLine& line, Console& console) {
+int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   LineEditor editor(history_file(), [&](const std::string& line, std::size_t begin) {
     return complete(session, line, begin);
   });
   session.tell(session.banner());
-  if (line.init.empty()) read_init(session, console, init_file());
+  if (asked.init.empty()) read_init(session, console, init_file());
   std::string entry;  // lines that belong together, for the history
   while (!session.exit_code) {
     bool running = false;

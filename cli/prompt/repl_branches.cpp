@@ -76,7 +76,8 @@ std::vector<Change> LiveScene::reload(
   std::vector<std::int64_t> targets;
   for (const Simulation& each : systems) {
     const auto old = std::ranges::find(origin_->scene.systems, each.name(), &Simulation::name);
-    const double t = old == origin_->scene.systems.end() ? origin_->scene.systems.front().t() : old->t();
+    const double t =
+        old == origin_->scene.systems.end() ? origin_->scene.systems.front().t() : old->t();
     timelines.emplace_back(each, budget_ / systems.size());
     targets.push_back(timelines.back().step_at(each, t));
   }
@@ -109,9 +110,10 @@ void LiveScene::adopt(std::shared_ptr<SceneOrigin> origin) {
 
 void LiveScene::open(const std::string& scene) {
   check_idle();
-  SceneRequest request{.scene = scene,
-                       .seed = origin_->request.seed,
-                       .threads = origin_->request.threads};
+  SceneRequest request;
+  request.scene = scene;
+  request.seed = origin_->request.seed;
+  request.threads = origin_->request.threads;
   const auto fresh = read_origin(request, environment_, registry_);
   adopt(fresh);
   judged_.reset();
@@ -142,14 +144,15 @@ LiveScene::Branch LiveScene::branch_named(const std::string& name) {
   if (const auto found = all.find(name); found != all.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [each, branch] : all) known.push_back(each);
-  refuse("unknown branch '" + name + "'", "there is no branch of that name", suggestion(name, known));
+  refuse("unknown branch '" + name + "'", "there is no branch of that name",
+         suggestion(name, known));
 }
 
 void LiveScene::add_branch(const std::string& name) {
   check_idle();
   if (name == branch_ || branches_.contains(name))
     refuse("branch '" + name + "' exists", "two cannot have one name",
-                ".switch " + name + " goes there");
+           ".switch " + name + " goes there");
   branches_.emplace(name, present());
   share_budget();
 }
@@ -171,8 +174,7 @@ void LiveScene::switch_to(const std::string& name) {
   SessionSignals::check();
 }
 
-std::optional<FirstDifference> LiveScene::diff(const std::string& a,
-                                                          const std::string& b) {
+std::optional<FirstDifference> LiveScene::diff(const std::string& a, const std::string& b) {
   Branch left = branch_named(a), right = branch_named(b);
   const LoadedScene &ours = left.origin->scene, &theirs = right.origin->scene;
   const auto alike = [](const Simulation& one, const Simulation& other) {
@@ -181,7 +183,7 @@ std::optional<FirstDifference> LiveScene::diff(const std::string& a,
   };
   if (!std::ranges::equal(ours.systems, theirs.systems, alike))
     refuse("cannot compare " + a + " and " + b, "their scenes have other systems or sizes",
-                ".set shows the parameters of a branch");
+           ".set shows the parameters of a branch");
   std::optional<FirstDifference> first;
   for (std::size_t i = 0; i < ours.systems.size(); ++i) {
     const SystemSpec& spec = ours.spec.systems[i];

@@ -85,8 +85,7 @@ const std::array kCommands = std::to_array<Command>({
 
     {"session", "mode", "mode", "[text|json|csv]", "how values are printed", actions::mode},
     {"session", "time", "time", "CODE", "how long Lua or a command takes", actions::time, true},
-    {"session", "save", "save", "FILE", "this session, as commands that replay it",
-     actions::save},
+    {"session", "save", "save", "FILE", "this session, as commands that replay it", actions::save},
     {"session", "read", "read", "FILE", "takes the lines of a file as if typed", actions::read},
     {"session", "help", "help", "[NAME]", "this list; or about a name, as NAME? does",
      actions::help},

@@ -115,7 +115,8 @@ Completions arguments_of(Session& session, const std::string& command) {
     for (const std::string& name : plugin_names(session.registry())) found.words.push_back(name);
   }
   if (command == "plot")
-    for (const Records::Record& each : session.records.all()) found.words.push_back(each.series.name);
+    for (const Records::Record& each : session.records.all())
+      found.words.push_back(each.series.name);
   if (command == "open") found.words = list_scenes(session.environment().scene_folders);
   constexpr std::string_view kFiles[] = {"snap", "resume", "dump", "read", "open", "load", "save"};
   found.files = std::ranges::count(kFiles, command) > 0;

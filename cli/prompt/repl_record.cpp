@@ -22,14 +22,14 @@ bool Records::remove(const std::string& name) {
 }
 
 const Records::Record* Records::find(const std::string& name) const {
-  const auto found = std::ranges::find_if(
-      records_, [&](const Record& each) { return each.series.name == name; });
+  const auto found =
+      std::ranges::find_if(records_, [&](const Record& each) { return each.series.name == name; });
   return found == records_.end() ? nullptr : &*found;
 }
 
 void Records::take(const std::string& name, Prompt& lua, double t) {
-  const auto found = std::ranges::find_if(
-      records_, [&](const Record& each) { return each.series.name == name; });
+  const auto found =
+      std::ranges::find_if(records_, [&](const Record& each) { return each.series.name == name; });
   if (found == records_.end()) return;
   const Data value = lua.call(found->quantity);
   double number = 0;
@@ -75,7 +75,7 @@ Words split(const std::string& text, const Call& call) {
   return words;
 }
 
-const Records::Record& known(const Call& call, const std::string& name) {
+const Records::Record& record_named(const Call& call, const std::string& name) {
   const Records& records = call.session.records;
   if (const Records::Record* record = records.find(name)) return *record;
   std::vector<std::string> names;
@@ -92,9 +92,8 @@ Answer list_of(const Records& records) {
     const auto count = static_cast<std::int64_t>(each.series.points.size());
     rows.push_back({each.series.name, each.code, "every " + counted(each.every, "step"),
                     counted(count, "value")});
-    list.emplace_back(std::vector<std::pair<Data, Data>>{{"name", each.series.name},
-                                                         {"every", each.every},
-                                                         {"values", count}});
+    list.emplace_back(std::vector<std::pair<Data, Data>>{
+        {"name", each.series.name}, {"every", each.every}, {"values", count}});
   }
   return words(rows.empty() ? "nothing is recorded\n" : aligned(rows, ""), list);
 }
@@ -122,8 +121,8 @@ Answer record(Call& call) {
   call.take(0, 3);
   Session& session = call.session;
   if (call.count() == 0) return list_of(session.records);
-  Words words = call.spoken ? split(call.text(0, "a name"), call)
-                            : Words{call.text(0, "a name"), "", 1};
+  Words words =
+      call.spoken ? split(call.text(0, "a name"), call) : Words{call.text(0, "a name"), "", 1};
   DataFunction quantity;
   if (!call.spoken && call.count() > 1) {
     if (call.count() > 2) words.every = call.integer(2, 1, "a number of steps");
@@ -134,9 +133,9 @@ Answer record(Call& call) {
       words.code = call.text(1, "a Lua expression or a function");
     }
   }
-  if (words.code.empty()) return values_of(known(call, words.name));
+  if (words.code.empty()) return values_of(record_named(call, words.name));
   if (words.code == "off") {
-    known(call, words.name);
+    record_named(call, words.name);
     session.records.remove(words.name);
     look_at_all(session);
     return {};
@@ -157,7 +156,7 @@ Answer record(Call& call) {
 
 Answer plot(Call& call) {
   call.take(1, 2);
-  const TimeSeries& series = known(call, call.text(0, "the name of a record")).series;
+  const TimeSeries& series = record_named(call, call.text(0, "the name of a record")).series;
   if (call.count() == 1) return words(text_plot(series));
   const std::string file = call.text(1, "a file");
   if (!file.ends_with(".svg")) call.wrong("a plot goes to a file that ends in .svg, got " + file);

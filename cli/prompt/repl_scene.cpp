@@ -90,7 +90,8 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     system.stop_when(SessionSignals::any);
     tracks.emplace_back(scene.spec.systems[i], system, targets[i], Track::kNever, Track::kNever,
                         &registry_);
-    const std::vector<double>* const known = &scene == &origin_->scene ? ledger_.find(i, system) : nullptr;
+    const std::vector<double>* const known =
+        &scene == &origin_->scene ? ledger_.find(i, system) : nullptr;
     accounted.push_back(&scene == &origin_->scene && (known || system.step_count() == 0));
     if (known) tracks.back().continue_from(start_energy(i), *known);
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();

@@ -61,7 +61,8 @@ class LiveScene {
   void set_dt(double h);
 
   // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
-  // what is different then. As before when it throws. Other branches keep the scene as they know it.
+  // what is different then. As before when it throws. Other branches keep the scene as they know
+  // it.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
   void open(const std::string& scene);  // another one, at its start
 

@@ -44,8 +44,8 @@ bool is_question(const std::string& line) {
 
 // What a session that begins so can be replayed from.
 std::string opening_of(const SceneRequest& request, const LiveScene& live) {
-  std::string text = "-- a session of simrepl, to be run again by simrepl -f FILE\n.open " +
-                     request.scene + "\n";
+  std::string text =
+      "-- a session of simrepl, to be run again by simrepl -f FILE\n.open " + request.scene + "\n";
   for (const auto& [name, value] : request.settings) text += ".set " + name + " " + value + "\n";
   const Simulation& system = live.scene().systems[live.current()];
   if (!request.integrator.name.empty() || !request.integrator.given.empty())
@@ -62,7 +62,7 @@ bool worth_keeping(const std::string& text) {
   return true;
 }
 
-bool is_name(const std::string& text) {
+bool is_word(const std::string& text) {
   return !text.empty() && !std::isdigit(static_cast<unsigned char>(text[0])) &&
          std::all_of(text.begin(), text.end(), [](char c) {
            return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
@@ -158,11 +158,7 @@ void Session::explain(const std::string& chunk, const std::vector<Data>& values)
     for (std::sregex_iterator it(names.begin(), names.end(), word), end; it != end; ++it)
       locals_.insert(it->str());
   }
-  if (!is_name(chunk) || values.size() != 1) return;
-  if (values[0].nil() && locals_.contains(chunk))
-    console_.err << "sim: note: '" << chunk
-                 << "' was local to the line that made it; without 'local' it stays\n"
-                 << std::flush;
+  if (!is_word(chunk) || values.size() != 1) return;
   const Command* command = command_called(chunk);
   if (command && std::holds_alternative<DataOpaque>(values[0].value))
     tell(chunk + " is a function: write " + chunk + "() or ." + command->name + "\n");
@@ -171,9 +167,15 @@ void Session::explain(const std::string& chunk, const std::vector<Data>& values)
 // The remedy that Lua does not know.
 void Session::explain_error(const std::string& chunk, const Error& error) const {
   ErrorText text = error.text();
-  for (const std::string& name : locals_)
-    if (text.why.find("global '" + name + "'") != std::string::npos)
-      text.remedy = "'" + name + "' was local to the line that made it; leave out 'local'";
+  constexpr std::string_view kUnknown = "unknown name '";
+  if (text.what.starts_with(kUnknown)) {
+    const std::string name =
+        text.what.substr(kUnknown.size(), text.what.size() - 1 - kUnknown.size());
+    if (locals_.contains(name))
+      text.remedy = "it was local to the line that made it; leave out 'local'";
+    else if (text.remedy == "declare it with local")
+      text.remedy = "give it a value first: " + name + " = 1";
+  }
   const std::size_t end = std::min(chunk.find_first_of(" \t"), chunk.size());
   const Command* command = command_called(chunk.substr(0, end));
   if (command && text.what == "Lua syntax error" && chunk.find('\n') == std::string::npos) {

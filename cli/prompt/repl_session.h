@@ -36,9 +36,9 @@ class Session {
   void end();
 
   void forget_unfinished() { unfinished_.clear(); }
-  void read(const std::string& file);      // the lines of a file
+  void read(const std::string& file);       // the lines of a file
   void read_init(const std::string& file);  // the same, and no part of script()
-  void run_line(const std::string& text);  // a command or Lua, complete
+  void run_line(const std::string& text);   // a command or Lua, complete
 
   bool interactive() const { return interactive_; }
   std::optional<int> exit_code;  // once .quit was said

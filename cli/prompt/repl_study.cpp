@@ -20,7 +20,8 @@ std::string limit_warning(Simulation& system) {
       study::step_share(integrator, study::fastest_vibration(system, kProducts), system.h());
   if (!(share.share > 1)) return "";
   const std::string name = system.method().name();
-  if (std::isinf(share.share)) return "sim: warning: " + name + " has no stable step near this one\n";
+  if (std::isinf(share.share))
+    return "sim: warning: " + name + " has no stable step near this one\n";
   return "sim: warning: dt is " + brief(100 * share.share, 3) +
          " % of the largest stable one, about " + brief(system.h() / share.share, 2) + " s for " +
          name + "\n";
@@ -55,12 +56,12 @@ Answer verdict(Call& call) {
   if (!judged) return words("there was no run yet: .run makes one\n");
   const std::string trust = study::trust_name(judged->verdict.trust);
   const std::string text = trust + ": " + judged->verdict.reason + "\n";
-  return words(text + "of the run from t = " + brief(judged->from) + " s to " + brief(judged->to) +
-                   " s\n",
-               std::vector<std::pair<Data, Data>>{{"verdict", trust},
-                                                  {"reason", judged->verdict.reason},
-                                                  {"from", judged->from},
-                                                  {"to", judged->to}});
+  return words(
+      text + "of the run from t = " + brief(judged->from) + " s to " + brief(judged->to) + " s\n",
+      std::vector<std::pair<Data, Data>>{{"verdict", trust},
+                                         {"reason", judged->verdict.reason},
+                                         {"from", judged->from},
+                                         {"to", judged->to}});
 }
 
 Answer stability(Call& call) {

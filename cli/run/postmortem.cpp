@@ -11,7 +11,7 @@ using study::PostMortem;
 using study::Remedy;
 
 std::string indented_label(const std::string& name, const std::string& text) {
-  return "  " + label(name, wrapped(text, 12), 10);
+  return wrapped("  " + left(name, 10) + text, 12) + "\n";
 }
 
 std::string limit_text(const PostMortem& result) {

@@ -156,8 +156,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
 Track* Run::next_track() {
   Track* next = nullptr;
   for (Track& track : tracks_)
-    if (!track.finished() && !track.stuck() &&
-        (!next || track.system().t() < next->system().t()))
+    if (!track.finished() && !track.stuck() && (!next || track.system().t() < next->system().t()))
       next = &track;
   return next;
 }

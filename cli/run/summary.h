@@ -18,8 +18,8 @@ namespace sim::cli {
 // Springs and energy for second-order systems, error where the scene has an exact solution,
 // components instead of particles for a flat state; figures as in study::Figures, null where not
 // known or without bounds. dt, t and seconds in s, energies in J.
-// `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its system,
-// and the first of them that of the whole.
+// `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
+// system, and the first of them that of the whole.
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
                          double seconds, std::span<const std::string> post_mortems = {});
 

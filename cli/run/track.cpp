@@ -106,8 +106,8 @@ void Track::mark_diverged() {
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);
   if (!where.force.empty())
-    diverged_ += ": force " + where.force + " on particle " +
-                 std::to_string(where.force_particle) + " is not finite there";
+    diverged_ += ": force " + where.force + " on particle " + std::to_string(where.force_particle) +
+                 " is not finite there";
 }
 
 void Track::continue_from(double total, std::span<const double> work) {

@@ -107,15 +107,17 @@ std::string svg_plot(const TimeSeries& series) {
   const Points points = finite_points(series.points);
   const Frame frame = points.empty() ? Frame{} : frame_of(points);
   const auto x = [&](double t) { return kLeft + frame.x(t) * (kWidth - kLeft - kRight); };
-  const auto y = [&](double v) { return kHeight - kBottom - frame.y(v) * (kHeight - kTop - kBottom); };
+  const auto y = [&](double v) {
+    return kHeight - kBottom - frame.y(v) * (kHeight - kTop - kBottom);
+  };
   const auto at = [](double value) { return brief(std::round(100 * value) / 100, 7); };
   const auto label = [&](double px, double py, const char* anchor, const std::string& text) {
     return "<text x=\"" + at(px) + "\" y=\"" + at(py) + "\" text-anchor=\"" + anchor + "\">" +
            plain(text) + "</text>\n";
   };
   const auto line = [&](double x1, double y1, double x2, double y2) {
-    return "<line x1=\"" + at(x1) + "\" y1=\"" + at(y1) + "\" x2=\"" + at(x2) + "\" y2=\"" + at(y2) +
-           "\" stroke=\"#cccccc\"/>\n";
+    return "<line x1=\"" + at(x1) + "\" y1=\"" + at(y1) + "\" x2=\"" + at(x2) + "\" y2=\"" +
+           at(y2) + "\" stroke=\"#cccccc\"/>\n";
   };
   std::string text =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 420\" width=\"720\" "
@@ -130,7 +132,8 @@ std::string svg_plot(const TimeSeries& series) {
             label(kLeft - 8, y(value) + 4, "end", brief(value, 6));
   text += label(kWidth / 2, kHeight - 10, "middle", points.empty() ? "nothing to plot" : "t [s]");
   std::string path;
-  for (const auto& [t, value] : points) path += (path.empty() ? "" : " ") + at(x(t)) + "," + at(y(value));
+  for (const auto& [t, value] : points)
+    path += (path.empty() ? "" : " ") + at(x(t)) + "," + at(y(value));
   return text + "<polyline fill=\"none\" stroke=\"#00609c\" stroke-width=\"1.5\" points=\"" + path +
          "\"/>\n</svg>\n";
 }

@@ -113,6 +113,11 @@ std::string Particles::name_of(const Force& force) const {
   return "of no name";
 }
 
+void Particles::name_forces(std::vector<std::string> names, std::vector<std::string> places) {
+  names_ = std::move(names);
+  places_ = std::move(places);
+}
+
 std::string Particles::place_of(const Force& force) const {
   for (std::size_t i = 0; i < places_.size(); ++i)
     if (forces_[i].get() == &force) return places_[i];

@@ -13,4 +13,4 @@ return sim.scene { name = "cloth", particles = cloth,
     springs("structural", structural, { {0,1}, {1,0} }),
     springs("shear",      shear,      { {1,1}, {1,-1} }),
     springs("flex",       flex,       { {0,2}, {2,0} }) },
-  integrator = "rk4", dt = math.min(0.005, 1.5 * (m / 8 / (structural + shear + flex)) ^ 0.5), duration = 2 }
+  integrator = "rk4", dt = math.min(0.005, 1.75 * (m / 8 / (structural + shear + flex)) ^ 0.5), duration = 2 }

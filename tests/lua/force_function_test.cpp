@@ -101,7 +101,7 @@ TEST_CASE("a force in Lua that is not a number stops the run", "[lua][force]") {
   CHECK_FALSE(simulation.step());
   CHECK(simulation.divergence().particle == 2);
   CHECK(simulation.divergence().force.starts_with("'lua' ("));
-  CHECK(simulation.divergence().force.ends_with("scene.lua:6)"));
+  CHECK(simulation.divergence().force.ends_with("scene.lua:7)"));
   CHECK(simulation.divergence().force_particle == 2);
 }
 
@@ -117,10 +117,10 @@ TEST_CASE("the force that was not a number is named, not where that spread to", 
   CHECK(simulation.divergence().force.starts_with("'lua' ("));
   CHECK(simulation.divergence().force_particle == 2);
   // What only overflows is the step's doing, not a force's.
-  Simulation blown = compiled(scene("sim.force.spring { stiffness = 1e9, rest = 1, ties = { {0, 1}, "
-                                    "{1, 2} } }, sim.force.expression { 'x^2' }"));
-  while (blown.step()) {
-  }
+  Simulation blown =
+      compiled(scene("sim.force.spring { stiffness = 1e9, rest = 1, ties = { {0, 1}, "
+                     "{1, 2} } }, sim.force.expression { 'x^2' }"));
+  while (blown.step()) {}
   CHECK(blown.divergence().force.empty());
 }
 

@@ -326,9 +326,11 @@ TEST_CASE("a force that is tied and in no scene is told with its line", "[lua][e
   });
   // One that joins nothing yet is none of that, nor one that is added later.
   for (const char* text :
-       {"local s = sim.force.spring { stiffness = 1, rest = 1 }\nlocal scene = sim.scene { particles = "
+       {"local s = sim.force.spring { stiffness = 1, rest = 1 }\nlocal scene = sim.scene { "
+        "particles = "
         "particles, forces = {}, integrator = 'rk4', dt = 1, duration = 1 }\nreturn scene",
-        "local s = sim.force.spring { stiffness = 1, rest = 1 }\ns:tie(0, 1)\nlocal scene = sim.scene "
+        "local s = sim.force.spring { stiffness = 1, rest = 1 }\ns:tie(0, 1)\nlocal scene = "
+        "sim.scene "
         "{ particles = particles, forces = {}, integrator = 'rk4', dt = 1, duration = 1 }\n"
         "scene.forces = { s }\nreturn scene"}) {
     const auto error = text_error(

@@ -110,14 +110,14 @@ TEST_CASE("a first-order system has no springs, but a remedy") {
   if (found.other) CHECK(found.other->verdict.trust == Trust::kTrusted);
 }
 
-TEST_CASE("a post-mortem ends when its seconds are over, also inside a step that never ends") {
+TEST_CASE("a post-mortem ends when its seconds are over, also inside a step") {
   const PostMortem none = examine(make_cloth(8), "euler", 0.005, 1, {}, 0);
   CHECK_FALSE(none.complete);
   CHECK_FALSE((none.spring || none.smaller || none.other));
-  // No residual is as small as that: this would hang.
+  // No residual is as small as that: this takes minutes.
   const PostMortem hanging =
-      examine(make_elastic_pendulum(), "implicit_midpoint", 0.1, 20,
-              {{"tol", 1e-300}, {"newton_steps", std::int64_t{2'000'000'000}}}, 0.1);
+      examine(make_cloth(24), "implicit_midpoint", 0.5, 20,
+              {{"tol", 1e-300}, {"newton_steps", std::int64_t{10'000}}}, 0.1);
   CHECK_FALSE(hanging.complete);
   CHECK(hanging.step == 0);
 }
@@ -132,8 +132,7 @@ TEST_CASE("what a post-mortem says works was held to its shadow") {
   springs.elements.ids = {0, 1};
   springs.elements.values["rest"] = {0};
   spec.forces.push_back(springs);
-  const sim::study::Problem problem{
-      &spec, &registry, {.integrator = {"verlet", {}}, .dt = 0.001}};
+  const sim::study::Problem problem{&spec, &registry, {.integrator = {"verlet", {}}, .dt = 0.001}};
   const auto run = sim::study::try_run(problem, 0.001, 200, no_watch());
   REQUIRE(run);
   INFO(run->verdict.reason);

@@ -149,8 +149,9 @@ TEST_CASE("a force that is not what its potential gives is named at the start") 
   const Verdict wrong = judged("wrong_potential");  // by 1 %
   INFO(text(wrong));
   CHECK(wrong.trust == Trust::kSuspect);
-  CHECK(wrong.reason.find("force 'wrong_potential' is not what its potential gives: on particle ") !=
-        std::string::npos);
+  CHECK(
+      wrong.reason.find("force 'wrong_potential' is not what its potential gives: on particle ") !=
+      std::string::npos);
   CHECK(judged("wrong_jacobian").reason.find("potential") == std::string::npos);
 }
 

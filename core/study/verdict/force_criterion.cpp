@@ -18,9 +18,9 @@ constexpr double kAffordable = 600;   // evaluations of a run, of which a look i
 constexpr double kRounds = 1e-12;     // of U
 
 // One force near the initial state: what it says, and what its potential says.
-class Slope {
+class ForceSlope {
  public:
-  Slope(const ParticleSystem& system, Force& force, double t, std::span<const double> x)
+  ForceSlope(const ParticleSystem& system, Force& force, double t, std::span<const double> x)
       : system_(system), force_(force), t_(t), x_(x.size()), moved_(x.size()) {
     std::ranges::copy(x, x_.data());
     std::ranges::copy(x, moved_.data());
@@ -67,10 +67,10 @@ class Slope {
   }
 
  private:
-  double& at(Array& state, int i, int axis) { return system_.layout().block(state.data(), axis)[i]; }
-  ParticleView seen() const {
-    return system_.seen_by(force_, system_.view(t_, moved_.data()));
+  double& at(Array& state, int i, int axis) {
+    return system_.layout().block(state.data(), axis)[i];
   }
+  ParticleView seen() const { return system_.seen_by(force_, system_.view(t_, moved_.data())); }
 
   const ParticleSystem& system_;
   Force& force_;
@@ -81,7 +81,7 @@ class Slope {
 
 // Whether the potential misses the force by the same amount in steps of h, h/10 and h/100, along a
 // direction in which every particle moves: roundings and kinks do not.
-bool misses(Slope& slope, double h) {
+bool misses(ForceSlope& slope, double h) {
   double before = 0;
   for (const double step : {h, h / 10, h / 100}) {
     Noise noise;
@@ -105,7 +105,7 @@ std::string newtons(const Vec3& f) {
 }
 
 // On the particle, of those with the largest forces, where they differ most.
-std::string example(Slope& slope, double h) {
+std::string example_of(ForceSlope& slope, double h) {
   constexpr int kLooked = 4;
   std::vector<int> ids;
   const auto size = [&](int i) {
@@ -144,11 +144,11 @@ class ForceCriterion final : public Criterion {
     for (Force* force : particles.other_forces()) {
       if (!force->conservative() || force->springs()) continue;
       try {
-        Slope slope(particles, *force, system.t(), system.state());
+        ForceSlope slope(particles, *force, system.t(), system.state());
         slope.displace(1e-3 * spacing);
         if (misses(slope, 1e-4 * spacing))
           words_ += (words_.empty() ? "" : "; ") + ("force '" + particles.name_of(*force)) +
-                    "' is not what its potential gives" + example(slope, 1e-5 * spacing);
+                    "' is not what its potential gives" + example_of(slope, 1e-5 * spacing);
       } catch (const Error&) {  // a function of the scene that the place near the start is not for
       }
     }

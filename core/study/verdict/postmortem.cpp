@@ -62,8 +62,8 @@ int mobile_end(Simulation& system, const StrainedSpring& spring) {
 void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watch,
                        PostMortem& result) {
   const auto go_on = [&] {
-    return watch("what went first", 0.3 * static_cast<double>(system.step_count()) /
-                                        static_cast<double>(steps));
+    return watch("what went first",
+                 0.3 * static_cast<double>(system.step_count()) / static_cast<double>(steps));
   };
   system.stop_when([&] { return !go_on(); });
   const double at_start = std::abs(worst_spring(system).strain);
@@ -210,8 +210,8 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
   if (looks.take(0)) look();
   while (system.step_count() < result.steps) {
     if (stop()) return {};
-    const std::int64_t due = std::min({looks.next() - system.step_count(), monitor.due(),
-                                       result.steps - system.step_count()});
+    const std::int64_t due = std::min(
+        {looks.next() - system.step_count(), monitor.due(), result.steps - system.step_count()});
     const int taken = system.steps(std::max<std::int64_t>(1, due));
     if (taken == 0) {
       if (told) return {};
