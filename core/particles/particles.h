@@ -48,9 +48,10 @@ class Particles {
   // How far below and above a block a sweep reads positions; a multiple of kGrain.
   int reach() const noexcept { return reach_; }
 
-  // What to call the forces, in their order.
-  void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
+  // What to call the forces, in their order, and where a scene wrote them ("" if not known).
+  void name_forces(std::vector<std::string> names, std::vector<std::string> places = {});
   std::string name_of(const Force& force) const;
+  std::string place_of(const Force& force) const;
 
   // The memories of all forces, one behind the other from the end of the layout on.
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
@@ -99,9 +100,9 @@ class Particles {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0, reach_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
-  std::vector<Force*> on_,
-      prepared_;  // that act; that are prepared: others, and those that remember
-  std::vector<std::string> names_;
+  // Those that act, and those that are prepared: others that act, and those that remember.
+  std::vector<Force*> on_, prepared_;
+  std::vector<std::string> names_, places_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;

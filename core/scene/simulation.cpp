@@ -83,7 +83,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   x = Array(Layout(n).size());
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
-  std::vector<std::string> names;
+  std::vector<std::string> names, places;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
@@ -95,6 +95,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
     force_switches.push_back(part.switch_name);
+    places.push_back(part.place);
   }
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
@@ -106,7 +107,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
                                             *team);
   });
   particles = compiled.get();
-  particles->name_forces(std::move(names));
+  particles->name_forces(std::move(names), std::move(places));
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -173,8 +174,11 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
     found.status = StepStatus::kNotAllowed;
     finite = false;
   }
-  if (!finite) divergence = found;
-  return !finite;
+  if (finite) return false;
+  if (particles && found.status == StepStatus::kNotFinite)
+    find_bad_force(*particles, t(step_count), x.data(), found);
+  divergence = found;
+  return true;
 }
 
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)

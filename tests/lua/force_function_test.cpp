@@ -100,6 +100,28 @@ TEST_CASE("a force in Lua that is not a number stops the run", "[lua][force]") {
       scene("sim.force.lua { function(t, i, x, v) return 0, i == 2 and 0/0 or 0, 0 end }"));
   CHECK_FALSE(simulation.step());
   CHECK(simulation.divergence().particle == 2);
+  CHECK(simulation.divergence().force.starts_with("'lua' ("));
+  CHECK(simulation.divergence().force.ends_with("scene.lua:7)"));
+  CHECK(simulation.divergence().force_particle == 2);
+}
+
+TEST_CASE("the force that was not a number is named, not where that spread to", "[lua][force]") {
+  // Within the 31st step, on particle 2, which pulls at the others by springs.
+  Simulation simulation = compiled(
+      scene("sim.force.spring { stiffness = 10, rest = 1, ties = { {0, 1}, {1, 2} } }, "
+            "sim.force.lua { function(t, i, x, v) return 0, 0, 0 end }, "
+            "sim.force.lua { function(t, i, x, v) return i == 2 and t > 0.302 and 0/0 or 0, 0, 0 "
+            "end }"));
+  REQUIRE(sim_test::run(simulation, 30));
+  CHECK_FALSE(simulation.step());
+  CHECK(simulation.divergence().force.starts_with("'lua' ("));
+  CHECK(simulation.divergence().force_particle == 2);
+  // What only overflows is the step's doing, not a force's.
+  Simulation blown =
+      compiled(scene("sim.force.spring { stiffness = 1e9, rest = 1, ties = { {0, 1}, "
+                     "{1, 2} } }, sim.force.expression { 'x^2' }"));
+  while (blown.step()) {}
+  CHECK(blown.divergence().force.empty());
 }
 
 TEST_CASE("a force in Lua outlives an error", "[lua][force]") {

@@ -57,6 +57,7 @@ class Criterion;
 //   beyond 80 % of it;
 // - a step that doubling shows to be off by more than 1 % of the scene's size;
 // - momentum that changes where no pin and no drag is;
+// - a force that is not what its potential gives, though it says so (F = -dU/dx at the start);
 // - an exact solution that is missed by more than 1 % of its size.
 // It has diverged, although its numbers are finite, when the energy rose a million times above all
 // that there was at the start.
