@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "core/particles/solid.h"
 #include "core/particles/view.h"
 
 namespace sim {
@@ -27,6 +28,9 @@ class Collider {
   virtual void bind(const ParticleView& /*initial*/) {}
 
   virtual Surface surface() const = 0;
+
+  // How it is drawn at time t; without, it is not.
+  virtual Solid solid(double /*t*/) const { return {}; }
 
   // From the point x at time t. The gap changes by at most the way between two points, so that it
   // bounds the way that is free.

@@ -88,6 +88,12 @@ void press_on(const Collider& collider, double t, double h, double s, const Vec3
 
 }  // namespace
 
+std::vector<Solid> Contacts::solids(double t) const {
+  std::vector<Solid> list;
+  for (const auto& collider : colliders_) list.push_back(collider->solid(t));
+  return list;
+}
+
 void Way::shift(const Vec3& by) {
   c[0] += by;
   moved += by;

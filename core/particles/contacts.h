@@ -39,6 +39,8 @@ class Contacts {
 
   bool empty() const noexcept { return colliders_.empty(); }
 
+  std::vector<Solid> solids(double t) const;  // in the order they were added
+
   // near[i - tile.begin] := 1 where a way that ends here, at most `way` long, may touch something.
   void near(double t, double h, const ParticleView& end, Tile tile, double way,
             std::uint8_t* near) const;

@@ -65,7 +65,7 @@ std::uint64_t hash_of(std::string_view bytes) {
 }
 
 // Whole numbers and doubles as 8 bytes; texts and lists after their length.
-class Writer {
+class ByteWriter {
  public:
   void integer(std::uint64_t value) {
     char word[8];
@@ -124,7 +124,7 @@ class Reader {
 };
 
 // The alternatives of Value that can be written down, by their place in it.
-void write_value(Writer& out, const Value& value) {
+void write_value(ByteWriter& out, const Value& value) {
   out.integer(value.index());
   if (const auto* flag = std::get_if<bool>(&value)) {
     out.integer(*flag);
@@ -199,7 +199,7 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
   return {simulation.name(), scene_identity(spec), settings.method.choice(),
           settings.h,        snapshot.t0,          snapshot.step,
           snapshot.n0,       start_energy,         settings.pinned,
-          snapshot.x,        snapshot.memory,         {}};
+          snapshot.x,        snapshot.memory,      {}};
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
@@ -223,7 +223,7 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
 
 std::string encode(const Checkpoint& checkpoint) {
   static_assert(std::endian::native == std::endian::little);
-  Writer out;
+  ByteWriter out;
   out.bytes() = kMagic;
   out.integer(kVersion);
   out.text(checkpoint.scene);

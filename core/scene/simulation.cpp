@@ -270,6 +270,10 @@ Vec3 Simulation::velocity(int i) const {
 int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
+std::vector<Solid> Simulation::solids() const {
+  return impl_->particles ? impl_->particles->contacts().solids(t()) : std::vector<Solid>();
+}
+
 bool Simulation::conserves_energy() const {
   return impl_->particles && impl_->particles->conserves_energy();
 }

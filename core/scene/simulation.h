@@ -77,6 +77,8 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
+  std::vector<Solid> solids() const;  // of the colliders, as they are now
+
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count

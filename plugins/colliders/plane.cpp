@@ -18,6 +18,10 @@ class Plane final : public sim::Collider {
 
   sim::Surface surface() const override { return surface_; }
 
+  sim::Solid solid(double /*t*/) const override {
+    return sim::plane_solid(offset_ * normal_, normal_);
+  }
+
   sim::Touch touch(double /*t*/, const sim::Vec3& x) const override {
     return {.gap = normal_.dot(x) - offset_, .normal = normal_};
   }

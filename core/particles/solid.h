@@ -1,0 +1,31 @@
+// A solid as data: what pages, pictures and files draw of a collider.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "core/math/cross.h"
+#include "core/math/vec3.h"
+
+namespace sim {
+
+struct Solid {
+  enum class Form { kNone, kPlane, kSphere, kBox, kCapsule };
+
+  Form form = Form::kNone;
+  Vec3 center{0, 0, 0};  // m; a point of a plane, the middle of a capsule's axis
+  // Three right angles, right-handed: the half edges of a box in m; of a plane directions of length
+  // 1, the second its normal; of a capsule the first is half of its axis, in m.
+  std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  double radius = 0;    // m, of a sphere and a capsule
+  bool inside = false;  // it is hollow: particles are kept in
+};
+
+// A plane with its two other directions chosen.
+inline Solid plane_solid(const Vec3& point, const Vec3& normal) {
+  const Vec3 u = cross(normal, std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+  const Vec3 first = u / u.norm();
+  return {Solid::Form::kPlane, point, {first, normal, cross(first, normal)}};
+}
+
+}  // namespace sim
