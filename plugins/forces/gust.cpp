@@ -1,52 +1,8 @@
 // A gusty wind: air that follows a breeze with a lag and drags every free particle along.
-#include <cmath>
-
-#include "core/base/hash.h"
+#include "core/math/random_spline.h"
 #include "core/plugin/plugin.h"
 
 namespace {
-
-// A smooth random function of time with mean 0 and mean square 1, four times continuously
-// differentiable so that methods of that order keep it: quintic B-splines over hashed coefficients,
-//   b(t) = sum_k c_k B(t / spacing - k),  |b| <= sqrt(3 / B11(0)) = 2.76
-// The c_k are uniform; the mean square of b is theirs times the integral of B^2, which is B11(0),
-// the middle of the spline of degree 11. De Boor, A Practical Guide to Splines (1978).
-class Breeze {
- public:
-  Breeze(std::int64_t seed, int axis, double spacing)
-      : seed_(static_cast<std::uint64_t>(seed)),
-        axis_(static_cast<std::uint64_t>(axis)),
-        spacing_(spacing) {}
-
-  double at(double t) const {
-    const double place = t / spacing_, knot = std::floor(place), u = place - knot;
-    const double u2 = u * u, u3 = u2 * u, u4 = u2 * u2, u5 = u4 * u;
-    const double r = 1 - u;
-    const double weights[] = {r * r * r * r * r,
-                              26 - 50 * u + 20 * u2 + 20 * u3 - 20 * u4 + 5 * u5,
-                              66 - 60 * u2 + 30 * u4 - 10 * u5,
-                              26 + 50 * u + 20 * u2 - 20 * u3 - 20 * u4 + 10 * u5,
-                              1 + 5 * u + 10 * u2 + 10 * u3 + 5 * u4 - 5 * u5,
-                              u5};
-    double sum = 0;
-    for (int j = 0; j < 6; ++j)
-      sum += weights[j] * coefficient(static_cast<std::int64_t>(knot) + j);
-    return sum / 120;
-  }
-
- private:
-  // Uniform between -1 and 1, times what makes the mean square of the sum 1.
-  double coefficient(std::int64_t k) const {
-    constexpr double kB11 = 655177.0 / 1663200.0;
-    sim::StateHash hash;
-    for (const std::uint64_t word : {seed_, axis_, static_cast<std::uint64_t>(k)}) hash.add(word);
-    const double uniform = static_cast<double>(hash.value() >> 11) * 0x1p-52 - 1;
-    return uniform * std::sqrt(3 / kB11);
-  }
-
-  std::uint64_t seed_, axis_;
-  double spacing_;
-};
 
 // The velocity w of the air is a part of the state, three numbers. -c v is left to the system,
 // which folds it; c w is what is accumulated.
@@ -57,9 +13,7 @@ class Gust final : public sim::Force {
         strength_(params.number("breeze")),
         tau_(params.number("tau")),
         c_(params.number("c")),
-        breeze_{{params.integer("seed"), 0, tau_},
-                {params.integer("seed"), 1, tau_},
-                {params.integer("seed"), 2, tau_}} {}
+        breeze_{{seed_of(params), 0}, {seed_of(params), 1}, {seed_of(params), 2}} {}
 
   std::optional<sim::AffineForce> affine() const override {
     return sim::AffineForce{sim::Vec3::Zero(), c_};
@@ -79,15 +33,19 @@ class Gust final : public sim::Force {
   void derive(const sim::ParticleView& p, std::span<double> rate) const override {
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      rate[i] = (mean_[axis] + strength_ * breeze_[axis].at(p.t) - p.memory[i]) / tau_;
+      rate[i] = (mean_[axis] + strength_ * breeze_[axis].at(p.t / tau_) - p.memory[i]) / tau_;
     }
   }
   bool remembers_particles() const override { return false; }
 
  private:
+  static std::uint64_t seed_of(const sim::Params& params) {
+    return static_cast<std::uint64_t>(params.integer("seed"));
+  }
+
   sim::Vec3 mean_;
   double strength_, tau_, c_;
-  Breeze breeze_[3];
+  sim::RandomSpline breeze_[3];
 };
 
 }  // namespace
