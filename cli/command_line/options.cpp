@@ -7,6 +7,7 @@
 
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
+#include "cli/command_line/out_options.h"
 #include "cli/command_line/study_options.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -50,6 +51,7 @@ struct Texts {
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
+  OutTexts out;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
        verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
@@ -131,7 +133,7 @@ Parser::Parser() {
       value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--observe", t.observe, "[=FILE]", "table of what the scene observes"),
-      value("--every", t.every, "N", "frames of the tables: each N-th step; 1 if not given"),
+      value("--every", t.every, "N", "frames of the files: each N-th step"),
       value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
       value("--resume", t.resume, "FILE",
             "goes on from one, bit for bit; --time and --steps\n"
@@ -146,6 +148,7 @@ Parser::Parser() {
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
+  for (CLI::Option* option : add_out_options(app_, t.out)) run_only_.push_back(option);
   values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
   values("--off", t.off, "NAME", "a switch of the scene, off from the start; repeatable");
   values("--without", t.without, "NAME",
@@ -263,6 +266,10 @@ RunRequest Parser::run_request() const {
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
   request.progress = show_progress();
+  request.out = out_request(t.out, request.every);
+  if (request.out.any() && !request.time && !request.steps && request.debug_particle)
+    usage_error("no run to make files of", "--debug-particle with --out",
+                "--debug-particle alone stops before the first step", "add --time or --steps");
   return request;
 }
 

@@ -132,7 +132,8 @@ std::vector<std::string> lua_names(Session& session, const std::string& path) {
   if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos) {
     for (const char* name : {"arg", "grid", "particles", "scene", "surface", "world"})
       names.push_back(std::string("sim.") + name);
-    for (const PluginKind& kind : kPluginKinds) names.push_back("sim." + std::string(kind.name));
+    for (const PluginKind& kind : kPluginKinds)
+      if (kind.in_scenes) names.push_back("sim." + std::string(kind.name));
   }
   return names;
 }

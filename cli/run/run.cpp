@@ -131,6 +131,7 @@ class Run {
   std::optional<DumpTable> dump_;
   std::optional<EnergyTable> energy_;
   std::optional<ObserveTable> observe_;
+  std::optional<Recorder> recorder_;
   Report report_;
   Progress progress_;
   double seconds_ = 0;
@@ -179,6 +180,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   if (request.dump) dump_.emplace(*request.dump, console.out, scope);
   if (request.energy) energy_.emplace(*request.energy, console.out, scope);
   if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
+  if (request.out.any()) recorder_.emplace(request.out, scene, registry);
 }
 
 // Systems go together: the one that is furthest behind in time takes the next step.
@@ -194,6 +196,7 @@ Track* Run::next_track() {
 void Run::measure(Track& track, bool last) {
   track.sample();
   const Simulation& system = track.system();
+  if (recorder_) recorder_->look(static_cast<std::size_t>(&track - tracks_.data()), track, last);
   if (track.take_frame(last)) {
     if (dump_) dump_->frame(system);
     if (energy_ && system.second_order() && track.energy_is_finite())
@@ -212,7 +215,8 @@ void Run::measure(Track& track, bool last) {
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   try {
-    return track.advance(tracks_.size() == 1 ? track.due() : 1) > 0;
+    const std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
+    return track.advance(tracks_.size() == 1 ? std::min(track.due(), most) : 1) > 0;
   } catch (const Error& error) {
     if (SessionSignals::any()) return false;  // Lua was stopped
     progress_.clear();
@@ -323,6 +327,11 @@ int Run::conclude(int caught) {
   if (dump_) dump_->commit();
   if (energy_) energy_->commit();
   if (observe_) observe_->commit();
+  if (recorder_) {
+    // A signal that ended the run lets the files be made; another one does not.
+    SessionSignals::clear();
+    recorder_->commit(SessionSignals::any);
+  }
   if (request_.snap) {
     std::vector<Account> accounts;
     for (const Track& track : tracks_)
@@ -369,6 +378,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     saved = read_checkpoint(*asked.resume);
     complete(request.scene, *saved);
   }
+  check_files(request.out, registry);
   LoadedScene scene = load(request.scene, environment, registry);
   std::vector<Account> accounts;
   if (saved) {

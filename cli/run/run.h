@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/run/check.h"
+#include "cli/run/recorder.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
@@ -26,6 +27,7 @@ struct RunRequest {
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
   std::optional<std::string> snap, resume;  // files of checkpoints
   std::optional<Checks> checks;
+  OutRequest out;  // pictures, films and files for other programs
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
   Verify verify = Verify::kQuick;

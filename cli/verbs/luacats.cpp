@@ -88,6 +88,7 @@ std::string luacats(const Environment& environment, Registry& registry) {
   for (const auto& [name, doc] : language_docs(environment))
     if (word(name)) text += language_function(name, doc);
   for (const PluginKind& kind : kPluginKinds) {
+    if (!kind.in_scenes) continue;
     const std::string path = "sim." + std::string(kind.name);
     text += "---@class " + path + " : Handle\n" + path + " = {}\n\n";
     for (const std::string& name : registry.names(kind)) {

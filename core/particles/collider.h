@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/particles/solid_shape.h"
 #include "core/particles/view.h"
 
 namespace sim {
@@ -30,6 +31,9 @@ class Collider {
   virtual void bind(const ParticleView& /*initial*/) {}
 
   virtual Surface surface() const = 0;
+
+  // How it is drawn at time t; without, it is not.
+  virtual SolidShape shape(double /*t*/) const { return {}; }
 
   // From the point x at time t. The gap changes by at most the way between two points, so that it
   // bounds the way that is free.

@@ -41,8 +41,7 @@ class ContactLedger {
   // The first particle that could not be put outside of all colliders in this step; -1: none.
   void refuse(int i) {
     int known = squeezed_.load();
-    while ((known < 0 || i < known) && !squeezed_.compare_exchange_weak(known, i)) {
-    }
+    while ((known < 0 || i < known) && !squeezed_.compare_exchange_weak(known, i)) {}
   }
   int squeezed() const { return squeezed_.load(); }
   void begin_step() { squeezed_.store(-1); }

@@ -228,13 +228,17 @@ void Way::press(double s, const Vec3& acceleration) {
 void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
                    const ParticleView& initial) {
   auto sides = collider->sides();
-  if (sides.empty()) sides.push_back(std::move(collider));
+  if (sides.empty())
+    sides.push_back(std::move(collider));
+  else
+    bodies_.push_back({std::move(collider), parts_});
   for (auto& side : sides) add_one(std::move(side), name, initial);
   ++parts_;
   set_off({});
 }
 
 void Contacts::set_off(std::span<const std::size_t> colliders) {
+  off_.assign(colliders.begin(), colliders.end());
   on_.clear();
   sampled_ = move_ = false;
   for (const Entry& entry : entries_) {
@@ -274,6 +278,22 @@ void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& na
 void Contacts::look(double t0, double t1) const {
   for (Collider* const collider : on_)
     if (collider->sampled()) collider->look(t0, t1);
+  for (const Entry& body : bodies_)
+    if (body.collider->sampled()) body.collider->look(t0, t1);
+}
+
+std::vector<SolidShape> Contacts::shapes(double t) const {
+  std::vector<SolidShape> list;
+  for (std::size_t part = 0; part < parts_; ++part) {
+    if (std::ranges::count(off_, part) > 0) continue;
+    for (const auto* entries : {&bodies_, &entries_})
+      for (const Entry& entry : *entries)
+        if (entry.part == part)
+          if (const SolidShape shape = entry.collider->shape(t);
+              shape.form != SolidShape::Form::kNone)
+            list.push_back(shape);
+  }
+  return list;
 }
 
 bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half, double length) const {

@@ -51,6 +51,7 @@ class Contacts {
   bool empty() const noexcept { return on_.empty(); }
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
+  std::vector<SolidShape> shapes(double t) const;  // in the order they were added
 
   bool move() const noexcept { return move_; }  // some of them
   // Before a step from t0 to t1, on one thread, where sampled().
@@ -76,8 +77,9 @@ class Contacts {
     std::unique_ptr<Collider> collider;
     std::size_t part;  // a side of the one that was added as number so and so
   };
-  std::vector<Entry> entries_;
+  std::vector<Entry> entries_, bodies_;  // bodies: those that act by their sides, to be drawn
   std::vector<Collider*> on_;
+  std::vector<std::size_t> off_;
   std::size_t parts_ = 0;
   std::vector<std::string> notes_;
   bool sampled_ = false, move_ = false;

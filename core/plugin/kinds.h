@@ -21,6 +21,9 @@
 
 namespace sim {
 
+class Writer;       // core/output/writer.h
+struct WriterTask;  // what it is to write
+
 template <class Object>
 struct Kind;
 
@@ -54,11 +57,18 @@ struct Kind<RigidMotion> {
   using Make = std::function<std::unique_ptr<RigidMotion>(const Params&)>;
 };
 
+template <>
+struct Kind<Writer> {
+  static constexpr std::string_view name = "writer", folder = "writers";
+  using Make = std::function<std::unique_ptr<Writer>(const Params&, const WriterTask&)>;
+};
+
 // A kind as a value. The list of all kinds gives the order in which they are shown and numbered.
 struct PluginKind {
   std::uint32_t number;     // on the cards of plugins
   std::string_view name;    // sim.NAME.PLUGIN { ... } in a scene
   std::string_view folder;  // below a plugin folder; also the plural of the name
+  bool in_scenes = true;    // or a scene never names one: files are for the command line
   bool operator==(const PluginKind&) const = default;
 };
 
@@ -66,7 +76,8 @@ template <class... Objects>
 struct KindList {
   static constexpr std::array<PluginKind, sizeof...(Objects)> all() {
     std::uint32_t number = 0;
-    return {PluginKind{number++, Kind<Objects>::name, Kind<Objects>::folder}...};
+    return {PluginKind{number++, Kind<Objects>::name, Kind<Objects>::folder,
+                       !std::is_same_v<Objects, Writer>}...};
   }
   template <class Object>
   static constexpr std::size_t index() {
@@ -76,7 +87,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -36,9 +36,10 @@ struct ColliderMaker {
 };
 
 // monostate: no value given.
-using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
-                           std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>>;
+using Value =
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
+                 ParticleFunction, std::shared_ptr<const TriangleMesh>,
+                 std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>>;
 
 enum class ParamType {
   kFlag,

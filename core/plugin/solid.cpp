@@ -51,6 +51,15 @@ Touch Solid::touch(double t, const Vec3& x) const {
   return {seen.gap - thickness_, normal, velocity};
 }
 
+SolidShape Solid::shape(double t) const {
+  SolidShape shape = form();
+  const Pose pose = this->pose(t);
+  shape.center = pose.center + pose.turned(shape.center);
+  for (Vec3& axis : shape.axes) axis = pose.turned(axis);
+  shape.inside = inside_;
+  return shape;
+}
+
 double Solid::clearance(double t, const Vec3& middle, const Vec3& half) const {
   const Pose pose = this->pose(t);
   const Vec3 x = pose.turned_back(middle - pose.center);
@@ -101,8 +110,9 @@ std::vector<Param> solid_params(std::vector<Param> own, bool room) {
                    .doc = "a room: all around it is solid"});
   own.push_back({.name = "motion",
                  .type = ParamType::kMotion,
-                 .doc = "how it moves; a function(t) returns where its center is, {x, y, z}, and as "
-                        "a second value, if it likes, with which velocity"});
+                 .doc =
+                     "how it moves; a function(t) returns where its center is, {x, y, z}, and as "
+                     "a second value, if it likes, with which velocity"});
   return own;
 }
 

@@ -23,6 +23,7 @@ class Solid : public Collider {
   bool moves() const final { return motion_ != nullptr; }
   bool sampled() const final { return motion_ && motion_->sampled(); }
   void look(double t0, double t1) final;
+  SolidShape shape(double t) const final;
   std::string note() const final { return motion_ ? motion_->note() : ""; }
 
  protected:
@@ -34,6 +35,9 @@ class Solid : public Collider {
     Vec3 normal;  // its gradient
   };
   virtual Distance distance(const Vec3& x) const = 0;
+
+  // How it is drawn, about the origin and not turned.
+  virtual SolidShape form() const = 0;
 
   // As Collider::clearance, of the shape that is not turned; `half` where it may be.
   virtual double least(const Vec3& middle, const Vec3& half) const {

@@ -78,7 +78,7 @@ std::uint64_t hash_of(std::string_view bytes) {
 }
 
 // Whole numbers and doubles as 8 bytes; texts and lists after their length.
-class Writer {
+class ByteWriter {
  public:
   void integer(std::uint64_t value) {
     char word[8];
@@ -137,7 +137,7 @@ class Reader {
 };
 
 // The alternatives of Value that can be written down, by their place in it.
-void write_value(Writer& out, const Value& value) {
+void write_value(ByteWriter& out, const Value& value) {
   out.integer(value.index());
   if (const auto* flag = std::get_if<bool>(&value)) {
     out.integer(*flag);
@@ -251,7 +251,7 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
 
 std::string encode(const Checkpoint& checkpoint) {
   static_assert(std::endian::native == std::endian::little);
-  Writer out;
+  ByteWriter out;
   out.bytes() = kMagic;
   out.integer(kVersion);
   out.text(checkpoint.scene);

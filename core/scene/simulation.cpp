@@ -322,6 +322,10 @@ double Simulation::component(int i) const { return impl_->x[static_cast<std::siz
 
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
+std::vector<SolidShape> Simulation::solids() const {
+  return impl_->particles ? impl_->particles->contacts().shapes(t()) : std::vector<SolidShape>();
+}
+
 bool Simulation::conserves_energy() const {
   return impl_->particles && impl_->particles->conserves_energy();
 }

@@ -84,6 +84,8 @@ class Simulation {
   // J that contact has taken and moving colliders have given in the steps so far; goes on counting
   // whatever state is restored.
   ContactWork contact_work() const;
+  std::vector<SolidShape> solids() const;  // of the colliders that are on, as they are now
+
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count

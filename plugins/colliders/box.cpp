@@ -33,6 +33,7 @@ class Wall final : public sim::Solid {
  private:
   Distance distance(const Vec3& x) const override { return {inward_.dot(x) + distance_, inward_}; }
   double turning_radius(const Vec3&) const override { return radius_; }
+  sim::SolidShape form() const override { return {}; }  // the room is drawn as a whole
 
   Vec3 inward_;
   double distance_, radius_;
@@ -60,6 +61,13 @@ class Box final : public sim::Solid {
   std::vector<std::unique_ptr<Collider>> sides() override { return std::move(walls_); }
 
  private:
+  sim::SolidShape form() const override {
+    sim::SolidShape shape{.form = sim::SolidShape::Form::kBox};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      shape.axes[axis] = half_[static_cast<int>(axis)] * axes_[axis];
+    return shape;
+  }
+
   // From the nearest point of the box; within, to the nearest side, the first of several.
   Distance distance(const Vec3& x) const override {
     Vec3 local, out{0, 0, 0};
@@ -107,8 +115,9 @@ SIM_PLUGIN(Collider, "box") {
   registrar.add(sim::Plugin<sim::Collider>{
       {.name = "box",
        .summary = "a solid box, or a room",
-       .formula = "the distance from the box >= thickness, its edges rounded by that;  inside: that "
-                  "from each wall",
+       .formula =
+           "the distance from the box >= thickness, its edges rounded by that;  inside: that "
+           "from each wall",
        .params = sim::solid_params({{.name = "half",
                                      .type = sim::ParamType::kVector,
                                      .unit = "m",

@@ -23,6 +23,8 @@ class Plane final : public sim::Solid {
  private:
   Distance distance(const sim::Vec3& x) const override { return {normal_.dot(x), normal_}; }
 
+  sim::SolidShape form() const override { return sim::plane_shape({0, 0, 0}, normal_); }
+
   double least(const sim::Vec3& middle, const sim::Vec3& half) const override {
     double gap = normal_.dot(middle);
     for (int axis = 0; axis < 3; ++axis) gap -= std::fabs(normal_[axis]) * half[axis];

@@ -19,6 +19,12 @@ class Sphere final : public sim::Solid {
     return {length - radius_, length > 0 ? sim::Vec3(x / length) : sim::Vec3(0, 1, 0)};
   }
 
+  sim::SolidShape form() const override {
+    sim::SolidShape shape{.form = sim::SolidShape::Form::kSphere};
+    shape.radius = radius_;
+    return shape;
+  }
+
   // From the point of the box that is nearest to the center.
   double least(const sim::Vec3& middle, const sim::Vec3& half) const override {
     sim::Vec3 nearest;
@@ -38,15 +44,12 @@ SIM_PLUGIN(Collider, "sphere") {
       {.name = "sphere",
        .summary = "a solid sphere, or a hollow one",
        .formula = "|x - center| >= radius + thickness;  inside: <= radius - thickness",
-       .params = sim::solid_params({{.name = "radius",
-                                     .unit = "m",
-                                     .doc = "radius",
-                                     .required = true,
-                                     .min = 0},
-                                    {.name = "center",
-                                     .type = sim::ParamType::kVector,
-                                     .default_value = sim::Vec3(0, 0, 0),
-                                     .unit = "m",
-                                     .doc = "where it is at rest"}})},
+       .params = sim::solid_params(
+           {{.name = "radius", .unit = "m", .doc = "radius", .required = true, .min = 0},
+            {.name = "center",
+             .type = sim::ParamType::kVector,
+             .default_value = sim::Vec3(0, 0, 0),
+             .unit = "m",
+             .doc = "where it is at rest"}})},
       [](const sim::Params& params) { return std::make_unique<Sphere>(params); }});
 }

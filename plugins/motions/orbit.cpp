@@ -33,13 +33,11 @@ SIM_PLUGIN(RigidMotion, "orbit") {
   registrar.add(sim::Plugin<sim::RigidMotion>{
       {.name = "orbit",
        .summary = "round its center in a circle, without turning",
-       .formula = "center(t) = center + radius (e1 cos a + e2 sin a),  a = 2 pi t / period + phase\n"
-                  "e1: from the axis towards x (of an axis along x, towards y);  e2 = axis x e1",
-       .params = sim::periodic_params({{.name = "radius",
-                                        .unit = "m",
-                                        .doc = "of the circle",
-                                        .required = true,
-                                        .min = 0},
-                                       sim::axis_param()})},
+       .formula =
+           "center(t) = center + radius (e1 cos a + e2 sin a),  a = 2 pi t / period + phase\n"
+           "e1: from the axis towards x (of an axis along x, towards y);  e2 = axis x e1",
+       .params = sim::periodic_params(
+           {{.name = "radius", .unit = "m", .doc = "of the circle", .required = true, .min = 0},
+            sim::axis_param()})},
       [](const sim::Params& params) { return std::make_unique<Orbit>(params); }});
 }

@@ -75,7 +75,7 @@ const std::set<std::string> kToScene =
     ground_and({"core/ode", "core/fields", "core/particles", "core/plugin", "core/scene"});
 const std::set<std::string> kToOutput = [] {
   std::set<std::string> rooms = kToScene;
-  rooms.insert({"core/study", "core/output"});
+  rooms.insert({"core/study", "core/picture", "core/output"});
   return rooms;
 }();
 
@@ -90,6 +90,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core/plugin", ground_and({"core/expression", "core/ode", "core/fields", "core/particles"})},
     {"core/scene", kToScene},
     {"core/study", kToScene},
+    {"core/picture", kToScene},
     {"core/output", kToOutput},
     {"core/lua", kToOutput},
     {"plugins/forces", ground_and({"core/expression", "core/particles", "core/plugin"})},
@@ -98,6 +99,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"plugins/constraints", ground_and({"core/particles", "core/plugin"})},
     {"plugins/integrators", ground_and({"core/ode", "core/plugin"})},
     {"plugins/view", kToOutput},
+    {"plugins/writers", ground_and({"core/plugin", "core/picture", "core/output"})},
     {"cli",
      [] {
        std::set<std::string> rooms = kToOutput;

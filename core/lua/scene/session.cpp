@@ -58,9 +58,11 @@ void load_text(lua_State* L, std::string_view text, const std::string& chunk) {
 // The names of the kinds of plugins, as a list.
 void push_kinds(lua_State* L) {
   lua_createtable(L, static_cast<int>(kPluginKinds.size()), 0);
+  lua_Integer count = 0;
   for (const PluginKind& kind : kPluginKinds) {
+    if (!kind.in_scenes) continue;
     lua_pushlstring(L, kind.name.data(), kind.name.size());
-    lua_rawseti(L, -2, static_cast<lua_Integer>(kind.number) + 1);
+    lua_rawseti(L, -2, ++count);
   }
 }
 

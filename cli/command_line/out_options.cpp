@@ -1,0 +1,51 @@
+#include "cli/command_line/out_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "cli/command_line/option_values.h"
+
+namespace sim::cli {
+
+std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
+  const auto value = [&](const char* name, std::string& text, const char* type, const char* doc) {
+    return app.add_option(name, text, doc)->type_name(type);
+  };
+  const auto values = [&](const char* name, std::vector<std::string>& texts, const char* type,
+                          const char* doc) {
+    return app.add_option(name, texts, doc)->type_name(type)->allow_extra_args(false);
+  };
+  return {
+      values("--out", t.files, "FILE",
+             "picture, film, page or data, by its ending:\n'sim list writers'; repeatable"),
+      value("--fps", t.fps, "N", "frames of --out in a second, instead of --every;\n30 in films"),
+      value("--color", t.color, "WHAT", "strain or speed, up to a value: strain:0.1"),
+      values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),
+      app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
+          ->disable_flag_override(),
+      value("--camera", t.camera, "TEXT", "\"eye=x,y,z at=x,y,z up=x,y,z fov=30\", or parts"),
+      value("--size", t.size, "WxH", "pixels of a picture; 1280x720 if not given")};
+}
+
+OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
+  OutRequest request;
+  request.files = t.files;
+  request.every = every;
+  if (!t.fps.empty()) request.fps = positive_number("--fps", t.fps);
+  if (request.fps && (*request.fps > 1e6 || *request.fps < 1e-6))
+    usage_error("bad value", "--fps " + t.fps, "it is out of range", "as in --fps 30");
+  if (request.fps && every)
+    usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
+  if (!t.color.empty()) read_colour(t.color, request.look);
+  for (const std::string& springs : t.springs) read_springs(springs, request.look);
+  if (!t.camera.empty()) read_camera(t.camera, request.look);
+  if (!t.size.empty()) read_size(t.size, request.look);
+  request.look.wireframe = t.wireframe;
+  const bool looks = !t.fps.empty() || !t.color.empty() || !t.springs.empty() ||
+                     !t.camera.empty() || !t.size.empty() || t.wireframe;
+  if (looks && t.files.empty())
+    usage_error("nothing to draw", "--fps, --color, --springs, --wireframe, --camera or --size",
+                "they say how files look, and there is none", "add --out last.png");
+  return request;
+}
+
+}  // namespace sim::cli

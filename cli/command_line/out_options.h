@@ -1,0 +1,30 @@
+// The options that say which files a run leaves and how its pictures look.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/run/recorder.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace sim::cli {
+
+// As text, as the command line has them.
+struct OutTexts {
+  std::vector<std::string> files, springs;
+  std::string fps, color, camera, size;
+  bool wireframe = false;
+};
+
+std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& texts);
+
+// Throws Error{kUsage}. `every` is what --every says.
+OutRequest out_request(const OutTexts& texts, std::optional<std::int64_t> every);
+
+}  // namespace sim::cli

@@ -1,0 +1,171 @@
+#include "cli/run/recorder.h"
+
+#include <algorithm>
+#include <deque>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/output/output.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr double kFilmRate = 30;  // pictures a second
+
+const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
+  const std::string ending = ending_of(file);
+  if (const PluginInfo* found = ending.empty() ? nullptr : registry.find(kind_of<Writer>, ending))
+    return static_cast<const Plugin<Writer>&>(*found);
+  std::vector<std::string> known;
+  for (const std::string& name : registry.names<Writer>()) {
+    known.push_back("." + name);
+    for (const std::string& alias : registry.find(kind_of<Writer>, name)->aliases)
+      known.push_back("." + alias);
+  }
+  throw Error(ErrorKind::kUsage,
+              {"unknown ending of a file", "--out " + file,
+               ending.empty() ? "its name has none" : "nothing writes ." + ending,
+               "known: " + join(known, ", ") + "; a plugin of the kind writer may bring others"});
+}
+
+}  // namespace
+
+void check_files(const OutRequest& request, Registry& registry) {
+  for (const std::string& file : request.files) {
+    writer_of(file, registry);
+    if (std::ranges::count_if(request.files, [&](const std::string& other) {
+          return same_target({file}, {other});
+        }) > 1)
+      throw Error(ErrorKind::kUsage, {"two files of one name", "--out " + file,
+                                      "both would be written there", "give one another name"});
+  }
+}
+
+// One file: its writer, and the frames of systems that wait for those of the others.
+struct Recorder::Channel {
+  std::unique_ptr<Writer> writer;
+  Pace pace = Pace::kSteps;
+  double interval = 0;      // s; 0: by steps
+  std::int64_t stride = 1;  // steps
+  struct System {
+    std::int64_t next = 0;    // the moment it waits for
+    std::int64_t taken = -1;  // step of the last frame
+    std::deque<Frame> waiting;
+    Frame newest;
+    bool finished = false;
+  };
+  std::vector<System> systems;
+
+  // The step of a moment.
+  std::int64_t step_of(std::int64_t moment, const Simulation& simulation) const {
+    if (pace == Pace::kLast) return Track::kNever;
+    if (interval == 0) return moment * stride;
+    return simulation.steps_for(static_cast<double>(moment) * interval);
+  }
+
+  void take(std::size_t i, const Simulation& simulation, const Frame& frame, bool last) {
+    System& system = systems[i];
+    // A frame may be that of several moments, where these are closer than steps.
+    for (; step_of(system.next, simulation) <= frame.step; ++system.next) {
+      system.waiting.push_back(frame);
+      system.taken = frame.step;
+    }
+    if (last && system.taken != frame.step) system.waiting.push_back(frame);
+    system.taken = frame.step;
+    system.newest = frame;
+    system.finished = last;
+    pass();
+  }
+
+  // Moments of which all systems have their frame; of those that are finished, the last one.
+  void pass() {
+    while (true) {
+      Moment moment;
+      bool any = false;
+      for (System& system : systems) {
+        if (system.waiting.empty() && !system.finished) return;
+        any = any || !system.waiting.empty();
+      }
+      if (!any) return;
+      for (System& system : systems) {
+        if (system.waiting.empty()) {
+          moment.push_back(system.newest);
+        } else {
+          moment.push_back(std::move(system.waiting.front()));
+          system.waiting.pop_front();
+        }
+      }
+      writer->add(moment);
+    }
+  }
+};
+
+Recorder::Recorder(const OutRequest& request, const LoadedScene& scene, Registry& registry) {
+  check_files(request, registry);
+  WriterTask task;
+  task.world = scene.spec.world;
+  task.look = request.look;
+  task.stop = [this] { return stop_ && stop_(); };
+  for (std::size_t i = 0; i < scene.systems.size(); ++i)
+    task.models.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
+  for (const std::string& file : request.files) {
+    const Plugin<Writer>& plugin = writer_of(file, registry);
+    task.file = file;
+    task.format = ending_of(file);
+    task.fps = request.fps.value_or(kFilmRate);
+    auto channel = std::make_unique<Channel>();
+    channel->writer =
+        made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+    channel->pace = channel->writer->pace();
+    if (request.every)
+      channel->stride = *request.every;
+    else if (request.fps || channel->pace == Pace::kFilm)
+      channel->interval = 1 / task.fps;
+    channel->systems.resize(scene.systems.size());
+    // A run that goes on begins with the first moment that is not past.
+    for (std::size_t i = 0; i < scene.systems.size(); ++i)
+      while (channel->step_of(channel->systems[i].next, scene.systems[i]) <
+             scene.systems[i].step_count())
+        ++channel->systems[i].next;
+    channels_.push_back(std::move(channel));
+  }
+}
+
+Recorder::~Recorder() = default;
+
+std::int64_t Recorder::due(std::size_t system, const Simulation& simulation) const {
+  std::int64_t steps = Track::kNever;
+  for (const auto& channel : channels_) {
+    const std::int64_t step = channel->step_of(channel->systems[system].next, simulation);
+    steps = std::min(steps, step - simulation.step_count());
+  }
+  return std::max<std::int64_t>(1, steps);
+}
+
+void Recorder::look(std::size_t system, Track& track, bool last) {
+  const Simulation& simulation = track.system();
+  last = last || track.finished();
+  std::optional<Frame> frame;
+  for (const auto& channel : channels_) {
+    if (!last &&
+        channel->step_of(channel->systems[system].next, simulation) > simulation.step_count())
+      continue;
+    if (!frame) {
+      frame = take_frame(simulation);
+      if (simulation.second_order() && track.energy_is_finite()) {
+        frame->kinetic = track.energy().kinetic;
+        frame->potential = track.energy().potential;
+        frame->work = track.work();
+        frame->drift = track.drift();
+      }
+    }
+    channel->take(system, simulation, *frame, last);
+  }
+}
+
+void Recorder::commit(const std::function<bool()>& stop) {
+  stop_ = stop;
+  for (const auto& channel : channels_) channel->writer->commit();
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,47 @@
+// Another program that is fed through a pipe, and files that such programs write themselves.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sim {
+
+// The path of a program in PATH; "" where there is none.
+std::string find_program(const std::string& name);
+
+// Runs without a shell: the words are its arguments as they are. What it says is kept.
+class Process {
+ public:
+  explicit Process(const std::vector<std::string>& words);  // throws Error{kIo}
+  ~Process();                                               // ends the program if it still runs
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  bool write(std::string_view bytes);  // to its standard input; false: it reads no more
+  std::string finish();                // waits for its end; why it failed, "" for success
+
+ private:
+  pid_t child_ = -1;
+  int in_ = -1, said_ = -1;
+};
+
+// A file that takes its name only when it is whole. Until then it has a name beside, which keeps
+// the ending.
+class FileBeside {
+ public:
+  explicit FileBeside(const std::string& file);  // throws Error{kIo}; makes an empty file
+  ~FileBeside();                                 // without commit() it is removed
+  FileBeside(const FileBeside&) = delete;
+  FileBeside& operator=(const FileBeside&) = delete;
+
+  const std::string& temporary() const { return temporary_; }
+  void commit();
+
+ private:
+  std::string name_, final_, temporary_;
+};
+
+}  // namespace sim

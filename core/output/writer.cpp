@@ -1,0 +1,15 @@
+#include "core/output/writer.h"
+
+#include <cctype>
+#include <filesystem>
+
+namespace sim {
+
+std::string ending_of(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  if (!ending.empty()) ending.erase(0, 1);
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
+}  // namespace sim

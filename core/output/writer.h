@@ -1,0 +1,46 @@
+// The files that a run leaves for other programs and people: pictures, films, pages, tables. Each
+// kind is a plugin, found by the ending of the file's name.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/look.h"
+#include "core/picture/model.h"
+
+namespace sim {
+
+struct WriterTask {
+  std::string file;  // as the user wrote it, with the ending in `format`
+  std::string format;
+  std::vector<Model> models;
+  bool world = false;  // the systems have names to tell them apart
+  Look look;
+  double fps = 30;             // pictures of a film in one second
+  std::function<bool()> stop;  // asked during long work at the end; may be empty
+};
+
+// Which moments of a run a writer wants, if nobody says otherwise.
+enum class Pace { kLast, kFilm, kSteps };
+
+class Writer {
+ public:
+  virtual ~Writer() = default;  // without commit(): no file is left
+
+  virtual Pace pace() const = 0;
+
+  // In the order of time; one frame for each model.
+  virtual void add(const Moment& moment) = 0;
+
+  // After the last: the files take their names. Throws Error{kIo}, ClosedPipe.
+  virtual void commit() = 0;
+};
+
+// What follows the last dot of a file's name, in small letters; "" without one.
+std::string ending_of(const std::string& file);
+
+}  // namespace sim

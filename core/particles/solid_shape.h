@@ -1,0 +1,30 @@
+// A solid as data: what pages, pictures and files draw of a collider.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+struct SolidShape {
+  enum class Form { kNone, kPlane, kSphere, kBox, kCapsule };
+
+  Form form = Form::kNone;
+  Vec3 center{0, 0, 0};  // m; a point of a plane, the middle of a capsule's axis
+  // Three right angles, right-handed: the half edges of a box in m; of a plane directions of length
+  // 1, the second its normal; of a capsule the first is half of its axis, in m.
+  std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  double radius = 0;    // m, of a sphere and a capsule
+  bool inside = false;  // it is hollow: particles are kept in
+};
+
+// A plane with its two other directions chosen.
+inline SolidShape plane_shape(const Vec3& point, const Vec3& normal) {
+  const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+  const Vec3 first = u / u.norm();
+  return {SolidShape::Form::kPlane, point, {first, normal, first.cross(normal)}};
+}
+
+}  // namespace sim

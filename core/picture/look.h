@@ -1,0 +1,34 @@
+// How a run is looked at, as a command line or a scene says it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+struct Look {
+  std::optional<Vec3> eye, at, up;  // m; what is not given, the picture finds itself
+  double fov = 30;                  // degrees, of the height
+  std::optional<double> ground;     // m, its height
+  bool wireframe = false;
+  std::string colour = "none";  // one of kColours
+  double most = 0;              // of its scale, in its unit; 0: as the run needs
+  bool all_springs = false;
+  std::vector<std::string> families;  // springs of these names
+  std::vector<int> picked;            // springs at these particles
+  int width = 1280, height = 720;     // pixels
+
+  static const std::vector<std::string>& colours();  // none, strain, speed, error, mode
+};
+
+// Each reads one option into the look; throws Error{kUsage} naming it.
+void read_camera(const std::string& text, Look& look);   // "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40"
+void read_colour(const std::string& text, Look& look);   // "strain", "speed:2"
+void read_springs(const std::string& text, Look& look);  // "12", "all", "shear"
+void read_size(const std::string& text, Look& look);     // "1280x720"
+
+}  // namespace sim

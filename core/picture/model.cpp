@@ -1,0 +1,125 @@
+#include "core/picture/model.h"
+
+#include <algorithm>
+#include <map>
+
+#include "core/particles/elements/triangle_mesh.h"
+
+namespace sim {
+namespace {
+
+// Against gravity, where the scene has one.
+Vec3 up_of(const SystemSpec& spec) {
+  for (const PartSpec& part : spec.forces) {
+    const auto g = part.given.find("g");
+    if (part.plugin != "gravity" || g == part.given.end()) continue;
+    if (const Vec3* down = std::get_if<Vec3>(&g->second); down && down->norm() > 0)
+      return -*down / down->norm();
+  }
+  return {0, 1, 0};
+}
+
+std::vector<ModelFamily> families_of(const Simulation& system) {
+  std::vector<ModelFamily> families;
+  std::map<std::string, std::size_t> places;
+  for (int i = 0; i < system.particles(); ++i)
+    for (const Link& link : system.links(i)) {
+      if (link.to <= i) continue;
+      const auto [place, is_new] = places.emplace(link.family, families.size());
+      if (is_new) families.push_back({link.family, {}, {}, {}});
+      ModelFamily& family = families[place->second];
+      family.ends.push_back({i, link.to});
+      family.rest.push_back(link.rest);
+      family.stiffness.push_back(link.stiffness);
+    }
+  // In the order of the scene, which particle 0 alone may not show.
+  std::vector<ModelFamily> ordered;
+  for (const auto& [name, count] : system.families()) {
+    const auto place = places.find(name);
+    if (place == places.end()) continue;
+    ordered.push_back(std::move(families[place->second]));
+    places.erase(place);
+  }
+  return ordered;
+}
+
+// A sheet or the skin of a block, if something ties its particles; loose ones are no surface.
+std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) {
+  std::vector<std::array<int, 3>> triangles;
+  for (const auto& surface : spec.surfaces)
+    triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
+  if (!triangles.empty() || !tied || !spec.particles || !spec.particles->grid) return triangles;
+  const GridSpec& grid = *spec.particles->grid;
+  const auto wide = std::ranges::count_if(grid.size, [](int size) { return size > 1; });
+  if (wide < 2) return triangles;
+  const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
+  return grid_triangles(grid.size, mirrored);
+}
+
+}  // namespace
+
+std::vector<bool> Model::in_triangles() const {
+  std::vector<bool> in(static_cast<std::size_t>(particles));
+  for (const auto& triangle : triangles)
+    for (const int i : triangle) in[static_cast<std::size_t>(i)] = true;
+  return in;
+}
+
+Model make_model(const SystemSpec& spec, const Simulation& system) {
+  Model model;
+  model.name = system.name();
+  model.method = system.method().label();
+  model.h = system.h();
+  model.second_order = system.second_order();
+  model.flat = system.flat();
+  model.particles = model.flat ? 1 : system.particles();
+  if (!spec.particles) return model;
+  for (int i = 0; i < model.particles; ++i) {
+    model.mass.push_back(spec.particles->at(i).mass);
+    if (system.pinned(i)) model.pinned.push_back(i);
+  }
+  model.families = families_of(system);
+  const bool tied =
+      !model.families.empty() ||
+      std::ranges::any_of(spec.forces, [](const PartSpec& part) { return !part.elements.empty(); });
+  model.triangles = triangles_of(spec, tied);
+  if (spec.particles->grid) model.grid = spec.particles->grid->size;
+  model.up = up_of(spec);
+  return model;
+}
+
+Frame take_frame(const Simulation& system) {
+  Frame frame;
+  frame.step = system.step_count();
+  frame.t = system.t();
+  if (system.flat()) {
+    // Its first two or three components as a point; a single one goes up over the time.
+    const int n = system.components();
+    for (int i = 0; i < n; ++i) frame.components.push_back(system.component(i));
+    frame.x = n == 1 ? std::vector<double>{system.t(), system.component(0), 0}
+                     : std::vector<double>{system.component(0), system.component(1),
+                                           n > 2 ? system.component(2) : 0};
+    return frame;
+  }
+  const auto n = static_cast<std::size_t>(system.particles());
+  const auto copy = [&](const char* name, std::vector<double>& out) {
+    const StatePart* part = system.shape().find(name);
+    if (part == nullptr) return;
+    out.resize(3 * n);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t c = 0; c < 3; ++c) out[3 * i + c] = system.state()[part->at(i, c)];
+  };
+  copy("position", frame.x);
+  copy("velocity", frame.v);
+  frame.solids = system.solids();
+  return frame;
+}
+
+double strain(const Model& model, const Frame& frame, int family, std::size_t spring) {
+  const ModelFamily& springs = model.families[static_cast<std::size_t>(family)];
+  const auto [a, b] = springs.ends[spring];
+  const double rest = springs.rest[spring];
+  return rest > 0 ? (frame.at(b) - frame.at(a)).norm() / rest - 1 : std::nan("");
+}
+
+}  // namespace sim

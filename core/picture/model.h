@@ -1,0 +1,67 @@
+// What is seen of a system, as plain data: a Model once, and a Frame for each moment. Pages, files
+// and pictures are made of these and know no particle system.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/particles/solid_shape.h"
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+// Springs of one name.
+struct ModelFamily {
+  std::string name;
+  std::vector<std::array<int, 2>> ends;  // ids, the lower first
+  std::vector<double> rest, stiffness;   // m, N/m
+};
+
+struct Model {
+  std::string name, method;  // of the system and of its integrator
+  double h = 0;              // s
+  int particles = 0;         // a flat state is one, at its first components
+  bool second_order = false, flat = false;
+  std::vector<double> mass;                   // kg, of each particle; empty in first order
+  std::vector<int> pinned;                    // ids, ascending
+  std::vector<std::array<int, 3>> triangles;  // of surfaces, or of the grid
+  std::array<int, 3> grid{0, 0, 0};           // particles in each direction; 0: there is none
+  std::vector<ModelFamily> families;
+  Vec3 up{0, 1, 0};  // against gravity, of length 1
+
+  std::vector<bool> in_triangles() const;  // of each particle
+};
+
+struct Frame {
+  std::int64_t step = 0;
+  double t = 0;              // s
+  std::vector<double> x, v;  // m, m/s: x0 y0 z0 x1 ...; v only in second order
+  std::vector<double> components;  // all numbers of a flat state
+  std::vector<SolidShape> solids;
+  // J; not a number where unknown.
+  double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
+         drift = std::nan("");
+  std::vector<double> values;  // one a particle, that somebody else measured: errors, a mode
+
+  Vec3 at(int i) const {
+    const double* p = x.data() + 3 * static_cast<std::size_t>(i);
+    return {p[0], p[1], p[2]};
+  }
+};
+
+// One frame a system, in the order of the models.
+using Moment = std::vector<Frame>;
+
+Model make_model(const SystemSpec& spec, const Simulation& system);
+
+// Without energies and values.
+Frame take_frame(const Simulation& system);
+
+// (length - rest) / rest of a spring; not a number where rest is 0.
+double strain(const Model& model, const Frame& frame, int family, std::size_t spring);
+
+}  // namespace sim

@@ -1,0 +1,94 @@
+#include "core/picture/quantity.h"
+
+#include <algorithm>
+
+#include "core/picture/raster/tone.h"
+
+namespace sim {
+namespace {
+
+using Ramp = std::span<const unsigned>;
+// From dark blue over green to yellow; from sand over orange to a deep red; blue, white, red.
+constexpr unsigned kRising[] = {0x2C3570, 0x2A6A94, 0x2F9C8C, 0x86C36B, 0xF3DE6A};
+constexpr unsigned kAlarm[] = {0xEDE7DA, 0xF3C47A, 0xE88444, 0xC63A2D, 0x6E0F25};
+constexpr unsigned kSigned[] = {0x1F4E9E, 0x7FA8D8, 0xF0EEEA, 0xE58A6B, 0xA81E2B};
+
+Ramp ramp_of(const ColourScale& scale) {
+  if (scale.both_signs) return kSigned;
+  return scale.name == "error" ? Ramp(kAlarm) : Ramp(kRising);
+}
+
+}  // namespace
+
+double round_up(double value) {
+  if (!(value > 0) || !std::isfinite(value)) return 1;
+  double power = 1;
+  while (power > value) power /= 10;
+  while (10 * power <= value) power *= 10;
+  for (const double step : {1.0, 2.0, 5.0})
+    if (step * power >= value * (1 - 1e-9)) return step * power;
+  return 10 * power;
+}
+
+unsigned ColourScale::screen(double s) const {
+  const Ramp ramp = ramp_of(*this);
+  const double place = std::clamp(s, 0.0, 1.0) * static_cast<double>(ramp.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(place), ramp.size() - 2);
+  const double part = place - static_cast<double>(i);
+  unsigned rgb = 0;
+  for (const int shift : {16, 8, 0}) {
+    const double a = (ramp[i] >> shift) & 255U, b = (ramp[i + 1] >> shift) & 255U;
+    rgb |= static_cast<unsigned>(a + part * (b - a) + 0.5) << shift;
+  }
+  return rgb;
+}
+
+V3 ColourScale::colour(double value) const {
+  if (!std::isfinite(value)) return sim::colour(0x808080);
+  return sim::colour(screen(both_signs ? 0.5 + 0.5 * value / most : value / most));
+}
+
+std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name) {
+  const auto n = static_cast<std::size_t>(model.particles);
+  std::vector<double> values;
+  if (name == "speed" && !frame.v.empty()) {
+    for (std::size_t i = 0; i < n; ++i)
+      values.push_back(Vec3(frame.v[3 * i], frame.v[3 * i + 1], frame.v[3 * i + 2]).norm());
+  } else if (name == "strain" && !model.families.empty()) {
+    values.resize(n);
+    for (std::size_t f = 0; f < model.families.size(); ++f)
+      for (std::size_t s = 0; s < model.families[f].ends.size(); ++s) {
+        const double value = strain(model, frame, static_cast<int>(f), s);
+        for (const int i : model.families[f].ends[s]) {
+          double& held = values[static_cast<std::size_t>(i)];
+          if (std::abs(value) > std::abs(held)) held = value;
+        }
+      }
+  } else if ((name == "error" || name == "mode") && frame.values.size() == n) {
+    values = frame.values;
+  }
+  return values;
+}
+
+ColourScale colour_scale(const Look& look, std::span<const Model> models,
+                         std::span<const Moment> moments) {
+  ColourScale scale;
+  scale.name = look.colour;
+  if (look.colour == "strain") scale = {"strain", "%", 100, 1, true};
+  if (look.colour == "speed") scale = {"speed", "m/s", 1, 1, false};
+  if (look.colour == "error") scale = {"error", "m", 1, 1, false};
+  if (look.colour == "mode") scale = {"fastest mode", "", 1, 1, false};
+  double most = 0;
+  if (look.most > 0) {
+    scale.most = look.most;
+    return scale;
+  }
+  for (const Moment& moment : moments)
+    for (std::size_t m = 0; m < models.size() && m < moment.size(); ++m)
+      for (const double value : quantity(models[m], moment[m], look.colour))
+        if (std::isfinite(value)) most = std::max(most, std::abs(value));
+  scale.most = round_up(most);
+  return scale;
+}
+
+}  // namespace sim

@@ -1,0 +1,35 @@
+// Numbers as colours: what is measured at each particle, and the scale that shows it.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/look.h"
+#include "core/picture/model.h"
+#include "core/picture/picture.h"
+
+namespace sim {
+
+struct ColourScale {
+  std::string name, unit;  // "strain", "%"
+  double factor = 1;       // from SI to the unit
+  double most = 1;         // the end of the scale, SI; with both signs it begins at -most
+  bool both_signs = false;
+
+  V3 colour(double value) const;    // grey for what is not finite
+  unsigned screen(double s) const;  // 0 .. 1 along the scale, as 0xRRGGBB
+};
+
+// One value a particle. strain: of the spring there that is strained most, with its sign; speed:
+// m/s; error and mode: the values of the frame. Empty where there is none.
+std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
+
+// Of a whole run: up to the largest value, rounded up to 1, 2 or 5 times a power of ten.
+ColourScale colour_scale(const Look& look, std::span<const Model> models,
+                         std::span<const Moment> moments);
+
+// The least of 1, 2, 5 times a power of ten that is not below; 1 for what is not above 0.
+double round_up(double value);
+
+}  // namespace sim

@@ -1,0 +1,40 @@
+// What stands behind everything: a sky, and a ground with a grid that ends in mist.
+#pragma once
+
+#include "core/picture/raster/samples.h"
+#include "core/picture/raster/tone.h"
+
+namespace sim::raster {
+
+// Drawn once for each eye and ground.
+class Backdrop {
+ public:
+  Backdrop(int width, int height);
+
+  void draw(const Picture& picture, const Projection& projection, const Tone& tone);
+
+  const V3& light(int x, int y) const { return light_[at(x, y)]; }
+  const std::vector<std::uint8_t>& screen() const { return screen_; }
+  // Where a ray of the picture meets the ground: its length; 0 where it does not.
+  float distance(const V3& direction) const;
+  // What is left of a shadow at that distance.
+  float clear(float distance) const;
+
+ private:
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(x);
+  }
+  V3 sky(const V3& direction) const;
+  V3 grid(float u, float v, float width) const;
+
+  int width_, height_;
+  bool drawn_ = false;
+  Eye eye_;
+  std::optional<Ground> ground_;
+  float above_ = 0;  // the eye over the ground
+  std::vector<V3> light_;
+  std::vector<std::uint8_t> screen_;
+};
+
+}  // namespace sim::raster

@@ -1,0 +1,64 @@
+// Where the key light does not arrive: on surfaces by a map of depths as the light sees them, on
+// the ground by a map of what lies above it, the softer the higher.
+#pragma once
+
+#include <vector>
+
+#include "core/picture/raster/samples.h"
+
+namespace sim::raster {
+
+// A casting ball stays a ball, triangles and lines are taken as they are.
+class ShadowMap {
+ public:
+  void draw(const Picture& picture);
+
+  // 0 .. 1: the share of the light that arrives at a point with that normal towards the light.
+  float light(const V3& p, const V3& normal) const;
+
+ private:
+  static constexpr int kSize = 768;
+
+  V3 map(const V3& p) const;  // texels, and nearness to the light
+  void put(int x, int y, float near) {
+    float& held = depth_[static_cast<std::size_t>(y * kSize + x)];
+    if (near > held) held = near;
+  }
+  void triangle(const V3& a, const V3& b, const V3& c);
+  void ball(const PictureBall& ball);
+
+  V3 u_, v_, light_;
+  float left_ = 0, top_ = 0, texels_ = 1;  // texels a unit
+  bool empty_ = true;
+  std::vector<float> depth_ = std::vector<float>(static_cast<std::size_t>(kSize) * kSize);
+};
+
+class GroundShadow {
+ public:
+  void draw(const Picture& picture);
+
+  float dark(const V3& p) const;  // 0 .. 1, at a point of the ground
+  // Which pixels may be dark.
+  Rect bounds(const Projection& projection, int width, int height) const;
+
+ private:
+  static constexpr int kSize = 384;
+
+  struct Cast {
+    float x, y, height;  // along the ground, and where it comes from
+    bool above;
+  };
+  Cast cast(const V3& p) const;
+  void put(int x, int y, float height, float weight);
+  void triangle(const Cast& a, const Cast& b, const Cast& c, float weight);
+  void ball(const PictureBall& ball);
+  void blur(std::vector<float>& map, int radius);
+
+  Ground ground_;
+  V3 light_;
+  float left_ = 0, top_ = 0, texels_ = 1;
+  bool empty_ = true;
+  std::vector<float> near_, far_, row_;
+};
+
+}  // namespace sim::raster

@@ -1,0 +1,296 @@
+#include "core/picture/scenery.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim {
+namespace {
+
+constexpr unsigned kFamilies[] = {0x2458C8, 0xE8860C, 0x2E9E54, 0x9A3FB0, 0xC23A4A, 0x1F8F9C};
+constexpr unsigned kPinned = 0x3A3F46, kParticle = 0x3F86C8, kBar = 0x6B7078, kWire = 0x2F4F86;
+constexpr std::size_t kMostTrail = 8;  // free particles of a system whose last one leaves a trail
+
+V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - a, c - a); }
+
+[[noreturn]] void nothing_of(const std::string& what, const std::string& why,
+                             const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {"nothing to show", what, why, remedy});
+}
+
+// The lines of a sheet are those of its grid, without the diagonals; else all edges.
+std::vector<std::array<int, 2>> edges_of(const Model& model) {
+  std::set<std::array<int, 2>> edges;
+  const auto& n = model.grid;
+  const auto place = [&](int id) {
+    return std::array<int, 3>{id / (n[1] * n[2]), id / n[2] % n[1], id % n[2]};
+  };
+  const int in_grid = n[0] * n[1] * n[2];
+  for (const auto& t : model.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
+      if (b < in_grid) {
+        const auto p = place(a), q = place(b);
+        if ((p[0] != q[0]) + (p[1] != q[1]) + (p[2] != q[2]) > 1) continue;
+      }
+      edges.insert({a, b});
+    }
+  return {edges.begin(), edges.end()};
+}
+
+}  // namespace
+
+unsigned family_colour(std::size_t i) { return kFamilies[i % std::size(kFamilies)]; }
+
+Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments, const Look& look)
+    : models_(models),
+      moments_(moments),
+      look_(look),
+      viewpoint_(make_viewpoint(models, moments, look)),
+      scale_(colour_scale(look, models, moments)) {
+  std::vector<std::string> names;
+  int most = 0;
+  bool colours = look.colour == "none";
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    for (const ModelFamily& family : models[m].families) names.push_back(family.name);
+    if (!models[m].families.empty()) most = std::max(most, models[m].particles);
+    colours = colours || !quantity(models[m], moments[0][m], look.colour).empty();
+  }
+  for (const std::string& family : look.families)
+    if (std::ranges::find(names, family) == names.end())
+      nothing_of("--springs " + family, "the scene has no springs of that name",
+                 names.empty() ? "it has no springs" : suggestion(family, names));
+  for (const int i : look.picked)
+    if (i >= most)
+      nothing_of(
+          "--springs " + std::to_string(i), "no particle of that number has springs",
+          most == 0 ? "the scene has no springs" : "ids are 0 to " + std::to_string(most - 1));
+  if (look.all_springs && names.empty())
+    nothing_of("--springs all", "the scene has no springs", "leave it out");
+  if (!colours)
+    nothing_of("--color " + look.colour, "the scene has none",
+               look.colour == "strain" ? "strain needs springs" : "leave it out");
+}
+
+bool Scenery::picked(int particle) const {
+  return std::ranges::find(look_.picked, particle) != look_.picked.end();
+}
+
+Picture Scenery::picture(std::size_t at) const {
+  const Moment& moment = moments_[at];
+  Picture picture;
+  picture.eye = viewpoint_.eye;
+  picture.light = viewpoint_.light;
+  picture.ground = viewpoint_.ground;
+  picture.skins = {{colour(0xD9453C), colour(0xE2B56E), true, 0.0F},
+                   {colour(0x7F8FA6), colour(0x7F8FA6), false, 0.5F},
+                   {colour(0xB9BDC4), colour(0x9A9EA6), false, 0.0F}};
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    const Frame& frame = moment[m];
+    surfaces(picture, m, frame);
+    loose(picture, m, frame);
+    trail(picture, m, at);
+    springs(picture, m, frame);
+    if (look_.wireframe) wires(picture, m, frame);
+  }
+  for (std::size_t m = 0; m < models_.size(); ++m) solids(picture, m, moment[m]);
+  words(picture, moment);
+  return picture;
+}
+
+void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) const {
+  const Model& model = models_[m];
+  if (model.triangles.empty()) return;
+  const auto first = static_cast<int>(picture.points.size());
+  const auto n = static_cast<std::size_t>(model.particles);
+  for (int i = 0; i < model.particles; ++i) picture.points.push_back(place(m, frame.at(i)));
+  picture.normals.resize(picture.points.size());
+  for (const auto& t : model.triangles) {
+    const std::array<int, 3> ids{t[0] + first, t[1] + first, t[2] + first};
+    picture.triangles.push_back({ids, 0, !look_.wireframe});
+    const auto corner = [&](std::size_t k) {
+      return picture.points[static_cast<std::size_t>(ids[k])];
+    };
+    const V3 normal = sum_normal(corner(0), corner(1), corner(2));
+    for (const int i : ids) picture.normals[static_cast<std::size_t>(i)] += normal;
+  }
+  for (std::size_t i = picture.normals.size() - n; i < picture.normals.size(); ++i)
+    picture.normals[i] = raster::unit(picture.normals[i]);
+  if (look_.colour == "none") return;
+  const std::vector<double> values = quantity(model, frame, look_.colour);
+  picture.colours.resize(picture.points.size(), picture.skins[0].front);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    picture.colours[picture.points.size() - n + i] = scale_.colour(values[i]);
+}
+
+// Particles that are in no triangle are balls, and springs between them bars. Pinned corners of a
+// surface get small balls.
+void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
+  const Model& model = models_[m];
+  const std::vector<bool> covered = model.in_triangles();
+  const auto bare = [&](int i) { return !covered[static_cast<std::size_t>(i)]; };
+  int count = 0;
+  for (int i = 0; i < model.particles; ++i) count += bare(i);
+  // Three tenths of the mean distance in a cloud, a fifth of a spring, 0.04 of the picture at most.
+  double radius = 0.04 / viewpoint_.scale;
+  if (count > 8) {
+    double parts = 1;
+    while (parts * parts * parts < count) ++parts;
+    radius = std::min(radius, 0.28 / viewpoint_.scale / parts);
+  }
+  for (const ModelFamily& family : model.families)
+    for (std::size_t s = 0; s < family.ends.size(); ++s)
+      if (bare(family.ends[s][0]) && family.rest[s] > 0)
+        radius = std::min(radius, std::max(0.2 * family.rest[s], 0.006 / viewpoint_.scale));
+  const auto size = static_cast<float>(radius * viewpoint_.scale);
+  const std::vector<double> values = quantity(model, frame, look_.colour);
+  for (int i = 0; i < model.particles; ++i) {
+    const bool pinned = std::ranges::binary_search(model.pinned, i);
+    if (!bare(i) && !pinned) continue;
+    V3 tint = colour(pinned ? kPinned : kParticle);
+    if (!values.empty() && !pinned) tint = scale_.colour(values[static_cast<std::size_t>(i)]);
+    const float share = bare(i) ? (pinned ? 0.7F * size : size) : 0.011F;
+    picture.balls.push_back({place(m, frame.at(i)), share, tint, bare(i)});
+  }
+  if (look_.all_springs) return;
+  for (const ModelFamily& family : model.families)
+    for (const auto& [a, b] : family.ends)
+      if (bare(a) || bare(b))
+        picture.lines.push_back(
+            {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
+}
+
+// The way of the last free particle so far, where there are few.
+void Scenery::trail(Picture& picture, std::size_t m, std::size_t at) const {
+  const Model& model = models_[m];
+  if (!model.triangles.empty() ||
+      static_cast<std::size_t>(model.particles) - model.pinned.size() > kMostTrail)
+    return;
+  int last = model.particles - 1;
+  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
+  if (last < 0) return;
+  for (std::size_t k = 1; k <= at; ++k) {
+    const float age = static_cast<float>(at - k) / static_cast<float>(at + 1);
+    picture.lines.push_back({place(m, moments_[k - 1][m].at(last)),
+                             place(m, moments_[k][m].at(last)), 2.2F - 1.4F * age,
+                             raster::mix(colour(0x5E98D6), colour(0xB4C6DC), age), false});
+  }
+}
+
+// Chosen springs in the colours of their families. At a picked particle a spring that runs along
+// a shorter one is an arc over it.
+void Scenery::springs(Picture& picture, std::size_t m, const Frame& frame) const {
+  const Model& model = models_[m];
+  for (std::size_t f = 0; f < model.families.size(); ++f) {
+    const ModelFamily& family = model.families[f];
+    const V3 tint = colour(family_colour(f));
+    const bool named =
+        look_.all_springs || std::ranges::find(look_.families, family.name) != look_.families.end();
+    for (const auto& ends : family.ends) {
+      const bool at_a = picked(ends[0]), at_b = picked(ends[1]);
+      const V3 a = place(m, frame.at(ends[0])), b = place(m, frame.at(ends[1]));
+      if (named) picture.lines.push_back({a, b, 1.2F, tint, false});
+      if (!at_a && !at_b) continue;
+      const V3 from = at_a ? a : b, to = at_a ? b : a, way = to - from;
+      picture.balls.push_back({to, 0.012F, tint, false});
+      bool over = false;
+      for (const ModelFamily& other : model.families)
+        for (const auto& o : other.ends) {
+          const int own = at_a ? ends[0] : ends[1];
+          if (o[0] != own && o[1] != own) continue;
+          const V3 short_way = place(m, frame.at(o[0] == own ? o[1] : o[0])) - from;
+          const float l = raster::length(way), s = raster::length(short_way);
+          over = over || (s < 0.8F * l && raster::dot(way, short_way) > 0.95F * l * s);
+        }
+      if (!over) {
+        picture.lines.push_back({from, to, 4, tint, true});
+        continue;
+      }
+      V3 lift = viewpoint_.eye.at - from;
+      lift = raster::unit(lift - (raster::dot(lift, way) / raster::dot(way, way)) * way);
+      V3 before = from;
+      for (int k = 1; k <= 12; ++k) {
+        const float s = static_cast<float>(k) / 12;
+        const V3 next = from + s * way + (s * (1 - s) * 0.9F * raster::length(way)) * lift;
+        picture.lines.push_back({before, next, 4, tint, true});
+        before = next;
+      }
+    }
+  }
+  for (const int i : look_.picked)
+    if (i < model.particles && !model.families.empty())
+      picture.balls.push_back({place(m, frame.at(i)), 0.016F, colour(0xFFF2B0), false});
+}
+
+void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
+  const std::vector<double> values = quantity(models_[m], frame, look_.colour);
+  for (const auto& [a, b] : edges_of(models_[m])) {
+    V3 tint = colour(kWire);
+    if (!values.empty())
+      tint = scale_.colour(
+          0.5 * (values[static_cast<std::size_t>(a)] + values[static_cast<std::size_t>(b)]));
+    picture.lines.push_back({place(m, frame.at(a)), place(m, frame.at(b)), 1.5F, tint, false});
+  }
+}
+
+void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const {
+  for (const SolidShape& solid : frame.solids)
+    add_solid(picture, solid, viewpoint_, viewpoint_.offsets[m],
+              solid.form == SolidShape::Form::kPlane ? 2 : 1);
+}
+
+// Above on the left what is seen, below on the right the scale of the colours.
+void Scenery::words(Picture& picture, const Moment& moment) const {
+  std::vector<std::string> lines = caption_;
+  if (lines.empty()) {
+    std::vector<std::string> names;
+    for (const Model& model : models_) names.push_back(model.name);
+    lines = {join(names, ", "), "t = " + brief(moment.front().t, 4) + " s"};
+    const Model& first = models_.front();
+    const bool same = std::ranges::all_of(models_, [&](const Model& model) {
+      return model.method == first.method && model.h == first.h;
+    });
+    if (same) lines[1] += "   " + first.method + ", h = " + brief(first.h, 3) + " s";
+  }
+  float y = 34;
+  for (std::size_t i = 0; i < lines.size(); ++i, y += 25)
+    picture.texts.push_back({lines[i], 22, y, i == 0 ? 15.0F : 12.0F, 0x2B323A, 0, i == 0});
+  if (!look_.picked.empty()) {
+    y += 6;
+    std::set<std::string> named;
+    for (const Model& model : models_)
+      for (std::size_t f = 0; f < model.families.size(); ++f) {
+        std::vector<int> to;
+        for (const auto& [a, b] : model.families[f].ends) {
+          if (picked(a)) to.push_back(b);
+          if (picked(b)) to.push_back(a);
+        }
+        if (to.empty() || !named.insert(model.families[f].name).second) continue;
+        std::ranges::sort(to);
+        std::string line = model.families[f].name;
+        for (std::size_t k = 0; k < to.size() && k < 24; ++k) line += " " + std::to_string(to[k]);
+        picture.patches.push_back({22, y - 9, 16, 5, {family_colour(f)}, 1});
+        picture.texts.push_back({line, 46, y, 12, 0x2B323A, 0, false});
+        y += 22;
+      }
+  }
+  if (look_.colour == "none") return;
+  const float width = static_cast<float>(look_.width) / static_cast<float>(look_.height) * 720;
+  std::vector<unsigned> ramp;
+  for (int i = 0; i < 64; ++i) ramp.push_back(scale_.screen(i / 63.0));
+  const float left = width - 262, top = 672;
+  picture.patches.push_back({left, top, 240, 14, ramp, 1});
+  const std::string unit = scale_.unit.empty() ? "" : " " + scale_.unit;
+  const auto number = [&](double s) { return brief(s * scale_.factor * scale_.most, 3); };
+  picture.texts.push_back({scale_.name, left, top - 9, 12, 0x2B323A, 0, false});
+  picture.texts.push_back(
+      {scale_.both_signs ? number(-1) : "0", left, top + 34, 11, 0x2B323A, 0, false});
+  if (scale_.both_signs)
+    picture.texts.push_back({"0", left + 120, top + 34, 11, 0x2B323A, 1, false});
+  picture.texts.push_back({number(1) + unit, left + 240, top + 34, 11, 0x2B323A, 2, false});
+}
+
+}  // namespace sim

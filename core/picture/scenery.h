@@ -1,0 +1,57 @@
+// Models and moments become pictures, all seen from one place with one scale of colours.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/quantity.h"
+#include "core/picture/viewpoint.h"
+
+namespace sim {
+
+class Scenery {
+ public:
+  // All of them outlive it, and there is a moment at least. Throws Error{kUsage} for a particle, a
+  // family or a quantity that no system has.
+  Scenery(std::span<const Model> models, std::span<const Moment> moments, const Look& look);
+
+  Picture picture(std::size_t moment) const;
+
+  // Another viewpoint or scale than those found: panels side by side share them.
+  void set_viewpoint(const Viewpoint& viewpoint) { viewpoint_ = viewpoint; }
+  void set_scale(const ColourScale& scale) { scale_ = scale; }
+  const Viewpoint& viewpoint() const { return viewpoint_; }
+  const ColourScale& scale() const { return scale_; }
+  // Words instead of the system's name, method and time.
+  void set_caption(std::vector<std::string> lines) { caption_ = std::move(lines); }
+
+ private:
+  void surfaces(Picture& picture, std::size_t system, const Frame& frame) const;
+  void loose(Picture& picture, std::size_t system, const Frame& frame) const;
+  void trail(Picture& picture, std::size_t system, std::size_t moment) const;
+  void springs(Picture& picture, std::size_t system, const Frame& frame) const;
+  void wires(Picture& picture, std::size_t system, const Frame& frame) const;
+  void solids(Picture& picture, std::size_t system, const Frame& frame) const;
+  void words(Picture& picture, const Moment& moment) const;
+  V3 place(std::size_t system, const Vec3& x) const {
+    return viewpoint_.point(x + viewpoint_.offsets[system]);
+  }
+  bool picked(int particle) const;
+
+  std::span<const Model> models_;
+  std::span<const Moment> moments_;
+  Look look_;
+  Viewpoint viewpoint_;
+  ColourScale scale_;
+  std::vector<std::string> caption_;
+};
+
+// The colour of the springs of a family, 0xRRGGBB: the i-th of a model.
+unsigned family_colour(std::size_t i);
+
+// Adds a box or a capsule to a picture; others have forms of their own.
+void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint, const Vec3& offset,
+               int skin);
+
+}  // namespace sim

@@ -1,0 +1,33 @@
+// Where the systems of a run stand in a picture, the ground, the light and the eye: found once from
+// all that moves, so that nothing of it moves during a film.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/picture/look.h"
+#include "core/picture/model.h"
+#include "core/picture/picture.h"
+
+namespace sim {
+
+struct Viewpoint {
+  std::vector<Vec3> offsets;  // m, of each system: several stand side by side
+  Vec3 origin{0, 0, 0};       // m, the origin of the picture
+  double scale = 1;           // units of the picture in one metre
+  Vec3 up{0, 1, 0};
+  double grid = 0;  // m, the spacing of the ground's grid
+  Eye eye;
+  V3 light;
+  std::optional<Ground> ground;
+
+  V3 point(const Vec3& x) const {
+    const Vec3 p = scale * (x - origin);
+    return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+  }
+};
+
+Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> moments,
+                         const Look& look);
+
+}  // namespace sim

@@ -1,0 +1,95 @@
+// Pictures: the last moment of a run, or all of them under numbered names.
+#include <iostream>
+#include <optional>
+
+#include "core/output/output.h"
+#include "core/output/png.h"
+#include "core/output/writer.h"
+#include "core/picture/raster/raster.h"
+#include "core/picture/scenery.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+// "%d" or "%04d" in a file's name.
+class Numbering {
+ public:
+  explicit Numbering(const std::string& file) : at_(file.find('%')) {
+    if (single()) return;
+    std::size_t end = at_ + 1;
+    for (; end < file.size() && file[end] >= '0' && file[end] <= '9' && width_ < 20; ++end)
+      width_ = 10 * width_ + static_cast<std::size_t>(file[end] - '0');
+    if (end >= file.size() || file[end] != 'd' || width_ > 12 ||
+        file.find('%', end) != std::string::npos)
+      throw sim::Error(sim::ErrorKind::kUsage,
+                       {"bad name of pictures", file, "their number is %d or %04d, once",
+                        "as in frame-%04d.png"});
+    length_ = end + 1 - at_;
+  }
+  bool single() const { return at_ == std::string::npos; }
+  std::string name(const std::string& file, std::size_t number) const {
+    std::string digits = std::to_string(number);
+    if (digits.size() < width_) digits.insert(0, width_ - digits.size(), '0');
+    return std::string(file).replace(at_, length_, digits);
+  }
+
+ private:
+  std::size_t at_, length_ = 0, width_ = 0;
+};
+
+class Png final : public sim::Writer {
+ public:
+  explicit Png(const sim::WriterTask& task) : task_(task), numbering_(task.file) {
+    if (numbering_.single())
+      single_.emplace(sim::Target{task.file}, std::cout);
+    else  // what is wrong with the folder is said before the run
+      sim::Output(sim::Target{numbering_.name(task.file, 0)}, std::cout);
+    int particles = 0;
+    for (const sim::Model& model : task.models) particles += model.particles;
+    trails_ = particles <= 80;
+  }
+
+  // A trail needs the moments before.
+  sim::Pace pace() const override {
+    return numbering_.single() && !trails_ ? sim::Pace::kLast : sim::Pace::kFilm;
+  }
+
+  void add(const sim::Moment& moment) override {
+    if (numbering_.single() && !trails_) moments_.clear();
+    moments_.push_back(moment);
+  }
+
+  void commit() override {
+    if (moments_.empty()) return;
+    const sim::Scenery scenery(task_.models, moments_, task_.look);
+    sim::Raster raster(task_.look.width, task_.look.height);
+    if (numbering_.single()) {
+      single_->buffer() = sim::png(raster.draw(scenery.picture(moments_.size() - 1)));
+      single_->commit();
+      return;
+    }
+    for (std::size_t i = 0; i < moments_.size() && !(task_.stop && task_.stop()); ++i) {
+      sim::Output file({numbering_.name(task_.file, i)}, std::cout);
+      file.buffer() = sim::png(raster.draw(scenery.picture(i)));
+      file.commit();
+    }
+  }
+
+ private:
+  sim::WriterTask task_;
+  Numbering numbering_;
+  bool trails_ = false;
+  std::optional<sim::Output> single_;
+  std::vector<sim::Moment> moments_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Writer, "png") {
+  registrar.add(sim::Plugin<sim::Writer>{
+      {.name = "png",
+       .summary = "a picture of the last moment; with %04d in its name one of each",
+       .formula = "--out last.png, --out frame-%04d.png",
+       .source = "ISO/IEC 15948"},
+      [](const sim::Params&, const sim::WriterTask& task) { return std::make_unique<Png>(task); }});
+}
