@@ -10,7 +10,7 @@ namespace {
 
 using Points = std::vector<std::pair<double, double>>;
 
-struct Frame {
+struct PlotFrame {
   double left = 0, right = 1, bottom = 0, top = 1;
 
   double x(double t) const { return (t - left) / (right - left); }  // 0 .. 1
@@ -25,8 +25,8 @@ Points finite_points(const Points& points) {
 }
 
 // Around all points; a constant has room above and below.
-Frame frame_of(const Points& points) {
-  Frame frame{points.front().first, points.back().first, HUGE_VAL, -HUGE_VAL};
+PlotFrame frame_of(const Points& points) {
+  PlotFrame frame{points.front().first, points.back().first, HUGE_VAL, -HUGE_VAL};
   for (const auto& [t, value] : points) {
     frame.bottom = std::min(frame.bottom, value);
     frame.top = std::max(frame.top, value);
@@ -68,7 +68,7 @@ std::string text_plot(const TimeSeries& series) {
   constexpr std::size_t kLabel = 11;
   const Points points = finite_points(series.points);
   if (points.empty()) return series.name + ": nothing to plot\n";
-  const Frame frame = frame_of(points);
+  const PlotFrame frame = frame_of(points);
   std::vector<std::string> rows(kRows, std::string(kColumns, ' '));
   const auto column = [&](double t) {
     return std::clamp(static_cast<int>(std::lround(frame.x(t) * (kColumns - 1))), 0, kColumns - 1);
@@ -105,7 +105,7 @@ std::string text_plot(const TimeSeries& series) {
 std::string svg_plot(const TimeSeries& series) {
   constexpr double kWidth = 720, kHeight = 420, kLeft = 90, kRight = 20, kTop = 40, kBottom = 50;
   const Points points = finite_points(series.points);
-  const Frame frame = points.empty() ? Frame{} : frame_of(points);
+  const PlotFrame frame = points.empty() ? PlotFrame{} : frame_of(points);
   const auto x = [&](double t) { return kLeft + frame.x(t) * (kWidth - kLeft - kRight); };
   const auto y = [&](double v) {
     return kHeight - kBottom - frame.y(v) * (kHeight - kTop - kBottom);

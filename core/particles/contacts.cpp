@@ -243,7 +243,7 @@ void Contacts::set_off(std::span<const std::size_t> colliders) {
   sampled_ = move_ = false;
   for (const Entry& entry : entries_) {
     if (std::ranges::count(colliders, entry.part) > 0) continue;
-    on_.push_back(entry.collider.get());
+    on_.push_back(entry.collider);
     sampled_ = sampled_ || entry.collider->sampled();
     move_ = move_ || entry.collider->moves();
   }
@@ -311,11 +311,11 @@ void Contacts::settle(double t, double h, Way& way) const {
     double first = kNone;
     const Collider* hit = nullptr;
     for (Collider* const collider : on_) {
-      if (std::find(seen, seen + touches, collider.get()) != seen + touches) continue;
+      if (std::find(seen, seen + touches, collider) != seen + touches) continue;
       const double s = first_touch(*collider, t, h, way);
       if (s >= first) continue;
       first = s;
-      hit = collider.get();
+      hit = collider;
     }
     if (!hit) break;
     seen[touches++] = hit;

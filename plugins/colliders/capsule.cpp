@@ -36,7 +36,7 @@ class Capsule final : public sim::Solid {
   }
 
   double turning_radius(const sim::Vec3& axis) const override {
-    return sim::cross(axis, half_).norm() + radius_;
+    return axis.cross(half_).norm() + radius_;
   }
 
   sim::Vec3 half_, axis_{0, 0, 1};

@@ -12,7 +12,7 @@ class Orbit final : public sim::RigidMotion {
     const sim::Vec3 axis = sim::axis_of(params, "motion 'orbit'");
     const sim::Vec3 side = std::fabs(axis[0]) < 0.999 ? sim::Vec3(1, 0, 0) : sim::Vec3(0, 1, 0);
     across_ = params.number("radius") * (side - side.dot(axis) * axis).normalized();
-    along_ = sim::cross(axis, across_);
+    along_ = axis.cross(across_);
   }
 
   sim::Pose at(double t, const sim::Vec3& center) const override {

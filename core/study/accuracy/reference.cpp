@@ -23,7 +23,7 @@ using Points = std::vector<std::vector<double>>;
 
 enum class Family { kRungeKutta, kSplitting, kImplicit };
 
-Family family_of(const Candidate& method) {
+Family method_family(const Candidate& method) {
   if (method.info.implicit) return Family::kImplicit;
   const bool splits = method.info.symplectic || method.info.needs_second_order;
   return splits ? Family::kSplitting : Family::kRungeKutta;
@@ -206,7 +206,7 @@ void Search::compare_all(std::optional<Family> other) {
   int tried = 0;
   for (const Candidate& method : methods_) {
     if (told_ || tried == kEnough || largest(result_.error) <= kGood * size_) return;
-    if (other && family_of(method) == *other) continue;
+    if (other && method_family(method) == *other) continue;
     if (method.info.implicit && check_ != "") continue;
     ++tried;
     compare(method);
@@ -265,7 +265,7 @@ Reference Search::find() {
           {"no reference", "'" + problem_.spec->name + "' to t = " + std::to_string(time_) + " s",
            "no integrator stays finite at the steps that can be waited for",
            "choose a shorter --time"});
-    compare_all(family_of(*path));
+    compare_all(method_family(*path));
     if (check_.empty() && !told_) {
       const bool by_tolerance = path->info.adaptive && path->has_tolerance;
       const auto half = difference(*path, by_tolerance ? intervals_ : 2 * finest(*path),
