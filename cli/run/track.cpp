@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/output/format.h"
+#include "core/study/verdict/bad_force.h"
 
 namespace sim::cli {
 namespace {
@@ -129,9 +130,10 @@ void Track::mark_diverged() {
               std::to_string(where.particle) +
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);
-  if (!where.force.empty())
-    diverged_ += ": force " + where.force + " on particle " + std::to_string(where.force_particle) +
-                 " is not finite there";
+  if (const auto bad = study::find_bad_force(*spec_, *system_))
+    diverged_ += ": force '" + bad->name + "'" +
+                 (bad->place.empty() ? "" : " (" + bad->place + ")") + " on particle " +
+                 std::to_string(bad->particle) + " is not finite there";
 }
 
 void Track::continue_from(double total, std::span<const double> work) {

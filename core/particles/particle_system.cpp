@@ -20,15 +20,14 @@ namespace {
 // Throws unless the forces and masses can be had in single precision, with room for what a step
 // makes of them.
 void check_single(const ParticleSystem& system) {
-  const auto refuse = [](const std::string& why, const std::string& where = "") {
-    throw Error(ErrorKind::kScene, {"single precision does not fit", where, why, "use double"});
+  const auto refuse = [](const std::string& why) {
+    throw Error(ErrorKind::kScene, {"single precision does not fit", "", why, "use double"});
   };
   if (!system.nets().empty())
     refuse("springs that are not in runs of equal id differences are double precision only");
   if (system.confined()) refuse("colliders are double precision only");
   for (const Force* force : system.other_forces())
-    refuse("force '" + system.name_of(*force) + "' is double precision only",
-           system.place_of(*force));
+    refuse("force '" + system.name_of(*force) + "' is double precision only");
 
   constexpr double kLeast = 1e-20, kMost = 1e20;
   const auto check = [&](double value, const std::string& what) {
@@ -123,17 +122,7 @@ std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const Embedded
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
-  for (const Force* force : other_forces())
-    if ((plan.order > 2 && force->depends_on_velocity()) ||
-        (force->memory_size() > 0 && force->remembers_particles()))
-      throw Error(ErrorKind::kScene,
-                  {"integrator does not fit", place_of(*force),
-                   "a splitting method of order " + std::to_string(plan.order) +
-                       " cannot take the force '" + name_of(*force) +
-                       (force->depends_on_velocity() && plan.order > 2
-                            ? "', which depends on velocity in another way than drag"
-                            : "', whose memory follows from the particles"),
-                   plan.order > 2 && memory_size() == 0 ? "use rk4 or verlet" : "use rk4"});
+  if ((needs_velocities() && plan.order > 2) || memories_follow_particles()) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);

@@ -139,17 +139,6 @@ std::string Particles::name_of(const Force& force) const {
   return "of no name";
 }
 
-void Particles::name_forces(std::vector<std::string> names, std::vector<std::string> places) {
-  names_ = std::move(names);
-  places_ = std::move(places);
-}
-
-std::string Particles::place_of(const Force& force) const {
-  for (std::size_t i = 0; i < places_.size(); ++i)
-    if (forces_[i].get() == &force) return places_[i];
-  return "";
-}
-
 void Particles::add_collider(std::unique_ptr<Collider> collider, const std::string& name,
                              const double* x) {
   contacts_.add(std::move(collider), name, view(0, x));

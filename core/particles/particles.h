@@ -48,16 +48,15 @@ class Particles {
   // How far below and above a block a sweep reads positions; a multiple of kGrain.
   int reach() const noexcept { return reach_; }
 
-  // What to call the forces, in their order, and where a scene wrote them ("" if not known).
-  void name_forces(std::vector<std::string> names, std::vector<std::string> places = {});
+  // What to call the forces, in their order.
+  void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
-  std::string place_of(const Force& force) const;
 
   // The memories of all forces, one behind the other from the end of the layout on.
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
-  void start_memories(double* state) const;                           // as at t = 0
+  void start_memories(double* state) const;  // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
@@ -102,7 +101,7 @@ class Particles {
   std::vector<std::unique_ptr<Force>> forces_;
   // Those that act, and those that are prepared: others that act, and those that remember.
   std::vector<Force*> on_, prepared_;
-  std::vector<std::string> names_, places_;
+  std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;

@@ -18,14 +18,6 @@ struct Divergence {
   std::string quantity;   // "x", "vy", "component", "memory"
   std::string item;       // of which: StatePart::item, "particle"
   std::string why;        // of kNotAllowed: OdeSystem::refusal()
-  std::string force{};    // one that is not finite on the way there, "'lua' (swing.lua:9)"
-  int force_particle = -1;
 };
-
-class ParticleSystem;
-
-// Looks for that force: at x and a little later, where one explicit Euler step of up to h leads.
-// Nothing where x itself is so large that a force may overflow.
-void find_bad_force(ParticleSystem& system, double t, const double* x, Divergence& found);
 
 }  // namespace sim

@@ -34,8 +34,9 @@ class Splitting final : public Integrator {
           ErrorKind::kScene,
           {"integrator does not fit", "",
            "a splitting method of order " + std::to_string(order_) +
-               " needs particles: q' = v, v' = a(t, q) - gamma v; this system is of first order",
-           "use rk4"});
+               " needs q' = v, v' = a(t, q) - gamma v, and this system is of first order or has a "
+               "force that depends on velocity, or remembers, in another way",
+           order_ > 2 ? "use rk4; for forces that depend on velocity also verlet" : "use rk4"});
   }
 
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,

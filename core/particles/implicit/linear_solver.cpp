@@ -39,7 +39,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, cons
   if (!matrix.symmetric()) {
     if (options.solver == Solver::kDirect)
       throw Error(ErrorKind::kScene,
-                  {"integrator does not fit", system.place_of(*system.other_forces().front()),
+                  {"integrator does not fit", "",
                    "the sparse factorisation is for springs, gravity and drag, and this system has "
                    "another force, '" +
                        system.name_of(*system.other_forces().front()) + "'",

@@ -16,7 +16,7 @@ LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& opti
       equation_(system) {
   if (!system.other_forces().empty())
     throw Error(ErrorKind::kScene,
-                {"integrator does not fit", system.place_of(*system.other_forces().front()),
+                {"integrator does not fit", "",
                  "projective dynamics is for springs, gravity and drag, and this system has "
                  "another force, '" +
                      system.name_of(*system.other_forces().front()) + "'",
