@@ -64,7 +64,8 @@ Finding EnergyCriterion::finding() const {
                                  percent(balance_.rise(), scale) + " of the " + whole +
                                  ", though contact only takes"};
   }
-  if (!balance_.complete()) return {Trust::kTrusted, "energy not checked: a force may add any"};
+  if (balance_.has_work() && system_->integrator_info().adaptive)
+    return {Trust::kTrusted, "energy not checked: forces do work between the states"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
   const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
@@ -77,22 +78,29 @@ Finding EnergyCriterion::finding() const {
   const double size = std::abs(error), unknown = balance_.uncertainty();
   if (!(size - unknown > kTolerance * scale) && size + unknown > kTolerance * scale) {
     const std::string rise = "energy rose by at most " + percent(balance_.rise(), scale);
-    const std::string rest = ", what drag took not checked";
+    const std::string rest = balance_.has_work() ? std::string(", what forces did not checked")
+                                                 : std::string(", what drag took not checked");
     if (!(balance_.rise() > kTolerance * scale)) return {Trust::kTrusted, rise + rest};
     return {Trust::kSuspect, rise + " of the " + whole + rest, true};
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag();
-  const bool presumed = drag && system_->integrator_info().adaptive;
+  const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
-                whole + (drag ? ", above what drag left" : ""),
+                whole +
+                (balance_.has_work() ? ", above what forces did"
+                 : drag              ? ", above what drag left"
+                                     : ""),
             presumed};
   return {Trust::kSuspect,
           "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
-              whole + (drag ? ", below what drag left" : ", and no force takes any"),
+              whole +
+              (balance_.has_work() ? ", below what forces did"
+               : drag              ? ", below what drag left"
+                                   : ", and no force takes any"),
           presumed};
 }
 
