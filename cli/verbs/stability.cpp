@@ -14,13 +14,14 @@ namespace {
 using study::MethodStability;
 using study::Stability;
 
-constexpr std::size_t kStep = 11, kEnergy = 9;
+constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
+constexpr std::size_t kShown = 1;  // the first of the runs at shares of the limit that is shown
 
 std::string percent(double value, int digits = 3) { return brief(100 * value, digits) + " %"; }
 
 std::string step_text(const std::optional<double>& step) {
   if (!step) return "-";
-  if (*step == 0) return "0";
+  if (*step == 0) return "none";
   return std::isinf(*step) ? "any" : brief(*step, 4);
 }
 
@@ -41,16 +42,17 @@ std::string off_text(const MethodStability& each) {
 // How far a step of dt is from the limit, or how fast it grows beyond it.
 std::string standing(const MethodStability& each, double dt) {
   if (each.method.info.adaptive) return "own steps";
-  if (each.radius && *each.radius > 1 + 1e-3)
-    return std::isinf(*each.radius) ? "fails" : "x" + brief(*each.radius, 3) + "/step";
   const std::optional<double> limit = study::step_limit(each);
+  const bool inside = limit && dt < *limit;  // what grows then is the system
+  if (each.radius && *each.radius > 1 + 1e-3 && !inside)
+    return std::isinf(*each.radius) ? "fails" : "x" + brief(*each.radius, 3);
   if (!limit) return "-";
   if (*limit == 0) return "grows";
   return std::isinf(*limit) ? "stable" : percent(dt / *limit, 2);
 }
 
 std::string energy_text(const study::EnergyAtStep& point) {
-  return std::isinf(point.error) ? "diverges" : brief(point.error, 2);
+  return std::isinf(point.error) ? "fails" : brief(point.error, 2);
 }
 
 std::string place_text(const Stability& result) {
@@ -68,8 +70,8 @@ std::string hopeless_text(const Stability& result) {
   for (const MethodStability& each : result.methods) {
     if (limit_name(each) != "none stable") continue;
     text += wrapped(each.method.label +
-                        " has no stable step here: without enough damping it adds "
-                        "energy at every step size",
+                        " has no stable step here: it lets the fastest modes grow at every "
+                        "step size",
                     2);
     if (each.radius && *each.radius > 1)
       text += "\n  at " + brief(result.dt) + " s the fastest mode grows e times every " +
@@ -83,46 +85,72 @@ std::string table_text(const Stability& result) {
   std::size_t width = 11;
   for (const MethodStability& each : result.methods)
     width = std::max(width, each.method.label.size() + 1);
-  std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 8) +
-                     right("", kStep) +
-                     (result.energy_time > 0 ? "   energy error at a share of it" : "") + '\n';
+  std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 4) +
+                     right("", kOff + kDt - 4) +
+                     (result.energy_time <= 0       ? ""
+                      : result.spectrum.first_order ? "  error at share of it"
+                                                    : "  energy error at share") +
+                     '\n';
   text += left("integrator", width) + right("predicted", kStep) + right("measured", kStep) +
-          right("off", 8) + right("your dt", kStep) + ' ';
+          right("off", kOff) + right("your dt", kDt);
   if (result.energy_time > 0)
-    for (const char* share : {"0.25", "0.5", "0.9", "1"}) text += right(share, kEnergy);
+    for (const char* share : {"0.5", "0.9", "1.1"}) text += right(share, kEnergy);
   text += '\n';
   for (const MethodStability& each : result.methods) {
     std::string line = left(each.method.label, width) + right(step_text(each.predicted), kStep) +
-                       right(step_text(each.measured), kStep) + right(off_text(each), 8) +
-                       right(standing(each, result.dt), kStep) + ' ';
-    for (const auto& point : each.energy) line += right(energy_text(point), kEnergy);
+                       right(step_text(each.measured), kStep) + right(off_text(each), kOff) +
+                       right(standing(each, result.dt), kDt);
+    for (std::size_t i = kShown; i < each.energy.size(); ++i)
+      line += right(energy_text(each.energy[i]), kEnergy);
     text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
   }
+  return text;
+}
+
+// "192.7 rad/s (period 0.0326 s), damping 2 /s", or "decay of 90 1/s" of a first-order system.
+std::string fastest_text(const study::Spectrum& spectrum) {
+  constexpr double kTurns = 1.9;  // |damping| over |lambda| above which nothing oscillates to see
+  const study::Vibration& fastest = spectrum.fastest;
+  if (fastest.omega == 0) return "nothing vibrates, decays or grows";
+  if (spectrum.first_order && std::abs(fastest.damping) > kTurns * fastest.omega)
+    return (fastest.damping > 0 ? "decay of " : "growth of ") + brief(fastest.omega) + " 1/s";
+  std::string text = brief(fastest.omega) + " rad/s (period " +
+                     brief(2 * std::numbers::pi / fastest.omega, 3) + " s), ";
+  if (spectrum.first_order) {
+    const double rate = -fastest.damping / 2;
+    return text + (rate > 0 ? "growing at " : "decaying at ") + brief(std::abs(rate), 3) + " 1/s";
+  }
+  text += "damping " + brief(fastest.damping) + " /s";
+  if (spectrum.decay > fastest.omega)
+    text += "; fastest decay " + brief(spectrum.decay, 4) + " 1/s";
   return text;
 }
 
 std::string text_of(const Stability& result) {
   const study::Spectrum& spectrum = result.spectrum;
   std::string text = label("system", result.system + ", at t = " + brief(result.t) + " s");
+  text += label("fastest",
+                wrapped(fastest_text(spectrum) + "; residual " + brief(spectrum.residual, 2) +
+                            " after " + std::to_string(spectrum.products) + " products",
+                        12));
   const double omega = spectrum.fastest.omega;
-  text +=
-      label("fastest",
-            brief(omega) + " rad/s" +
-                (omega > 0 ? " (period " + brief(2 * std::numbers::pi / omega, 3) + " s)" : "") +
-                ", damping " + brief(spectrum.fastest.damping) + " /s; residual " +
-                brief(spectrum.residual, 2) + " after " + std::to_string(spectrum.products) +
-                " products");
   if (std::isfinite(spectrum.bound))
     text += label("bound", brief(spectrum.bound) + " rad/s, from masses and stiffnesses alone");
-  if (!spectrum.particles.empty()) text += label("where", place_text(result));
-  if (spectrum.growth > 1e-4 * omega)
+  if (!spectrum.particles.empty()) text += label("where", wrapped(place_text(result), 12));
+  if (spectrum.growth > 1e-4 * omega && !spectrum.first_order)
     text += label("buckling", "some direction grows at " + brief(spectrum.growth, 3) +
                                   " /s by itself, whatever the step");
   text += label("your run", result.integrator + ", dt " + brief(result.dt) + " s");
   text += '\n' + table_text(result);
-  if (result.energy_time > 0)
+  if (spectrum.first_order)
+    text += "The limits are those of the system made linear at this state; runs of " +
+            brief(result.energy_time, 4) +
+            " s\nat shares of them show what the system itself does: the error, over its largest\n"
+            "number, against steps of a tenth.\n";
+  else if (result.energy_time > 0)
     text += "Energy error: of runs of " + brief(result.energy_time, 4) +
-            " s, largest, relative to the energy in play; drag accounted for\n";
+            " s, largest, of the energy in play; drag accounted for.\n"
+            "Limits are those of the system made linear at this state.\n";
   return text + hopeless_text(result);
 }
 
@@ -158,6 +186,7 @@ std::string json_of(const Stability& result) {
       .number("residual", result.spectrum.residual)
       .number("bound", result.spectrum.bound)
       .number("growth", result.spectrum.growth)
+      .number("decay", result.spectrum.decay)
       .json("particles", json_array(particles))
       .json("families", json_array(families))
       .text("integrator", result.integrator)

@@ -5,24 +5,60 @@
 #include <limits>
 
 namespace sim::study {
-
-EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
+EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
+    : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
-  damped_ = particles.has_damping();
+  for (Force* force : particles.other_forces())
+    if (!force->conservative() && !force->springs()) working_.push_back(force);
+  damped_ = particles.has_damping() || !working_.empty();
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  confined_ = !particles.contacts().empty();
+  confined_ = particles.confined();
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
-  complete_ = std::ranges::all_of(particles.other_forces(), [](const Force* force) {
-    return force->conservative() || force->springs();
-  });
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
+  // Such a force costs what it costs in a stage: 2 % of the run at most, but 200 looks.
+  constexpr std::int64_t kLooks = 200, kShare = 50;
+  const int each = std::max(1, system.integrator_info().evaluations);
+  if (!working_.empty())
+    stride_ = std::max(stride_, std::clamp<std::int64_t>(steps / kLooks, 1, kShare / each));
+  start_potential_ = potential();
   if (damped_) work_.look(system.t(), power());
   in_play_ = start_.kinetic;
 }
 
 double EnergyBalance::power() const {
-  return particles_of(*system_)->damping_power(system_->t(), system_->state().data(), sums_);
+  const ParticleSystem& particles = *particles_of(*system_);
+  const double t = system_->t();
+  double power = particles.damping_power(t, system_->state().data(), sums_);
+  const ParticleView p = particles.view(t, system_->state().data());
+  for (Force* force : working_) {
+    if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
+    std::ranges::fill(sums_.span(), 0.0);
+    const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
+    const ForceSink sink{fx, fy, fz};
+    const ParticleView own = particles.seen_by(*force, p);
+    force->prepare(own, particles.team());
+    particles.team().run_parts(p.n, 8, [&](int begin, int end) {
+      force->accumulate(own, {begin, end}, sink);
+    });
+    for (int i = 0; i < p.n; ++i)
+      if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
+  }
+  return power;
+}
+
+// E' counts it with the other potentials, although it is not what the force comes from.
+double EnergyBalance::potential() const {
+  const ParticleSystem& particles = *particles_of(*system_);
+  const ParticleView p = particles.view(system_->t(), system_->state().data());
+  double sum = 0;
+  for (Force* force : working_) {
+    if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
+    const ParticleView own = particles.seen_by(*force, p);
+    force->prepare(own, particles.team());
+    sum += force->potential(own, {0, p.n});
+  }
+  return sum;
 }
 
 std::int64_t EnergyBalance::due() const {
@@ -61,7 +97,8 @@ ContactWork EnergyBalance::contact() const {
 double EnergyBalance::taken() const {
   const double by_contact = contact().lost - contact().given;
   if (!damped_) return by_contact;
-  return (steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power())) + by_contact;
+  const double work = steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
+  return (working_.empty() ? work : work - (potential() - start_potential_)) + by_contact;
 }
 
 void EnergyBalance::look(const Energy& now) {

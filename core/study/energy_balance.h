@@ -1,4 +1,4 @@
-// Energy against what the forces allow: gravity and springs keep it, damping may only take.
+// Energy against what the forces allow: gravity and springs keep it, damping takes, others do work.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,15 @@
 
 namespace sim::study {
 
-// E(t) + W(t) - E(0), where W is what drag and damped springs have taken, the integral of their
-// power, and what contact has taken, less what moving colliders have given; 0 for the exact motion.
+// E(t) + W(t) - E(0), where W is what drag, damped springs and all forces that are not conservative
+// have taken, the integral of their power, and what contact has taken, less what moving colliders
+// have given; 0 for the exact motion.
 class EnergyBalance {
  public:
-  // Looks at the present state of a second-order system, which it outlives.
-  explicit EnergyBalance(Simulation& system);
+  // Looks at the present state of a second-order system, which it outlives. Of a run of so many
+  // steps, if that is known: forces that are not conservative are looked at less often in long
+  // ones.
+  explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
   // After steps, at most due() of them: in large systems not after every one, for it would cost.
   void advance(std::int64_t steps = 1);
@@ -24,14 +27,13 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  // Every force but damping is what its potential gives: E and W say all.
-  bool complete() const { return complete_; }
-  bool has_drag() const { return damped_; }  // of particles or of springs
+  bool has_drag() const { return damped_; }  // of particles or of springs, or forces do work
+  bool has_work() const { return !working_.empty(); }  // of other forces
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // What is needed to go on with W later, bit for bit.
   std::vector<double> memory() const;
   bool recall(std::span<const double> memory);
-  ContactWork contact() const;  // J
+  ContactWork contact() const;                                                 // J
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
@@ -39,17 +41,19 @@ class EnergyBalance {
   double rise() const { return rise_; }        // largest E - E(0), J
 
  private:
-  double power() const;  // of the damping, W
+  double power() const;      // of the damping and of forces that do work, W
+  double potential() const;  // that such forces add to E all the same, J
 
   Simulation* system_;
   bool damped_ = false, confined_ = false;
   mutable Array sums_;  // scratch of power()
-  bool complete_ = true;
+  std::vector<Force*> working_;
+  double start_potential_ = 0;  // J
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0;
   WorkIntegral work_;
   ContactWork contact_before_;  // less what there was at the start, J
-  double before_ = 0;  // W of an earlier part of the run, J
+  double before_ = 0;           // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 

@@ -1,9 +1,11 @@
-// Chooses a method and a step for the system it is given, from the fastest mode of its Jacobian.
+// Chooses a method and a step for the system it is given, from the fastest mode of its Jacobian and
+// the tolerance, and looks again as it goes.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "core/base/array.h"
+#include "core/math/power.h"
 #include "core/ode/fastest_mode.h"
 #include "core/ode/stability.h"
 #include "core/plugin/plugin.h"
@@ -15,13 +17,20 @@ using Given = std::map<std::string, sim::Value>;
 // Runs of springs at more than half their limit of stability pick up energy from resonances between
 // modes: Skeel & Srinivas (2000), SIAM J. Numer. Anal. 38, 129-148.
 constexpr double kShareOfLimit = 0.5;
-// Where h omega is more than this an implicit step of h is cheaper than the explicit ones in it,
-// and what it damps away moves too fast to be seen.
-constexpr double kStiffest = 200;
+// Where h omega is more than this an implicit step of h is cheaper than the explicit ones in it;
+// one whose own steps come down to a quarter of that is not.
+constexpr double kStiffest = 200, kNotStiff = 50;
+constexpr int kShortSteps = 10;  // one after the other, until it is given up
+// An implicit method of order 2 takes too many steps below this tolerance.
+constexpr double kImplicit = 1e-7;
 // A splitting with steps backwards in time multiplies rounding errors by e^(gamma h) in them.
 constexpr double kMostDamping = 1;
+// Below this h omega nothing that is fast now tells what will be.
+constexpr double kSlack = 1e-3;
 constexpr std::int64_t kMostAtOnce = 64;
 constexpr double kCoarse = 1e-3, kFine = 1e-7;
+constexpr double kLook = 2000;  // evaluations from one look at the fastest mode to the next
+constexpr double kHold = 20;    // steps of h after implicit steps were given up
 
 class Automatic final : public sim::Integrator {
  public:
@@ -29,53 +38,57 @@ class Automatic final : public sim::Integrator {
       : tol_(params.number("tol")), other_(std::move(other)) {}
 
   sim::IntegratorInfo info() const noexcept override {
-    return method_ ? method_->info() : sim::IntegratorInfo{};
+    sim::IntegratorInfo info = method_ ? method_->info() : sim::IntegratorInfo{};
+    info.adaptive = info.adaptive || choice_ == kStiff;
+    return info;
   }
 
   void prepare(sim::OdeSystem& system) override {
     system_ = &system;
     splits_ = system.split_stepper({.drift = {0, 1}, .kick = {1}, .order = 4}) != nullptr;
+    for (sim::Array* array : {&between_, &coarse_, &half_, &fine_})
+      *array = sim::Array(system.size());
   }
 
   void restart(double t, double h, const double* x) override {
-    const sim::FastestMode fastest = sim::fastest_mode(*system_, t, x);
-    choose(h, fastest);
+    spent_ = hold_ = short_ = 0;
+    own_ = h;
+    choose(t, h, x);
     method_->restart(t, step_of(h), x);
   }
 
-  // Equal steps of its own, of which the method may take more than were asked for: then as many as
-  // end where a state is wanted.
   sim::Advance advance(sim::OdeSystem& system, double t, double h, std::int64_t most,
                        const double* x, double* x_next) override {
-    const double inner = step_of(h);
-    const std::int64_t each = steps_in(h);
-    std::int64_t goal = most > kMostAtOnce ? kMostAtOnce * each : most * each;
-    const double* from = x;
-    double* to = x_next;
-    for (std::int64_t n = 0; n < goal;) {
-      const sim::Advance now = n > 0 && system.stopped()
-                                   ? sim::Advance{sim::StepStatus::kStopped}
-                                   : method_->advance(system, t + static_cast<double>(n) * inner,
-                                                      inner, goal - n, from, to);
-      if (now.status != sim::StepStatus::kDone) {
-        if (n > 0) method_->restart(t, inner, x);  // of the state before
-        if (goal > each && now.status != sim::StepStatus::kStopped)
-          return advance(system, t, h, 1, x, x_next);
-        if (to != x_next) std::copy(to, to + between_.size(), x_next);
-        return now;
-      }
-      if (n == 0) goal = (now.taken + each - 1) / each * each;
-      n += now.taken;
-      from = to;
-      to = to == x_next ? between_.data() : x_next;
+    if (spent_ >= kLook) look_again(t, h, x);
+    const sim::Effort before = method_->effort();
+    sim::Advance now;
+    if (choice_ == kStiff)
+      now = controlled(system, t, h, x, x_next);
+    else if (method_->info().adaptive)
+      now = method_->advance(system, t, h, 1, x, x_next);
+    else
+      now = equal_steps(system, t, h, most, x, x_next);
+    if (now.status != sim::StepStatus::kDone) {
+      const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
+      if (!hard || tol_ < kImplicit || system.confined()) return now;
+      // What stops explicit steps within h may be stiffness that was not there at its start.
+      take(kStiff);
+      own_ = h;
+      reason_ = "auto: trbdf2, steps of its own: explicit ones failed";
+      return advance(system, t, h, most, x, x_next);
     }
-    if (from != x_next) std::copy(from, from + between_.size(), x_next);
-    return {sim::StepStatus::kDone, static_cast<int>(goal / each)};
+    // However many equal steps were taken at once, the next look comes at the same time.
+    const bool equal = choice_ != kStiff && !method_->info().adaptive;
+    spent_ += equal ? static_cast<double>(now.taken) * cost_of(h)
+                    : static_cast<double>(method_->effort().evaluations - before.evaluations);
+    hold_ = std::max(0.0, hold_ - now.taken);
+    return now;
   }
 
-  // The choice depends on where the run was started, so it is part of what has to be kept.
+  // What was chosen depends on where the run was started and has been, so it is kept.
   std::vector<double> memory() const override {
-    std::vector<double> memory{static_cast<double>(choice_), longest_};
+    std::vector<double> memory{
+        static_cast<double>(choice_), longest_, own_, rate_, spent_, hold_, short_};
     const std::vector<double> inner = method_->memory();
     memory.insert(memory.end(), inner.begin(), inner.end());
     return memory;
@@ -84,10 +97,28 @@ class Automatic final : public sim::Integrator {
   void recall(std::span<const double> memory) override {
     take(static_cast<Choice>(memory[0]));
     longest_ = memory[1];
-    method_->recall(memory.subspan(2));
+    own_ = memory[2];
+    rate_ = memory[3];
+    spent_ = memory[4];
+    hold_ = memory[5];
+    short_ = memory[6];
+    method_->recall(memory.subspan(7));
   }
 
-  sim::Effort effort() const override { return method_ ? method_->effort() : sim::Effort{}; }
+  sim::Effort effort() const override {
+    if (!method_) return past_;
+    sim::Effort sum = past_;
+    const sim::Effort now = method_->effort();
+    sum.steps += choice_ == kStiff ? 0 : now.steps;
+    sum.rejected += now.rejected;
+    sum.evaluations += now.evaluations;
+    sum.newton += now.newton;
+    sum.factorisations += now.factorisations;
+    sum.linear += now.linear;
+    sum.residual = std::max(sum.residual, now.residual);
+    return sum;
+  }
+
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes{reason_};
     if (method_)
@@ -102,9 +133,13 @@ class Automatic final : public sim::Integrator {
     return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(h / longest_ - 1e-9)));
   }
   double step_of(double h) const { return h / static_cast<double>(steps_in(h)); }
+  double cost_of(double h) const {  // evaluations of a step of h in equal steps
+    return static_cast<double>(steps_in(h) * std::max(1, method_->info().evaluations));
+  }
 
   void take(Choice choice) {
     if (choice == choice_) return;
+    past_ = effort();
     constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "trbdf2", "rk4"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
@@ -112,10 +147,121 @@ class Automatic final : public sim::Integrator {
     method_->prepare(*system_);
     name_ = kNames[choice];
     choice_ = choice;
-    between_ = sim::Array(system_->size());
   }
 
-  void choose(double h, const sim::FastestMode& fastest) {
+  // The error of a step against two of half its size, over what is allowed of it: tol + tol |x| in
+  // each number, as adaptive methods have it. Infinity where one of them fails; `fine_` is the end.
+  double error_of(sim::OdeSystem& system, double t, double h, const double* x,
+                  sim::StepStatus& status) {
+    status = sim::StepStatus::kDone;
+    const auto step = [&](double from_t, double s, const double* from, sim::Array& to) {
+      method_->restart(from_t, s, from);
+      if (status == sim::StepStatus::kDone)
+        status = method_->step(system, from_t, s, from, to.data());
+    };
+    step(t, h, x, coarse_);
+    step(t, h / 2, x, half_);
+    step(t + h / 2, h / 2, half_.data(), fine_);
+    if (status != sim::StepStatus::kDone) return HUGE_VAL;
+    const double gain = std::ldexp(1.0, method_->info().order) - 1;
+    double most = 0;
+    for (std::size_t i = 0; i < fine_.size(); ++i) {
+      const double allowed = tol_ * (1 + std::max(std::fabs(x[i]), std::fabs(fine_[i])));
+      const double error = std::fabs(fine_[i] - coarse_[i]) / gain / allowed;
+      if (!(error <= most)) most = error;
+    }
+    return std::isnan(most) ? HUGE_VAL : most;
+  }
+
+  // Implicit steps of its own size, by step doubling: Hairer, Norsett & Wanner (1993), II.4.
+  sim::Advance controlled(sim::OdeSystem& system, double t, double h, const double* x,
+                          double* x_next) {
+    constexpr double kSafe = 0.9, kLeast = 0.2, kMost = 3, kSmallest = 1e-12;
+    const double own = own_, shorts = short_;
+    const auto stop = [&](sim::StepStatus status) {
+      own_ = own;
+      short_ = shorts;
+      std::copy(x, x + between_.size(), x_next);
+      return sim::Advance{status};
+    };
+    std::copy(x, x + between_.size(), between_.data());
+    for (double done = 0; done < h;) {
+      if (system.stopped()) return stop(sim::StepStatus::kStopped);
+      const bool last = own_ > 0.999 * (h - done);
+      const double s = last ? h - done : own_;
+      sim::StepStatus status;
+      const double error = error_of(system, t + done, s, between_.data(), status);
+      if (status == sim::StepStatus::kStopped) return stop(status);
+      const double order = method_->info().order + 1.0;
+      const double factor =
+          std::isinf(error) ? kLeast : kSafe * sim::power(std::max(error, 1e-6), -1 / order);
+      if (!(error <= 1)) {
+        ++past_.rejected;
+        own_ = s * std::clamp(factor, kLeast, kSafe);
+        if (own_ < kSmallest * h) return stop(sim::StepStatus::kStepTooSmall);
+        continue;
+      }
+      ++past_.steps;
+      short_ = s * rate_ < kNotStiff && !last ? short_ + 1 : 0;
+      if (!last || factor < 1) own_ = s * std::clamp(factor, kLeast, kMost);
+      own_ = std::max(own_, last ? std::min(own, h) : 0.0);
+      done = last ? h : done + s;
+      std::swap(between_, fine_);
+    }
+    std::copy(between_.data(), between_.data() + between_.size(), x_next);
+    if (short_ >= kShortSteps) spent_ = kLook;  // look again before the next
+    return {sim::StepStatus::kDone, 1};
+  }
+
+  // Equal steps, of which the method may take more than were asked for: then as many as end where a
+  // state is wanted.
+  sim::Advance equal_steps(sim::OdeSystem& system, double t, double h, std::int64_t most,
+                           const double* x, double* x_next) {
+    const double inner = step_of(h);
+    const std::int64_t each = steps_in(h);
+    const auto to_look = static_cast<std::int64_t>(std::ceil((kLook - spent_) / cost_of(h)));
+    const std::int64_t outer = std::clamp<std::int64_t>(to_look, 1, std::min(most, kMostAtOnce));
+    std::int64_t goal = outer * each;
+    const double* from = x;
+    double* to = x_next;
+    for (std::int64_t n = 0; n < goal;) {
+      const sim::Advance now = n > 0 && system.stopped()
+                                   ? sim::Advance{sim::StepStatus::kStopped}
+                                   : method_->advance(system, t + static_cast<double>(n) * inner,
+                                                      inner, goal - n, from, to);
+      if (now.status != sim::StepStatus::kDone) {
+        if (n > 0) method_->restart(t, inner, x);  // of the state before
+        if (goal > each && now.status != sim::StepStatus::kStopped)
+          return equal_steps(system, t, h, 1, x, x_next);
+        if (to != x_next) std::copy(to, to + between_.size(), x_next);
+        return now;
+      }
+      if (n == 0) goal = std::min(goal, (now.taken + each - 1) / each * each);
+      n += now.taken;
+      from = to;
+      to = to == x_next ? between_.data() : x_next;
+    }
+    if (from != x_next) std::copy(from, from + between_.size(), x_next);
+    return {sim::StepStatus::kDone, static_cast<int>(goal / each)};
+  }
+
+  // What goes on as it was keeps its own memory and step.
+  void look_again(double t, double h, const double* x) {
+    spent_ = 0;
+    const Choice before = choice_;
+    const double longest = longest_;
+    if (choice_ == kStiff && short_ >= kShortSteps) hold_ = kHold;
+    short_ = 0;
+    choose(t, h, x);
+    if (choice_ != before || longest_ != longest) {
+      own_ = h;
+      method_->restart(t, step_of(h), x);
+    }
+  }
+
+  void choose(double t, double h, const double* x) {
+    const sim::FastestMode fastest = sim::fastest_mode(*system_, t, x);
+    rate_ = fastest.rate;
     const auto number = [](double value) {
       char text[32];
       std::snprintf(text, sizeof text, "%.3g", value);
@@ -138,22 +284,40 @@ class Automatic final : public sim::Integrator {
       take(splits_ ? kVerlet : kClassic);
       what += ", colliders";
       stay_below_limit();
-    } else if (h * fastest.rate > kStiffest) {
+    } else if (h * fastest.rate > kStiffest && tol_ >= kImplicit && hold_ <= 0) {
       take(kStiff);
-      what += ": explicit steps would be of " + number(1 / fastest.rate) + " s or less";
-    } else if (tol_ < kFine || !splits_) {
+      what += ": explicit steps would be of " + number(1 / fastest.rate) +
+              " s or less; its own steps to accuracy " + number(tol_);
+    } else if (tol_ < kFine || !splits_ || h * fastest.rate < kSlack || hold_ > 0) {
       take(tol_ < kFine ? kAccurate : kAdaptive);
-      what += splits_ ? ", accuracy " : ", first order or forces of velocity, accuracy ";
-      what += number(tol_);
+      if (!splits_) what += ", first order or forces of velocity";
+      what += ", accuracy " + number(tol_);
     } else {
       const bool backwards = h * fastest.damping <= kMostDamping;
       take(tol_ < kCoarse && backwards ? kPefrl : kVerlet);
       stay_below_limit();
+      shorten_for_accuracy(t, h, x, what);
     }
     reason_ = "auto: " + name_ +
               (steps_in(h) > 1 ? ", " + std::to_string(steps_in(h)) + " steps to each of "
                                : ", steps of ") +
               number(h) + " s: " + what;
+  }
+
+  // Equal steps whose error here is above the tolerance are made shorter.
+  void shorten_for_accuracy(double t, double h, const double* x, std::string& what) {
+    constexpr double kSafe = 0.9;
+    const double s = step_of(h);
+    sim::StepStatus status;
+    const double error = error_of(*system_, t, s, x, status);
+    if (!(error > 1) || std::isinf(error)) return;
+    longest_ = s * kSafe * sim::power(error, -1 / (method_->info().order + 1.0));
+    what += ", accuracy " + number_text(tol_);
+  }
+  static std::string number_text(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
   }
 
   double tol_;
@@ -163,8 +327,11 @@ class Automatic final : public sim::Integrator {
   std::unique_ptr<sim::Integrator> method_;
   Choice choice_ = kNone;
   std::string name_, reason_;
-  double longest_ = 0;  // step of the method, s
-  sim::Array between_;
+  double longest_ = 0;                     // equal step of the method, s
+  double own_ = 0, rate_ = 0, short_ = 0;  // implicit step, s; fastest mode, 1/s; short steps
+  double spent_ = 0, hold_ = 0;            // evaluations since a look; steps without implicit ones
+  sim::Effort past_;                       // of methods before
+  sim::Array between_, coarse_, half_, fine_;
 };
 
 }  // namespace
@@ -172,21 +339,22 @@ class Automatic final : public sim::Integrator {
 SIM_PLUGIN(Integrator, "auto") {
   sim::IntegratorPlugin plugin;
   plugin.name = "auto";
-  plugin.summary = "chooses method and step for the scene, and says why";
+  plugin.summary = "chooses method and step for the scene, looks again as it goes, and says why";
   plugin.formula =
-      "omega, gamma: of the fastest mode at the start\n"
+      "omega, gamma: of the fastest mode, at the start and every 2000 evaluations\n"
       "colliders:                verlet; rk4 with forces of velocity\n"
-      "stiff (h omega > 200):    trbdf2 in steps of h\n"
+      "stiff (h omega > 200):    trbdf2 in steps of its own, to tol by step doubling,\n"
+      "                          until those come below 50 / omega\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"
       "  tol >= 1e-7:            pefrl; verlet where h gamma > 1\n"
-      "  in steps of at most h and half of the stable one\n"
-      "first order, other forces of velocity: dopri5 to tol\n"
+      "  in steps of at most h, half of the stable one, and an error of tol\n"
+      "first order, other forces of velocity, nothing fast yet: dopri5 to tol\n"
       "tol < 1e-7:               dop853 to tol\n"
-      "Nothing measures the error of the run: sim tradeoff does.";
+      "tol is held in each step, not over the run: the verdict measures that.";
   plugin.params = {{.name = "tol",
                     .default_value = 1e-5,
-                    .doc = "accuracy wished for, relative",
+                    .doc = "accuracy of a step: tol + tol |x| in each number",
                     .min = 1e-14,
                     .max = 1}};
   plugin.make_from_others = [](const sim::Params& params, const sim::OtherIntegrator& other) {

@@ -46,6 +46,14 @@ struct Coordinates {
   }
 };
 
+// Neighbours against each other, as stiff modes are, and a little of everything else.
+std::vector<double> start_vector(std::size_t size) {
+  std::vector<double> u(size);
+  Noise noise;
+  for (std::size_t i = 0; i < size; ++i) u[i] = (i % 2 == 0 ? 1 : -1) + noise.next();
+  return u;
+}
+
 // y = S u. Particles: S = -M^1/2 (da/dq) M^-1/2, whose eigenvalues are omega^2. Others: S = J.
 class Action {
  public:
@@ -68,6 +76,36 @@ class Action {
       const double df = df_[where_.at[k] + where_.to_velocity];
       y[k] = second_order() ? -where_.root_mass[k] * df : df;
     }
+  }
+
+  // y = J u of the whole state, u = (M^1/2 q, M^1/2 v / rate): with the rate of the fastest mode
+  // both halves are of one size.
+  void apply_whole(const double* u, double* y, double rate) {
+    const std::size_t n = size(), shift = where_.to_velocity;
+    for (std::size_t k = 0; k < n; ++k) {
+      dx_[where_.at[k]] = u[k] / where_.root_mass[k];
+      dx_[where_.at[k] + shift] = rate * u[n + k] / where_.root_mass[k];
+    }
+    jacobian_->apply(dx_.data(), df_.data());
+    for (std::size_t k = 0; k < n; ++k) {
+      y[k] = where_.root_mass[k] * df_[where_.at[k]];
+      y[n + k] = where_.root_mass[k] * df_[where_.at[k] + shift] / rate;
+      dx_[where_.at[k]] = dx_[where_.at[k] + shift] = 0;
+    }
+  }
+
+  // The damping is the same for every motion.
+  bool evenly_damped() {
+    constexpr double kSame = 1e-9;
+    std::vector<double> u = start_vector(size());
+    product(u.data(), where_.to_velocity);
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (std::size_t k = 0; k < size(); ++k) {
+      const double rate = -where_.root_mass[k] * df_[where_.at[k] + where_.to_velocity] / u[k];
+      least = std::min(least, rate);
+      most = std::max(most, rate);
+    }
+    return most - least <= kSame * std::max(std::abs(most), std::abs(least));
   }
 
   // u^T C u / u^T u of the damping a = -C v in a system of particles, for the real part of u.
@@ -95,14 +133,6 @@ class Action {
   std::unique_ptr<Jacobian> jacobian_;
   Array dx_, df_;
 };
-
-// Neighbours against each other, as stiff modes are, and a little of everything else.
-std::vector<double> start_vector(std::size_t size) {
-  std::vector<double> u(size);
-  Noise noise;
-  for (std::size_t i = 0; i < size; ++i) u[i] = (i % 2 == 0 ? 1 : -1) + noise.next();
-  return u;
-}
 
 // The fastest vibration: of S in a system of particles omega^2 = value, negative ones grow instead.
 std::size_t fastest(const std::vector<Complex>& values, bool second_order) {
@@ -148,6 +178,29 @@ Ritz fastest_pairs(Action& action, int most) {
 Vibration vibration(Complex value, bool second_order, double damping) {
   if (second_order) return {std::sqrt(std::max(value.real(), 0.0)), damping};
   return {std::abs(value), -2 * value.real()};
+}
+
+// The eigenvalues of J itself, where damping differs from mode to mode: all of a small system, of a
+// large one those at the rim that are known to 1e-3.
+std::vector<Vibration> eigenvalues(Action& action, double omega) {
+  constexpr int kWhole = 400, kRim = 160;
+  constexpr double kKnown = 1e-3;
+  const std::size_t numbers = 2 * action.size();
+  const double rate = omega > 0 ? omega : 1;
+  Arnoldi arnoldi([&](const double* u, double* y) { action.apply_whole(u, y, rate); },
+                  start_vector(numbers), numbers <= kWhole ? static_cast<int>(numbers) : kRim);
+  while (arnoldi.extend()) {}
+  if (arnoldi.size() == 0) return {};
+  const RitzPairs pairs = arnoldi.pairs();
+  const bool all = arnoldi.rest() == 0 || static_cast<std::size_t>(arnoldi.size()) == numbers;
+  std::vector<Vibration> found;
+  for (std::size_t i = 0; i < pairs.values.size(); ++i) {
+    const Complex value = pairs.values[i];
+    const double missed = arnoldi.rest() * std::abs(pairs.last(i));
+    if (all || missed <= kKnown * std::abs(value))
+      found.push_back({std::abs(value), -2 * value.real()});
+  }
+  return found;
 }
 
 // Re lambda where it is positive: lambda^2 + damping lambda + value = 0 in a system of particles.
@@ -284,6 +337,7 @@ Spectrum spectrum(Simulation& system, int products) {
   Spectrum result;
   result.bound = omega_bound(system);
   const bool second = system.second_order();
+  result.first_order = !second;
   Action action(system);
   if (action.size() == 0) return result;
   const Ritz ritz = fastest_pairs(action, products);
@@ -301,6 +355,16 @@ Spectrum spectrum(Simulation& system, int products) {
   std::stable_sort(result.vibrations.begin(), result.vibrations.end(),
                    [](const Vibration& a, const Vibration& b) { return a.omega > b.omega; });
   result.fastest = result.vibrations.front();
+  result.rates = result.vibrations;
+  if (second && !action.evenly_damped()) {
+    result.rates = eigenvalues(action, result.fastest.omega);
+    const auto fast = [&](const Vibration& each) {
+      return each.omega > 0.9 * result.fastest.omega;
+    };
+    if (std::ranges::none_of(result.rates, fast)) result.rates.push_back(result.fastest);
+  }
+  for (const Vibration& rate : result.rates)
+    result.decay = std::max(result.decay, 0.5 * rate.damping);
   result.residual = std::isfinite(ritz.residual) ? ritz.residual : 0;
   unfold(system, action.where(), ritz.vector, result);
   locate(system, action.where(), ritz.vector, result);

@@ -19,10 +19,14 @@ struct Spectrum {
   Vibration fastest;
   double residual = 0;  // |J u - lambda u| / |lambda u| of it
   double growth = 0;    // of the fastest growing mode, 1/s: no step size helps there; 0 = none
+  double decay = 0;     // of the fastest decaying one, 1/s
   double bound = 0;     // omega is not above it while no spring is below half its rest length;
                         // infinity where nothing bounds it, or in a first-order system
   int products = 0;     // of J with a vector
-  std::vector<Vibration> vibrations;  // all that were found, fastest first
+  // All that were found, fastest first: in a system of particles of q'' = -S q with the damping of
+  // the fastest, and besides the eigenvalues of J, which differ where damping is uneven.
+  std::vector<Vibration> vibrations, rates;
+  bool first_order = false;
 
   // The fastest mode as a direction of X: a pair that spans its plane (displacement and velocity;
   // real and imaginary part in a first-order system, where the second one may be all zero).

@@ -7,12 +7,13 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/study/energy_balance.h"
+#include "core/study/limits/disturbance.h"
 #include "core/study/limits/step_limit.h"
 
 namespace sim::study {
 namespace {
 
-constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.0};
+constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.1};
 constexpr double kInfinity = HUGE_VAL;
 
 bool bounded(const std::optional<double>& limit) {
@@ -20,8 +21,11 @@ bool bounded(const std::optional<double>& limit) {
 }
 
 // Steps of one run that are not too long to wait for.
-double affordable_steps(const Simulation& system) {
-  return std::min(4e5, 5e7 / std::max(system.particles(), 1));
+double affordable_steps(const Simulation& system, const Candidate& method) {
+  constexpr double kWork = 1e7;  // evaluations, of all particles together
+  constexpr int kImplicit = 50;  // that an implicit step is worth
+  const int each = method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
+  return kWork / each / std::max(64, system.particles() + system.components() / 6);
 }
 
 // Nothing when it was told to end.
@@ -41,18 +45,54 @@ std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, d
   return EnergyAtStep{fraction, dt, std::isnan(relative) ? kInfinity : relative};
 }
 
+double largest_difference(std::span<const double> a, std::span<const double> b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (const double difference = std::abs(a[i] - b[i]); !(difference <= most)) most = difference;
+  return most;
+}
+
+// Of a first-order system: how far a run is from one with a tenth of the step, over the largest
+// number on the way. Nothing when it was told to end.
+std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, double dt,
+                                     double time, const std::function<bool()>& go_on) {
+  constexpr int kFiner = 10;
+  Simulation run = problem.simulation(dt), fine = problem.simulation(dt / kFiner);
+  const auto steps = static_cast<std::int64_t>(std::ceil(time / dt));
+  double most = 0, size = 0;
+  for (std::int64_t i = 0; i < steps; ++i) {
+    if (i % 256 == 0 && !go_on()) return {};
+    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    for (int k = 0; k < kFiner; ++k)
+      if (!fine.step()) return EnergyAtStep{fraction, dt, std::nan("")};
+    for (const double value : fine.state()) size = std::max(size, std::abs(value));
+    most = std::max(most, largest_difference(run.state(), fine.state()));
+    if (!(most <= 1e3 * size)) return EnergyAtStep{fraction, dt, kInfinity};
+  }
+  return EnergyAtStep{fraction, dt, size > 0 ? most / size : 0};
+}
+
 // The duration of the scene; where it has none, so long that the largest step is taken often.
 double energy_time(const Simulation& system, const std::vector<MethodStability>& methods) {
   double largest = 0;
   for (const MethodStability& each : methods)
     if (bounded(step_limit(each))) largest = std::max(largest, *step_limit(each));
-  return system.duration() > 0 ? system.duration() : 100 * largest;
+  constexpr double kFirstOrder = 400;  // steps of the largest limit that show what happens
+  const double duration = system.duration() > 0 ? system.duration() : 100 * largest;
+  return system.second_order() ? duration : std::min(duration, kFirstOrder * largest);
 }
 
 // A method that takes no forces but springs and drag does not fit a system that loads hold still.
 void measure_limit(Standstill& place, const Stability& result, MethodStability& each) try {
-  if (result.spectrum.fastest.omega > 0)
+  // Where the fastest mode grows by itself, growth is no fault of a step.
+  if (result.spectrum.first_order && result.spectrum.fastest.damping < 0) return;
+  if (result.spectrum.fastest.omega > 0) {
     each.radius = MeasuredRadius(place, result.spectrum, each.method)(result.dt);
+    if (place.system().second_order() && !each.method.info.implicit) {
+      const double grown = Disturbance(place, result.spectrum, each.method)(result.dt);
+      if (grown > 1 + Disturbance::kTolerance) each.radius = std::max(*each.radius, grown);
+    }
+  }
   each.measured = measured_step(place, result.spectrum, each.method);
   // Where damping just holds a growth that is too slow to be seen, only the prediction knows.
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
@@ -99,20 +139,20 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     if (!method.info.adaptive) measure_limit(place, result, each);
   }
 
-  if (!system.second_order()) return result;
   result.energy_time = energy_time(system, result.methods);
-  const double steps = affordable_steps(system);
   for (std::size_t i = 0; i < result.methods.size(); ++i) {
     MethodStability& each = result.methods[i];
     const std::optional<double> limit = step_limit(each);
     if (!bounded(limit) || each.method.info.adaptive) continue;
-    if (result.energy_time > steps * kFractions[0] * *limit) continue;
+    const double most = affordable_steps(system, each.method) * (system.second_order() ? 1 : 0.1);
+    if (result.energy_time > most * kFractions[0] * *limit) continue;
     for (const double fraction : kFractions) {
       const auto go_on = [&] {
         return watch(each.method.label + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
       };
-      const auto point = energy_at(problem.with(each.method), fraction, fraction * *limit,
-                                   result.energy_time, go_on);
+      const auto look = system.second_order() ? energy_at : error_at;
+      const auto point =
+          look(problem.with(each.method), fraction, fraction * *limit, result.energy_time, go_on);
       if (!point) {
         result.complete = false;
         return result;

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/ode/stability.h"
+#include "core/study/limits/disturbance.h"
 
 namespace sim::study {
 namespace {
@@ -15,14 +16,13 @@ constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 // The first place above `from` where the radius leaves 1 + tolerance, to 1e-6.
 double first_crossing(const std::function<double(double)>& radius, double from, double most,
-                      double tolerance) {
-  constexpr double kScan = 1.05;
+                      double tolerance, double scan) {
   const auto stable = [&](double h) { return radius(h) <= 1 + tolerance; };
   if (!stable(from)) return 0;
   double low = from, high = from;
   do {
     low = high;
-    high = low * kScan;
+    high = low * scan;
     if (high > most) return kUnlimited;
   } while (stable(high));
   while (high - low > 1e-6 * low) {
@@ -75,16 +75,16 @@ double shortest_spring(const Simulation& system) {
 }  // namespace
 
 double largest_stable_step(const std::function<double(double h)>& radius, double rate,
-                           double damping, double tolerance) {
+                           double damping, double tolerance, double scan) {
   constexpr double kLeast = 1e-3, kMost = 1e3;  // in units of 1 / rate
   if (!(rate > 0)) return kUnlimited;
   // An explicit method without stability of its own lives on damping: Euler has h = damping/rate^2.
   const double help = damping > 0 ? std::clamp(damping / rate, 1e-6, 1.0) : 1.0;
   const double from = kLeast * help / rate, most = kMost / rate;
-  const double limit = first_crossing(radius, from, most, tolerance);
+  const double limit = first_crossing(radius, from, most, tolerance, scan);
   if (limit == 0 || limit == kUnlimited) return limit;
   // Growth from the smallest steps on, too slow to be seen there, moves with the tolerance.
-  const double looser = first_crossing(radius, from, most, 4 * tolerance);
+  const double looser = first_crossing(radius, from, most, 4 * tolerance, scan);
   return looser > 1.1 * limit ? 0 : limit;
 }
 
@@ -119,13 +119,20 @@ StepShare step_share(const Integrator& integrator, const Vibration& mode, double
 std::optional<double> predicted_step(const Integrator& integrator, const Spectrum& spectrum) {
   if (std::isnan(integrator.amplification(0.1, 0))) return {};
   double limit = kUnlimited;
+  bool grows = false, moves = false;
   Vibration last{-1, -1};
-  for (const Vibration& mode : spectrum.vibrations) {
+  // Splittings take drag exactly, whatever the mode; the others know only X' = f.
+  const bool splits = integrator.info().needs_second_order;
+  for (const Vibration& mode : splits ? spectrum.vibrations : spectrum.rates) {
     if (mode.omega == last.omega && mode.damping == last.damping) continue;
     last = mode;
-    if (mode.damping < 0) continue;  // grows by itself
-    limit = std::min(limit, stable_step(integrator, mode.omega, mode.damping));
+    // Of a vibration that rounding makes grow a little the damping is 0.
+    const bool itself = mode.damping < -1e-9 * mode.omega;
+    (itself ? grows : moves) |= mode.omega > 0;
+    if (itself) continue;
+    limit = std::min(limit, stable_step(integrator, mode.omega, std::max(mode.damping, 0.0)));
   }
+  if (grows && !moves) return {};
   return limit;
 }
 
@@ -206,12 +213,25 @@ double MeasuredRadius::operator()(double h) {
   return std::isnan(radius) ? kUnlimited : radius;
 }
 
+// Single steps in the plane of the fastest mode find its limit to many digits; what other modes do
+// shows in a random disturbance. Methods that keep steps are known by that alone.
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
                                     const MethodChoice& method) {
+  constexpr double kFineScan = 1.05, kCoarseScan = 1.3;
   if (!(spectrum.fastest.omega > 0)) return {};
+  const bool second = place.system().second_order();
+  double rate = spectrum.fastest.omega;
+  for (const Vibration& each : spectrum.rates) rate = std::max(rate, each.omega);
   MeasuredRadius radius(place, spectrum, method);
-  return largest_stable_step([&](double h) { return radius(h); }, spectrum.fastest.omega,
-                             spectrum.fastest.damping, radius.tolerance());
+  std::optional<Disturbance> growth;
+  if (second && !radius.implicit()) growth.emplace(place, spectrum, method);
+  if (growth && growth->keeps_steps())
+    return largest_stable_step([&](double h) { return (*growth)(h); }, rate,
+                               spectrum.fastest.damping, Disturbance::kTolerance, kCoarseScan);
+  const double limit = largest_stable_step(
+      [&](double h) { return radius(h); }, spectrum.fastest.omega, spectrum.fastest.damping,
+      radius.tolerance(), radius.implicit() ? kCoarseScan : kFineScan);
+  return growth ? limit_by_disturbance(*growth, limit) : limit;
 }
 
 }  // namespace sim::study

@@ -17,8 +17,9 @@ namespace sim::study {
 // For a radius that is measured, so that the tolerance is far above rounding; sim::stable_step does
 // it for one that is computed. `rate` is of the size of the fastest eigenvalue, in 1/s, as is
 // `damping`.
+// It is looked for in factors of `scan`.
 double largest_stable_step(const std::function<double(double h)>& radius, double rate,
-                           double damping, double tolerance);
+                           double damping, double tolerance, double scan = 1.05);
 
 // A step of h as a share of the largest stable one near it: 0 when any step up to 1000 h is stable,
 // infinity when none down to 1e-4 h is. Cheap, and good to 1 %; not a number where it is not known.
@@ -28,8 +29,8 @@ struct StepShare {
 };
 StepShare step_share(const Integrator& integrator, const Vibration& mode, double h);
 
-// From Integrator::amplification over the vibrations; nothing when the method does not know its
-// own.
+// From Integrator::amplification over the vibrations, or the rates; nothing when the method does
+// not know its own, or where all that moves grows by itself.
 std::optional<double> predicted_step(const Integrator& integrator, const Spectrum& spectrum);
 
 // A system at a given state that stands still: its velocities are zero, and constant forces hold
@@ -59,6 +60,7 @@ class MeasuredRadius {
 
   double operator()(double h);  // infinity when a step fails
   double tolerance() const { return tolerance_; }
+  bool implicit() const { return map_.integrator().info().implicit; }
 
  private:
   const Standstill* place_;

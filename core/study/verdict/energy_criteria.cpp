@@ -38,7 +38,7 @@ class EnergyCriterion final : public Criterion {
   }
 
   void conclude(Figures& figures, std::vector<Finding>& findings) override {
-    if (balance_.complete() && std::isfinite(balance_.uncertainty()))
+    if (std::isfinite(balance_.uncertainty()))
       figures.energy =
           relative(std::abs(balance_.error()) + balance_.uncertainty(), balance_.in_play());
     findings.push_back(finding());
@@ -57,8 +57,8 @@ class EnergyCriterion final : public Criterion {
 Finding EnergyCriterion::finding() const {
   const double scale = balance_.in_play(), error = balance_.error();
   const std::string whole = brief(scale, 3) + " J in play";
-  if (!balance_.complete())
-    return {Trust::kTrusted, "energy not checked: some force may add energy"};
+  if (balance_.has_work() && system_->integrator_info().adaptive)
+    return {Trust::kTrusted, "energy not checked: forces do work between the states"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
   const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
@@ -71,24 +71,28 @@ Finding EnergyCriterion::finding() const {
   const double size = std::abs(error), unknown = balance_.uncertainty();
   if (!(size - unknown > kTolerance * scale) && size + unknown > kTolerance * scale) {
     const std::string rise = "energy rose by at most " + percent(balance_.rise(), scale);
-    const std::string rest = ", what drag took not checked";
+    const std::string rest = balance_.has_work() ? std::string(", what forces did not checked")
+                                                 : std::string(", what drag took not checked");
     if (!(balance_.rise() > kTolerance * scale)) return {Trust::kTrusted, rise + rest};
     return {Trust::kSuspect, rise + " of the " + whole + rest, true};
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag(), contact = system_->ode().confined();
-  const bool presumed = drag && system_->integrator_info().adaptive;
-  const std::string taker = drag && contact ? "drag and contact" : drag ? "drag" : "contact";
+  const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
+  const std::string taker = balance_.has_work() && contact ? "forces and contact did"
+                            : balance_.has_work()          ? "forces did"
+                            : drag && contact              ? "drag and contact left"
+                            : drag                         ? "drag left"
+                                                           : "contact left";
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
-                whole + (drag || contact ? ", above what " + taker + " left" : ""),
+                whole + (drag || contact ? ", above what " + taker : ""),
             presumed};
   return {Trust::kSuspect,
           "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
-              whole +
-              (drag || contact ? ", below what " + taker + " left" : ", and no force takes any"),
+              whole + (drag || contact ? ", below what " + taker : ", and no force takes any"),
           presumed};
 }
 

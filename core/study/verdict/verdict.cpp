@@ -50,7 +50,7 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
     : system_(&system) {
   if (system.second_order()) {
     start_ = system.energy();
-    balance_ = std::make_unique<EnergyBalance>(system);
+    balance_ = std::make_unique<EnergyBalance>(system, steps);
   }
   const Watched run{spec, system, steps, registry, balance_.get()};
   for (const auto watch : {watch_forces, watch_exact, watch_energy, watch_limit, watch_strain,

@@ -1,0 +1,99 @@
+#include "core/study/limits/disturbance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/noise.h"
+
+namespace sim::study {
+namespace {
+
+constexpr int kSteps = 400;
+constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordinate
+constexpr double kTooLarge = 1e3;  // growth that is enough to know
+
+}  // namespace
+
+Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method)
+    : place_(&place),
+      weights_(spectrum.weights),
+      integrator_(place.problem().with(method).make_integrator()),
+      start_(place.state().size()),
+      x_(start_.size()),
+      next_(start_.size()) {
+  integrator_->prepare(place.system().ode());
+  const StateShape& shape = place.system().shape();
+  const StatePart& position = *shape.find("position");
+  const StatePart& velocity = *shape.find("velocity");
+  double largest = 0;
+  for (const double value : place.state()) largest = std::max(largest, std::abs(value));
+  std::ranges::copy(place.state(), start_.data());
+  Noise noise;
+  const double size = kSize * (largest > 0 ? largest : 1);
+  const double rate = std::max(spectrum.fastest.omega, 1e-300);
+  for (std::size_t i = 0; i < position.count; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t at = position.at(i, axis);
+      if (weights_[at] > 0) start_[at] += size * noise.next();
+      weights_[velocity.at(i, axis)] /= rate * rate;
+    }
+  // Whether it keeps steps shows after some.
+  const double h = 1e-3 / rate;
+  integrator_->restart(place.t(), h, start_.data());
+  std::ranges::copy(start_.span(), x_.data());
+  for (int i = 0; i < 3; ++i) {
+    if (integrator_->step(place.system().ode(), place.t() + i * h, h, x_.data(), next_.data()) !=
+        StepStatus::kDone)
+      return;
+    std::swap(x_, next_);
+  }
+  keeps_steps_ = !integrator_->memory().empty();
+}
+
+double Disturbance::size_of(const Array& x) const {
+  double sum = 0;
+  const std::span<const double> rest = place_->state();
+  for (std::size_t i = 0; i < weights_.size(); ++i)
+    if (weights_[i] > 0) sum += weights_[i] * (x[i] - rest[i]) * (x[i] - rest[i]);
+  return std::sqrt(sum);
+}
+
+double Disturbance::operator()(double h) {
+  integrator_->restart(place_->t(), h, start_.data());
+  std::ranges::copy(start_.span(), x_.data());
+  const double first = size_of(x_);
+  double early = 0, late = 0;
+  for (int step = 1; step <= kSteps; ++step) {
+    const double t = place_->t() + (step - 1) * h;
+    if (integrator_->step(place_->system().ode(), t, h, x_.data(), next_.data()) !=
+        StepStatus::kDone)
+      return HUGE_VAL;
+    std::swap(x_, next_);
+    const double size = size_of(x_);
+    if (!std::isfinite(size)) return HUGE_VAL;
+    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step);
+    if (step > kSteps / 4 && step <= kSteps / 2) early = std::max(early, size);
+    if (step > kSteps * 3 / 4) late = std::max(late, size);
+  }
+  return early > 0 ? std::pow(late / early, 2.0 / kSteps) : 1;
+}
+
+double limit_by_disturbance(Disturbance& growth, double limit) {
+  constexpr double kInside = 0.98, kFactor = 1.5, kLeast = 1e-7, kExact = 1e-4;
+  const auto stable = [&](double h) { return growth(h) <= 1 + Disturbance::kTolerance; };
+  double high = kInside * limit;
+  if (!(limit > 0) || std::isinf(limit) || stable(high)) return limit;
+  double low = high / kFactor;
+  while (!stable(low)) {
+    high = low;
+    low /= kFactor;
+    if (low < kLeast * limit) return 0;
+  }
+  while (high - low > kExact * low) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace sim::study

@@ -1,0 +1,42 @@
+// How a small disturbance of a system that stands still grows under a method: many real steps, from
+// a random direction, so that no mode is presumed.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/study/limits/step_limit.h"
+
+namespace sim::study {
+
+class Disturbance {
+ public:
+  // Of the particles of a second-order system, at the place's state.
+  Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
+
+  // Growth in one step of size h: of the largest size seen in the last quarter of some hundred
+  // steps over that in the second. Infinity when a step fails.
+  double operator()(double h);
+
+  // Growth below 1 + this is not told from none.
+  static constexpr double kTolerance = 1e-3;
+
+  // The method keeps more than a state from step to step, so that single steps say little of it.
+  bool keeps_steps() const { return keeps_steps_; }
+
+ private:
+  double size_of(const Array& x) const;
+
+  Standstill* place_;
+  std::vector<double> weights_;  // of each number of X, the energy of its disturbance
+  std::unique_ptr<Integrator> integrator_;
+  Array start_, x_, next_;
+  bool keeps_steps_ = false;
+};
+
+// The limit that single steps in one plane show, lowered where a random disturbance grows below it.
+// Alone of methods that keep steps.
+double limit_by_disturbance(Disturbance& growth, double limit);
+
+}  // namespace sim::study
