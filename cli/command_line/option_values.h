@@ -28,4 +28,7 @@ std::string once(const std::string& option, const std::string& argument);
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
+// Of --progress: auto, on or off.
+ShowProgress show_progress(const std::string& text);
+
 }  // namespace sim::cli

@@ -98,7 +98,6 @@ class Parser {
   OrderRequest order_request() const;
   TradeoffRequest tradeoff_request() const;
   NewPluginRequest new_plugin_request() const;
-  ShowProgress show_progress() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
@@ -310,21 +309,12 @@ RunRequest Parser::run_request() const {
   request.json = t.json;
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
-  request.progress = show_progress();
+  request.progress = show_progress(texts_.progress);
   request.out = out_request(t.out, request.every);
   if (request.out.any() && !request.time && !request.steps && request.debug_particle)
     usage_error("no run to make files of", "--debug-particle with --out",
                 "--debug-particle alone stops before the first step", "add --time or --steps");
   return request;
-}
-
-ShowProgress Parser::show_progress() const {
-  if (texts_.progress == "on") return ShowProgress::kOn;
-  if (texts_.progress == "off") return ShowProgress::kOff;
-  if (texts_.progress != "auto")
-    usage_error("bad value", "--progress '" + texts_.progress + "'", "it is auto, on or off",
-                "leave it out for auto");
-  return ShowProgress::kAuto;
 }
 
 StabilityRequest Parser::stability_request() const {
@@ -339,7 +329,7 @@ StabilityRequest Parser::stability_request() const {
                 "--extremes has a scene of its own", "keep one of them");
   if (!texts_.at.empty()) request.at = non_negative_number("--at", texts_.at);
   request.integrators = parse_integrators("--integrators", texts_.integrators);
-  request.progress = show_progress();
+  request.progress = show_progress(texts_.progress);
   return request;
 }
 
@@ -350,7 +340,7 @@ OrderRequest Parser::order_request() const {
   request.integrators = parse_integrators("--integrators", texts_.integrators);
   if (!texts_.time.empty()) request.time = positive_number("--time", texts_.time);
   request.json = texts_.json;
-  request.progress = show_progress();
+  request.progress = show_progress(texts_.progress);
   return request;
 }
 
@@ -364,7 +354,7 @@ TradeoffRequest Parser::tradeoff_request() const {
   if (!t.csv.empty()) request.csv = parse_target("--csv", t.csv);
   if (!t.svg.empty()) request.svg = t.svg;
   request.json = t.json;
-  request.progress = show_progress();
+  request.progress = show_progress(texts_.progress);
   if (request.csv && request.csv->standard_output() && request.json)
     usage_error("two kinds of data for standard output", "--json with --csv -",
                 "the study and the table would mix", "give the table a file");

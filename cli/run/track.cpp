@@ -20,7 +20,7 @@ int fastest_particle(const Simulation& system) {
   int fastest = 0;
   double most = -1;
   for (int i = 0; i < system.particles(); ++i) {
-    const double speed = system.velocity(i).lpNorm<Eigen::Infinity>();
+    const double speed = system.velocity(i).cwiseAbs().maxCoeff();
     if (speed > most) {
       most = speed;
       fastest = i;

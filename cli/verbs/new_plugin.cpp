@@ -43,9 +43,8 @@ bool legal_name(const std::string& name) {
 // How a library is built from one file without CMake.
 std::string compiler_line(const std::string& name) {
   const DevelopmentFiles files = development_files();
-  return "g++ -std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() +
-         " $(pkg-config --cflags eigen3) " + name + ".cpp -o " + name + ".so -L " +
-         files.libraries.string() + " -lsimkernel";
+  return "g++ -std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() + " " +
+         name + ".cpp -o " + name + ".so -L " + files.libraries.string() + " -lsimkernel";
 }
 
 std::string cmake_file(const std::string& name) {

@@ -7,11 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/math/mat3.h"
 #include "core/particles/view.h"
 
 namespace sim {
-
-using Mat3 = Eigen::Matrix3d;
 
 // Where a force puts its derivatives: blocks of 3 x 3.
 class BlockSink {

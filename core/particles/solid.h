@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/math/cross.h"
 #include "core/math/vec3.h"
 
 namespace sim {
@@ -23,9 +22,9 @@ struct Solid {
 
 // A plane with its two other directions chosen.
 inline Solid plane_solid(const Vec3& point, const Vec3& normal) {
-  const Vec3 u = cross(normal, std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+  const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
   const Vec3 first = u / u.norm();
-  return {Solid::Form::kPlane, point, {first, normal, cross(first, normal)}};
+  return {Solid::Form::kPlane, point, {first, normal, first.cross(normal)}};
 }
 
 }  // namespace sim

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 
-#include "core/math/cross.h"
 #include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
@@ -53,7 +52,7 @@ std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) 
   const GridSpec& grid = *spec.particles->grid;
   const auto wide = std::ranges::count_if(grid.size, [](int size) { return size > 1; });
   if (wide < 2) return triangles;
-  const bool mirrored = grid.directions == 3 && cross(grid.du, grid.dv).dot(grid.dw) < 0;
+  const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
   return grid_triangles(grid.size, mirrored);
 }
 

@@ -7,7 +7,6 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/math/cross.h"
 #include "core/picture/raster/text.h"
 
 namespace sim {

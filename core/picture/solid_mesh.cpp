@@ -1,7 +1,6 @@
 // Solids of a picture: balls, boxes and capsules of triangles, planes as a large square.
 #include <algorithm>
 
-#include "core/math/cross.h"
 #include "core/picture/scenery.h"
 
 namespace sim {

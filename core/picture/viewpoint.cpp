@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/math/cross.h"
 #include "core/picture/quantity.h"
 
 namespace sim {
@@ -85,10 +84,10 @@ struct View {
 
 View view_from(const Vec3& at, const Vec3& towards_eye, const Vec3& up) {
   const Vec3 forward = -unit_of(towards_eye);
-  Vec3 right = cross(forward, up);
-  if (!(right.norm() > 1e-9)) right = cross(forward, Vec3(0.3, 0.5, 0.8));
+  Vec3 right = forward.cross(up);
+  if (!(right.norm() > 1e-9)) right = forward.cross(Vec3(0.3, 0.5, 0.8));
   right = unit_of(right);
-  return {at, right, cross(right, forward), forward};
+  return {at, right, right.cross(forward), forward};
 }
 
 // The nearest place of the eye from which all points are within the picture, moved along its plane
@@ -143,7 +142,7 @@ Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> 
   Vec3 along = Vec3(1, 0, 0) - up.x() * up;
   if (!(along.norm() > 0.1)) along = Vec3(0, 0, 1) - up.z() * up;
   along = unit_of(along);
-  const Vec3 front = cross(along, up);
+  const Vec3 front = along.cross(up);
 
   // Side by side, with a quarter of the mean width between them.
   std::vector<Vec3> points;

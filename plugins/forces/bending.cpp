@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 
-#include "core/math/cross.h"
 #include "core/particles/elements/incidence.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
@@ -37,7 +36,7 @@ struct Patch {
 // cot of the angle at `corner` of a triangle.
 double cot(const sim::Vec3& corner, const sim::Vec3& a, const sim::Vec3& b) {
   const sim::Vec3 u = a - corner, v = b - corner;
-  return u.dot(v) / sim::cross(u, v).norm();
+  return u.dot(v) / u.cross(v).norm();
 }
 
 // The coefficients of K_e for the edge from x[0] to x[1] with x[2] and x[3] across it.
@@ -57,8 +56,8 @@ Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int
     patch.ids[3 + c] = far[c] < 0 ? triangle[0] : far[c];
     x[c] = p.position(triangle[c]);
   }
-  const sim::Vec3 u = (x[1] - x[0]).normalized(), normal = sim::cross(x[1] - x[0], x[2] - x[0]);
-  const sim::Vec3 v = sim::cross(normal.normalized(), u);
+  const sim::Vec3 u = (x[1] - x[0]).normalized(), normal = (x[1] - x[0]).cross(x[2] - x[0]);
+  const sim::Vec3 v = normal.normalized().cross(u);
   const double scale = 1 / std::sqrt(2 * normal.norm());  // sqrt(A) / (2 A)
   for (std::size_t c = 0; c < 3; ++c) {
     if (far[c] < 0) continue;

@@ -1,5 +1,4 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
-#include "core/math/cross.h"
 #include "core/particles/elements/element_forces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
@@ -7,13 +6,6 @@
 namespace {
 
 using Triangles = sim::ElementForces<3>;
-
-// m d = u x d.
-sim::Mat3 cross_matrix(const sim::Vec3& u) {
-  sim::Mat3 m;
-  m << 0, -u[2], u[1], u[2], 0, -u[0], -u[1], u[0], 0;
-  return m;
-}
 
 class Pressure final : public sim::Force {
  public:
@@ -28,7 +20,7 @@ class Pressure final : public sim::Force {
   void prepare(const sim::ParticleView& p, sim::Team& team) override {
     triangles_.evaluate(team, [&](int t) {
       const auto [a, b, c] = corners(p, t);
-      const sim::Vec3 third = pressure_ / 6 * sim::cross(b - a, c - a);
+      const sim::Vec3 third = pressure_ / 6 * (b - a).cross(c - a);
       return Triangles::Forces{third, third, third};
     });
   }
@@ -46,8 +38,8 @@ class Pressure final : public sim::Force {
   void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
     for (int t = 0; t < static_cast<int>(surface_->triangles().size()); ++t) {
       const auto [a, b, c] = corners(p, t);
-      const sim::Mat3 by_b = -pressure_ / 6 * cross_matrix(c - a);
-      const sim::Mat3 by_c = pressure_ / 6 * cross_matrix(b - a);
+      const sim::Mat3 by_b = -pressure_ / 6 * sim::cross_matrix(c - a);
+      const sim::Mat3 by_c = pressure_ / 6 * sim::cross_matrix(b - a);
       const auto& ids = surface_->triangles()[static_cast<std::size_t>(t)];
       for (const int i : ids) {
         sink.position(i, ids[0], -by_b - by_c);
@@ -64,7 +56,7 @@ class Pressure final : public sim::Force {
     double volume = 0;
     triangles_.for_each(tile, [&](int t) {
       const auto [a, b, c] = corners(p, t);
-      volume += a.dot(sim::cross(b, c)) / 6;
+      volume += a.dot(b.cross(c)) / 6;
     });
     return -pressure_ * volume;
   }

@@ -213,3 +213,35 @@ TEST_CASE("a state that left the numbers leaves a picture of what was before") {
   CHECK(done.code == 4);
   CHECK(files_of(folder.path()) == std::vector<std::string>{"a.png"});
 }
+
+// What ./dev pictures makes, small.
+TEST_CASE("the pictures of the README can be made again") {
+  const TemporaryFolder folder;
+  ProgramOptions script;
+  script.program = std::string(SIM_SOURCE_DIR) + "/tests/pictures/make.sh";
+  const auto made = run_sim({SIM_BINARY, folder.path().string(), "8"}, script);
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  std::vector<std::string> kept = files_of(fs::path(SIM_SOURCE_DIR) / "tests/pictures");
+  std::erase_if(kept, [](const std::string& name) { return !name.ends_with(".png"); });
+  CHECK(files_of(folder.path()) == kept);
+  CHECK(kept.size() >= 12);
+}
+
+TEST_CASE("a page holds its run and needs nothing else") {
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  REQUIRE(run_sim({"-q", "-s", "n=32", "-d", "0.002", "-T", "1", "--fps", "60", "--out", "a.html"},
+                  here)
+              .code == 0);
+  const std::string page = bytes_of(folder.path() / "a.html");
+  CHECK(page.starts_with("<!doctype html>"));
+  CHECK_THAT(page, Contains("\"particles\":1024"));
+  CHECK_THAT(page, Contains("\"springs\":5826"));
+  CHECK(page.find("http") == std::string::npos);
+  CHECK(page.size() < 400'000);
+  const std::size_t data = page.find("text=\"") + 6;
+  const std::size_t size = page.find('"', data) - data;
+  CHECK(page.size() - size < 30'000);  // of which some are times and energies
+}

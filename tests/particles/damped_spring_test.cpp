@@ -1,5 +1,4 @@
 // Damping along springs: closed forms, balances, derivatives, and every way of stepping.
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>

@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/particle_system.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/implicit/stage_matrix.h"
@@ -74,10 +73,10 @@ class Follower final : public Force {
   void jacobian(const ParticleView& p, BlockSink& sink) const override {
     for (int i = 0; i < p.n; ++i) {
       const int j = p.n - 1 - i;
-      sink.position(i, j, Vec3(3, 0, 0).asDiagonal());
-      sink.position(i, i, Vec3(-3, 0, 0).asDiagonal());
-      sink.velocity(i, j, Vec3(-0.5, 0, 0).asDiagonal());
-      sink.velocity(i, i, Vec3(0, -0.6 * p.vy[i], 0).asDiagonal());
+      sink.position(i, j, Mat3::Diagonal({3, 0, 0}));
+      sink.position(i, i, Mat3::Diagonal({-3, 0, 0}));
+      sink.velocity(i, j, Mat3::Diagonal({-0.5, 0, 0}));
+      sink.velocity(i, i, Mat3::Diagonal({0, -0.6 * p.vy[i], 0}));
     }
   }
 

@@ -51,7 +51,7 @@ class Lead final : public Force {
       const Vec3 v = p.velocity(i);
       const double speed = v.norm();
       if (speed == 0) continue;
-      sink.velocity(i, i, -0.4 * (speed * Mat3::Identity() + v * v.transpose() / speed));
+      sink.velocity(i, i, -0.4 * (speed * Mat3::Identity() + outer(v, v) / speed));
     }
   }
 

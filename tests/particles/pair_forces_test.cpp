@@ -354,7 +354,8 @@ TEST_CASE("pinned particles push others and stay") {
   Registry registry = sim_test::make_registry();
   SystemSpec spec = make_gas(2, {});
   spec.particles->pinned = {0, 1, 2, 3, 4, 5, 6};
-  for (int i = 0; i < 7; ++i) spec.particles->list[static_cast<std::size_t>(i)].velocity.setZero();
+  for (int i = 0; i < 7; ++i)
+    spec.particles->list[static_cast<std::size_t>(i)].velocity = Vec3::Zero();
   Simulation simulation(spec, registry, {.integrator = "verlet"});
   const Vec3 start = simulation.position(3), speed = simulation.velocity(7);
   REQUIRE(sim_test::run(simulation, 10));

@@ -111,17 +111,24 @@ std::vector<Vec3> system_forces(const List& list, const std::vector<Vec3>& x, in
 
 // A plain loop over the list in extended precision.
 std::vector<Vec3> plain_forces(const List& list, const std::vector<Vec3>& x) {
-  using Long = Eigen::Matrix<long double, 3, 1>;
-  std::vector<Long> f(x.size(), Long::Zero());
+  using Long = std::array<long double, 3>;
+  std::vector<Long> f(x.size());
   for (const Tie& tie : list) {
-    const Long d = x[static_cast<std::size_t>(tie.a)].cast<long double>() -
-                   x[static_cast<std::size_t>(tie.b)].cast<long double>();
-    const Long force = -tie.k * (d.norm() - tie.rest) / d.norm() * d;
-    f[static_cast<std::size_t>(tie.a)] += force;
-    f[static_cast<std::size_t>(tie.b)] -= force;
+    const auto a = static_cast<std::size_t>(tie.a), b = static_cast<std::size_t>(tie.b);
+    Long d;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      d[axis] = static_cast<long double>(x[a][axis]) - x[b][axis];
+    const long double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const long double force = -tie.k * (length - tie.rest) / length * d[axis];
+      f[a][axis] += force;
+      f[b][axis] -= force;
+    }
   }
   std::vector<Vec3> rounded;
-  for (const Long& force : f) rounded.push_back(force.cast<double>());
+  for (const Long& force : f)
+    rounded.push_back({static_cast<double>(force[0]), static_cast<double>(force[1]),
+                       static_cast<double>(force[2])});
   return rounded;
 }
 

@@ -1,5 +1,4 @@
 // The 8 x 8 cloth against its reference, and what holds for every cloth.
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>

@@ -159,7 +159,7 @@ TEST_CASE("pinned particles keep their bits and have no velocity") {
     sim::Simulation simulation(spec, registry, {.integrator = method});
     for (int n = 0; n < 1000; ++n) {
       const sim::Vec3 x = simulation.position(0);
-      REQUIRE(std::memcmp(x.data(), place.data(), sizeof(double) * 3) == 0);
+      REQUIRE(std::memcmp(x.begin(), place.begin(), sizeof(double) * 3) == 0);
       REQUIRE(simulation.velocity(0) == sim::Vec3::Zero());
       REQUIRE(simulation.step());
     }

@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/math/cross.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
@@ -109,7 +108,7 @@ TEST_CASE("forces on closed and on free surfaces neither push nor turn the whole
     sim::Vec3 sum = sim::Vec3::Zero(), torque = sim::Vec3::Zero();
     for (std::size_t i = 0; i < forces.size(); ++i) {
       sum += forces[i];
-      torque += sim::cross(spec.particles->list[i].position, forces[i]);
+      torque += spec.particles->list[i].position.cross(forces[i]);
     }
     INFO(force);
     const double size = largest(forces);

@@ -66,8 +66,7 @@ std::vector<double> PlainModel::derivative(const std::vector<double>& state) con
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double v = state[6 * i + 3 + axis];
       out[6 * i + axis] = v;
-      out[6 * i + 3 + axis] = (force[3 * i + axis] - drag_ * v) / masses_[i] +
-                              gravity_[static_cast<Eigen::Index>(axis)];
+      out[6 * i + 3 + axis] = (force[3 * i + axis] - drag_ * v) / masses_[i] + gravity_[axis];
     }
   }
   return out;
@@ -94,7 +93,7 @@ double PlainModel::potential(const std::vector<double>& state) const {
   }
   for (std::size_t i = 0; i < masses_.size(); ++i)
     for (std::size_t axis = 0; axis < 3 && !pinned_[i]; ++axis)
-      sum -= masses_[i] * gravity_[static_cast<Eigen::Index>(axis)] * state[6 * i + axis];
+      sum -= masses_[i] * gravity_[axis] * state[6 * i + axis];
   return sum;
 }
 

@@ -8,7 +8,6 @@
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
-#include "core/math/cross.h"
 #include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
@@ -16,16 +15,6 @@ namespace {
 
 std::string known_ids(const ParticlesSpec& particles) {
   return "the ids of the scene are 0 to " + std::to_string(particles.count() - 1);
-}
-
-// |d| without overflow or underflow of the squares.
-double distance(const Vec3& d) {
-  const double square = d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
-  if (square > 1e-290 && square < 1e290) return std::sqrt(square);
-  const double scale = d.cwiseAbs().maxCoeff();
-  if (scale == 0) return 0;
-  const Vec3 e = d / scale;
-  return scale * std::sqrt(e.x() * e.x() + e.y() * e.y() + e.z() * e.z());
 }
 
 // The whole numbers {di, dj} or {di, dj, dk}; on top of the stack.
@@ -155,7 +144,7 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Pl
     const std::array<int, 3> step = read_offset(L, grid, place, what);
     lua_pop(L, 1);
     GridPairs pairs{0, grid.size, step,
-                    distance(step[0] * grid.du + step[1] * grid.dv + step[2] * grid.dw)};
+                    (step[0] * grid.du + step[1] * grid.dv + step[2] * grid.dw).stableNorm()};
     if (!std::isfinite(pairs.length))
       scene_error(place, "bad " + what, "its rest length is not finite");
     // Beyond the grid there is nothing to tie; the clamp keeps index arithmetic within int.
@@ -223,7 +212,7 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
   std::vector<TriangleMesh::Triangle> triangles;
   if (record.flag("grid")) {
     const GridSpec& grid = *body.particles.grid;
-    const bool mirrored = grid.directions == 3 && cross(grid.du, grid.dv).dot(grid.dw) < 0;
+    const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
     triangles = grid_triangles(grid.size, mirrored);
   } else {
     const LuaTable ids = record.table("ids");

@@ -1,5 +1,6 @@
 #include "core/ode/implicit/dense_solver.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +8,21 @@
 #include "core/base/error.h"
 
 namespace sim {
+namespace {
+
+Eigen::Map<Eigen::VectorXd> vector(Array& array, std::size_t size) {
+  return {array.data(), static_cast<Eigen::Index>(size)};
+}
+
+}  // namespace
+
+struct DenseSolver::Matrices {
+  explicit Matrices(Eigen::Index n)
+      : a(Eigen::MatrixXd::Zero(n, n)), lu(n), step(Eigen::VectorXd::Zero(n)) {}
+  Eigen::MatrixXd a;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu;
+  Eigen::VectorXd step;
+};
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
     : system_(&system), options_(options), size_(system.size()) {
@@ -23,11 +39,10 @@ DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
                                     "use rk4"});
   jacobian_ = system.jacobian();
   for (Array* array : {&f_, &g_, &start_, &unit_, &column_, &point_}) *array = Array(size_);
-  const auto n = static_cast<Eigen::Index>(size_);
-  matrix_.setZero(n, n);
-  lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
-  step_.setZero(n);
+  matrices_ = std::make_unique<Matrices>(static_cast<Eigen::Index>(size_));
 }
+
+DenseSolver::~DenseSolver() = default;
 
 // g := y - tau f(t, y) - r; its norm.
 double DenseSolver::residual(double t, double tau, const double* r, const double* y) {
@@ -47,22 +62,22 @@ void DenseSolver::linearise(double t, double tau, const double* y) {
     unit_[j] = 1;
     jacobian_->apply(unit_.data(), column_.data());
     unit_[j] = 0;
-    matrix_.col(static_cast<Eigen::Index>(j)) = -tau * vector(column_);
+    matrices_->a.col(static_cast<Eigen::Index>(j)) = -tau * vector(column_, size_);
   }
-  matrix_.diagonal().array() += 1;
-  lu_.compute(matrix_);
+  matrices_->a.diagonal().array() += 1;
+  matrices_->lu.compute(matrices_->a);
   ++effort_.factorisations;
 }
 
 // y := start + s d, and its residual.
 double DenseSolver::move(double t, double tau, const double* r, double* y, double s) {
   for (std::size_t i = 0; i < size_; ++i)
-    y[i] = start_[i] + s * step_[static_cast<Eigen::Index>(i)];
+    y[i] = start_[i] + s * matrices_->step[static_cast<Eigen::Index>(i)];
   return residual(t, tau, r, y);
 }
 
 void DenseSolver::find_step(const double* y) {
-  step_ = lu_.solve(-vector(g_));
+  matrices_->step = matrices_->lu.solve(-vector(g_, size_));
   std::copy_n(y, size_, start_.data());
   ++effort_.newton;
 }

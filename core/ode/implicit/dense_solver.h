@@ -1,7 +1,7 @@
 // Implicit stages of any small system: Newton's method with a dense Jacobian.
 #pragma once
 
-#include <Eigen/LU>
+#include <memory>
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
@@ -16,14 +16,12 @@ class DenseSolver final : public StageSolver {
 
   // Throws Error{kScene} for a system of more numbers.
   DenseSolver(OdeSystem& system, const StageOptions& options);
+  ~DenseSolver() override;
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   Effort effort() const override { return effort_; }
 
  private:
-  Eigen::Map<Eigen::VectorXd> vector(Array& array) const {
-    return {array.data(), static_cast<Eigen::Index>(size_)};
-  }
   double residual(double t, double tau, const double* r, const double* y);
   double move(double t, double tau, const double* r, double* y, double s);
   void find_step(const double* y);
@@ -34,9 +32,8 @@ class DenseSolver final : public StageSolver {
   std::size_t size_;
   std::unique_ptr<Jacobian> jacobian_;
   Array f_, g_, start_, unit_, column_, point_;
-  Eigen::MatrixXd matrix_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  Eigen::VectorXd step_;
+  struct Matrices;
+  std::unique_ptr<Matrices> matrices_;
   Effort effort_;
 };
 

@@ -42,7 +42,7 @@ struct Distances {
     if (r[lane] == 0) return second * Mat3::Identity();
     const Vec3 u = at(lane) / r[lane];
     const double across = slope / r[lane];
-    return across * Mat3::Identity() + (second - across) * (u * u.transpose());
+    return across * Mat3::Identity() + (second - across) * outer(u, u);
   }
 };
 

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/math/cross.h"
 
 namespace sim {
 namespace {
@@ -104,14 +103,12 @@ void TriangleMesh::find_edges() {
 
 int flat_triangle(const TriangleMesh& surface, const std::function<Vec3(int)>& position) {
   constexpr double kFlat = 1e-12;  // of the square of a side: rounding makes of nothing that much
-  const auto largest = [](const Vec3& d) {
-    return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
-  };
+  const auto largest = [](const Vec3& d) { return d.cwiseAbs().maxCoeff(); };
   for (std::size_t i = 0; i < surface.triangles().size(); ++i) {
     const auto& [a, b, c] = surface.triangles()[i];
     const Vec3 x = position(a), u = position(b) - x, v = position(c) - x;
     const double size = std::max(largest(u), largest(v));
-    if (!(size > 0) || !(largest(cross(u / size, v / size)) > kFlat)) return static_cast<int>(i);
+    if (!(size > 0) || !(largest((u / size).cross(v / size)) > kFlat)) return static_cast<int>(i);
   }
   return -1;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/ode/ode_system.h"
@@ -52,7 +53,7 @@ class Gmres final : public LinearSolver {
   double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations
 };
 
-// Sparse L D L^T of Eigen with the fill-reducing order of Amestoy, Davis & Duff (1996); the pattern
+// Sparse L D L^T with the fill-reducing order of Amestoy, Davis & Duff (1996); the pattern
 // is analysed once. Pinned particles have no rows.
 class SparseLdlt final : public LinearSolver {
  public:
@@ -68,10 +69,9 @@ class SparseLdlt final : public LinearSolver {
   void assemble(const StageMatrix& matrix);
 
   std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned
-  Eigen::SparseMatrix<double> upper_;
+  std::optional<SparseSymmetric> upper_;
   std::vector<Target> diagonal_, springs_;  // of particles; of springs in the order of for_each
-  InPlaceLdlt ldlt_;
-  Eigen::VectorXd x_;
+  std::vector<double> x_;
 };
 
 // What suits the system, or what the options force. Throws Error{kScene} when that does not fit.

@@ -35,39 +35,28 @@ LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& opti
   const auto row = [&](int i) { return row_of_[static_cast<std::size_t>(i)]; };
   const auto free = static_cast<int>(row_of_.size()) - system.pinned_count();
 
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < free; ++i) entries.emplace_back(i, i, 1.0);
+  std::vector<std::pair<int, int>> entries;
+  for (int i = 0; i < free; ++i) entries.emplace_back(i, i);
   for (const auto& [a, b] : pairs)
     if (row(a) >= 0 && row(b) >= 0)
-      entries.emplace_back(std::min(row(a), row(b)), std::max(row(a), row(b)), 0.0);
-  upper_.resize(free, free);
-  upper_.setFromTriplets(entries.begin(), entries.end());
-  upper_.makeCompressed();
-  const auto entry = [&](int low, int high) {
-    const int* const inner = upper_.innerIndexPtr();
-    return static_cast<int>(std::lower_bound(inner + upper_.outerIndexPtr()[high],
-                                             inner + upper_.outerIndexPtr()[high + 1], low) -
-                            inner);
-  };
-  for (int i = 0; i < free; ++i) diagonal_.push_back(entry(i, i));
+      entries.emplace_back(std::min(row(a), row(b)), std::max(row(a), row(b)));
+  upper_.emplace(free, entries);
+  for (int i = 0; i < free; ++i) diagonal_.push_back(upper_->entry(i, i));
   stiffness_.resize(static_cast<std::size_t>(free));
   each_spring([&](int a, int b, double k) {
     for (const int end : {row(a), row(b)})
       if (end >= 0) stiffness_[static_cast<std::size_t>(end)] += k;
     const auto [low, high] = std::minmax({row(a), row(b)});
-    if (low >= 0) springs_.push_back({entry(low, high), low, high, k});
+    if (low >= 0) springs_.push_back({upper_->entry(low, high), low, high, k});
   });
-  x_.setZero(free);
-  if (free == 0) return;
-  ldlt_.analyzePattern(upper_);
-  ldlt_.factorise(upper_);  // of I: takes the memory of all that follow
+  x_.resize(static_cast<std::size_t>(free));
 }
 
 void LocalGlobalSolver::factorise(double tau) {
   if (tau == tau_) return;
   tau_ = tau;
-  double* const values = upper_.valuePtr();
-  std::fill_n(values, upper_.nonZeros(), 0.0);
+  const std::span<double> values = upper_->values();
+  std::ranges::fill(values, 0.0);
   const double damping = tau * system_->motion().damping;
   for (std::size_t i = 0; i < row_of_.size(); ++i) {
     if (row_of_[i] < 0) continue;
@@ -75,7 +64,7 @@ void LocalGlobalSolver::factorise(double tau) {
     values[diagonal_[row]] = system_->masses()[i] + damping + tau * tau * stiffness_[row];
   }
   for (const Spring& spring : springs_) values[spring.entry] -= tau * tau * spring.k;
-  if (x_.size() > 0) ldlt_.factorise(upper_);
+  if (!x_.empty()) upper_->factorise();
   ++effort_.factorisations;
 }
 
@@ -86,7 +75,7 @@ double LocalGlobalSolver::norm() const {
     if (row_of_[i] >= 0)
       for (int axis = 0; axis < 3; ++axis)
         sum += g[axis][i] * g[axis][i] /
-               upper_.valuePtr()[diagonal_[static_cast<std::size_t>(row_of_[i])]];
+               upper_->values()[diagonal_[static_cast<std::size_t>(row_of_[i])]];
   return std::sqrt(sum);
 }
 
@@ -102,7 +91,7 @@ StepStatus LocalGlobalSolver::solve(double t, double tau, const double* r, doubl
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < row_of_.size(); ++i)
         if (row_of_[i] >= 0) x_[row_of_[i]] = -g[axis][i];
-      if (x_.size() > 0) ldlt_.solve_in_place(x_);
+      if (!x_.empty()) upper_->solve(x_);
       for (std::size_t i = 0; i < row_of_.size(); ++i)
         if (row_of_[i] >= 0) d[axis][i] = x_[row_of_[i]];
     }

@@ -1,8 +1,8 @@
 // Implicit stages of springs by projective dynamics.
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/ode/ode_system.h"
@@ -43,9 +43,8 @@ class LocalGlobalSolver final : public StageSolver {
   std::vector<int> diagonal_;      // entries of the values of A
   std::vector<double> stiffness_;  // L_ii of each row
   std::vector<Spring> springs_;    // between free particles
-  Eigen::SparseMatrix<double> upper_;
-  InPlaceLdlt ldlt_;
-  Eigen::VectorXd x_;
+  std::optional<SparseSymmetric> upper_;
+  std::vector<double> x_;
   double tau_ = 0;  // of the factors
   Effort effort_;
 };

@@ -1,9 +1,70 @@
 #include "core/particles/implicit/sparse.h"
 
 #include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 
 namespace sim {
+namespace {
+
+// Eigen's factorisation without its copies.
+class InPlaceLdlt : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
+                                                 Eigen::NaturalOrdering<int>> {
+ public:
+  bool factorise(const Eigen::SparseMatrix<double>& upper) {
+    factorize_preordered<true>(upper);
+    return info() == Eigen::Success && m_diag.minCoeff() > 0;
+  }
+  void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
+    matrixL().solveInPlace(x);
+    x.array() /= m_diag.array();
+    matrixU().solveInPlace(x);
+  }
+};
+
+}  // namespace
+
+struct SparseSymmetric::Matrices {
+  Eigen::SparseMatrix<double> upper;
+  InPlaceLdlt ldlt;
+};
+
+SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper)
+    : matrices_(std::make_unique<Matrices>()) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& [row, column] : upper) entries.emplace_back(row, column, 0.0);
+  matrices_->upper.resize(rows, rows);
+  matrices_->upper.setFromTriplets(entries.begin(), entries.end());
+  matrices_->upper.makeCompressed();
+  if (rows == 0) return;
+  matrices_->ldlt.analyzePattern(matrices_->upper);
+  for (int row = 0; row < rows; ++row) values()[static_cast<std::size_t>(entry(row, row))] = 1;
+  factorise();
+}
+
+SparseSymmetric::~SparseSymmetric() = default;
+
+int SparseSymmetric::entry(int row, int column) const {
+  const int* const rows = matrices_->upper.innerIndexPtr();
+  const int* const columns = matrices_->upper.outerIndexPtr();
+  return static_cast<int>(
+      std::lower_bound(rows + columns[column], rows + columns[column + 1], row) - rows);
+}
+
+std::span<double> SparseSymmetric::values() {
+  return {matrices_->upper.valuePtr(), static_cast<std::size_t>(matrices_->upper.nonZeros())};
+}
+
+std::span<const double> SparseSymmetric::values() const {
+  return {matrices_->upper.valuePtr(), static_cast<std::size_t>(matrices_->upper.nonZeros())};
+}
+
+bool SparseSymmetric::factorise() { return matrices_->ldlt.factorise(matrices_->upper); }
+
+void SparseSymmetric::solve(std::span<double> x) const {
+  matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
+}
 
 std::vector<int> elimination_rows(std::span<const double> masses,
                                   std::span<const std::pair<int, int>> pairs) {

@@ -1,28 +1,31 @@
-// Sparse factorisation by Eigen, without its copies.
+// Sparse symmetric matrices of which only the numbers change.
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 namespace sim {
 
-// L D L^T of a symmetric matrix of which the upper half is given, in the order it has. After the
-// first factorisation none takes memory (above 16000 rows Eigen takes some for its own use).
-class InPlaceLdlt : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
-                                                 Eigen::NaturalOrdering<int>> {
+// A sparse symmetric matrix and its factors L D L^T (by Eigen), in the order the rows have.
+class SparseSymmetric {
  public:
-  // False when the matrix is not positive definite.
-  bool factorise(const Eigen::SparseMatrix<double>& upper) {
-    factorize_preordered<true>(upper);
-    return info() == Eigen::Success && m_diag.minCoeff() > 0;
-  }
-  void solve_in_place(Eigen::VectorXd& x) const {
-    matrixL().solveInPlace(x);
-    x.array() /= m_diag.array();
-    matrixU().solveInPlace(x);
-  }
+  // `upper`: (row, column) of the entries, row <= column, the whole diagonal among them. The
+  // pattern is analysed, and I factorised, which takes the memory of all that follow (above 16000
+  // rows Eigen takes some for its own use).
+  SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper);
+  ~SparseSymmetric();
+
+  int entry(int row, int column) const;  // its place among the values; in a column they lie by row
+  std::span<double> values();
+  std::span<const double> values() const;
+  bool factorise();                       // the values; false when not positive definite
+  void solve(std::span<double> x) const;  // x := A^-1 x
+
+ private:
+  struct Matrices;
+  std::unique_ptr<Matrices> matrices_;
 };
 
 // For each particle its row in an order of little fill, -1 where pinned (of infinite mass). Pairs

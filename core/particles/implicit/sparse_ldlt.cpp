@@ -19,47 +19,32 @@ SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses
   };
 
   // The pattern of the upper half, in that order.
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<std::pair<int, int>> entries;
   const auto add_block = [&](int low, int high) {
     for (int row = 0; row < 3; ++row)
       for (int col = low == high ? row : 0; col < 3; ++col)
-        entries.emplace_back(low + row, high + col, 0.0);
+        entries.emplace_back(low + row, high + col);
   };
   for (const int row : row_of_)
     if (row >= 0) add_block(row, row);
   for (const auto& pair : pairs)
     if (const auto [low, high] = rows_of(pair); low >= 0) add_block(low, high);
-  upper_.resize(3 * free, 3 * free);
-  upper_.setFromTriplets(entries.begin(), entries.end());
-  upper_.makeCompressed();
+  upper_.emplace(3 * free, entries);
   for (const int row : row_of_) diagonal_.push_back(row < 0 ? Target{} : target(row, row));
   for (const auto& pair : pairs) {
     const auto [low, high] = rows_of(pair);
     springs_.push_back(low < 0 ? Target{} : target(low, high));
   }
-  ldlt_.analyzePattern(upper_);
-  // The first factorisation takes the memory of all: that of I.
-  for (std::size_t i = 0; i < row_of_.size(); ++i)
-    for (int col = 0; col < 3; ++col)
-      if (row_of_[i] >= 0) upper_.valuePtr()[diagonal_[i].column[col] + col] = 1;
-  if (free > 0) ldlt_.factorise(upper_);
-  x_.setZero(3 * free);
+  x_.resize(3 * static_cast<std::size_t>(free));
 }
 
 SparseLdlt::Target SparseLdlt::target(int low, int high) const {
-  Target found{};
-  for (int col = 0; col < 3; ++col) {
-    const int* const begin = upper_.innerIndexPtr() + upper_.outerIndexPtr()[high + col];
-    const int* const end = upper_.innerIndexPtr() + upper_.outerIndexPtr()[high + col + 1];
-    found.column[col] =
-        static_cast<int>(std::lower_bound(begin, end, low) - upper_.innerIndexPtr());
-  }
-  return found;
+  return {{upper_->entry(low, high), upper_->entry(low, high + 1), upper_->entry(low, high + 2)}};
 }
 
 void SparseLdlt::assemble(const StageMatrix& matrix) {
-  double* const values = upper_.valuePtr();
-  std::fill_n(values, upper_.nonZeros(), 0.0);
+  const std::span<double> values = upper_->values();
+  std::ranges::fill(values, 0.0);
   for (std::size_t i = 0; i < row_of_.size(); ++i) {
     if (row_of_[i] < 0) continue;
     const Mat3 block = matrix.diagonal(static_cast<int>(i));
@@ -84,9 +69,9 @@ LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, 
   LinearResult result{.factorisations = 1};
   const Layout& layout = matrix.layout();
   std::fill_n(d, layout.size(), 0.0);
-  if (x_.size() == 0) return result;
+  if (x_.empty()) return result;
   assemble(matrix);
-  if (!ldlt_.factorise(upper_)) {
+  if (!upper_->factorise()) {
     result.definite = false;
     return result;
   }
@@ -96,7 +81,7 @@ LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, 
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
         x_[row + axis] = from[axis][i];
-  ldlt_.solve_in_place(x_);
+  upper_->solve(x_);
   for (int i = 0; i < layout.n(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)

@@ -76,8 +76,7 @@ void PairForces::jacobian(const ParticleView& view, BlockSink& sink) const {
     const auto add = [&](const int* ids, int count, const Vec3* d, const PairTerms& terms) {
       for (int k = 0; k < count; ++k) {
         if (terms.g[k] == 0 && terms.dg[k] == 0) continue;  // beyond the cutoff
-        const Mat3 block =
-            terms.g[k] * Mat3::Identity() + 2 * terms.dg[k] * d[k] * d[k].transpose();
+        const Mat3 block = terms.g[k] * Mat3::Identity() + outer(2 * terms.dg[k] * d[k], d[k]);
         sink.position(i, ids[k], -block);
         own += block;
       }

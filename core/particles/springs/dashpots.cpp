@@ -87,8 +87,8 @@ void Dashpots::jacobian(const ParticleView& view, BlockSink& sink) const {
       Mat3 along = Mat3::Zero(), across = Mat3::Zero();
       if (safe(square)) {
         const double rho = w.dot(d) / square;
-        along = (c / square) * d * d.transpose();
-        across = c * rho * Mat3::Identity() + (c / square) * d * (w - 2 * rho * d).transpose();
+        along = outer((c / square) * d, d);
+        across = c * rho * Mat3::Identity() + outer((c / square) * d, w - 2 * rho * d);
       }
       sink.position(i, to, across);
       sink.velocity(i, to, along);

@@ -4,29 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "core/math/cross.h"
-
 namespace sim {
 namespace {
 
 // A run is worth its arrays when this share of the particles begins a triangle of it.
 constexpr std::size_t kShare = 8;
-
-Mat3 outer(const Vec3& a, const Vec3& b) {
-  Mat3 m;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) m(i, j) = a[i] * b[j];
-  return m;
-}
-
-// m d = u x d.
-Mat3 cross_product_matrix(const Vec3& u) {
-  Mat3 m = Mat3::Zero();
-  m(0, 1) = -u[2], m(0, 2) = u[1];
-  m(1, 0) = u[2], m(1, 2) = -u[0];
-  m(2, 0) = -u[1], m(2, 1) = u[0];
-  return m;
-}
 
 }  // namespace
 
@@ -39,7 +21,7 @@ WindOnTriangle wind_on_triangle(const WindLaw& law, const AirNow& air, const std
   Mat3 slope = Mat3::Zero();
   const Vec3 w =
       air.velocity((1.0 / 3) * (x[0] + x[1] + x[2]), &slope) - (1.0 / 3) * (v[0] + v[1] + v[2]);
-  const Vec3 u1 = x[1] - x[0], u2 = x[2] - x[0], N = cross(u1, u2);
+  const Vec3 u1 = x[1] - x[0], u2 = x[2] - x[0], N = u1.cross(u2);
   const double q = N.dot(N), s = w.dot(N), root = std::sqrt(q);
   if (!(q > 0)) return result;
   const Vec3 across = w - (s / q) * N;
@@ -70,8 +52,8 @@ WindOnTriangle wind_on_triangle(const WindLaw& law, const AirNow& air, const std
   constexpr double kThird = 1.0 / 3;
   result.force = kThird * force;
   result.by_velocity = -kThird * kThird * by_w;
-  const Mat3 by_b = -1.0 * (by_N * cross_product_matrix(u2));
-  const Mat3 by_c = by_N * cross_product_matrix(u1);
+  const Mat3 by_b = -1.0 * (by_N * cross_matrix(u2));
+  const Mat3 by_c = by_N * cross_matrix(u1);
   const Mat3 by_place = kThird * (by_w * slope);
   result.by_position = {kThird * (by_place - by_b - by_c), kThird * (by_place + by_b),
                         kThird * (by_place + by_c)};

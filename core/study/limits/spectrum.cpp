@@ -208,7 +208,8 @@ void locate(Simulation& system, const Coordinates& where, const std::vector<Comp
 std::vector<std::pair<std::string, double>> family_shares(const Simulation& system,
                                                           const std::vector<double>& displacement) {
   const auto moved = [&](int i) {
-    return Eigen::Map<const Vec3>(&displacement[3 * static_cast<std::size_t>(i)]);
+    const double* const at = &displacement[3 * static_cast<std::size_t>(i)];
+    return Vec3(at[0], at[1], at[2]);
   };
   std::vector<std::pair<std::string, double>> shares;
   for (const auto& [family, count] : system.families()) shares.emplace_back(family, 0.0);

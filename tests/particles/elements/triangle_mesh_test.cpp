@@ -5,7 +5,6 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/math/cross.h"
 
 using namespace sim;
 
@@ -26,7 +25,7 @@ Vec3 point(const std::array<int, 3>& size, int id) {
 
 Vec3 area(const std::array<int, 3>& size, const TriangleMesh::Triangle& t) {
   const Vec3 a = point(size, t[0]);
-  return cross(point(size, t[1]) - a, point(size, t[2]) - a) / 2;
+  return (point(size, t[1]) - a).cross(point(size, t[2]) - a) / 2;
 }
 
 }  // namespace
