@@ -132,4 +132,13 @@ std::string once(const std::string& option, const std::string& argument) {
   return option.empty() ? argument : option;
 }
 
+ShowProgress show_progress(const std::string& text) {
+  if (text == "on") return ShowProgress::kOn;
+  if (text == "off") return ShowProgress::kOff;
+  if (text != "auto")
+    usage_error("bad value", "--progress '" + text + "'", "it is auto, on or off",
+                "leave it out for auto");
+  return ShowProgress::kAuto;
+}
+
 }  // namespace sim::cli

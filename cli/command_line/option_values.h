@@ -33,4 +33,7 @@ std::vector<std::string> command_words(int argc, const char* const* argv);
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
+// Of --progress: auto, on or off.
+ShowProgress show_progress(const std::string& text);
+
 }  // namespace sim::cli

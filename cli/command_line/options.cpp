@@ -80,7 +80,6 @@ class Parser {
   AdjacencyRequest adjacency_request() const;
   StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
-  ShowProgress show_progress() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
@@ -265,7 +264,7 @@ RunRequest Parser::run_request() const {
   request.json = t.json;
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
-  request.progress = show_progress();
+  request.progress = show_progress(texts_.progress);
   request.out = out_request(t.out, request.every);
   if (request.out.any() && !request.time && !request.steps && request.debug_particle)
     usage_error("no run to make files of", "--debug-particle with --out",
@@ -273,18 +272,9 @@ RunRequest Parser::run_request() const {
   return request;
 }
 
-ShowProgress Parser::show_progress() const {
-  if (texts_.progress == "on") return ShowProgress::kOn;
-  if (texts_.progress == "off") return ShowProgress::kOff;
-  if (texts_.progress != "auto")
-    usage_error("bad value", "--progress '" + texts_.progress + "'", "it is auto, on or off",
-                "leave it out for auto");
-  return ShowProgress::kAuto;
-}
-
 StudyBase Parser::study_base() const {
   return {scene_request(""), texts_.integrator, texts_.dt,
-          texts_.time,       texts_.json,       show_progress()};
+          texts_.time,       texts_.json,       show_progress(texts_.progress)};
 }
 
 std::string Parser::manual() const {

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
+#include "core/picture/scenery.h"
 
 namespace sim::cli {
 namespace {
@@ -108,6 +109,10 @@ Recorder::Recorder(const OutRequest& request, const LoadedScene& scene, Registry
   task.stop = [this] { return stop_ && stop_(); };
   for (std::size_t i = 0; i < scene.systems.size(); ++i)
     task.models.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
+  // A look at what is not there is refused now.
+  Moment start;
+  for (const Simulation& system : scene.systems) start.push_back(take_frame(system));
+  Scenery(task.models, {&start, 1}, request.look);
   for (const std::string& file : request.files) {
     const Plugin<Writer>& plugin = writer_of(file, registry);
     task.file = file;

@@ -303,22 +303,37 @@ class PointTable {
   TableFormat format_;
 };
 
+// The methods with a point on the front are in colour, and theirs on it are filled.
 std::string plot(const WorkPrecision& study) {
   Chart chart;
-  chart.title = study.system + " to t = " + brief(study.time) + " s: error against cost";
-  chart.x_name = "evaluations of f (implicit, single: at what their time is worth)";
+  const std::string in_unit = study.unit.empty() ? "" : " " + study.unit;
+  chart.title = "Error against cost: " + study.system + " to t = " + brief(study.time) + " s";
+  chart.subtitle =
+      "in colour the methods that are cheapest for some accuracy, filled where they are";
+  chart.x_name = "evaluations of f (implicit, single: what their time is worth)";
   chart.y_name = study.unit.empty() ? "rms error, the largest of all steps"
                                     : "rms error of positions [m], the largest of all steps";
-  chart.lines.push_back({study.budget, "budget"});
-  chart.lines.push_back({study.yardstick.reference ? study.yardstick.floor() : 0, "floor"});
-  for (const Curve& curve : study.curves) {
+  chart.lines.push_back({study.budget, "budget " + brief(study.budget, 2) + in_unit, true});
+  chart.lines.push_back(
+      {study.yardstick.reference ? study.yardstick.floor() : 0, "what the reference is known to"});
+  for (std::size_t c = 0; c < study.curves.size(); ++c) {
+    const Curve& curve = study.curves[c];
     ChartCurve& drawn = chart.curves.emplace_back();
     drawn.name = curve.method.label;
+    drawn.strong = false;
+    drawn.dashed = curve.method.info.implicit;
     for (std::size_t p = 0; p < curve.points.size(); ++p)
       if (study::stable(curve.points[p], study.size) &&
-          curve.points[p].rms > study.yardstick.floor())
+          curve.points[p].rms > study.yardstick.floor()) {
         drawn.points.emplace_back(curve.cost[p], curve.points[p].rms);
+        drawn.filled.push_back(on_front(study, {c, p}));
+        drawn.strong = drawn.strong || drawn.filled.back();
+      }
   }
+  if (study.recommended)
+    chart.ring = ChartRing{study.cost(*study.recommended), study.at(*study.recommended).rms,
+                           "recommended: " + curve_of(study, *study.recommended).method.label +
+                               " " + settings_text(study.at(*study.recommended))};
   return svg(chart);
 }
 

@@ -1,127 +1,116 @@
 #include "core/output/svg.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "core/output/format.h"
+#include "core/base/text.h"
+#include "core/output/svg_parts.h"
 
 namespace sim {
 namespace {
 
-constexpr double kWidth = 900, kHeight = 560;
-constexpr double kLeft = 80, kRight = 190, kTop = 40, kBottom = 55;
+namespace parts = svg_parts;
 
-// Neighbours in the list differ in mark, dash and colour; no two of the first 36 share mark and
-// colour.
-constexpr std::array<const char*, 4> kDashes = {"", "7 3", "2 3", "9 3 2 3"};
-constexpr int kMarks = 6;
-constexpr std::array<const char*, 6> kColours = {"#000000", "#b04a00", "#00609c",
-                                                 "#5a7d00", "#84308c", "#777777"};
+constexpr double kWidth = 900, kHeight = 600;
+constexpr double kLeft = 74, kRight = 132, kTop = 66, kBottom = 58;
+constexpr double kEnd = kWidth - kRight, kFloor = kHeight - kBottom;
 
-std::string number(double value) { return brief(std::round(100 * value) / 100, 7); }
+// A decade scale a little wider than the values, and where a value stands on it.
+struct DecadeScale {
+  double low = 0, high = 1, from = 0, to = 1;  // exponents of ten, px
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
+  DecadeScale(const std::vector<double>& values, double begin, double end) : from(begin), to(end) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    low = std::log10(*least), high = std::log10(*most);
+    const double room = std::max(0.15, 0.03 * (high - low));
+    low -= room, high += room;
   }
-  return out;
-}
-
-std::string text_at(double x, double y, const std::string& text, const std::string& more = "") {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\"" + more + ">" + escaped(text) +
-         "</text>\n";
-}
-
-std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
-  return "<line x1=\"" + number(x1) + "\" y1=\"" + number(y1) + "\" x2=\"" + number(x2) +
-         "\" y2=\"" + number(y2) + "\" " + style + "/>\n";
-}
-
-// One of: disc, circle, square, open square, triangle, cross.
-std::string mark(std::size_t kind, double x, double y, const std::string& colour) {
-  constexpr double r = 4;
-  const std::string full = " fill=\"" + colour + "\" stroke=\"" + colour + "\"";
-  const std::string open = " fill=\"white\" stroke=\"" + colour + "\"";
-  const auto circle = [&](const std::string& paint) {
-    return "<circle cx=\"" + number(x) + "\" cy=\"" + number(y) + "\" r=\"" + number(r) + "\"" +
-           paint + "/>\n";
-  };
-  const auto square = [&](const std::string& paint) {
-    return "<rect x=\"" + number(x - r) + "\" y=\"" + number(y - r) +
-           "\" width=\"8\" height=\"8\"" + paint + "/>\n";
-  };
-  switch (kind % kMarks) {
-    case 0:
-      return circle(full);
-    case 1:
-      return square(open);
-    case 2:
-      return "<path d=\"M" + number(x) + " " + number(y - 5) + "l5 9h-10z\"" + full + "/>\n";
-    case 3:
-      return circle(open);
-    case 4:
-      return square(full);
-    default:
-      return "<path d=\"M" + number(x - r) + " " + number(y - r) + "l8 8m0 -8l-8 8\"" + open +
-             "/>\n";
-  }
-}
-
-// A decade scale from the least to the most value, and where a value stands on it.
-struct Scale {
-  double low = 0, high = 1, from = 0, to = 1;
-
   double at(double value) const {
     return from + (to - from) * (std::log10(value) - low) / (high - low);
   }
 };
 
-Scale scale_of(std::vector<double> values, double from, double to) {
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  Scale scale{std::floor(std::log10(*least)), std::ceil(std::log10(*most)), from, to};
-  if (scale.high <= scale.low) scale.high = scale.low + 1;
-  return scale;
-}
-
 bool drawable(double value) { return value > 0 && std::isfinite(value); }
 
-std::string axes(const Chart& chart, const Scale& x, const Scale& y) {
-  const std::string grid = "stroke=\"#cccccc\" stroke-width=\"0.7\"";
-  std::string text;
-  const auto every = [](const Scale& scale) { return std::ceil((scale.high - scale.low) / 12); };
-  for (double d = x.low; d <= x.high; d += every(x)) {
+// Ten with a raised exponent.
+std::string decade(double x, double y, double exponent, const std::string& anchor) {
+  return "<text x=\"" + parts::number(x) + "\" y=\"" + parts::number(y) + "\" text-anchor=\"" +
+         anchor + "\">10<tspan dy=\"-5\" font-size=\"9.5\">" + brief(exponent) +
+         "</tspan></text>\n";
+}
+
+std::string decade_axes(const Chart& chart, const DecadeScale& x, const DecadeScale& y) {
+  const std::string grid = "stroke=\"#e5e7eb\"", tick = "stroke=\"#9ca3af\"";
+  std::string out;
+  const auto every = [](const DecadeScale& scale) {
+    return std::max(1.0, std::ceil((scale.high - scale.low) / 9));
+  };
+  for (double d = std::ceil(x.low); d <= x.high; d += every(x)) {
     const double at = x.at(std::pow(10, d));
-    text += line(at, kTop, at, kHeight - kBottom, grid);
-    text += text_at(at, kHeight - kBottom + 18, "1e" + brief(d), " text-anchor=\"middle\"");
+    out += parts::line(at, kTop, at, kFloor, grid) + decade(at, kFloor + 20, d, "middle");
   }
-  for (double d = y.low; d <= y.high; d += every(y)) {
+  for (double d = std::floor(x.low); d <= x.high && every(x) == 1; ++d)
+    for (int k = 2; k < 10; ++k)
+      if (const double at = x.at(k * std::pow(10, d)); at > kLeft && at < kEnd)
+        out += parts::line(at, kFloor, at, kFloor + 4, tick);
+  for (double d = std::ceil(y.low); d <= y.high; d += every(y)) {
     const double at = y.at(std::pow(10, d));
-    text += line(kLeft, at, kWidth - kRight, at, grid);
-    text += text_at(kLeft - 8, at + 4, "1e" + brief(d), " text-anchor=\"end\"");
+    out += parts::line(kLeft, at, kEnd, at, grid) + decade(kLeft - 8, at + 5, d, "end");
   }
-  text +=
-      text_at((kLeft + kWidth - kRight) / 2, kHeight - 14, chart.x_name, " text-anchor=\"middle\"");
-  const std::string middle = number((kTop + kHeight - kBottom) / 2);
-  text += text_at(0, 0, chart.y_name,
-                  " text-anchor=\"middle\" transform=\"translate(22 " + middle + ") rotate(-90)\"");
-  return text;
+  out += parts::line(kLeft, kFloor, kEnd, kFloor, "stroke=\"#6b7280\"");
+  out += parts::line(kLeft, kTop, kLeft, kFloor, "stroke=\"#6b7280\"");
+  out += parts::text((kLeft + kEnd) / 2, kHeight - 14, chart.x_name, " text-anchor=\"middle\"");
+  out += parts::text(0, 0, chart.y_name,
+                     " text-anchor=\"middle\" transform=\"translate(19 " +
+                         parts::number((kTop + kFloor) / 2) + ") rotate(-90)\"");
+  return out;
+}
+
+struct DrawnCurve {
+  const ChartCurve* curve;
+  std::string colour;
+  std::vector<std::pair<double, double>> points;  // px
+  std::vector<bool> filled;
+};
+
+std::string curve_path(const DrawnCurve& drawn) {
+  std::string path;
+  for (const auto& [x, y] : drawn.points)
+    path += (path.empty() ? "M" : "L") + parts::number(x) + " " + parts::number(y);
+  const bool strong = drawn.curve->strong;
+  return "<path d=\"" + path + "\" fill=\"none\" stroke=\"" + drawn.colour + "\" stroke-width=\"" +
+         (strong ? "2.2" : "1.3") + "\"" +
+         (drawn.curve->dashed ? " stroke-dasharray=\"5 3\"" : "") + "/>\n";
+}
+
+// Words beside the ring where least is in their way.
+std::string ring(const ChartRing& wanted, const DecadeScale& x, const DecadeScale& y,
+                 parts::Places& places) {
+  const double at_x = x.at(wanted.x), at_y = y.at(wanted.y),
+               half = 0.5 * parts::width_of(wanted.name) * 1.08;
+  double best_x = at_x, best_y = at_y, least = HUGE_VAL;
+  for (const double dy : {-18.0, 18.0, -34.0, 34.0, -50.0, 50.0, -70.0, 70.0, 90.0, 110.0})
+    for (const double dx : {half + 16, 0.0, -half - 16, half * 0.6, -half * 0.6}) {
+      const double cx = at_x + dx, cy = at_y + dy;
+      if (cx - half < kLeft + 4 || cx + half > kWidth - 4 || cy < kTop + 8 || cy > kFloor - 8)
+        continue;
+      const double crowd = places.crowd(cx, cy, half, 8) + 0.2 * std::abs(dx) + std::abs(dy);
+      if (crowd < least) least = crowd, best_x = cx, best_y = cy;
+    }
+  places.take(best_x, best_y, half, 8);
+  return parts::disc(at_x, at_y, 9, "fill=\"none\" stroke=\"#111827\" stroke-width=\"1.8\"") +
+         parts::text(best_x, best_y + 4.5, wanted.name,
+                     " text-anchor=\"middle\" font-weight=\"bold\" fill=\"#111827\" "
+                     "paint-order=\"stroke\" stroke=\"white\" stroke-width=\"4\"");
 }
 
 }  // namespace
 
 std::string svg(const Chart& chart) {
-  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth) +
-                     "\" height=\"" + number(kHeight) + "\" viewBox=\"0 0 " + number(kWidth) + " " +
-                     number(kHeight) + "\" font-family=\"sans-serif\" font-size=\"13\">\n" +
-                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-  text += text_at(kLeft, 24, chart.title, " font-weight=\"bold\"");
+  std::string out = parts::begin(kWidth, kHeight);
+  out += parts::text(kLeft, 28, chart.title,
+                     " font-weight=\"bold\" font-size=\"16\" fill=\"#111827\"");
+  out += parts::text(kLeft, 49, chart.subtitle, " font-size=\"12\" fill=\"#6b7280\"");
   std::vector<double> xs, ys;
   for (const ChartCurve& curve : chart.curves)
     for (const auto& [x, y] : curve.points)
@@ -129,39 +118,81 @@ std::string svg(const Chart& chart) {
         xs.push_back(x);
         ys.push_back(y);
       }
-  if (xs.empty()) return text + text_at(kLeft, kHeight / 2, "no points") + "</svg>\n";
+  if (xs.empty()) return out + parts::text(kLeft, kHeight / 2, "no points") + "</svg>\n";
   for (const ChartLine& each : chart.lines)
     if (drawable(each.y)) ys.push_back(each.y);
-  const Scale x = scale_of(xs, kLeft, kWidth - kRight), y = scale_of(ys, kHeight - kBottom, kTop);
-  text += axes(chart, x, y);
+  const DecadeScale x(xs, kLeft, kEnd), y(ys, kFloor, kTop);
 
+  parts::Places places;
+  std::string lines;
   for (const ChartLine& each : chart.lines) {
     if (!drawable(each.y)) continue;
     const double at = y.at(each.y);
-    text += line(kLeft, at, kWidth - kRight, at, "stroke=\"#444444\" stroke-dasharray=\"1 4\"");
-    text += text_at(kWidth - kRight - 4, at - 4, each.name,
-                    " text-anchor=\"end\" font-style=\"italic\"");
+    if (each.tinted)
+      out += "<rect x=\"" + parts::number(kLeft) + "\" y=\"" + parts::number(at) + "\" width=\"" +
+             parts::number(kEnd - kLeft) + "\" height=\"" + parts::number(kFloor - at) +
+             "\" fill=\"#15803d\" fill-opacity=\"0.05\"/>\n";
+    const std::string colour = each.tinted ? "#15803d" : "#9ca3af";
+    lines += parts::line(kLeft, at, kEnd, at, "stroke=\"" + colour + "\" stroke-dasharray=\"4 3\"");
+    lines += parts::text(kLeft + 6, at - 5, each.name, " font-size=\"12\" fill=\"" + colour + "\"");
+    places.take(kLeft + 6 + 0.46 * parts::width_of(each.name), at - 9,
+                0.46 * parts::width_of(each.name), 7);
   }
-  double legend = kTop + 8;
-  for (std::size_t i = 0; i < chart.curves.size(); ++i) {
-    const ChartCurve& curve = chart.curves[i];
-    const std::string colour = kColours[(i + i / kMarks) % kColours.size()];
-    const std::string stroke = "fill=\"none\" stroke=\"" + colour + "\" stroke-dasharray=\"" +
-                               kDashes[(i + i / kMarks) % kDashes.size()] + "\"";
-    std::string path, marks;
-    for (const auto& [px, py] : curve.points) {
+  out += decade_axes(chart, x, y) + lines;
+
+  std::vector<DrawnCurve> drawn;
+  std::size_t strong = 0;
+  for (const ChartCurve& curve : chart.curves) {
+    DrawnCurve one{&curve, curve.strong ? parts::curve_colour(strong) : "#b6bbc4", {}, {}};
+    for (std::size_t i = 0; i < curve.points.size(); ++i) {
+      const auto& [px, py] = curve.points[i];
       if (!drawable(px) || !drawable(py)) continue;
-      path += (path.empty() ? "M" : "L") + number(x.at(px)) + " " + number(y.at(py));
-      marks += mark(i, x.at(px), y.at(py), colour);
+      one.points.emplace_back(x.at(px), y.at(py));
+      one.filled.push_back(i < curve.filled.size() && curve.filled[i]);
     }
-    if (path.empty()) continue;
-    text += "<path d=\"" + path + "\" " + stroke + "/>\n" + marks;
-    const double at = kWidth - kRight + 14;
-    text += line(at, legend, at + 30, legend, stroke) + mark(i, at + 15, legend, colour) +
-            text_at(at + 38, legend + 4, curve.name);
-    legend += 20;
+    if (one.points.empty()) continue;
+    strong += curve.strong;
+    drawn.push_back(std::move(one));
   }
-  return text + "</svg>\n";
+  // What counts is drawn last, on top; its names take their places first.
+  std::ranges::stable_sort(drawn, {}, [](const DrawnCurve& d) { return d.curve->strong; });
+  for (const DrawnCurve& d : drawn) {
+    out += curve_path(d);
+    for (std::size_t i = 0; i < d.points.size(); ++i) {
+      const auto& [px, py] = d.points[i];
+      if (d.curve->strong) places.take(px, py, 5, 5);
+      for (int k = 1; i > 0 && k < 8; ++k)  // the line from the point before
+        places.take(px + (d.points[i - 1].first - px) * k / 8,
+                    py + (d.points[i - 1].second - py) * k / 8, 2, 2);
+    }
+  }
+  for (const DrawnCurve& d : drawn)
+    for (std::size_t i = 0; i < d.points.size() && d.curve->strong; ++i)
+      out += parts::disc(d.points[i].first, d.points[i].second, d.filled[i] ? 4.6 : 2.8,
+                         "fill=\"" + (d.filled[i] ? d.colour : "white") + "\" stroke=\"" +
+                             d.colour + "\" stroke-width=\"1.6\"");
+  parts::Places names;  // may cross curves, but no other name
+  for (const ChartLine& each : chart.lines)
+    if (drawable(each.y))
+      names.take(kLeft + 6 + 0.46 * parts::width_of(each.name), y.at(each.y) - 9,
+                 0.46 * parts::width_of(each.name), 7);
+  std::ranges::reverse(drawn);
+  for (const DrawnCurve& d : drawn) {
+    const auto& [px, py] = *std::ranges::max_element(d.points);
+    const double left = std::min(px + 8, kWidth - 4 - parts::width_of(d.curve->name));
+    const double at = names.beside(left, py, d.curve->name, kTop + 4, kFloor - 4);
+    places.take(left + 0.5 * parts::width_of(d.curve->name), at,
+                0.5 * parts::width_of(d.curve->name), 7);
+    if (std::abs(at - py) > 9)
+      out += parts::line(px + 2, py, left - 2, at, "stroke=\"#d1d5db\" stroke-width=\"0.8\"");
+    out += parts::text(left, at + 4.5, d.curve->name,
+                       " fill=\"" + (d.curve->strong ? d.colour : "#7b828e") + "\"" +
+                           (d.curve->strong ? " font-weight=\"bold\"" : "") +
+                           " paint-order=\"stroke\" stroke=\"white\" stroke-width=\"3\"");
+  }
+  if (chart.ring && drawable(chart.ring->x) && drawable(chart.ring->y))
+    out += ring(*chart.ring, x, y, places);
+  return out + "</svg>\n";
 }
 
 }  // namespace sim

@@ -1,7 +1,10 @@
-// A log-log chart as SVG, told apart by marks and dashes, so that it also reads on grey paper.
+// Charts as SVG: error against cost with decades on both axes, and quantities over time. What
+// counts is in colour, the rest grey; names stand at the ends of curves.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sim {
@@ -9,22 +12,41 @@ namespace sim {
 struct ChartCurve {
   std::string name;
   std::vector<std::pair<double, double>> points;  // both > 0
+  bool strong = true;                             // in colour, with a mark at each point
+  bool dashed = false;
+  std::vector<bool> filled = {};  // marks of points: filled where it says so
 };
 
 // A line across the chart at one value of y.
 struct ChartLine {
   double y = 0;
   std::string name;
+  bool tinted = false;  // what is below it has a tint
+};
+
+// A point with a circle around it and words beside.
+struct ChartRing {
+  double x = 0, y = 0;
+  std::string name;
 };
 
 struct Chart {
-  std::string title, x_name, y_name;
+  std::string title, subtitle, x_name, y_name;
   std::vector<ChartCurve> curves;
   std::vector<ChartLine> lines;
+  std::optional<ChartRing> ring;
 };
 
 // The whole file. Points that are not finite or not positive are left out; without any the chart is
 // empty and says so.
 std::string svg(const Chart& chart);
+
+// Some quantities over time, on linear axes.
+struct TimeChart {
+  std::string title, y_name;
+  std::vector<ChartCurve> curves;  // (t in s, value); what is not finite is left out
+};
+
+std::string svg(const TimeChart& chart);
 
 }  // namespace sim

@@ -62,6 +62,9 @@ std::vector<bool> Model::in_triangles() const {
   std::vector<bool> in(static_cast<std::size_t>(particles));
   for (const auto& triangle : triangles)
     for (const int i : triangle) in[static_cast<std::size_t>(i)] = true;
+  // What is inside of a block, its skin hides.
+  if (!triangles.empty() && std::ranges::min(grid) > 1)
+    std::fill_n(in.begin(), grid[0] * grid[1] * grid[2], true);
   return in;
 }
 

@@ -57,7 +57,7 @@ struct Ground {
 };
 
 // Words on the finished picture: x, y of the left end of the baseline, from the upper left corner,
-// and the size of a capital, all in 1/720 of the height.
+// and the size of a capital, in 1/720 of the height; low pictures count as 420 pixels.
 struct PictureText {
   std::string text;
   float x = 0, y = 0, size = 12;

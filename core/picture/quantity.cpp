@@ -25,7 +25,7 @@ double round_up(double value) {
   double power = 1;
   while (power > value) power /= 10;
   while (10 * power <= value) power *= 10;
-  for (const double step : {1.0, 2.0, 5.0})
+  for (const double step : {1.0, 2.0, 3.0, 5.0})
     if (step * power >= value * (1 - 1e-9)) return step * power;
   return 10 * power;
 }

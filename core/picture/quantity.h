@@ -25,11 +25,11 @@ struct ColourScale {
 // m/s; error and mode: the values of the frame. Empty where there is none.
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
 
-// Of a whole run: up to the largest value, rounded up to 1, 2 or 5 times a power of ten.
+// Of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a power of ten.
 ColourScale colour_scale(const Look& look, std::span<const Model> models,
                          std::span<const Moment> moments);
 
-// The least of 1, 2, 5 times a power of ten that is not below; 1 for what is not above 0.
+// The least of 1, 2, 3, 5 times a power of ten that is not below; 1 for what is not above 0.
 double round_up(double value);
 
 }  // namespace sim

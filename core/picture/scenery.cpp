@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/picture/raster/text.h"
 
 namespace sim {
 namespace {
@@ -51,6 +53,7 @@ Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments,
       look_(look),
       viewpoint_(make_viewpoint(models, moments, look)),
       scale_(colour_scale(look, models, moments)) {
+  for (std::size_t m = 0; m < models.size(); ++m) turned_.push_back(shows_back(m));
   std::vector<std::string> names;
   int most = 0;
   bool colours = look.colour == "none";
@@ -73,6 +76,24 @@ Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments,
   if (!colours)
     nothing_of("--color " + look.colour, "the scene has none",
                look.colour == "strain" ? "strain needs springs" : "leave it out");
+}
+
+// Which side of an open sheet is its front is nobody's choice: the one that is seen more.
+bool Scenery::shows_back(std::size_t m) const {
+  std::map<std::array<int, 2>, int> sides;
+  for (const auto& t : models_[m].triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      ++sides[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
+  if (std::ranges::all_of(sides, [](const auto& side) { return side.second == 2; })) return false;
+  double front = 0;
+  for (const std::size_t at : {std::size_t{0}, moments_.size() / 2, moments_.size() - 1})
+    for (const auto& t : models_[m].triangles) {
+      const auto corner = [&](std::size_t k) { return place(m, moments_[at][m].at(t[k])); };
+      const V3 a = corner(0);
+      const double seen = raster::dot(sum_normal(a, corner(1), corner(2)), viewpoint_.eye.at - a);
+      if (std::isfinite(seen)) front += seen;
+    }
+  return front < 0;
 }
 
 bool Scenery::picked(int particle) const {
@@ -109,7 +130,8 @@ void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) cons
   for (int i = 0; i < model.particles; ++i) picture.points.push_back(place(m, frame.at(i)));
   picture.normals.resize(picture.points.size());
   for (const auto& t : model.triangles) {
-    const std::array<int, 3> ids{t[0] + first, t[1] + first, t[2] + first};
+    std::array<int, 3> ids{t[0] + first, t[1] + first, t[2] + first};
+    if (turned_[m]) std::swap(ids[1], ids[2]);
     picture.triangles.push_back({ids, 0, !look_.wireframe});
     const auto corner = [&](std::size_t k) {
       return picture.points[static_cast<std::size_t>(ids[k])];
@@ -209,12 +231,12 @@ void Scenery::springs(Picture& picture, std::size_t m, const Frame& frame) const
         picture.lines.push_back({from, to, 4, tint, true});
         continue;
       }
-      V3 lift = viewpoint_.eye.at - from;
-      lift = raster::unit(lift - (raster::dot(lift, way) / raster::dot(way, way)) * way);
+      const V3 aside = raster::unit(raster::cross(way, viewpoint_.eye.forward));
+      const V3 lift = raster::unit(aside - 0.6F * viewpoint_.eye.forward);
       V3 before = from;
       for (int k = 1; k <= 12; ++k) {
         const float s = static_cast<float>(k) / 12;
-        const V3 next = from + s * way + (s * (1 - s) * 0.9F * raster::length(way)) * lift;
+        const V3 next = from + s * way + (s * (1 - s) * 1.1F * raster::length(way)) * lift;
         picture.lines.push_back({before, next, 4, tint, true});
         before = next;
       }
@@ -278,10 +300,11 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
       }
   }
   if (look_.colour == "none") return;
-  const float width = static_cast<float>(look_.width) / static_cast<float>(look_.height) * 720;
+  const float scale = raster::text_scale(look_.height),
+              width = static_cast<float>(look_.width) / scale;
   std::vector<unsigned> ramp;
   for (int i = 0; i < 64; ++i) ramp.push_back(scale_.screen(i / 63.0));
-  const float left = width - 262, top = 672;
+  const float left = width - 262, top = static_cast<float>(look_.height) / scale - 48;
   picture.patches.push_back({left, top, 240, 14, ramp, 1});
   const std::string unit = scale_.unit.empty() ? "" : " " + scale_.unit;
   const auto number = [&](double s) { return brief(s * scale_.factor * scale_.most, 3); };

@@ -27,6 +27,7 @@ class Scenery {
   void set_caption(std::vector<std::string> lines) { caption_ = std::move(lines); }
 
  private:
+  bool shows_back(std::size_t system) const;
   void surfaces(Picture& picture, std::size_t system, const Frame& frame) const;
   void loose(Picture& picture, std::size_t system, const Frame& frame) const;
   void trail(Picture& picture, std::size_t system, std::size_t moment) const;
@@ -42,6 +43,7 @@ class Scenery {
   std::span<const Model> models_;
   std::span<const Moment> moments_;
   Look look_;
+  std::vector<bool> turned_;  // systems whose surface would show its back
   Viewpoint viewpoint_;
   ColourScale scale_;
   std::vector<std::string> caption_;

@@ -176,8 +176,8 @@ V3 Raster::Impl::shade_triangle(const PictureTriangle& t, const V3& ray,
              k = static_cast<std::size_t>(t.points[2]);
   const V3 &a = view[i], &b = view[j], &c = view[k];
   const V3 bc = cross(b, c);
-  const bool front = dot(a, bc) < 0;  // counter-clockwise as the eye sees it
-  const float sign = front ? -1 : 1;
+  const bool front = dot(a, bc) > 0;  // counter-clockwise as the eye sees it
+  const float sign = front ? 1 : -1;
   float u = std::max(0.0F, sign * dot(bc, ray)), v = std::max(0.0F, sign * dot(cross(c, a), ray)),
         w = std::max(0.0F, sign * dot(cross(a, b), ray));
   const float sum = u + v + w;
@@ -218,7 +218,7 @@ V3 Raster::Impl::lit(const V3& albedo, const V3& p, const V3& normal, const V3& 
   const V3& key = picture->light;
   const float facing = dot(normal, key), rise = dot(normal, up);
   const V3 around = mix(kEarthLight, kSkyLight, 0.5F + 0.5F * rise);
-  V3 light = 0.50F * around;
+  V3 light = 0.54F * around;
   const V3 fill = unit(0.35F * up - 0.8F * (key - dot(key, up) * up) + 0.6F * towards_eye);
   light += 0.16F * std::max(0.0F, dot(normal, fill)) * kFill;
   float arrives = 0;
@@ -226,7 +226,7 @@ V3 Raster::Impl::lit(const V3& albedo, const V3& p, const V3& normal, const V3& 
   if (facing > 0)
     light += 0.78F * facing * arrives * kKey;
   else if (thin)
-    light += 0.22F * -facing * arrives * kKey;
+    light += 0.30F * -facing * arrives * kKey;
   V3 out = albedo * light;
   const float grazing = 1 - raster::clamp01(dot(normal, towards_eye)), g2 = grazing * grazing;
   out += (0.16F * g2 * g2) * around;

@@ -183,6 +183,8 @@ void draw_glyph(const Tone& tone, std::string_view strokes, const Pen& pen, unsi
 
 }  // namespace
 
+float text_scale(int height) { return static_cast<float>(std::max(height, 420)) / 720; }
+
 float text_width(const std::string& text) {
   float width = 0;
   for (const char c : text) width += static_cast<float>(glyph(c)[0] - '0') + kGap;
@@ -190,7 +192,7 @@ float text_width(const std::string& text) {
 }
 
 void draw_texts(const Picture& picture, const Tone& tone, Image& image) {
-  const float scale = static_cast<float>(image.height) / 720;
+  const float scale = text_scale(image.height);
   for (const PictureText& text : picture.texts) {
     const float size = text.size * scale;
     Pen pen{text.x * scale, text.y * scale, size / 10,
@@ -205,7 +207,7 @@ void draw_texts(const Picture& picture, const Tone& tone, Image& image) {
 }
 
 void draw_patches(const Picture& picture, const Tone& tone, Image& image) {
-  const float scale = static_cast<float>(image.height) / 720;
+  const float scale = text_scale(image.height);
   for (const PicturePatch& patch : picture.patches) {
     if (patch.rgb.empty()) continue;
     const int left = to_int(patch.x * scale + 0.5F, 0, image.width),

@@ -31,6 +31,7 @@ class Tone {
  private:
   std::uint8_t one(float light, int spread) const {
     if (!(light > 0)) light = 0;
+    if (light > 1e6F) light = 1e6F;
     if (light > 0.8F) light = 0.8F + 0.2F * ((light - 0.8F) / (light - 0.6F));
     return static_cast<std::uint8_t>((screen_[static_cast<int>(light * 4096)] + spread) >> 4);
   }

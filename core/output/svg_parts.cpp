@@ -1,0 +1,88 @@
+#include "core/output/svg_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/base/text.h"
+
+namespace sim::svg_parts {
+namespace {
+
+std::string escaped(const std::string& words) {
+  std::string out;
+  for (const char c : words) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+const char* curve_colour(std::size_t i) {
+  static constexpr const char* kColours[] = {"#c2410c", "#15803d", "#1d4ed8", "#7e22ce",
+                                             "#b45309", "#0e7490", "#be185d", "#111827"};
+  return kColours[i % std::size(kColours)];
+}
+
+std::string number(double value) { return brief(std::round(100 * value) / 100, 7); }
+
+std::string begin(double width, double height) {
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) + "\" height=\"" +
+         number(height) + "\" viewBox=\"0 0 " + number(width) + " " + number(height) +
+         "\" font-family=\"DejaVu Sans, Verdana, sans-serif\" font-size=\"13\" fill=\"#374151\">\n"
+         "<rect width=\"100%\" height=\"100%\" rx=\"6\" fill=\"white\"/>\n";
+}
+
+std::string text(double x, double y, const std::string& words, const std::string& more) {
+  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\"" + more + ">" + escaped(words) +
+         "</text>\n";
+}
+
+std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
+  return "<line x1=\"" + number(x1) + "\" y1=\"" + number(y1) + "\" x2=\"" + number(x2) +
+         "\" y2=\"" + number(y2) + "\" " + style + "/>\n";
+}
+
+std::string disc(double x, double y, double r, const std::string& style) {
+  return "<circle cx=\"" + number(x) + "\" cy=\"" + number(y) + "\" r=\"" + number(r) + "\" " +
+         style + "/>\n";
+}
+
+double width_of(const std::string& words) { return 7.9 * static_cast<double>(words.size()); }
+
+void Places::take(double x, double y, double half_width, double half_height) {
+  boxes_.push_back({x, y, half_width, half_height});
+}
+
+double Places::crowd(double x, double y, double half_width, double half_height) const {
+  double sum = 0;
+  for (const Box& box : boxes_) {
+    const double w = half_width + box.half_width - std::abs(x - box.x),
+                 h = half_height + box.half_height - std::abs(y - box.y);
+    if (w > 0 && h > 0)
+      sum += std::min(w, 2 * std::min(half_width, box.half_width)) *
+             std::min(h, 2 * std::min(half_height, box.half_height));
+  }
+  return sum;
+}
+
+double Places::beside(double x, double y, const std::string& words, double least, double most) {
+  const double half = 0.5 * width_of(words);
+  double best = y;
+  for (int i = 0; i < 120; ++i) {
+    const double at = y + (i % 2 ? 1 : -1) * 2.0 * ((i + 1) / 2);
+    if (at < least || at > most || crowd(x + half, at, half, 6.5) > 0) continue;
+    best = at;
+    break;
+  }
+  take(x + half, best, half, 6.5);
+  return best;
+}
+
+}  // namespace sim::svg_parts

@@ -1,0 +1,36 @@
+// The pieces that charts are drawn with.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sim::svg_parts {
+
+// Colours of curves that count, on white: black is the last.
+const char* curve_colour(std::size_t i);
+
+std::string number(double value);  // of a coordinate, two decimals
+std::string begin(double width, double height);
+std::string text(double x, double y, const std::string& words, const std::string& more = "");
+std::string line(double x1, double y1, double x2, double y2, const std::string& style);
+std::string disc(double x, double y, double r, const std::string& style);
+
+// Keeps words off each other and off what is marked as taken.
+class Places {
+ public:
+  void take(double x, double y, double half_width, double half_height);
+  // The height nearest to y at which words from x on are free of others; takes it.
+  double beside(double x, double y, const std::string& words, double least, double most);
+  // How much of a box is taken already.
+  double crowd(double x, double y, double half_width, double half_height) const;
+
+ private:
+  struct Box {
+    double x, y, half_width, half_height;
+  };
+  std::vector<Box> boxes_;
+};
+
+double width_of(const std::string& words);  // about, at 13 px
+
+}  // namespace sim::svg_parts

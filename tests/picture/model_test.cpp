@@ -1,0 +1,190 @@
+// Models and frames of systems, what is measured at particles, and where the eye stands.
+#include "core/picture/model.h"
+
+#include <catch2/catch.hpp>
+
+#include "core/base/error.h"
+#include "core/picture/scenery.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using sim::Look;
+using sim::Model;
+using sim::Moment;
+
+struct Seen {
+  std::vector<Model> models;
+  std::vector<Moment> moments;
+};
+
+Seen cloth(int n, int steps) {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SystemSpec spec = sim_test::make_cloth(n);
+  sim::Simulation system(spec, registry);
+  Seen seen{{sim::make_model(spec, system)}, {{sim::take_frame(system)}}};
+  for (int i = 0; i < steps; ++i) {
+    REQUIRE(system.step());
+    seen.moments.push_back({sim::take_frame(system)});
+  }
+  return seen;
+}
+
+template <class Read>
+std::string refused(Read read) {
+  try {
+    read();
+  } catch (const sim::Error& error) {
+    CHECK(error.kind() == sim::ErrorKind::kUsage);
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a cloth is triangles of its grid and springs by family") {
+  const Seen seen = cloth(8, 0);
+  const Model& model = seen.models[0];
+  CHECK(model.particles == 64);
+  CHECK(model.triangles.size() == 2 * 7 * 7);
+  CHECK(model.pinned == std::vector<int>{0, 7});
+  REQUIRE(model.families.size() == 3);
+  CHECK(model.families[0].name == "structural");
+  CHECK(model.families[0].ends.size() == 112);
+  CHECK(model.families[1].ends.size() == 98);
+  CHECK(model.families[2].ends.size() == 96);
+  CHECK(model.up.y() == 1);
+  const sim::Frame& frame = seen.moments[0][0];
+  CHECK(frame.x.size() == 192);
+  CHECK(frame.at(9).x() == 0.125);
+  CHECK(sim::strain(model, frame, 0, 0) == Approx(0).margin(1e-15));
+}
+
+TEST_CASE("particles without springs are no surface") {
+  sim::Registry registry = sim_test::make_registry();
+  sim::SystemSpec spec = sim_test::make_cloth(4);
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.plugin == "spring"; });
+  const Model model = sim::make_model(spec, sim::Simulation(spec, registry));
+  CHECK(model.triangles.empty());
+  CHECK(model.families.empty());
+}
+
+TEST_CASE("a solid that is drawn is where the collider is") {
+  sim::Registry registry = sim_test::make_registry();
+  sim::SystemSpec spec = sim_test::make_cloth(4);
+  spec.colliders.push_back(sim_test::make_part(
+      "plane", {{"point", sim::Vec3(0, -2, 0)}, {"normal", sim::Vec3(0, 3, 0)}}));
+  const auto solids = sim::Simulation(spec, registry).solids();
+  REQUIRE(solids.size() == 1);
+  CHECK(solids[0].form == sim::SolidShape::Form::kPlane);
+  CHECK(solids[0].center.y() == Approx(-2));
+  CHECK(solids[0].axes[1].y() == Approx(1));
+}
+
+TEST_CASE("the eye sees all that moves, and stays where it is") {
+  const Seen seen = cloth(6, 200);
+  const sim::Scenery scenery(seen.models, seen.moments, {});
+  const sim::Picture first = scenery.picture(0);
+  for (std::size_t i = 0; i < seen.moments.size(); i += 20) {
+    const sim::Picture picture = scenery.picture(i);
+    CHECK(picture.eye.at.x == first.eye.at.x);
+    CHECK(picture.eye.forward.z == first.eye.forward.z);
+    for (const sim::V3& p : picture.points) {
+      const sim::V3 d = p - picture.eye.at;
+      const float z = dot(d, picture.eye.forward);
+      CHECK(z > 0);
+      CHECK(std::abs(dot(d, picture.eye.up)) * picture.eye.focal < z);
+      CHECK(std::abs(dot(d, picture.eye.right)) * picture.eye.focal < z * 16 / 9);
+    }
+  }
+}
+
+TEST_CASE("the ground is a plane that is there, or below everything") {
+  const Seen seen = cloth(4, 50);
+  const sim::Viewpoint own = sim::make_viewpoint(seen.models, seen.moments, {});
+  REQUIRE(own.ground);
+  for (const Moment& moment : seen.moments)
+    for (int i = 0; i < 16; ++i) CHECK(own.point(moment[0].at(i)).y > own.ground->origin.y);
+  Look look;
+  look.ground = -7;
+  const sim::Viewpoint given = sim::make_viewpoint(seen.models, seen.moments, look);
+  CHECK(given.ground->origin.y == Approx(given.point({0, -7, 0}).y));
+}
+
+TEST_CASE("a camera that is given is kept") {
+  const Seen seen = cloth(4, 0);
+  Look look;
+  sim::read_camera("eye=3,1,2 at=0,0,0 fov=90", look);
+  const sim::Viewpoint view = sim::make_viewpoint(seen.models, seen.moments, look);
+  const sim::V3 eye = view.point({3, 1, 2});
+  CHECK(view.eye.at.x == Approx(eye.x));
+  CHECK(view.eye.focal == Approx(1).epsilon(1e-6));
+  CHECK(dot(view.eye.forward, sim::raster::unit(view.point({0, 0, 0}) - eye)) == Approx(1));
+}
+
+TEST_CASE("strain of a spring is shown where it is") {
+  Seen seen = cloth(4, 0);
+  sim::Frame& frame = seen.moments[0][0];
+  frame.x[3 * 15 + 1] -= 0.3;  // the free corner
+  const auto values = sim::quantity(seen.models[0], frame, "strain");
+  REQUIRE(values.size() == 16);
+  CHECK(values[15] > 0.3);
+  CHECK(values[0] == Approx(0).margin(1e-15));
+  CHECK(sim::quantity(seen.models[0], frame, "error").empty());
+  Look look;
+  look.colour = "strain";
+  const auto scale = sim::colour_scale(look, seen.models, seen.moments);
+  CHECK(scale.most >= *std::max_element(values.begin(), values.end()));
+  look.most = 0.1;
+  CHECK(sim::colour_scale(look, seen.models, seen.moments).most == 0.1);
+}
+
+TEST_CASE("scales end at 1, 2, 3 or 5 times a power of ten") {
+  CHECK(sim::round_up(0.0123) == Approx(0.02));
+  CHECK(sim::round_up(1) == 1);
+  CHECK(sim::round_up(4e-7) == Approx(5e-7));
+  CHECK(sim::round_up(60) == Approx(100));
+  CHECK(sim::round_up(0) == 1);
+  CHECK(sim::round_up(std::nan("")) == 1);
+}
+
+TEST_CASE("wrong looks are refused with a reason") {
+  Look look;
+  CHECK(refused([&] { sim::read_camera("eye=1,2", look); }).find("point") != std::string::npos);
+  CHECK(refused([&] { sim::read_camera("eye=1,2,x", look); }).find("point") != std::string::npos);
+  CHECK(refused([&] { sim::read_camera("ey=1,2,3", look); }).find("eye") != std::string::npos);
+  CHECK(refused([&] { sim::read_camera("fov=200", look); }).find("150") != std::string::npos);
+  CHECK(refused([&] { sim::read_camera("eye=1,1,1 at=1,1,1", look); }).find("one point") !=
+        std::string::npos);
+  CHECK(refused([&] { sim::read_colour("stran", look); }).find("strain") != std::string::npos);
+  CHECK(refused([&] { sim::read_colour("strain:-1", look); }).find("> 0") != std::string::npos);
+  CHECK_FALSE(refused([&] { sim::read_size("1000000x1000000", look); }).empty());
+  CHECK_FALSE(refused([&] { sim::read_size("12", look); }).empty());
+  CHECK_FALSE(refused([&] { sim::read_springs("-3", look); }).empty());
+
+  const Seen seen = cloth(4, 0);
+  const auto show = [&](const Look& wish) {
+    return refused([&] { sim::Scenery(seen.models, seen.moments, wish); });
+  };
+  Look picked, family, colour;
+  picked.picked = {16};
+  family.families = {"sheer"};
+  colour.colour = "error";
+  CHECK(show(picked).find("0 to 15") != std::string::npos);
+  CHECK(show(family).find("shear") != std::string::npos);
+  CHECK_FALSE(show(colour).empty());
+}
+
+TEST_CASE("a picked particle shows its springs, by family") {
+  const Seen seen = cloth(8, 0);
+  Look look;
+  look.picked = {12};
+  const sim::Picture picture = sim::Scenery(seen.models, seen.moments, look).picture(0);
+  // 4 structural and 4 shear ones as lines, 3 flex ones as arcs of 12 pieces.
+  CHECK(picture.lines.size() == 4 + 4 + 3 * 12);
+  const bool said = std::any_of(picture.texts.begin(), picture.texts.end(), [](const auto& text) {
+    return text.text == "structural 4 11 13 20";
+  });
+  CHECK(said);
+}

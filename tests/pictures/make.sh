@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# make.sh SIM FOLDER [SHARE]: the pictures of README.md, with sides of that share of their size.
+set -euo pipefail
+sim=$1 folder=$2 share=${3:-1}
+mkdir -p "$folder"
+
+# A picture of W x H pixels: picture W H ARGS...
+picture() {
+  local width=$(($1 / share)) height=$(($2 / share))
+  shift 2
+  "$sim" "$@" -q --no-verify --size "${width}x$height"
+}
+
+picture 960 540 scenes/cloth.lua -s n=40 -d 0.0015 -T 0.54 --out "$folder/cloth.png"
+picture 800 450 scenes/cloth.lua -s n=12 -T 0.5 --springs 65 --out "$folder/springs.png"
+picture 800 450 scenes/cloth.lua -s n=24 -d 0.002 -T 0.45 --wireframe --out "$folder/wireframe.png"
+picture 800 450 scenes/cloth.lua -s n=32 -d 0.002 -T 0.36 --color strain:0.5 --out "$folder/strain.png"
+# Three moments of each system of scenes/sample.lua.
+moments() {
+  local scene=$1 camera=$2 i=1
+  shift 2
+  for time in "$@"; do
+    picture 400 225 "scenes/$scene.lua" ${more:-} -T "$time" --camera "$camera" \
+      --out "$folder/$scene-$i.png"
+    i=$((i + 1))
+  done
+}
+moments circle "eye=1.7,1.2,4.6 at=0,-0.1,0" 1 2.4 5
+moments pendulum "eye=2.1,0.6,5.4 at=0.15,-0.75,0" 0.35 0.8 1.3
+more="-s n=20 -d 0.0025" moments cloth "eye=1.6,0.5,3.2 at=0.45,-0.55,0.1" 0.2 0.45 0.9
