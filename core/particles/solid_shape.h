@@ -21,17 +21,10 @@ struct SolidShape {
 };
 
 // A plane with its two other directions chosen.
-<<<<<<< HEAD:core/particles/solid_shape.h
 inline SolidShape plane_shape(const Vec3& point, const Vec3& normal) {
   const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
   const Vec3 first = u / u.norm();
   return {SolidShape::Form::kPlane, point, {first, normal, first.cross(normal)}};
-=======
-inline SolidShape plane_shape(const Vec3& point, const Vec3& normal) {
-  const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
-  const Vec3 first = u / u.norm();
-  return {SolidShape::Form::kPlane, point, {first, normal, first.cross(normal)}};
->>>>>>> picture:core/particles/solid_shape.h
 }
 
 }  // namespace sim
