@@ -17,8 +17,6 @@ using study::Stability;
 constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
 constexpr std::size_t kShown = 1;  // the first of the runs at shares of the limit that is shown
 
-std::string percent(double value, int digits = 3) { return brief(100 * value, digits) + " %"; }
-
 std::string step_text(const std::optional<double>& step) {
   if (!step) return "-";
   if (*step == 0) return "none";

@@ -243,7 +243,7 @@ void Contacts::set_off(std::span<const std::size_t> colliders) {
   sampled_ = move_ = false;
   for (const Entry& entry : entries_) {
     if (std::ranges::count(colliders, entry.part) > 0) continue;
-    on_.push_back(entry.collider);
+    on_.push_back(entry.collider.get());
     sampled_ = sampled_ || entry.collider->sampled();
     move_ = move_ || entry.collider->moves();
   }

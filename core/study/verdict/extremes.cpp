@@ -8,7 +8,7 @@
 namespace sim::study {
 namespace {
 
-constexpr int kSteps = 60;
+constexpr int kExtremeSteps = 60;
 constexpr double kGravity = 9.81;     // m/s^2
 constexpr double kMostRadians = 1e3;  // of a run with steps of the method's own; fewer far away,
 constexpr double kFarRadians = 50;    // where rounding makes such steps small
@@ -45,7 +45,7 @@ void run_cell(Registry& registry, const MethodChoice& integrator, ExtremeCell& c
   const SystemSpec spec = hanging_particle(cell.stiffness, cell.mass, cell.offset);
   try {
     Simulation system(spec, registry, {.integrator = integrator, .dt = cell.dt});
-    const double radians = std::sqrt(cell.stiffness / cell.mass) * cell.dt * kSteps;
+    const double radians = std::sqrt(cell.stiffness / cell.mass) * cell.dt * kExtremeSteps;
     const double most = cell.offset > 1e9 ? kFarRadians : kMostRadians;
     const bool own =
         system.integrator_info().adaptive || std::isnan(system.integrator().amplification(0.1, 0));
@@ -54,9 +54,9 @@ void run_cell(Registry& registry, const MethodChoice& integrator, ExtremeCell& c
       return;
     }
     cell.run = true;
-    Monitor monitor(spec, system, kSteps, &registry);
+    Monitor monitor(spec, system, kExtremeSteps, &registry);
     double way = 1;
-    for (int step = 0; step <= kSteps; ++step) {
+    for (int step = 0; step <= kExtremeSteps; ++step) {
       if (step > 0 && !system.step()) {
         cell.trust = Trust::kDiverged;
         cell.reason = "step " + std::to_string(step) + " fails";
