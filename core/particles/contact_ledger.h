@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/particles/contacts.h"
-
 namespace sim {
+
+// Energy per mass that contact took and that moving surfaces gave, J/kg (in a Way: (m/step)^2).
+struct ContactWork {
+  double lost = 0, given = 0;
+};
 
 // Sums are kept for blocks of particles and added up in their order, so that threads change no bit.
 class ContactLedger {
@@ -41,8 +44,7 @@ class ContactLedger {
   // The first particle that could not be put outside of all colliders in this step; -1: none.
   void refuse(int i) {
     int known = squeezed_.load();
-    while ((known < 0 || i < known) && !squeezed_.compare_exchange_weak(known, i)) {
-    }
+    while ((known < 0 || i < known) && !squeezed_.compare_exchange_weak(known, i)) {}
   }
   int squeezed() const { return squeezed_.load(); }
   void begin_step() { squeezed_.store(-1); }

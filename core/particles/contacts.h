@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "core/particles/collider.h"
+#include "core/particles/contact_ledger.h"
 
 namespace sim {
-
-// Energy per mass that contact took and that moving surfaces gave, J/kg (in a Way: (m/step)^2).
-struct ContactWork {
-  double lost = 0, given = 0;
-};
 
 // p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; what touches have
 // changed at its end.
@@ -48,6 +44,7 @@ class Contacts {
   bool empty() const noexcept { return colliders_.empty(); }
   std::span<const std::unique_ptr<Collider>> all() const { return colliders_; }
   const std::vector<std::string>& notes() const { return notes_; }
+  ContactLedger& ledger() const { return *ledger_; }  // where there are any
 
   bool move() const noexcept { return move_; }  // some of them
   // Before a step from t0 to t1, on one thread, where sampled().
@@ -71,6 +68,7 @@ class Contacts {
 
   std::vector<std::unique_ptr<Collider>> colliders_;
   std::vector<std::string> notes_;
+  std::unique_ptr<ContactLedger> ledger_;
   bool sampled_ = false, move_ = false;
 };
 

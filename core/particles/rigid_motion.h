@@ -1,7 +1,6 @@
 // How a solid body moves: a function of time.
 #pragma once
 
-#include "core/math/cross.h"
 #include "core/math/vec3.h"
 
 namespace sim {
@@ -16,14 +15,14 @@ struct Pose {
   Vec3 turned_back(const Vec3& v) const { return turned(v, -sine); }
   // m/s, of the point of the body that is at x.
   Vec3 velocity_at(const Vec3& x) const {
-    return rate == 0 ? velocity : Vec3(velocity + rate * cross(axis, x - center));
+    return rate == 0 ? velocity : Vec3(velocity + rate * axis.cross(x - center));
   }
 
  private:
   // Rodrigues' formula.
   Vec3 turned(const Vec3& v, double s) const {
     if (s == 0 && cosine == 1) return v;
-    return cosine * v + s * cross(axis, v) + (1 - cosine) * axis.dot(v) * axis;
+    return cosine * v + s * axis.cross(v) + (1 - cosine) * axis.dot(v) * axis;
   }
 };
 

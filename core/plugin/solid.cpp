@@ -101,8 +101,9 @@ std::vector<Param> solid_params(std::vector<Param> own, bool room) {
                    .doc = "a room: all around it is solid"});
   own.push_back({.name = "motion",
                  .type = ParamType::kMotion,
-                 .doc = "how it moves; a function(t) returns where its center is, {x, y, z}, and as "
-                        "a second value, if it likes, with which velocity"});
+                 .doc =
+                     "how it moves; a function(t) returns where its center is, {x, y, z}, and as "
+                     "a second value, if it likes, with which velocity"});
   return own;
 }
 

@@ -212,7 +212,7 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
   return {simulation.name(), scene_identity(spec), settings.method.choice(),
           settings.h,        snapshot.t0,          snapshot.step,
           snapshot.n0,       start_energy,         settings.pinned,
-          snapshot.x,        snapshot.memory,         {}};
+          snapshot.x,        snapshot.memory,      {}};
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,

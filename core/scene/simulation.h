@@ -78,8 +78,7 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
-  // J that contact has taken and moving colliders have given in the steps so far; goes on counting
-  // whatever state is restored.
+  // J, of all steps so far, whatever state was restored between them.
   ContactWork contact_work() const;
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only

@@ -29,7 +29,7 @@ class Capsule final : public sim::Solid {
   }
 
   double turning_radius(const sim::Vec3& axis) const override {
-    return sim::cross(axis, half_).norm() + radius_;
+    return axis.cross(half_).norm() + radius_;
   }
 
   sim::Vec3 half_, axis_{0, 0, 1};
@@ -44,21 +44,18 @@ SIM_PLUGIN(Collider, "capsule") {
        .summary = "a rod with round ends, solid within, or a hollow one",
        .formula = "the distance from the line a .. b >= radius + thickness;  inside: <= radius - "
                   "thickness",
-       .params = sim::solid_params({{.name = "a",
-                                     .type = sim::ParamType::kVector,
-                                     .unit = "m",
-                                     .doc = "one end of the line",
-                                     .required = true},
-                                    {.name = "b",
-                                     .type = sim::ParamType::kVector,
-                                     .unit = "m",
-                                     .doc = "the other end; its center lies in the middle",
-                                     .required = true},
-                                    {.name = "radius",
-                                     .unit = "m",
-                                     .doc = "radius",
-                                     .required = true,
-                                     .min = 0}}),
+       .params = sim::solid_params(
+           {{.name = "a",
+             .type = sim::ParamType::kVector,
+             .unit = "m",
+             .doc = "one end of the line",
+             .required = true},
+            {.name = "b",
+             .type = sim::ParamType::kVector,
+             .unit = "m",
+             .doc = "the other end; its center lies in the middle",
+             .required = true},
+            {.name = "radius", .unit = "m", .doc = "radius", .required = true, .min = 0}}),
        .example = {{"a", sim::Vec3(-1, 0, 0)}, {"b", sim::Vec3(1, 0, 0)}, {"radius", 0.5}}},
       [](const sim::Params& params) { return std::make_unique<Capsule>(params); }});
 }

@@ -38,15 +38,12 @@ SIM_PLUGIN(Collider, "sphere") {
       {.name = "sphere",
        .summary = "a solid sphere, or a hollow one",
        .formula = "|x - center| >= radius + thickness;  inside: <= radius - thickness",
-       .params = sim::solid_params({{.name = "radius",
-                                     .unit = "m",
-                                     .doc = "radius",
-                                     .required = true,
-                                     .min = 0},
-                                    {.name = "center",
-                                     .type = sim::ParamType::kVector,
-                                     .default_value = sim::Vec3(0, 0, 0),
-                                     .unit = "m",
-                                     .doc = "where it is at rest"}})},
+       .params = sim::solid_params(
+           {{.name = "radius", .unit = "m", .doc = "radius", .required = true, .min = 0},
+            {.name = "center",
+             .type = sim::ParamType::kVector,
+             .default_value = sim::Vec3(0, 0, 0),
+             .unit = "m",
+             .doc = "where it is at rest"}})},
       [](const sim::Params& params) { return std::make_unique<Sphere>(params); }});
 }

@@ -47,8 +47,8 @@ class PenaltyContact final : public sim::Force {
   void accumulate(const sim::ParticleView& view, sim::Tile tile, sim::ForceSink f) const override {
     each(view, tile, [&](int i, const sim::Touch& touch) {
       const double depth = -touch.gap, elastic = power_of(depth, power_);
-      const Vec3 relative = depends_on_velocity() ? Vec3(view.velocity(i) - touch.velocity)
-                                                  : Vec3(0, 0, 0);
+      const Vec3 relative =
+          depends_on_velocity() ? Vec3(view.velocity(i) - touch.velocity) : Vec3(0, 0, 0);
       const double normal = relative.dot(touch.normal);
       const double push = elastic * std::max(0.0, stiffness_ - damping_ * normal);
       const Vec3 slip = relative - normal * touch.normal;
@@ -149,9 +149,9 @@ SIM_PLUGIN(Force, "contact") {
                    .doc = "velocity along the surface below which friction grows with it",
                    .min = 0}},
        .pointwise = true,
-       .example = {{"collider", std::make_shared<const sim::ColliderMaker>(sim::ColliderMaker{
-                                    [] { return std::make_unique<HalfSpace>(); },
-                                    "sim.collider.plane {}"})},
+       .example = {{"collider",
+                    std::make_shared<const sim::ColliderMaker>(sim::ColliderMaker{
+                        [] { return std::make_unique<HalfSpace>(); }, "sim.collider.plane {}"})},
                    {"stiffness", 100.0}}},
       [](const sim::Params& p, const sim::Elements&) {
         return std::make_unique<PenaltyContact>(p);

@@ -12,7 +12,7 @@ class Orbit final : public sim::RigidMotion {
     const sim::Vec3 axis = sim::axis_of(params, "motion 'orbit'");
     const sim::Vec3 side = std::fabs(axis[0]) < 0.999 ? sim::Vec3(1, 0, 0) : sim::Vec3(0, 1, 0);
     across_ = params.number("radius") * (side - side.dot(axis) * axis).normalized();
-    along_ = sim::cross(axis, across_);
+    along_ = axis.cross(across_);
   }
 
   sim::Pose at(double t, const sim::Vec3& center) const override {
@@ -33,13 +33,11 @@ SIM_PLUGIN(RigidMotion, "orbit") {
   registrar.add(sim::Plugin<sim::RigidMotion>{
       {.name = "orbit",
        .summary = "round its center in a circle, without turning",
-       .formula = "center(t) = center + radius (e1 cos a + e2 sin a),  a = 2 pi t / period + phase\n"
-                  "e1: from the axis towards x (of an axis along x, towards y);  e2 = axis x e1",
-       .params = sim::periodic_params({{.name = "radius",
-                                        .unit = "m",
-                                        .doc = "of the circle",
-                                        .required = true,
-                                        .min = 0},
-                                       sim::axis_param()})},
+       .formula =
+           "center(t) = center + radius (e1 cos a + e2 sin a),  a = 2 pi t / period + phase\n"
+           "e1: from the axis towards x (of an axis along x, towards y);  e2 = axis x e1",
+       .params = sim::periodic_params(
+           {{.name = "radius", .unit = "m", .doc = "of the circle", .required = true, .min = 0},
+            sim::axis_param()})},
       [](const sim::Params& params) { return std::make_unique<Orbit>(params); }});
 }

@@ -13,11 +13,8 @@ class Spin final : public sim::RigidMotion {
 
   sim::Pose at(double t, const sim::Vec3& center) const override {
     const auto [sine, cosine] = sim::sine_cosine(period_.turns(t));
-    return {.center = center,
-            .axis = axis_,
-            .sine = sine,
-            .cosine = cosine,
-            .rate = period_.rate()};
+    return {
+        .center = center, .axis = axis_, .sine = sine, .cosine = cosine, .rate = period_.rate()};
   }
   double fastest_turn() const override { return std::fabs(period_.rate()); }
 

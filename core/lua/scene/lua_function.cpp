@@ -206,9 +206,9 @@ class LuaMotion final : public RigidMotion {
     Pose pose;
     if (function_->call(t, pose.center, pose.velocity, what_)) return pose;
     differences_ = true;
-    pose.velocity = (8 * (place(t + kStep) - place(t - kStep)) - place(t + 2 * kStep) +
-                     place(t - 2 * kStep)) /
-                    (12 * kStep);
+    pose.velocity =
+        (8 * (place(t + kStep) - place(t - kStep)) - place(t + 2 * kStep) + place(t - 2 * kStep)) /
+        (12 * kStep);
     return pose;
   }
   bool sampled() const override { return true; }

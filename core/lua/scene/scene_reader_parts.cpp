@@ -162,9 +162,8 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     Value& value = spec.given[name];
     if (known && read_reference(L, -1, body, spec.place, value)) continue;
     if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
-      value =
-          read_value(session_, L, dimension, known ? param->type : ParamType::kNumber, spec.place,
-                     "parameter '" + name + "' of " + owner);
+      value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
+                         spec.place, "parameter '" + name + "' of " + owner);
   }
   return spec;
 }
