@@ -57,7 +57,8 @@ class EnergyCriterion final : public Criterion {
 Finding EnergyCriterion::finding() const {
   const double scale = balance_.in_play(), error = balance_.error();
   const std::string whole = brief(scale, 3) + " J in play";
-  if (!balance_.complete()) return {Trust::kTrusted, "energy not checked: a force may add any"};
+  if (!balance_.complete())
+    return {Trust::kTrusted, "energy not checked: some force may add energy"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
   const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
