@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/particles/contacts.h"
-
 namespace sim {
+
+// Energy per mass that contact took and that moving surfaces gave, J/kg (in a Way: (m/step)^2).
+struct ContactWork {
+  double lost = 0, given = 0;
+};
 
 // Sums are kept for blocks of particles and added up in their order, so that threads change no bit.
 class ContactLedger {

@@ -30,25 +30,63 @@ double turning_point(double yes, double no, const Outside& outside) {
   return no;
 }
 
-// The first place where a way that begins outside touches the collider, or kNone.
-double first_touch(const Collider& collider, double t, double h, const Way& way) {
+// Where a gap that is positive at one place and not at another turns 0 between them: the method of
+// false position with halved values (Illinois; Dowell & Jarratt 1971, BIT 11, 168).
+template <class Gap>
+double root(double outside, double positive, double inside, double negative, double least,
+            const Gap& gap_at) {
+  for (int n = 0, side = 0; n < 60 && negative < -least; ++n) {
+    // Every fourth time by halves, so that no shape is slow.
+    double s = n % 4 == 3 ? 0.5 * (outside + inside)
+                          : (outside * -negative + inside * positive) / (positive - negative);
+    if (!(s > outside && s < inside)) s = 0.5 * (outside + inside);
+    const double gap = gap_at(s);
+    if (gap > 0) {
+      outside = s;
+      positive = gap;
+      if (side > 0) negative *= 0.5;
+      side = 1;
+      if (gap <= least) return s;
+    } else {
+      inside = s;
+      negative = gap;
+      if (side < 0) positive *= 0.5;
+      side = -1;
+    }
+  }
+  return inside;
+}
+
+// Where a way first touches a collider, and the collider as seen from its start and its end.
+struct FirstTouch {
+  double s = kNone;
+  Touch start, end;
+};
+
+// Of a way that begins outside.
+FirstTouch first_touch(const Collider& collider, double t, double h, const Way& way) {
+  FirstTouch found{kNone, collider.touch(t, way.c[0]), collider.touch(t + h, way.at(1))};
+  const auto at = [&found](double s) {
+    found.s = s;
+    return found;
+  };
   const auto gap_at = [&](double s) { return collider.touch(t + s * h, way.at(s)).gap; };
   const auto closing = [&](double s) {
     const Touch touch = collider.touch(t + s * h, way.at(s));
     return (way.rate(s) - h * touch.velocity).dot(touch.normal) < 0;
   };
-  const Touch first = collider.touch(t, way.c[0]);
-  const double start = first.gap, end = gap_at(1);
+  const double start = found.start.gap, end = found.end.gap;
   const double reach = way.length() + h * collider.fastest(t, t + h);
-  if (end > 0 && start > 0 && reach < start + end) return kNone;
+  if (end > 0 && start > 0 && reach < start + end) return found;
 
-  double outside = 0, inside = 1;  // places known to be
+  double outside = 0, inside = 1;  // places known to be, and the gaps there
+  double positive = start, negative = end;
   if (start <= slack(way.c[0])) {
     // It lies on the surface. On its way out it may come back within the step.
-    if ((way.c[1] - h * first.velocity).dot(first.normal) <= 0) return 0;
-    if (end >= 0) return kNone;
-    for (outside = 0.5; gap_at(outside) <= 0; outside *= 0.5)
-      if (outside < 1e-12) return 0;
+    if ((way.c[1] - h * found.start.velocity).dot(found.start.normal) <= 0) return at(0);
+    if (end >= 0) return found;
+    for (outside = 0.5; (positive = gap_at(outside)) <= 0; outside *= 0.5)
+      if (outside < 1e-12) return at(0);
   } else {
     // Sphere tracing: the gap is free in every direction.
     constexpr int kSteps = 32;
@@ -58,19 +96,22 @@ double first_touch(const Collider& collider, double t, double h, const Way& way)
       if (!(s < 1)) break;
       gap = gap_at(s);
       if (gap <= slack(way.at(s))) {
-        if (end >= 0) return s;
+        if (end >= 0) return at(s);
         break;
       }
       outside = s;
+      positive = gap;
+      if (end < 0) break;  // the root is between
     }
     if (end >= 0) {
       // What comes near and goes away again is nearest in between.
-      if (!closing(outside) || closing(1)) return kNone;
+      if (!closing(outside) || closing(1)) return found;
       inside = turning_point(outside, 1, closing);
-      if (!(gap_at(inside) < 0)) return kNone;
+      negative = gap_at(inside);
+      if (!(negative < 0)) return found;
     }
   }
-  return turning_point(outside, inside, [&](double s) { return gap_at(s) > 0; });
+  return at(root(outside, positive, inside, negative, 1e-4 * slack(way.c[0]), gap_at));
 }
 
 // Newton's restitution and the friction of the blow, at the velocity that a surface has in m/step.
@@ -95,9 +136,11 @@ void bounce(const Surface& surface, const Vec3& surface_rate, const Vec3& normal
 // One collider that holds a particle from a place of its way on.
 class Hold {
  public:
-  Hold(const Collider& collider, double t, double h, double s, const Touch& touch, Way& way)
+  Hold(const Collider& collider, double t, double h, double s, const Touch& touch, const Touch& end,
+       Way& way)
       : collider_(collider),
         way_(way),
+        end_(end),
         t_(t),
         h_(h),
         s_(s),
@@ -111,13 +154,13 @@ class Hold {
   void press();
 
  private:
-  Touch end() const { return collider_.touch(t_ + h_, way_.at(1)); }
   bool slides();  // through all of the rest
   void come_to_rest();
   void press_along(const Vec3& direction);
 
   const Collider& collider_;
   Way& way_;
+  const Touch end_;  // where the way ended before
   double t_, h_, s_, rest_;
   Vec3 normal_, from_, rate_, surface_rate_;  // where it is touched; in m/step
   double friction_;
@@ -146,14 +189,13 @@ void Hold::press() {
 
 // The slip w obeys w' = drive - mu lambda w/|w|.
 bool Hold::slides() {
-  const Touch end = this->end();
   slip_ = tangential(rate_ - surface_rate_, normal_);
   drive_ =
-      tangential((way_.rate(1) - rate_ - (h_ * end.velocity - surface_rate_)) / rest_, normal_);
+      tangential((way_.rate(1) - rate_ - (h_ * end_.velocity - surface_rate_)) / rest_, normal_);
   speed_ = slip_.norm();
   if (speed_ <= 1e-14 * (rate_.norm() + surface_rate_.norm())) speed_ = 0;
   pressure_ =
-      std::max(0.0, -2 * end.gap / (rest_ * rest_ * std::max(normal_.dot(end.normal), 0.1)));
+      std::max(0.0, -2 * end_.gap / (rest_ * rest_ * std::max(normal_.dot(end_.normal), 0.1)));
   if (speed_ == 0) return false;
   return speed_ + rest_ * (drive_.dot(slip_) / speed_ - friction_ * pressure_) >= 0;
 }
@@ -191,11 +233,13 @@ void Hold::come_to_rest() {
 
 void Hold::press_along(const Vec3& direction) {
   constexpr int kIterations = 8;
+  Touch now = end_;
   for (int n = 0; n < kIterations; ++n) {
-    const Touch now = end();
-    if (now.gap >= 0) return;
     const double along = std::max(direction.dot(now.normal), 0.1);
     way_.press(s_, -2 * now.gap / (rest_ * rest_ * along) * direction);
+    const Vec3 place = way_.at(1);
+    now = collider_.touch(t_ + h_, place);
+    if (std::fabs(now.gap) <= 0.1 * slack(place)) return;
   }
 }
 
@@ -227,6 +271,7 @@ void Way::press(double s, const Vec3& acceleration) {
 
 void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
                    const ParticleView& initial) {
+  if (!ledger_) ledger_ = std::make_unique<ContactLedger>(initial.n);
   auto sides = collider->sides();
   if (sides.empty())
     sides.push_back(std::move(collider));
@@ -308,26 +353,28 @@ void Contacts::settle(double t, double h, Way& way) const {
   int touches = 0;
   while (touches < kMostTouches) {
     // The first touch of a collider that was not touched yet.
-    double first = kNone;
+    FirstTouch first;
     const Collider* hit = nullptr;
     for (Collider* const collider : on_) {
       if (std::find(seen, seen + touches, collider) != seen + touches) continue;
-      const double s = first_touch(*collider, t, h, way);
-      if (s >= first) continue;
-      first = s;
+      const FirstTouch found = first_touch(*collider, t, h, way);
+      if (found.s >= first.s) continue;
+      first = found;
       hit = collider;
     }
     if (!hit) break;
     seen[touches++] = hit;
 
-    const Vec3 place = way.at(first);
-    const Touch touch = hit->touch(t + first * h, place);
+    const Vec3 place = way.at(first.s);
+    const Touch touch = first.s == 0 ? first.start : hit->touch(t + first.s * h, place);
+    const Vec3 moved = way.moved;
     if (touch.gap < -slack(place)) {  // put inside by hand: out of it, without velocity
       way.shift(-touch.gap * touch.normal);
       way.touched = true;
     }
-    bounce(hit->surface(), h * touch.velocity, touch.normal, first, way);
-    if (hit->touch(t + h, way.at(1)).gap < 0) Hold(*hit, t, h, first, touch, way).press();
+    bounce(hit->surface(), h * touch.velocity, touch.normal, first.s, way);
+    const Touch end = way.moved == moved ? first.end : hit->touch(t + h, way.at(1));
+    if (end.gap < 0) Hold(*hit, t, h, first.s, touch, end, way).press();
   }
 
   bool inside = touches > 0;

@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "core/particles/collider.h"
+#include "core/particles/contact_ledger.h"
 
 namespace sim {
-
-// Energy per mass that contact took and that moving surfaces gave, J/kg (in a Way: (m/step)^2).
-struct ContactWork {
-  double lost = 0, given = 0;
-};
 
 // p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; what touches have
 // changed at its end.
@@ -52,6 +48,7 @@ class Contacts {
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
   std::vector<SolidShape> shapes(double t) const;  // in the order they were added
+  ContactLedger& ledger() const { return *ledger_; }  // where there are any
 
   bool move() const noexcept { return move_; }  // some of them
   // Before a step from t0 to t1, on one thread, where sampled().
@@ -82,6 +79,7 @@ class Contacts {
   std::vector<std::size_t> off_;
   std::size_t parts_ = 0;
   std::vector<std::string> notes_;
+  std::unique_ptr<ContactLedger> ledger_;
   bool sampled_ = false, move_ = false;
 };
 

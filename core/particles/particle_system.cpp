@@ -52,7 +52,8 @@ void check_single(const ParticleSystem& system) {
 [[noreturn]] void refuse_contact(const std::string& why) {
   throw Error(ErrorKind::kScene,
               {"integrator does not fit", "", "this scene has colliders, and " + why,
-               "use rk4, verlet or another explicit method of fixed steps"});
+               "use rk4, verlet or another explicit method of fixed steps, or contact as a "
+               "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ StateShape ParticleSystem::shape() const {
 }
 
 std::string ParticleSystem::refusal() const {
-  const int i = ledger().squeezed();
+  const int i = contacts().empty() ? -1 : contacts().ledger().squeezed();
   if (i < 0) return {};
   return "particle " + std::to_string(i) + " is squeezed between colliders and has no room left";
 }

@@ -26,7 +26,6 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
     : layout_(static_cast<int>(masses.size())),
       mass_(masses.size()),
       forces_(std::move(forces)),
-      ledger_(layout_.n()),
       team_(&team) {
   set_masses(masses, pinned);
 

@@ -7,7 +7,6 @@
 
 #include "core/base/array.h"
 #include "core/base/team.h"
-#include "core/particles/contact_ledger.h"
 #include "core/particles/contacts.h"
 #include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
@@ -56,7 +55,7 @@ class Particles {
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
-  void start_memories(double* state) const;  // as at t = 0
+  void start_memories(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
@@ -70,8 +69,6 @@ class Particles {
   double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
-  ContactLedger& ledger() noexcept { return ledger_; }
-  const ContactLedger& ledger() const noexcept { return ledger_; }
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
@@ -106,7 +103,6 @@ class Particles {
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   Contacts contacts_;
-  ContactLedger ledger_;
   std::vector<Force*> other_forces_;
   bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;

@@ -245,7 +245,8 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  if (s.particles) s.particles->ledger().take();  // of steps that others tried
+  ContactLedger* const ledger = s.system->confined() ? &s.particles->contacts().ledger() : nullptr;
+  if (ledger) ledger->take();  // of steps that others tried
   Advance now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
   if (now.status != StepStatus::kDone) {
     if (s.find_divergence(now.status)) {
@@ -254,8 +255,8 @@ int Simulation::steps(std::int64_t most) {
     }
     now.taken = 1;
   }
-  if (s.particles) {
-    const ContactWork work = s.particles->ledger().take();
+  if (ledger) {
+    const ContactWork work = ledger->take();
     s.contact_work.lost += work.lost;
     s.contact_work.given += work.given;
   }

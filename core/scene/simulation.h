@@ -81,8 +81,7 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
-  // J that contact has taken and moving colliders have given in the steps so far; goes on counting
-  // whatever state is restored.
+  // J, of all steps so far, whatever state was restored between them.
   ContactWork contact_work() const;
   std::vector<SolidShape> solids() const;  // of the colliders that are on, as they are now
 

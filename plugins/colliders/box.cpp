@@ -46,7 +46,7 @@ class Box final : public sim::Solid {
         half_(params.vector("half")),
         axes_(turned_axes(params.vector("turn"))),
         turned_(params.vector("turn").norm() > 0) {
-    for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t axis = 0; axis < 3; ++axis)
       if (!(half_[axis] > 0))
         throw sim::Error(sim::ErrorKind::kScene,
                          {"collider 'box'", "", "a side of it has no length",
@@ -54,8 +54,8 @@ class Box final : public sim::Solid {
     if (!inside()) return;
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (const double sign : {-1.0, 1.0})
-        walls_.push_back(std::make_unique<Wall>(params, sign * axes_[axis],
-                                                half_[static_cast<int>(axis)], half_.norm()));
+        walls_.push_back(
+            std::make_unique<Wall>(params, sign * axes_[axis], half_[axis], half_.norm()));
   }
 
   std::vector<std::unique_ptr<Collider>> sides() override { return std::move(walls_); }
@@ -71,10 +71,10 @@ class Box final : public sim::Solid {
   // From the nearest point of the box; within, to the nearest side, the first of several.
   Distance distance(const Vec3& x) const override {
     Vec3 local, out{0, 0, 0};
-    int nearest = 0;
+    std::size_t nearest = 0;
     double depth = -HUGE_VAL;
-    for (int axis = 0; axis < 3; ++axis) {
-      local[axis] = axes_[static_cast<std::size_t>(axis)].dot(x);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      local[axis] = axes_[axis].dot(x);
       const double beyond = std::fabs(local[axis]) - half_[axis];
       out[axis] = std::max(0.0, beyond);
       if (beyond <= depth) continue;
@@ -83,19 +83,19 @@ class Box final : public sim::Solid {
     }
     const double gap = out.norm();
     if (!(gap > 0)) {
-      const Vec3& side = axes_[static_cast<std::size_t>(nearest)];
+      const Vec3& side = axes_[nearest];
       return {depth, local[nearest] < 0 ? Vec3(-side) : side};
     }
     Vec3 normal{0, 0, 0};
-    for (int axis = 0; axis < 3; ++axis)
-      normal += std::copysign(out[axis] / gap, local[axis]) * axes_[static_cast<std::size_t>(axis)];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      normal += std::copysign(out[axis] / gap, local[axis]) * axes_[axis];
     return {gap, normal};
   }
 
   double least(const Vec3& middle, const Vec3& half) const override {
     if (turned_) return Solid::least(middle, half);
     Vec3 out;
-    for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t axis = 0; axis < 3; ++axis)
       out[axis] = std::max(0.0, std::fabs(middle[axis]) - half[axis] - half_[axis]);
     const double gap = out.norm();
     return gap > 0 ? gap : Solid::least(middle, half);

@@ -14,7 +14,7 @@ class Plane final : public sim::Solid {
                                                 "give a direction, {0, 1, 0}"});
     normal_ /= length;
     if (params.has("motion") && params.motion("motion")->fastest_turn() > 0 &&
-        !(params.motion("motion")->at(0, {0, 0, 0}).axis.cross(normal_).norm() < 1e-12))
+        !(normal_.cross(params.motion("motion")->at(0, {0, 0, 0}).axis).norm() < 1e-12))
       throw sim::Error(sim::ErrorKind::kScene,
                        {"collider 'plane'", "", "it can turn about its normal only",
                         "give its motion the axis of the normal, or take a box"});

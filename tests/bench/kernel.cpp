@@ -155,9 +155,8 @@ sim::SystemSpec with_sphere(sim::SystemSpec cloth, double gap, double friction) 
   sim::PartSpec sphere;
   sphere.plugin = "sphere";
   const double height = gap < 0 ? kRadius - gap : -kRadius - gap;
-  sphere.given = {{"radius", kRadius},
-                  {"center", sim::Vec3(0.5, height, 0.5)},
-                  {"friction", friction}};
+  sphere.given = {
+      {"radius", kRadius}, {"center", sim::Vec3(0.5, height, 0.5)}, {"friction", friction}};
   cloth.colliders = {sphere};
   return cloth;
 }
@@ -228,7 +227,8 @@ Table variation_table(const std::vector<Variation>& variations) {
   table.note("Five forces against one: cloth takes " + short_number(100 * (all / alone - 1)) +
              " % more time than fused.");
   const auto more = [&](std::size_t with, std::size_t without) {
-    return short_number(100 * (variations[with].times.median / variations[without].times.median - 1));
+    return short_number(100 *
+                        (variations[with].times.median / variations[without].times.median - 1));
   };
   table.note("A sphere that is not touched takes " + more(7, 0) + " % more time of rk4 and " +
              more(10, 9) + " % of verlet, one that the cloth lies on " + more(8, 0) + " % and " +

@@ -109,8 +109,8 @@ TEST_CASE("scenes of a world share settings by name", "[lua][args]") {
 
   std::vector<std::string> names;
   for (const SceneArg& arg : load("scenes/sample.lua").args) names.push_back(arg.name);
-  CHECK(names == std::vector<std::string>{"cloth_ball.n", "radius", "friction", "period", "stiffness",
-                                          "pendulum.n"});
+  CHECK(names == std::vector<std::string>{"cloth_ball.n", "radius", "friction", "period",
+                                          "stiffness", "pendulum.n"});
 
   const SceneSpec twice = load_text(
       "return sim.world { a = require 'scenes.cloth', b = require 'scenes.cloth' }", {{"n", "3"}});

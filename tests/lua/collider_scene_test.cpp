@@ -12,7 +12,8 @@ namespace {
 std::string with(const std::string& collider, const std::string& more = "") {
   return "local p = sim.particles {}\np:add {0, 5, 0}\nlocal c = " + collider +
          "\nreturn sim.scene { particles = p, forces = {}, colliders = { c }, integrator = 'rk4', "
-         "dt = 0.01, duration = 1 " + more + "}\n";
+         "dt = 0.01, duration = 1 " +
+         more + "}\n";
 }
 
 // The error that ends a run of up to so many steps.
@@ -95,9 +96,9 @@ TEST_CASE("bad colliders are refused at their lines", "[lua][colliders]") {
 TEST_CASE("a motion that gives out ends the run in that step", "[lua][colliders]") {
   for (const std::string last : {"nil", "{0/0, 0, 0}", "{0, 1e400, 0}", "{0, 0}", "'here'"}) {
     INFO(last);
-    const std::string text = with(
-        "sim.collider.sphere { radius = 1,\nmotion = function(t) if t > 0.095 then return " + last +
-        " end return {0, 0, 0}, {0, 0, 0} end }");
+    const std::string text =
+        with("sim.collider.sphere { radius = 1,\nmotion = function(t) if t > 0.095 then return " +
+             last + " end return {0, 0, 0}, {0, 0, 0} end }");
     CHECK_FALSE(run_error(text, 9));
     const auto error = run_error(text, 10);
     REQUIRE(error);
@@ -112,8 +113,8 @@ TEST_CASE("a function moves a solid as the same motion does", "[lua][colliders]"
     const SceneSpec spec = load_text(
         "local p = sim.particles {}\np:add {0, 1.3, 0}\nreturn sim.scene { particles = p, forces = "
         "{ sim.force.gravity { g = {0, -9.81, 0} } }, colliders = { sim.collider.sphere { radius = "
-        "1, restitution = 0.5, motion = " + motion +
-        " } }, integrator = 'verlet', dt = 0.001, duration = 1 }");
+        "1, restitution = 0.5, motion = " +
+        motion + " } }, integrator = 'verlet', dt = 0.001, duration = 1 }");
     Registry registry({SIM_PLUGIN_DIR});
     Simulation system(spec.systems[0], registry);
     for (int n = 0; n < 600; ++n) REQUIRE(system.step());

@@ -44,12 +44,11 @@ TEST_CASE("a particle at rest sinks in until stiffness d^power carries its weigh
     const double slope = c.power * c.stiffness * std::pow(c.depth, c.power - 1);
     const double damping =
         2 * std::sqrt(slope * c.mass) / std::pow(c.depth, c.power);  // critical, about there
-    sim::Simulation ball(
-        make_dropped(c.mass, 0,
-                     make_penalty(registry, {{"stiffness", c.stiffness},
-                                             {"power", c.power},
-                                             {"damping", damping}})),
-        registry, {.integrator = {"rk4"}, .dt = 0.1 * std::sqrt(c.mass / slope)});
+    sim::Simulation ball(make_dropped(c.mass, 0,
+                                      make_penalty(registry, {{"stiffness", c.stiffness},
+                                                              {"power", c.power},
+                                                              {"damping", damping}})),
+                         registry, {.integrator = {"rk4"}, .dt = 0.1 * std::sqrt(c.mass / slope)});
     REQUIRE(run(ball, 2000));
     CHECK(ball.position(0).y() == Approx(-c.depth).epsilon(1e-9));
   }
@@ -60,8 +59,8 @@ TEST_CASE("the smoother the contact, the higher the order that a method keeps") 
   struct Case {
     double power, stiffness, least;
   };
-  for (const Case& c : {Case{1, 2e3, 1.6}, Case{1.5, 2e4, 2.2}, Case{2, 2e5, 2.7},
-                        Case{3, 2e7, 3.6}}) {
+  for (const Case& c :
+       {Case{1, 2e3, 1.6}, Case{1.5, 2e4, 2.2}, Case{2, 2e5, 2.7}, Case{3, 2e7, 3.6}}) {
     const sim::SystemSpec spec = make_dropped(
         1, 0.3, make_penalty(registry, {{"stiffness", c.stiffness}, {"power", c.power}}));
     const auto end_of = [&](int steps) {
@@ -81,8 +80,9 @@ TEST_CASE("the smoother the contact, the higher the order that a method keeps") 
 TEST_CASE("adaptive and implicit methods take contact as a force, and keep its energy") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec spec =
-      make_dropped(1, 0.3, make_penalty(registry, {{"stiffness", 1e6}, {"power", 3.0}}, "sphere",
-                                        {{"radius", 1.0}, {"center", Vec3(0, -1, 0)}}));
+      make_dropped(1, 0.3,
+                   make_penalty(registry, {{"stiffness", 1e6}, {"power", 3.0}}, "sphere",
+                                {{"radius", 1.0}, {"center", Vec3(0, -1, 0)}}));
   for (const char* method : {"dopri5", "tsit5", "dop853", "implicit_midpoint"}) {
     INFO(method);
     sim::Simulation ball(spec, registry, {.integrator = {method}, .dt = 2e-4});
@@ -102,9 +102,9 @@ TEST_CASE("adaptive and implicit methods take contact as a force, and keep its e
 
 TEST_CASE("friction of a penalty brakes with mu N, and particles can be left out") {
   sim::Registry registry = make_registry();
-  sim::SystemSpec spec = make_dropped(
-      1, -std::cbrt(kGravity / 1e6),
-      make_penalty(registry, {{"stiffness", 1e6}, {"friction", 0.3}, {"slip", 1e-6}}));
+  sim::SystemSpec spec =
+      make_dropped(1, -std::cbrt(kGravity / 1e6),
+                   make_penalty(registry, {{"stiffness", 1e6}, {"friction", 0.3}, {"slip", 1e-6}}));
   spec.particles->list[0].velocity = {2, 0, 0};
   spec.particles->list.push_back({.position = {1, -0.5, 0}, .mass = 1});
   spec.forces.back().particles = std::vector<int>{0};

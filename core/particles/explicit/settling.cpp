@@ -12,7 +12,7 @@ Vec3 vector_at(const Settling::In& axes, int i) { return {axes[0][i], axes[1][i]
 Vec3 vector_at(const Settling::Out& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
 
 void put(const Settling::Out& axes, int i, const Vec3& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[static_cast<int>(axis)];
+  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
 }
 
 }  // namespace
@@ -21,14 +21,14 @@ Settling::Settling(Particles& particles)
     : particles_(&particles), pressed_(static_cast<std::size_t>(particles.layout().n())) {}
 
 void Settling::begin(double t, double t1) {
-  particles_->ledger().begin_step();
+  particles_->contacts().ledger().begin_step();
   if (particles_->contacts().sampled()) particles_->contacts().look(t, t1);
 }
 
 Vec3 Settling::hold(double t, int i, const Vec3& q, const Vec3& v) {
   ContactWork work;
   const Vec3 held = particles_->contacts().hold(t, q, v, work);
-  particles_->ledger().enter(i, particles_->masses()[static_cast<std::size_t>(i)], work);
+  particles_->contacts().ledger().enter(i, particles_->masses()[static_cast<std::size_t>(i)], work);
   return held;
 }
 
@@ -44,9 +44,9 @@ void Settling::settle(double t, double h, const In* from, const In& v0, const Ou
     // its Bezier points.
     const Extent extent =
         extent_of_(q.data(), v0.data(), v.data(), from ? from->data() : nullptr, first, last);
-    const double longest = h * (std::sqrt(extent.fastest[0]) +
-                                (from ? 1 : 2) * std::sqrt(extent.fastest[1])) +
-                           3 * std::sqrt(extent.farthest);
+    const double longest =
+        h * (std::sqrt(extent.fastest[0]) + (from ? 1 : 2) * std::sqrt(extent.fastest[1])) +
+        3 * std::sqrt(extent.farthest);
     Vec3 middle, half;
     for (int axis = 0; axis < 3; ++axis) {
       middle[axis] = 0.5 * extent.least[axis] + 0.5 * extent.most[axis];
@@ -61,11 +61,11 @@ void Settling::settle(double t, double h, const In* from, const In& v0, const Ou
       if (!contacts.near(t, h, free, Vec3::Zero(), way.length())) continue;
       contacts.settle(t, h, way);
       if (!way.touched) continue;
-      if (way.squeezed) particles_->ledger().refuse(i);
+      if (way.squeezed) particles_->contacts().ledger().refuse(i);
       pressed_[static_cast<std::size_t>(i)] = way.pressed;
       const Vec3 place = way.stuck ? way.held : Vec3(free + way.moved);
       Vec3 velocity = vector_at(v, i) + way.kicked / h;
-      particles_->ledger().enter(i, mass / (h * h), way.work);
+      particles_->contacts().ledger().enter(i, mass / (h * h), way.work);
       if (hold_too && way.pressed) velocity = hold(t + h, i, place, velocity);
       put(q, i, place);
       put(v, i, velocity);

@@ -23,7 +23,7 @@ class Settling {
   // Before the steps from t on; t1: their end.
   void begin(double t, double t1);
   // After them: false where a particle was squeezed between colliders.
-  bool succeeded() const { return particles_->ledger().squeezed() < 0; }
+  bool succeeded() const { return particles_->contacts().ledger().squeezed() < 0; }
 
   // Of the particles [begin, end), at the end of a step of any method from q0, v0 to q, v. The way
   // of a particle is the cubic through both ends.
@@ -42,7 +42,7 @@ class Settling {
       if (!pressed_[static_cast<std::size_t>(i)]) continue;
       const Vec3 before(v[0][i], v[1][i], v[2][i]);
       const Vec3 held = hold(t, i, Vec3(q[0][i], q[1][i], q[2][i]), before);
-      for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = held[static_cast<int>(axis)];
+      for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = held[axis];
       changed(i);
     }
   }

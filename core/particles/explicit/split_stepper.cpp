@@ -247,14 +247,13 @@ bool SplitStepper<Real>::gather_and_step(double t,
     view.vy = moment.v[1];
     view.vz = moment.v[2];
     const auto [fx, fy, fz] = half.axes(forces_.data());
-    finite =
-        sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
-                          [&](Rings<double>& rings, int, int begin, int end) {
-                            const bool good =
-                                kernels_.kick(rings, system_->motion(), stage, begin, end);
-                            if (settling_) settle(s, begin, end);
-                            return good;
-                          });
+    finite = sweeps_.run_alone(
+        static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
+        [&](Rings<double>& rings, int, int begin, int end) {
+          const bool good = kernels_.kick(rings, system_->motion(), stage, begin, end);
+          if (settling_) settle(s, begin, end);
+          return good;
+        });
   }
   return finite && settled();
 }

@@ -52,7 +52,8 @@ class SplitStepper final : public Stepper {
     bool holds = false, drifts = false, ends = false;
     std::array<const double*, 3> q = {}, v0 = {};  // before a drift
     std::array<double*, 3> q_next = {}, v_half = {};
-    std::array<double*, 3> v = {}, v_after = {};  // after the second kick, and after the one that follows
+    std::array<double*, 3> v = {},
+                           v_after = {};  // after the second kick, and after the one that follows
   };
 
   static std::vector<Part> parts_of(const SplitPlan& plan);
@@ -79,13 +80,13 @@ class SplitStepper final : public Stepper {
   std::vector<KickStage<Real>> stages_;
   std::vector<Moment> moments_;  // of the stages
   ArrayOf<Real> positions_, v_after_;
-  ArrayOf<Real> a_;  // where there are colliders, to make a kick again
+  ArrayOf<Real> a_;                   // where there are colliders, to make a kick again
   Array forces_;                      // that are neither affine nor springs in runs
   ArrayOf<Real> v_half_;              // in the middle of a kick, where forces depend on velocity
   std::vector<Array> keeps_, gains_;  // of the kicks, where masses differ
   std::optional<Settling> settling_;  // where there are colliders
   double t_ = 0;                      // s, where the steps begin
-  std::vector<Settle> settles_;  // of the stages
+  std::vector<Settle> settles_;       // of the stages
 };
 
 }  // namespace sim

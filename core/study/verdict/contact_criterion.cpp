@@ -20,7 +20,7 @@ class ContactCriterion final : public Criterion {
     int touched = 0;
     double deepest = 0;
     for (int i = 0; i < view.n; ++i) {
-      if (!particles.ledger().touched(i)) continue;
+      if (!particles.contacts().ledger().touched(i)) continue;
       ++touched;
       for (const auto& collider : particles.contacts().all())
         deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
