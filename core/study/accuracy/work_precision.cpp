@@ -104,6 +104,8 @@ bool well_inside(const WorkPrecision& study, Place place) {
   return study.at(place).dt <= (long_undamped ? 0.5 : 0.8) * *curve.limit;
 }
 
+}  // namespace
+
 void choose(WorkPrecision& study) {
   price(study.curves);
   double best = HUGE_VAL;
@@ -117,8 +119,6 @@ void choose(WorkPrecision& study) {
   }
 }
 
-// The last output time at which the reference, and any run in double precision, is known to a small
-// part of the budget.
 int last_comparable(const WorkPrecision& study) {
   int last = 0;
   for (std::size_t k = 1; k < study.reference.points.size(); ++k) {
@@ -130,8 +130,6 @@ int last_comparable(const WorkPrecision& study) {
   }
   return last;
 }
-
-}  // namespace
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
                                               const WorkPrecisionOptions& options,

@@ -295,16 +295,16 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
 }
 
 Finding finding_of(const Parting& parting, const Simulation& run) {
-  using Outcome = Parting::Outcome;
+  using enum Parting::Outcome;
   const bool flat = run.flat();
   switch (parting.outcome) {
-    case Outcome::kNone:
+    case kNone:
       return {};
-    case Outcome::kStopped:
+    case kStopped:
       return {Trust::kTrusted, "not verified: stopped"};
-    case Outcome::kShadowFailed:
+    case kShadowFailed:
       return {Trust::kSuspect, "the same run with half the step or a tenth of the tolerance fails"};
-    case Outcome::kCompared:
+    case kCompared:
       break;
   }
   if (!std::isnan(parting.missed_at))
