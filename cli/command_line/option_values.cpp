@@ -71,7 +71,7 @@ Budget budget(const std::string& option, const std::string& text) {
   drop(relative ? '%' : 'm');
   const std::optional<double> value = parse_number(digits);
   if (!value || !(*value > 0))
-    bad_value(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
+    bad_value(option, text, "expected a positive length", "write it like 1% or 1e-3m");
   return {relative ? *value / 100 : *value, !relative};
 }
 

@@ -233,7 +233,7 @@ void Parser::check_words() const {
   for (const std::string& word : rest) {
     if (word == "--") continue;
     if (!word.starts_with("-") || word == "-")
-      usage_error("unexpected argument", "'" + word + "'", "nothing is left that it could be",
+      usage_error("unexpected argument", "'" + word + "'", "no further argument is expected",
                   "see sim --help");
     const std::string name = word.substr(0, word.find('='));
     std::vector<std::string> known;

@@ -87,7 +87,7 @@ std::string help_on(Session& session, const std::string& asked) {
   const std::string near = nearest(name, known);
   throw Error(ErrorKind::kUsage,
               {"no help on '" + name + "'", "",
-               "no command, function of the scene language or plugin is called so",
+               "there is no command, function of the scene language or plugin of that name",
                near.empty() ? ".help lists the commands" : "did you mean '" + near + "'?"});
 }
 

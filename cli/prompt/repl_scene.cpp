@@ -352,7 +352,8 @@ LiveScene::Branch LiveScene::branch_named(const std::string& name) {
   if (const auto found = all.find(name); found != all.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [each, branch] : all) known.push_back(each);
-  usage_error("unknown branch '" + name + "'", "no branch is called so", suggestion(name, known));
+  usage_error("unknown branch '" + name + "'", "there is no branch of that name",
+              suggestion(name, known));
 }
 
 void LiveScene::add_branch(const std::string& name) {

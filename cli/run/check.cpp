@@ -14,7 +14,7 @@ double share(const std::string& option, const std::string& text) {
   const auto value = parse_number(percent ? text.substr(0, text.size() - 1) : text);
   if (!value || !(*value >= 0))
     throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
-                                    "it is no share of at least 0", "write it like 1% or 0.01"});
+                                    "expected a share of 0 or more", "write it like 1% or 0.01"});
   return percent ? *value / 100 : *value;
 }
 
@@ -48,7 +48,7 @@ Checks parse_checks(const std::string& option, const std::string& text) {
                    "it is none of energy=, strain= and dt=", "write it like energy=1%,dt=90%"});
     if (*limit)
       throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
-                                      "'" + name + "' stands there twice", "keep one of them"});
+                                      "'" + name + "' is listed twice", "keep one of them"});
     *limit = share(option, entry.substr(equals + 1));
     begin = end + 1;
   }

@@ -95,7 +95,8 @@ void Shadow::look(const Energy* energy) {
       {run_->step_count(), run_->t(), places(*run_), energy ? energy->total() : std::nan("")});
 }
 
-// The run from its first state again, with finer settings and so many steps for each of its own.
+// The same run from its first state, with finer settings: `steps_per_step` steps for each of its
+// own.
 Simulation Shadow::finer_run(double& steps_per_step) const {
   const Settings& own = run_->settings();
   const auto taken = static_cast<double>(frames_.back().step - frames_.front().step);
