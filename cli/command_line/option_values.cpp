@@ -87,6 +87,23 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
   return words;
 }
 
+std::vector<std::string> command_words(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  bool options_end = false;
+  const bool asks = argc > 1 && std::string_view(argv[1]) == "help";
+  for (int i = asks ? 2 : 1; i < argc; ++i) {
+    std::string word = argv[i];
+    options_end = options_end || word == "--";
+    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
+    if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
+      usage_error("empty value", word, "nothing follows the =", "give a value");
+    words.push_back(word);
+  }
+  if (asks) words.emplace_back("--help");
+  std::reverse(words.begin(), words.end());  // as CLI11 wants them
+  return words;
+}
+
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts) {
   std::map<std::string, std::string> result;
   for (const std::string& text : texts) {

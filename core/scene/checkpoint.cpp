@@ -258,7 +258,7 @@ std::string encode(const Checkpoint& checkpoint) {
 
 Checkpoint decode(std::string_view bytes, const std::string& file) {
   if (!bytes.starts_with(kMagic))
-    refuse(file, "not a checkpoint file", "give a file that --snap or .snap wrote");
+    refuse(file, "it is not a checkpoint file", "give a file that --snap or .snap wrote");
   Reader head(bytes.substr(kMagic.size()), file);
   if (const std::uint64_t version = head.integer(); version != kVersion)
     refuse(file,

@@ -37,9 +37,10 @@ MethodChoice sharper(const Method& own) {
 std::vector<double> places(Simulation& system) {
   if (!system.second_order()) return {system.state().begin(), system.state().end()};
   const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
-  std::vector<double> values;
-  values.reserve(static_cast<std::size_t>(3 * p.n));
-  for (int i = 0; i < p.n; ++i) values.insert(values.end(), {p.x[i], p.y[i], p.z[i]});
+  std::vector<double> values(static_cast<std::size_t>(3 * p.n));
+  double* next = values.data();
+  for (int i = 0; i < p.n; ++i)
+    for (const double* axis : {p.x, p.y, p.z}) *next++ = axis[i];
   return values;
 }
 
