@@ -14,8 +14,8 @@ enum class StepStatus {
   kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
 };
 
-// What became of up to so many steps: how many were taken, each with the bits of a single one. With
-// a status other than kDone none was, and the integrator is as it was before.
+// The result of several steps: how many were taken, each with the bits of a single one. If the
+// status is not kDone, none was, and the integrator is as it was before.
 struct Advance {
   StepStatus status = StepStatus::kDone;
   int taken = 0;

@@ -68,8 +68,8 @@ class Force {
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }
 
-  // What such a force remembers: so many numbers of X, which every view it is given has as
-  // `memory`, their values at t = 0 and, after prepare(), their rates of change.
+  // A force that remembers: how many numbers of X are its own (every view has them as `memory`),
+  // their values at t = 0 and, after prepare(), their rates of change.
   virtual int memory_size() const { return 0; }
   virtual void start(std::span<double> /*memory*/) const {}
   virtual void derive(const ParticleView& /*view*/, std::span<double> /*rate*/) const {}

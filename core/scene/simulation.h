@@ -42,8 +42,8 @@ class Simulation {
   // One step of size h. False when it fails: the state and the time stay as they were before the
   // step, and divergence() says why and where.
   bool step();
-  // The same for up to `most` steps, of which only the last state is seen: where a method takes
-  // several at once for less. How many were taken; 0 when the first of them fails.
+  // Takes up to `most` steps in one call and keeps only the final state; some methods are faster
+  // that way. Returns the number taken, 0 if the first fails.
   int steps(std::int64_t most);
   // A step that ends at the time `end`, before t + h; those after it have the size h again. Methods
   // that keep earlier steps forget them.

@@ -41,7 +41,7 @@ void Timeline::restore(Simulation& simulation, std::size_t mark) {
 }
 
 // The older a part is, the fewer snapshots it keeps: every second one of the older three quarters
-// goes, time and again. Where only changes are left, the oldest part of the timeline goes.
+// goes, until there is room. Where only changes are left, the oldest part of the timeline goes.
 void Timeline::thin() {
   while (bytes_ > budget_ && marks_.size() > 1) {
     const std::size_t before = marks_.size(), older = before * 3 / 4;

@@ -36,8 +36,9 @@ class Timeline {
   // there is none.
   bool undo(Simulation& simulation);
 
-  // To the state after `step` steps, at least first(). Asks `go_on` time and again; a no or a step
-  // that fails leaves it at a whole step on the way, and gives false.
+  // Goes to the state after `step` steps, at least first(). Calls `go_on` between steps. If it
+  // returns false, or a step fails, the simulation stays at the last completed step and the result
+  // is false.
   bool go_to(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   // Takes a snapshot of the present, so that a copy of this timeline can start from here.

@@ -20,7 +20,7 @@ class EnergyBalance {
   // ones.
   explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
-  // After steps, at most due() of them: in large systems not after every one, for it would cost.
+  // After steps, at most due() of them: in large systems not after every one, to save time.
   void advance(std::int64_t steps = 1);
   std::int64_t due() const;  // steps until the present state is wanted again
 

@@ -180,13 +180,13 @@ TEST_CASE("repl: reload says what an edit of the file changed") {
   Outcome outcome = session(".step 20\n.reload\n", {file.string()});
   CHECK(outcome.out == "nothing changed: the same bits at t = 0.1 s\n");
 
-  const std::string script = "coproc cat; \"$0\" \"$1\" <<< '.step 20'";
   const auto replaced = [&](const std::string& with) {
-    // The shell holds the session between two commands and changes the file there.
-    const std::string commands = "{ echo '.step 20'; echo 'print(t())'; sleep 0.5; cp " +
-                                 (folder.path() / with).string() + " " + file.string() +
-                                 "; echo .reload; echo .hash; } | " + SIM_REPL_BINARY + " " +
-                                 file.string();
+    // The file changes between two commands: once a snapshot tells that the first ones ran.
+    const std::string snapshot = (folder.path() / (with + ".snap")).string();
+    const std::string commands =
+        "{ echo '.step 20'; echo 'print(t())'; echo '.snap " + snapshot + "'; while [ ! -e " +
+        snapshot + " ]; do sleep 0.01; done; cp " + (folder.path() / with).string() + " " +
+        file.string() + "; echo .reload; echo .hash; } | " + SIM_REPL_BINARY + " " + file.string();
     return run_sim({"-c", commands}, {.program = "/bin/sh"});
   };
   outcome = replaced("edited.lua");

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 
 #include "core/lua/scene/scene_file.h"
 #include "core/study/limits/spectrum.h"
@@ -120,6 +121,58 @@ TEST_CASE("the work of drag is the same from several steps at once") {
     CHECK(several.due() == single.due());
     CHECK(single.due() == (n == 8 ? 1 : 4));  // every eighth step
   }
+}
+
+// x' = i x: one step multiplies by the polynomial R(i h), and two of half the size by R(i h/2)^2.
+TEST_CASE("the error of a step is what doubling it shows, as if it were all of the error") {
+  using Complex = std::complex<double>;
+  const auto r = [](int order, double h) {
+    Complex sum = 1, term = 1;
+    for (int k = 1; k <= order; ++k) sum += term *= Complex(0, h) / double(k);
+    return sum;
+  };
+  for (const auto& [method, order] : {std::pair{"euler", 1}, {"rk3", 3}, {"rk4", 4}}) {
+    INFO(method);
+    sim::Registry registry = make_registry();
+    const sim::SystemSpec circle = make_circle();
+    const double h = 0.1;
+    sim::Simulation simulation(circle, registry, {.integrator = method, .dt = h});
+    sim::study::Monitor monitor(circle, simulation, 299, &registry);  // one doubled step
+    REQUIRE(run(simulation, 1));
+    monitor.look(nullptr);
+    const Complex off = r(order, h) * (r(order, h) - r(order, h / 2) * r(order, h / 2));
+    const double most = std::max(std::abs(off.real()), std::abs(off.imag()));
+    CHECK(monitor.verdict().figures.step_error ==
+          Approx(most / (1 - std::pow(2.0, -order))).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("what is unknown of the work of drag counts as an error of the energy") {
+  const sim::SystemSpec falling = make_falling(2, 1.5);
+  sim::Registry registry = make_registry();
+  sim::Simulation simulation(falling, registry, {.integrator = "rk4", .dt = 0.1});
+  sim::study::Monitor monitor(falling, simulation, 30, &registry);
+  sim::study::EnergyBalance balance(simulation);
+  sim::WorkIntegral work;
+  const auto look = [&] {  // power = c v^2
+    work.look(simulation.t(), 1.5 * simulation.velocity(0).squaredNorm());
+  };
+  look();
+  for (int i = 0; i <= 30; ++i) {
+    if (i > 0) {
+      REQUIRE(simulation.step());
+      monitor.advance();
+      balance.advance();
+      look();
+    }
+    const sim::Energy energy = simulation.energy();
+    monitor.look(&energy);
+    if (i > 0) balance.look(energy);
+  }
+  CHECK(work.uncertainty() > 1e-9);
+  CHECK(balance.uncertainty() == Approx(work.uncertainty()).epsilon(1e-6));
+  CHECK(monitor.verdict().figures.energy ==
+        Approx((std::abs(balance.error()) + work.uncertainty()) / balance.in_play()).epsilon(1e-9));
 }
 
 TEST_CASE("momentum holds where nothing holds the particles") {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 
 #include "core/study/accuracy/trajectory.h"
 #include "tests/support/scenes.h"
@@ -104,6 +105,67 @@ TEST_CASE("measured errors are those of the literature") {
   };
   CHECK(error("verlet", 128) == Approx(3.0e-4).epsilon(0.05));
   CHECK(error("pefrl", 64) == Approx(1.1e-5).epsilon(0.05));
+}
+
+namespace {
+
+// A study by hand: one fixed-step method with a stable step of 1 s, points of dt, error and cost.
+struct Sample {
+  double dt, error;
+  std::int64_t evaluations;
+};
+
+void fill(WorkPrecision& study, const std::vector<Sample>& samples) {
+  study.budget = 1e-3;
+  study.reference.points.resize(21);
+  study.reference.error.assign(21, 1e-12);
+  study.yardstick = {.reference = &study.reference, .time = 1, .size = 1, .last = 20};
+  sim::study::Curve& curve = study.curves.emplace_back();
+  curve.limit = 1;
+  for (const auto& [dt, error, evaluations] : samples)
+    curve.points.push_back(
+        {.dt = dt, .finished = true, .rms = error, .effort = {.evaluations = evaluations}});
+}
+
+}  // namespace
+
+TEST_CASE("a recommendation keeps half of the budget, and its distance from the stable step") {
+  const std::vector<Sample> samples = {{0.9, 1e-4, 100},  {0.79, 9e-4, 200}, {0.78, 2e-4, 300},
+                                       {0.51, 1e-4, 400}, {0.49, 1e-5, 500}, {0.1, 1e-6, 600}};
+  WorkPrecision damped;
+  fill(damped, samples);
+  damped.fastest = {.omega = 1e6, .damping = 1};
+  damped.time = 1;
+  choose(damped);
+  REQUIRE((damped.cheapest && damped.recommended));
+  CHECK(damped.cheapest->point == 0);
+  CHECK(damped.recommended->point == 2);  // not above 0.8 of the limit, not above half the budget
+
+  WorkPrecision undamped;  // and long: half the limit
+  fill(undamped, samples);
+  undamped.fastest = {.omega = 1e6, .damping = 0};
+  undamped.time = 1;
+  choose(undamped);
+  REQUIRE(undamped.recommended.has_value());
+  CHECK(undamped.recommended->point == 4);
+  undamped.recommended.reset();
+  undamped.time = 1e-3;  // 1000 radians, not 1000 turns
+  choose(undamped);
+  CHECK(undamped.recommended->point == 2);
+}
+
+TEST_CASE("what a disturbance grows to ends the comparison, however good the reference") {
+  WorkPrecision study;
+  fill(study, {});
+  CHECK(last_comparable(study) == 20);
+  for (int k = 0; k <= 20; ++k) study.growth.most.push_back(std::pow(10.0, k));
+  // 1e-13 10^k of the size 1 reaches a hundredth of the budget at k = 8.
+  study.budget = 1.1e-3;
+  CHECK(last_comparable(study) == 8);
+  study.size = 10;
+  CHECK(last_comparable(study) == 7);
+  study.reference.error[4] = 2e-5;
+  CHECK(last_comparable(study) == 3);
 }
 
 TEST_CASE("a chaotic scene is compared only as long as that makes sense") {

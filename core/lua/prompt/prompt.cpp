@@ -164,7 +164,7 @@ bool Prompt::Impl::push_of_language(lua_State* L, const std::string& name) const
   return false;
 }
 
-// Of a function and a table makes one table that is called and indexed as they are.
+// Makes one table that behaves like the function when called and like the table when indexed.
 void Prompt::Impl::push_both(lua_State* L) {
   lua_newtable(L);
   lua_newtable(L);

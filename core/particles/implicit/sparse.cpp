@@ -6,28 +6,25 @@
 #include <cmath>
 
 namespace sim {
-namespace {
-
-// Eigen's factorisation without its copies.
-class InPlaceLdlt : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
-                                                 Eigen::NaturalOrdering<int>> {
- public:
-  bool factorise(const Eigen::SparseMatrix<double>& upper) {
-    factorize_preordered<true>(upper);
-    return info() == Eigen::Success && m_diag.minCoeff() > 0;
-  }
-  void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
-    matrixL().solveInPlace(x);
-    x.array() /= m_diag.array();
-    matrixU().solveInPlace(x);
-  }
-};
-
-}  // namespace
 
 struct SparseSymmetric::Matrices {
+  // Eigen's factorisation without its copies.
+  class Ldlt : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
+                                            Eigen::NaturalOrdering<int>> {
+   public:
+    bool factorise(const Eigen::SparseMatrix<double>& upper) {
+      factorize_preordered<true>(upper);
+      return info() == Eigen::Success && m_diag.minCoeff() > 0;
+    }
+    void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
+      matrixL().solveInPlace(x);
+      x.array() /= m_diag.array();
+      matrixU().solveInPlace(x);
+    }
+  };
+
   Eigen::SparseMatrix<double> upper;
-  InPlaceLdlt ldlt;
+  Ldlt ldlt;
 };
 
 SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper)

@@ -35,7 +35,7 @@ struct SweepLimits {
 // Measured for a few milliseconds, at the present state.
 double seconds_an_evaluation(Simulation& system);
 
-// What a sweep compares with, and how far along the way that makes sense.
+// The reference of a sweep, and up to which time comparison is meaningful.
 struct Yardstick {
   const Reference* reference = nullptr;
   double time = 0;  // s, of the whole run

@@ -106,6 +106,8 @@ bool well_inside(const WorkPrecision& study, Place place) {
   return study.at(place).dt <= (long_undamped ? 0.5 : 0.8) * *curve.limit;
 }
 
+}  // namespace
+
 // What costs little more and is closer is the better choice.
 void choose(WorkPrecision& study) {
   constexpr double kLittleMore = 1.05;
@@ -123,8 +125,6 @@ void choose(WorkPrecision& study) {
   }
 }
 
-// The last point at which the reference, and any run in double precision, is known to a small
-// part of the budget.
 int last_comparable(const WorkPrecision& study) {
   int last = 0;
   const int each = std::max(1, study.reference.intervals() / kIntervals);
@@ -139,6 +139,8 @@ int last_comparable(const WorkPrecision& study) {
   }
   return last;
 }
+
+namespace {
 
 // Of the quantity that is compared; its size where it never changes.
 double range(const std::vector<std::vector<double>>& points) {

@@ -64,6 +64,13 @@ struct WorkPrecisionOptions {
 // About how long it takes at most, in s.
 double longest(const Problem& problem, const WorkPrecisionOptions& options);
 
+// The last output time at which the reference, and any run in double precision, is known to a
+// hundredth of the budget.
+int last_comparable(const WorkPrecision& study);
+
+// Costs, front, recommended and cheapest points of the curves that are there.
+void choose(WorkPrecision& study);
+
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
                                               const WorkPrecisionOptions& options,
                                               const Watch& watch);

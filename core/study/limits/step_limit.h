@@ -12,8 +12,8 @@
 
 namespace sim::study {
 
-// The largest h, in s, such that radius <= 1 + tolerance on all of (0, h]; 0 when no step is stable
-// or the limit is only the tolerance's doing, infinity when none up to 1e3 / rate is unstable.
+// The largest h, in s, such that radius <= 1 + tolerance on all of (0, h]; 0 if no step is stable
+// or if the limit is an artefact of the tolerance, infinity when none up to 1e3 / rate is unstable.
 // For a radius that is measured, so that the tolerance is far above rounding; sim::stable_step does
 // it for one that is computed. `rate` is of the size of the fastest eigenvalue, in 1/s, as is
 // `damping`.

@@ -37,9 +37,10 @@ MethodChoice sharper(const Method& own) {
 std::vector<double> places(Simulation& system) {
   if (!system.second_order()) return {system.state().begin(), system.state().end()};
   const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
-  std::vector<double> values;
-  values.reserve(static_cast<std::size_t>(3 * p.n));
-  for (int i = 0; i < p.n; ++i) values.insert(values.end(), {p.x[i], p.y[i], p.z[i]});
+  std::vector<double> values(static_cast<std::size_t>(3 * p.n));
+  double* next = values.data();
+  for (int i = 0; i < p.n; ++i)
+    for (const double* axis : {p.x, p.y, p.z}) *next++ = axis[i];
   return values;
 }
 
@@ -88,7 +89,8 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
                      {observed.begin(), observed.end()}});
 }
 
-// The run from its first state again, with finer settings and so many steps for each of its own.
+// The same run from its first state, with finer settings: `steps_per_step` steps for each of its
+// own.
 Simulation Shadow::finer_run(double& steps_per_step) const {
   const Settings& own = run_->settings();
   const auto taken = static_cast<double>(frames_.back().step - frames_.front().step);
@@ -313,16 +315,16 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
 }
 
 Finding finding_of(const Parting& parting, const Simulation& run) {
-  using Outcome = Parting::Outcome;
+  using enum Parting::Outcome;
   const bool flat = run.flat();
   switch (parting.outcome) {
-    case Outcome::kNone:
+    case kNone:
       return {};
-    case Outcome::kStopped:
+    case kStopped:
       return {Trust::kTrusted, "not verified: stopped"};
-    case Outcome::kShadowFailed:
+    case kShadowFailed:
       return {Trust::kSuspect, "the same run with half the step or a tenth of the tolerance fails"};
-    case Outcome::kCompared:
+    case kCompared:
       break;
   }
   if (!std::isnan(parting.missed_at))
