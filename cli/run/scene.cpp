@@ -4,6 +4,7 @@
 #include <cctype>
 #include <string_view>
 
+#include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
@@ -88,7 +89,10 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
     typed(request.integrator, request.integrator.name, registry);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
-                          {environment.scene_folders, request.settings, request.seed});
+                          {.search_path = environment.scene_folders,
+                           .settings = request.settings,
+                           .seed = request.seed,
+                           .interrupted = SessionSignals::any});
   for (const std::string& name : request.without) leave_out(scene.spec, name);
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(request, system, registry));
