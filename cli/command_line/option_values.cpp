@@ -78,7 +78,7 @@ Budget budget(const std::string& option, const std::string& text) {
   while (digits.ends_with(' ')) digits.pop_back();
   const std::optional<double> value = parse_number(digits);
   if (!value || !(*value > 0))
-    bad_value(option, text, "it is no share or amount above 0",
+    bad_value(option, text, "expected a share or an amount above 0",
               "write it like 1%, \"1 mm\" or 1e-3");
   return {*value * size, !text.ends_with('%')};
 }

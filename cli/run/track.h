@@ -64,8 +64,7 @@ class Track {
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
 
-  // What the scene observes of the present state; not finite: not known.
-  std::span<const double> observed();
+  std::span<const double> observed();  // of the present state; not finite: not known
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
 

@@ -116,6 +116,7 @@ std::string fastest_text(const study::Spectrum& spectrum) {
                      brief(2 * std::numbers::pi / fastest.omega, 3) + " s), ";
   if (spectrum.first_order) {
     const double rate = -fastest.damping / 2;
+    if (std::abs(rate) < 1e-6 * fastest.omega) return text + "neither growing nor decaying";
     return text + (rate > 0 ? "growing at " : "decaying at ") + brief(std::abs(rate), 3) + " 1/s";
   }
   text += "damping " + brief(fastest.damping) + " /s";
