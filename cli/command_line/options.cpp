@@ -158,7 +158,8 @@ Parser::Parser() {
       value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
       value("--debug-particle", t.debug_particle, "I",
             "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
-      value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
+      value("--energy", t.energy, "[=FILE]",
+            "table of energies, or .svg; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--every", t.every, "N", "frames of the files: each N-th step"),
       value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
@@ -297,7 +298,7 @@ RunRequest Parser::run_request() const {
         integer_between("--every", t.every, 1, std::numeric_limits<std::int64_t>::max());
   if (!t.debug_particle.empty())
     request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
-  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
+  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy, true);
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
   if (t.snap == "-")
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
