@@ -71,7 +71,7 @@ Budget budget(const std::string& option, const std::string& text) {
   drop(relative ? '%' : 'm');
   const std::optional<double> value = parse_number(digits);
   if (!value || !(*value > 0))
-    bad_value(option, text, "it is no length above 0", "write it like 1% or 1e-3m");
+    bad_value(option, text, "expected a positive length", "write it like 1% or 1e-3m");
   return {relative ? *value / 100 : *value, !relative};
 }
 
@@ -84,6 +84,23 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
     words.push_back(name);
     begin = end + 1;
   }
+  return words;
+}
+
+std::vector<std::string> command_words(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  bool options_end = false;
+  const bool asks = argc > 1 && std::string_view(argv[1]) == "help";
+  for (int i = asks ? 2 : 1; i < argc; ++i) {
+    std::string word = argv[i];
+    options_end = options_end || word == "--";
+    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
+    if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
+      usage_error("empty value", word, "nothing follows the =", "give a value");
+    words.push_back(word);
+  }
+  if (asks) words.emplace_back("--help");
+  std::reverse(words.begin(), words.end());  // as CLI11 wants them
   return words;
 }
 

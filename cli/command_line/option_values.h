@@ -26,6 +26,11 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
 // The value that is given as an option or as an argument; "" if neither. Throws if both are.
 std::string once(const std::string& option, const std::string& argument);
 
+// The words of the command line, the last one first. An option whose value is optional takes it
+// only behind "=": a bare one gets "-". An empty value would make CLI11 take the next word. `sim
+// help X` is `sim X --help`.
+std::vector<std::string> command_words(int argc, const char* const* argv);
+
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
 // Of --progress: auto, on or off.

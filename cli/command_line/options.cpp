@@ -20,7 +20,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  sim                                        a cloth falls, as its scene says\n"
     "  sim scenes/sample.lua r 0.005              three systems, RK4, steps of 5 ms\n"
-    "  sim scenes/cloth.lua -s n=32 -d 0.001 --dump=c.csv     another size, to a file\n\n"
+    "  sim scenes/cloth.lua -s n=32 --dump=c.csv  another size, to a file\n\n"
     "Steps a scene and says how far the result can be trusted.";
 
 constexpr const char* kFooter =
@@ -31,6 +31,8 @@ constexpr const char* kFooter =
     "            its components under particle and their values under x.\n"
     "  --energy  step,t,kinetic,potential,total,work,drift in J; second order only\n"
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
+    "Verdict\n"
+    "  the last line, on standard error; in the report too where that goes elsewhere\n"
     "Environment\n"
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
     "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path; then those in\n"
@@ -57,23 +59,6 @@ struct Texts {
   std::string test_library;
   std::vector<std::string> order_words, plugin_words;
 };
-
-// An option whose value is optional takes it only behind "=": a bare one gets "-". An empty value
-// would make CLI11 take the next word.
-std::vector<std::string> prepared(int argc, const char* const* argv) {
-  std::vector<std::string> words;
-  bool options_end = false;
-  for (int i = 1; i < argc; ++i) {
-    std::string word = argv[i];
-    options_end = options_end || word == "--";
-    if (!options_end && (word == "--energy" || word == "--dump")) word += "=-";
-    if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
-      usage_error("empty value", word, "nothing follows the =", "give a value");
-    words.push_back(word);
-  }
-  std::reverse(words.begin(), words.end());  // as CLI11 wants them
-  return words;
-}
 
 class Parser {
  public:
@@ -236,7 +221,7 @@ void Parser::check_words() const {
   for (const std::string& word : rest) {
     if (word == "--") continue;
     if (!word.starts_with("-") || word == "-")
-      usage_error("unexpected argument", "'" + word + "'", "nothing is left that it could be",
+      usage_error("unexpected argument", "'" + word + "'", "no further argument is expected",
                   "see sim --help");
     const std::string name = word.substr(0, word.find('='));
     std::vector<std::string> known;
@@ -387,7 +372,7 @@ AdjacencyRequest Parser::adjacency_request() const {
 
 CommandLine Parser::parse(int argc, const char* const* argv) {
   try {
-    app_.parse(prepared(argc, argv));
+    app_.parse(command_words(argc, argv));
   } catch (const CLI::CallForHelp&) {
     const auto chosen = app_.get_subcommands();
     return {Message{chosen.empty() ? app_.help() : chosen.front()->help("sim")}, {}, {}};

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kAbout =
     "simrepl                                a cloth, and a prompt\n"
     "simrepl scenes/pendulum.lua rk4 0.001  another scene, integrator and step in s\n"
-    "simrepl -e 'sim.run(1) energy().total' one line, no prompt\n"
+    "simrepl -e .run -e 'energy().total'    two lines, no prompt\n"
     "echo .dump | simrepl                   a script; its data go to stdout\n\n"
     "A scene at a prompt of Lua and commands; .help lists them.";
 
@@ -29,7 +29,7 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
-      history, mode, resume;
+      history, mode, resume, init;
   std::vector<std::string> set, plugin_path, load, codes, files;
   bool version = false, man = false;
   CLI::App app{kAbout, "simrepl"};
@@ -59,6 +59,9 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
   value("--resume", resume, "FILE", "goes on from a checkpoint");
   value("--mode", mode, "MODE", "text, json or csv: how values are printed");
+  value("--init", init, "FILE",
+        "lines for the start, or none; at a terminal $SIM_INIT\nor ~/.config/sim/init.lua if not "
+        "given");
   value("--history", history, "MB", "of snapshots to go back to; 64 if not given");
   value("--seed", seed, "N", "of random numbers in the scene and at the prompt");
   value("-j,--threads", threads, "N", "1 if not given; the bits do not depend on it");
@@ -114,6 +117,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
       line.sources.push_back({true, files[next_file++]});
   }
   line.resume = resume;
+  line.init = init;
   line.plugin_path.assign(plugin_path.begin(), plugin_path.end());
   line.libraries.assign(load.begin(), load.end());
   return line;

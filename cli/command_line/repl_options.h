@@ -19,6 +19,8 @@ struct ReplCommandLine {
   std::vector<Source> sources;  // -e and -f, in their order
   Mode mode = Mode::kText;
   std::string resume;   // a checkpoint
+  std::string init;     // --init: a file for the start, "none" for none; else one of one's own at a
+                        // terminal
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
 };

@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <sstream>
 
@@ -23,11 +25,38 @@ bool take_lines(Session& session, const std::string& text, const std::string& wh
   return complete;
 }
 
-int interact(Session& session, Console& console) {
+// $SIM_INIT, or init.lua in $XDG_CONFIG_HOME/sim (or else ~/.config/sim) where there is one.
+std::string init_file() {
+  const auto variable = [](const char* name) -> std::string {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+  };
+  if (const std::string given = variable("SIM_INIT"); !given.empty()) return given;
+  std::filesystem::path folder = variable("XDG_CONFIG_HOME");
+  if (const std::string home = variable("HOME"); folder.empty() && !home.empty())
+    folder = std::filesystem::path(home) / ".config";
+  const std::filesystem::path file = folder / "sim" / "init.lua";
+  std::error_code failed;
+  return !folder.empty() && std::filesystem::is_regular_file(file, failed) ? file.string() : "";
+}
+
+// A mistake in it does not keep anybody from working.
+void read_init(Session& session, Console& console, const std::string& file) {
+  if (file.empty()) return;
+  try {
+    session.read_init(file);
+  } catch (const Error&) {
+    session.forget_unfinished();
+    report_exception(console.err);
+  }
+}
+
+int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   LineEditor editor(history_file(), [&](const std::string& line, std::size_t begin) {
     return complete(session, line, begin);
   });
   session.tell(session.banner());
+  if (asked.init.empty()) read_init(session, console, init_file());
   std::string entry;  // lines that belong together, for the history
   while (!session.exit_code) {
     bool running = false;
@@ -77,7 +106,8 @@ int repl(const ReplCommandLine& line, const Environment& environment, Registry& 
     Session session(request, environment, registry, console);
     session.mode = line.mode;
     if (!line.resume.empty()) session.live().resume(line.resume);
-    if (request.interactive) return interact(session, console);
+    if (!line.init.empty() && line.init != "none") session.read_init(line.init);
+    if (request.interactive) return interact(session, line, console);
     for (const auto& source : line.sources) {
       if (session.exit_code) break;
       if (source.file) {

@@ -29,10 +29,29 @@ Answer set_velocity(Call& call);
 Answer set_component(Call& call);
 Answer pin(Call& call);
 Answer unpin(Call& call);
-Answer springs(Call& call);
 Answer forces(Call& call);
 Answer dump(Call& call);
 Answer hash(Call& call);
+
+// repl_facts.cpp
+Answer n(Call& call);
+Answer mass(Call& call);
+Answer pins(Call& call);
+Answer args(Call& call);
+Answer springs(Call& call);
+Answer open(Call& call);
+Answer load(Call& call);
+Answer save(Call& call);
+
+// repl_study.cpp
+Answer verdict(Call& call);
+Answer stability(Call& call);
+Answer tradeoff(Call& call);
+Answer order(Call& call);
+
+// repl_record.cpp
+Answer record(Call& call);
+Answer plot(Call& call);
 
 // repl_setup.cpp
 Answer integrator(Call& call);
@@ -50,3 +69,10 @@ Answer help(Call& call);
 Answer quit(Call& call);
 
 }  // namespace sim::cli::actions
+
+namespace sim::cli {
+
+// A line that says so where the step is beyond the largest stable one; else "".
+std::string limit_warning(Simulation& system);
+
+}  // namespace sim::cli

@@ -87,7 +87,7 @@ std::string help_on(Session& session, const std::string& asked) {
   const std::string near = nearest(name, known);
   throw Error(ErrorKind::kUsage,
               {"no help on '" + name + "'", "",
-               "no command, function of the scene language or plugin is called so",
+               "there is no command, function of the scene language or plugin of that name",
                near.empty() ? ".help lists the commands" : "did you mean '" + near + "'?"});
 }
 
@@ -96,7 +96,8 @@ namespace {
 // What the first argument of a command can be.
 Completions arguments_of(Session& session, const std::string& command) {
   LiveScene& live = session.live();
-  if (command == "integrator") return {session.registry().names<Integrator>()};
+  if (command == "integrator" || command == "order" || command == "stability")
+    return {session.registry().names<Integrator>()};
   if (command == "system") return {live.scene().names()};
   if (command == "mode") return {{"text", "json", "csv"}};
   if (command == "plugins") {
@@ -113,7 +114,12 @@ Completions arguments_of(Session& session, const std::string& command) {
     for (const Command& each : commands()) found.words.emplace_back(each.name);
     for (const std::string& name : plugin_names(session.registry())) found.words.push_back(name);
   }
-  found.files = command == "snap" || command == "resume" || command == "dump" || command == "read";
+  if (command == "plot")
+    for (const Records::Record& each : session.records.all())
+      found.words.push_back(each.series.name);
+  if (command == "open") found.words = list_scenes(session.environment().scene_folders);
+  constexpr std::string_view kFiles[] = {"snap", "resume", "dump", "read", "open", "load", "save"};
+  found.files = std::ranges::count(kFiles, command) > 0;
   return found;
 }
 

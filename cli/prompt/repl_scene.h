@@ -3,17 +3,17 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/prompt/scene_branch.h"
 #include "cli/prompt/scene_changes.h"
 #include "cli/prompt/work_ledger.h"
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
-#include "core/scene/difference.h"
-#include "core/scene/timeline.h"
 
 namespace sim::cli {
 
@@ -25,15 +25,16 @@ class LiveScene {
   LiveScene(const SceneRequest& request, const Environment& environment, Registry& registry,
             std::size_t budget, std::ostream& err, bool progress);
 
-  const SceneRequest& request() const { return request_; }
-  const LoadedScene& scene() const { return scene_; }
+  const SceneRequest& request() const { return origin_->request; }
+  const LoadedScene& scene() const { return origin_->scene; }
+  LoadedScene& loaded() { return origin_->scene; }
   std::size_t current() const { return current_; }  // the system that particles are meant of
-  Simulation& system() { return scene_.systems[current_]; }
-  const SystemSpec& spec() const { return scene_.spec.systems[current_]; }
+  Simulation& system() { return origin_->scene.systems[current_]; }
+  const SystemSpec& spec() const { return scene().spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
   // In J; not a number where it is not known, see WorkLedger.
-  double work(std::size_t system) const { return ledger_.work(system, scene_.systems[system]); }
+  double work(std::size_t system) const { return ledger_.work(system, scene().systems[system]); }
   double drift(std::size_t system, const Energy& now) const;
   Track track(std::size_t system);  // with that start
 
@@ -45,10 +46,14 @@ class LiveScene {
   Outcome run(double seconds);
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
 
+  const std::optional<Judged>& judged() const { return judged_; }  // none before the first run
+  std::vector<Look> looks;
+
   void reset();
   void back(std::int64_t steps);  // Error{kUsage} for what is before the first snapshot
   void go_to(double t);           // s; the same
   bool undo();                    // the last change of the present system, at the same time
+  void part();                    // the next change counts by itself
   void edit(const std::function<void(Simulation&)>& change);  // of the present system
 
   // Choices that outlast a reload.
@@ -56,26 +61,19 @@ class LiveScene {
   void set_dt(double h);
 
   // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
-  // what is different then. As before when it throws.
+  // what is different then. As before when it throws. Other branches keep the scene as they know
+  // it.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
+  void open(const std::string& scene);  // another one, at its start
 
-  struct Branch {
-    std::vector<Timeline> timelines;
-    std::vector<std::int64_t> steps;
-    double t = 0;  // s, of the first system
-  };
+  using Branch = SceneBranch;
   const std::string& branch() const { return branch_; }
   std::map<std::string, Branch> branches();  // the present one too, as it is now
   void add_branch(const std::string& name);  // starts here, and here we stay
   void switch_to(const std::string& name);
 
-  struct FirstDifference {
-    std::string system;
-    std::int64_t step = 0, common = 0;
-    double ta = 0, tb = 0;  // s
-    Difference difference;
-  };
-  // Up to where the shorter of the two has been; nothing when no bit differs.
+  // Up to where the shorter of the two has been; nothing when no bit differs. Throws Error{kUsage}
+  // for branches whose scenes are not of the same numbers.
   std::optional<FirstDifference> diff(const std::string& a, const std::string& b);
 
   void save(const std::string& file);
@@ -88,18 +86,19 @@ class LiveScene {
   void travel(const std::vector<std::int64_t>& steps);
   void check_idle() const;  // throws Error{kUsage} inside a run
   void share_budget();
+  void take_looks(std::size_t system);
+  void adopt(std::shared_ptr<SceneOrigin> origin);  // the present branch, at its start
   void apply_choices(LoadedScene& scene) const;
   Branch present();
   Branch branch_named(const std::string& name);
 
-  SceneRequest request_;
   const Environment& environment_;
   Registry& registry_;
   std::size_t budget_;
   std::ostream& err_;
   bool progress_, running_ = false;
-  LoadedScene scene_;
-  std::vector<Settings> loaded_;  // of its systems as they were read; what differs is a choice
+  std::shared_ptr<SceneOrigin> origin_;
+  std::optional<Judged> judged_;
   WorkLedger ledger_;
   std::vector<Timeline> timelines_;
   std::size_t current_ = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <regex>
 
 #include "cli/prompt/repl_commands.h"
 #include "cli/prompt/repl_help.h"
@@ -41,6 +42,33 @@ bool is_question(const std::string& line) {
          });
 }
 
+// What a session that begins so can be replayed from.
+std::string opening_of(const SceneRequest& request, const LiveScene& live) {
+  std::string text =
+      "-- a session of simrepl, to be run again by simrepl -f FILE\n.open " + request.scene + "\n";
+  for (const auto& [name, value] : request.settings) text += ".set " + name + " " + value + "\n";
+  const Simulation& system = live.scene().systems[live.current()];
+  if (!request.integrator.name.empty() || !request.integrator.given.empty())
+    text += ".integrator " + system.method().label() + "\n";
+  if (request.dt > 0) text += ".dt " + shortest(request.dt) + "\n";
+  return text;
+}
+
+// What says nothing of how the state came about.
+bool worth_keeping(const std::string& text) {
+  if (text.ends_with('?')) return false;
+  for (const char* command : {".save", ".help", ".quit"})
+    if (text.starts_with(command)) return false;
+  return true;
+}
+
+bool is_word(const std::string& text) {
+  return !text.empty() && !std::isdigit(static_cast<unsigned char>(text[0])) &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+         });
+}
+
 bool is_command(const std::string& line) {
   return line.size() > 1 && line[0] == '.' && std::isalpha(static_cast<unsigned char>(line[1]));
 }
@@ -56,7 +84,8 @@ Session::Session(const SessionRequest& request, const Environment& environment, 
       live_(request.scene, environment, registry, request.history, console.err,
             request.interactive && console.err_is_terminal),
       lua_(lua_options(request, environment), registry,
-           [this](const std::string& line) { say(line); }) {
+           [this](const std::string& line) { say(line); }),
+      opening_(opening_of(request.scene, live_)) {
   for (const Command& command : commands())
     lua_.define(command.lua, [this, &command](const std::vector<Data>& arguments) {
       Call call(*this, command, arguments, false);
@@ -109,11 +138,73 @@ void Session::run_command(const std::string& line) {
 void Session::run_lua(const std::string& chunk) {
   const std::size_t most = mode == Mode::kText ? kShown : static_cast<std::size_t>(-1);
   try {
-    for (const Data& value : lua_.run(chunk, where_, begun_, most)) show(value);
-  } catch (const Error&) {
+    const std::vector<Data> values = lua_.run(chunk, where_, begun_, most);
+    for (const Data& value : values) show(value);
+    explain(trimmed(chunk), values);
+  } catch (const Error& error) {
     SessionSignals::check();  // an interrupt ends Lua with an error
+    explain_error(trimmed(chunk), error);
+  }
+}
+
+// Two things that surprise: a local is gone after its line, and a function is not called without
+// parentheses.
+void Session::explain(const std::string& chunk, const std::vector<Data>& values) {
+  std::smatch match;
+  static const std::regex local(R"(^local\s+(?:function\s+)?(\w+(?:\s*,\s*\w+)*))");
+  if (std::regex_search(chunk, match, local)) {
+    static const std::regex word(R"(\w+)");
+    const std::string names = match[1];
+    for (std::sregex_iterator it(names.begin(), names.end(), word), end; it != end; ++it)
+      locals_.insert(it->str());
+  }
+  if (!is_word(chunk) || values.size() != 1) return;
+  const Command* command = command_called(chunk);
+  if (command && std::holds_alternative<DataOpaque>(values[0].value))
+    tell(chunk + " is a function: write " + chunk + "() or ." + command->name + "\n");
+}
+
+// The remedy that Lua does not know.
+void Session::explain_error(const std::string& chunk, const Error& error) const {
+  ErrorText text = error.text();
+  constexpr std::string_view kUnknown = "unknown name '";
+  if (text.what.starts_with(kUnknown)) {
+    const std::string name =
+        text.what.substr(kUnknown.size(), text.what.size() - 1 - kUnknown.size());
+    if (locals_.contains(name))
+      text.remedy = "it was local to the line that made it; leave out 'local'";
+    else if (text.remedy == "declare it with local")
+      text.remedy = "give it a value first: " + name + " = 1";
+  }
+  const std::size_t end = std::min(chunk.find_first_of(" \t"), chunk.size());
+  const Command* command = command_called(chunk.substr(0, end));
+  if (command && text.what == "Lua syntax error" && chunk.find('\n') == std::string::npos) {
+    const std::string rest = trimmed(chunk.substr(end));
+    text.remedy = std::string("write .") + command->name + (rest.empty() ? "" : " ") + rest;
+    if (parse_number(rest)) text.remedy += std::string(" or ") + command->lua + "(" + rest + ")";
+  }
+  throw Error(error.kind(), text);
+}
+
+// Runs what a line says, as one change, and keeps the line for script(); of one that fails on its
+// way, how far it came.
+template <class Run>
+void Session::kept(const std::string& text, Run run) {
+  struct Inside {
+    int& depth;
+    ~Inside() { --depth; }
+  } const inside{++kept_};
+  const bool outermost = kept_ == 1;
+  if (outermost) live_.part();
+  const std::int64_t before = live_.system().step_count();
+  try {
+    run();
+  } catch (...) {
+    const std::int64_t taken = live_.system().step_count() - before;
+    if (outermost && taken > 0) log_ += ".step " + std::to_string(taken) + "\n";
     throw;
   }
+  if (outermost && worth_keeping(text)) log_ += text + "\n";
 }
 
 void Session::run_line(const std::string& text) {
@@ -139,7 +230,7 @@ bool Session::take(const std::string& line, const std::string& where, int number
         if (is_question(text))
           say(text == "?" ? help_list() : help_on(*this, text.substr(0, text.size() - 1)));
         else
-          run_command(text);
+          kept(text, [&] { run_command(text); });
       } catch (const Error& error) {
         if (interactive_) throw;
         ErrorText placed = error.text();
@@ -154,13 +245,27 @@ bool Session::take(const std::string& line, const std::string& where, int number
   }
   unfinished_ += unfinished_.empty() ? line : "\n" + line;
   if (!lua_.is_complete(unfinished_)) return false;
-  run_lua(std::exchange(unfinished_, {}));
+  run_unfinished();
   tell_position();
   return true;
 }
 
+void Session::run_unfinished() {
+  const std::string chunk = std::exchange(unfinished_, {});
+  kept(chunk, [&] { run_lua(chunk); });
+}
+
 void Session::end() {
-  if (!unfinished_.empty()) run_lua(std::exchange(unfinished_, {}));
+  if (!unfinished_.empty()) run_unfinished();
+}
+
+void Session::read_init(const std::string& file) {
+  ++kept_;  // so that no line of it is the outermost
+  struct Leave {
+    int& depth;
+    ~Leave() { --depth; }
+  } const leave{kept_};
+  read(file);
 }
 
 void Session::read(const std::string& name) {
@@ -222,13 +327,16 @@ std::string Session::prompt() const {
   return text + " " + brief(scene.systems[live_.current()].t(), 4) + " s> ";
 }
 
-std::string Session::banner() {
-  std::string text = "sim " + build_facts().version + ", " + live_.scene().spec.file + "\n";
+std::string Session::facts() {
   std::vector<std::vector<std::string>> rows;
   for (const Simulation& system : live_.scene().systems)
     rows.push_back({system.name(), system_facts(system)});
+  return aligned(rows, "");
+}
+
+std::string Session::banner() {
   told_ = position();
-  return text + aligned(rows, "") +
+  return "sim " + build_facts().version + ", " + live_.scene().spec.file + "\n" + facts() +
          "Lua, or a command: .help lists them, NAME? explains, Tab completes\n";
 }
 

@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "cli/prompt/repl_record.h"
 #include "cli/prompt/repl_scene.h"
 #include "cli/prompt/repl_show.h"
 #include "cli/terminal/console.h"
@@ -34,12 +36,17 @@ class Session {
   void end();
 
   void forget_unfinished() { unfinished_.clear(); }
-  void read(const std::string& file);      // the lines of a file
-  void run_line(const std::string& text);  // a command or Lua, complete
+  void read(const std::string& file);       // the lines of a file
+  void read_init(const std::string& file);  // the same, and no part of script()
+  void run_line(const std::string& text);   // a command or Lua, complete
 
   bool interactive() const { return interactive_; }
   std::optional<int> exit_code;  // once .quit was said
   Mode mode = Mode::kText;
+
+  // Commands that do again what was done, from the start of the session on.
+  std::string script() const { return opening_ + log_; }
+  Records records;
 
   LiveScene& live() { return live_; }
   Prompt& lua() { return lua_; }
@@ -57,10 +64,16 @@ class Session {
 
   std::string prompt() const;
   std::string banner();
+  std::string facts();  // of the systems, for people
 
  private:
+  template <class Run>
+  void kept(const std::string& text, Run run);
   void run_command(const std::string& line);
   void run_lua(const std::string& chunk);
+  void run_unfinished();
+  void explain(const std::string& chunk, const std::vector<Data>& values);
+  [[noreturn]] void explain_error(const std::string& chunk, const Error& error) const;
   std::string position();
 
   bool interactive_;
@@ -71,6 +84,9 @@ class Session {
   Prompt lua_;
   std::string unfinished_, where_, last_header_, told_;
   int line_ = 0, begun_ = 0, depth_ = 0;
+  std::string opening_, log_;     // of script()
+  int kept_ = 0;                  // lines being taken, one inside the other
+  std::set<std::string> locals_;  // names that were local to a line
 };
 
 }  // namespace sim::cli

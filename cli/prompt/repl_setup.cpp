@@ -75,6 +75,7 @@ Answer integrator(Call& call) {
   LiveScene& live = call.session.live();
   if (call.count() > 0) {
     live.set_integrator(choice_of(call));
+    put(call.session.console().err, limit_warning(live.system()));
     return {};
   }
   const MethodChoice& choice = live.system().method().choice();
@@ -92,6 +93,7 @@ Answer dt(Call& call) {
   LiveScene& live = call.session.live();
   if (call.count() == 0) return {live.system().h()};
   live.set_dt(call.number(0, -INFINITY, "a step size in s"));
+  put(call.session.console().err, limit_warning(live.system()));
   return {};
 }
 

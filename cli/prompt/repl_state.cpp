@@ -4,7 +4,6 @@
 
 #include "cli/prompt/repl_actions.h"
 #include "cli/run/summary.h"
-#include "cli/verbs/adjacency.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
@@ -141,31 +140,6 @@ Answer pin(Call& call) {
 
 Answer unpin(Call& call) {
   return for_each_particle(call, [](Simulation& system, int i) { system.set_pinned(i, false); });
-}
-
-Answer springs(Call& call) {
-  call.take(1, 1);
-  LiveScene& live = call.session.live();
-  const Simulation& system = live.system();
-  if (!system.second_order()) call.wrong("a first-order system has no springs");
-  const int particle = call.particle(0);
-  std::vector<Data> list;
-  for (const Link& link : system.links(particle)) {
-    const double length = (system.position(particle) - system.position(link.to)).stableNorm();
-    list.emplace_back(
-        std::vector<std::pair<Data, Data>>{{"family", link.family},
-                                           {"to", link.to},
-                                           {"stiffness", link.stiffness},
-                                           {"rest", link.rest},
-                                           {"length", length},
-                                           {"force", link.stiffness * (length - link.rest)}});
-  }
-  return {list, [&live, &system, particle](Mode mode) -> std::optional<std::string> {
-            if (mode == Mode::kCsv) return {};
-            return captured([&](std::ostream& out) {
-              print_adjacency(live.scene(), {system.name(), particle}, mode == Mode::kJson, out);
-            });
-          }};
 }
 
 // The shares and their sum, which moves the particle unless it is pinned.

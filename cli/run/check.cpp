@@ -14,19 +14,20 @@ double share(const std::string& option, const std::string& text) {
   const auto value = parse_number(percent ? text.substr(0, text.size() - 1) : text);
   if (!value || !(*value >= 0))
     throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
-                                    "it is no share of at least 0", "write it like 1% or 0.01"});
+                                    "expected a share of 0 or more", "write it like 1% or 0.01"});
   return percent ? *value / 100 : *value;
 }
 
+// `unknown`: why there may be nothing to hold.
 void hold(const std::string& name, const std::optional<double>& limit, double value,
-          const std::string& system) {
+          const std::string& system, const std::string& unknown, const std::string& remedy) {
   if (!limit || value <= *limit) return;
   const std::string allowed = brief(100 * *limit, 4) + " %";
   throw Error(ErrorKind::kCheck,
               {"check failed", system + ", " + name,
-               std::isnan(value) ? "it cannot be told of this run"
+               std::isnan(value) ? "there is nothing to check: " + unknown
                                  : brief(100 * value, 4) + " % is above " + allowed,
-               std::isnan(value) ? "leave " + name + " out of --check" : "take a smaller --dt"});
+               std::isnan(value) ? "leave " + name + " out of --check" : remedy});
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ Checks parse_checks(const std::string& option, const std::string& text) {
                    "it is none of energy=, strain= and dt=", "write it like energy=1%,dt=90%"});
     if (*limit)
       throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
-                                      "'" + name + "' stands there twice", "keep one of them"});
+                                      "'" + name + "' is listed twice", "keep one of them"});
     *limit = share(option, entry.substr(equals + 1));
     begin = end + 1;
   }
@@ -56,9 +57,14 @@ Checks parse_checks(const std::string& option, const std::string& text) {
 }
 
 void check(const Checks& checks, const study::Figures& figures, const std::string& system) {
-  hold("energy", checks.energy, figures.energy, system);
-  hold("strain", checks.strain, std::abs(figures.strain.strain), system);
-  hold("dt", checks.dt, figures.dt_share, system);
+  constexpr const char* kSmaller = "take a smaller --dt";
+  hold("energy", checks.energy, figures.energy, system,
+       "not all that changes the energy of this system is known", kSmaller);
+  const double strain = figures.strain.a < 0 ? std::nan("") : std::abs(figures.strain.strain);
+  hold("strain", checks.strain, strain, system, "the system has no springs with a length",
+       "take stiffer springs or smaller loads");
+  hold("dt", checks.dt, figures.dt_share, system,
+       "the method chooses its own steps, or its limit is not known", kSmaller);
 }
 
 }  // namespace sim::cli

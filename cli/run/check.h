@@ -17,7 +17,7 @@ struct Checks {
 // Throws Error{kUsage} naming `option`.
 Checks parse_checks(const std::string& option, const std::string& text);
 
-// Throws Error{kCheck} for the first limit that is passed, or that cannot be told of this system.
+// Throws Error{kCheck} for the first limit that is passed, or for which there is nothing to check.
 void check(const Checks& checks, const study::Figures& figures, const std::string& system);
 
 }  // namespace sim::cli

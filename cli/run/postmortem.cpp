@@ -11,7 +11,7 @@ using study::PostMortem;
 using study::Remedy;
 
 std::string indented_label(const std::string& name, const std::string& text) {
-  return "  " + label(name, wrapped(text, 12), 10);
+  return wrapped("  " + left(name, 10) + text, 12) + "\n";
 }
 
 std::string limit_text(const PostMortem& result) {
@@ -31,11 +31,14 @@ std::string forces_text(const PostMortem& result) {
 
 std::string remedies_text(const PostMortem& result) {
   std::vector<std::string> parts;
+  const auto run = [](const Remedy& remedy) {
+    return std::string("run: ") + study::trust_name(remedy.verdict.trust) + ")";
+  };
   if (result.smaller)
     parts.push_back("--dt " + brief(result.smaller->dt) + " (" +
-                    std::to_string(result.smaller->steps) + " steps, run: trusted)");
+                    std::to_string(result.smaller->steps) + " steps, " + run(*result.smaller));
   if (result.other)
-    parts.push_back("-i " + result.other->integrator + " at the same dt (run: trusted)");
+    parts.push_back("-i " + result.other->integrator + " at the same dt (" + run(*result.other));
   if (!parts.empty()) return join(parts, ", or ");
   return result.complete ? "nothing that was tried" : "not tried to the end: it takes too long";
 }

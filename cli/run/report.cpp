@@ -21,6 +21,11 @@ std::int64_t steps_taken(std::span<Track> tracks) {
   return steps;
 }
 
+// Right in a column, with a space before it however long it is.
+std::string cell(const std::string& text, std::size_t width) {
+  return " " + right(text, width - 1);
+}
+
 // The system that has furthest to go stands for the whole run.
 const Track& slowest(std::span<Track> tracks) {
   return *std::min_element(tracks.begin(), tracks.end(), [](const Track& a, const Track& b) {
@@ -147,7 +152,7 @@ void Report::header(std::span<Track> tracks, int threads) {
 std::string Report::columns(std::span<Track> tracks) {
   std::string head;
   if (scene_.spec.world) head += left("system", name_width_);
-  head += right("step", kStepWidth) + right("t [s]", kTimeWidth);
+  head += right("step", kStepWidth) + cell("t [s]", kTimeWidth);
   if (!scene_.spec.world) {
     Track& track = tracks.front();
     std::vector<std::string> names;
@@ -160,7 +165,7 @@ std::string Report::columns(std::span<Track> tracks) {
                                               : std::string(1, static_cast<char>('x' + i)) + "0");
       if (track.has_exact()) names.push_back("error");
     }
-    for (const std::string& name : names) head += right(name, kNumberWidth);
+    for (const std::string& name : names) head += cell(name, kNumberWidth);
   }
   return head + '\n';
 }
@@ -171,7 +176,7 @@ void Report::row(Track& track) {
   std::string line;
   if (scene_.spec.world) line += left(system.name(), name_width_);
   line += right(std::to_string(system.step_count()), kStepWidth) +
-          right(brief(system.t()), kTimeWidth) + measures(track);
+          cell(brief(system.t()), kTimeWidth) + measures(track);
   put(*out_, line + '\n');
 }
 
@@ -196,7 +201,7 @@ std::string Report::measures(Track& track) const {
   }
   std::string text;
   for (const double value : values)
-    text += right(std::isnan(value) ? "-" : brief(value, kDigits), kNumberWidth);
+    text += cell(std::isnan(value) ? "-" : brief(value, kDigits), kNumberWidth);
   return text;
 }
 

@@ -96,6 +96,7 @@ class Run {
   void verify(int caught);
   int conclude(int caught);
   void explain();
+  void print_verdicts();
 
   const RunRequest& request_;
   LoadedScene& scene_;
@@ -108,8 +109,8 @@ class Run {
   Report report_;
   Progress progress_;
   double seconds_ = 0;
-  std::string explanation_;       // of what diverged, for people
-  std::string explanation_json_;  // ... for machines
+  std::string explanation_;                    // of what diverged, for people
+  std::vector<std::string> explanation_json_;  // ... for machines, one a system
 };
 
 std::ostream* report_stream(const RunRequest& request, Console& console) {
@@ -158,7 +159,8 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
 Track* Run::next_track() {
   Track* next = nullptr;
   for (Track& track : tracks_)
-    if (!track.finished() && (!next || track.system().t() < next->system().t())) next = &track;
+    if (!track.finished() && !track.stuck() && (!next || track.system().t() < next->system().t()))
+      next = &track;
   return next;
 }
 
@@ -187,6 +189,7 @@ bool Run::step(Track& track) {
     const std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
     return system.steps(tracks_.size() == 1 ? std::min(track.due(), most) : 1) > 0;
   } catch (const Error& error) {
+    if (SessionSignals::any()) return false;  // Lua was stopped
     progress_.clear();
     throw in_step(error, system);
   }
@@ -204,9 +207,9 @@ int Run::go() {
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
     if (!step(*track)) {
-      if (track->system().divergence().status == StepStatus::kStopped) break;
-      track->mark_diverged();
-      break;
+      if (interrupts.caught() || track->system().divergence().status == StepStatus::kStopped) break;
+      track->mark_diverged();  // the others go on
+      continue;
     }
     measure(*track);
     progress_.update(tracks_);
@@ -215,12 +218,11 @@ int Run::go() {
   progress_.clear();
 
   // A run that stopped early ends with the state it stopped in.
-  const bool diverged = overall_verdict(tracks_).trust == Trust::kDiverged;
-  const int caught = track && !diverged ? interrupts.caught() : 0;
+  const int caught = track ? interrupts.caught() : 0;
   for (Track& each : tracks_) {
     if (each.finished()) continue;
     measure(each, true);
-    if (caught) each.mark_interrupted();
+    if (caught && !each.stuck()) each.mark_interrupted();
   }
   return conclude(caught);
 }
@@ -248,19 +250,47 @@ void Run::verify(int caught) {
   }
 }
 
-// Runs the first system that diverged once more, to see why, and what works instead.
+// Runs each system that diverged once more, to see why, and what works instead; in all for about 2
+// s or ten times the run.
 void Run::explain() {
-  const auto diverged = std::find_if(tracks_.begin(), tracks_.end(), [](Track& track) {
-    return track.verdict().trust == Trust::kDiverged;
-  });
-  const auto index = static_cast<std::size_t>(diverged - tracks_.begin());
-  const SystemSpec& spec = scene_.spec.systems[index];
+  constexpr double kLeast = 2, kTimes = 10;
+  const auto diverged = [](Track& track) { return track.verdict().trust == Trust::kDiverged; };
+  const auto count = static_cast<double>(std::ranges::count_if(tracks_, diverged));
+  const double seconds = std::max(kLeast, kTimes * seconds_);
   StudyProgress progress(request_.progress, console_);
-  const study::PostMortem found =
-      study::post_mortem({&spec, &registry_, run_options(request_.scene, spec, registry_)},
-                         diverged->system().step_count() + 1, diverged->end(), progress.watch());
-  explanation_ = post_mortem_text(found, diverged->system().name(), request_.scene);
-  explanation_json_ = post_mortem_json(found);
+  explanation_json_.resize(tracks_.size());
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    if (!diverged(track) || progress.caught()) continue;
+    const SystemSpec& spec = scene_.spec.systems[i];
+    const study::PostMortem found = study::post_mortem(
+        {&spec, &registry_, run_options(request_.scene, spec, registry_)},
+        track.system().step_count() + 1, track.end(), seconds / count, progress.watch());
+    explanation_ += post_mortem_text(found, track.system().name(), request_.scene);
+    explanation_json_[i] = post_mortem_json(found);
+  }
+}
+
+// One line, or one a system with the worst at the end; also in the report where that goes elsewhere
+// than the words.
+void Run::print_verdicts() {
+  std::vector<std::pair<Trust, std::string>> lines;
+  for (Track& track : tracks_) {
+    const Verdict verdict = track.verdict();
+    const std::string name = tracks_.size() > 1 ? track.system().name() + ": " : "";
+    lines.emplace_back(verdict.trust, std::string(study::trust_name(verdict.trust)) + ": " + name +
+                                          verdict.reason + '\n');
+  }
+  std::ranges::stable_sort(lines, {}, &std::pair<Trust, std::string>::first);
+  std::string text;
+  for (const auto& [trust, line] : lines)
+    if (!request_.quiet || trust != Trust::kTrusted) text += line;
+  if (!request_.quiet && !request_.json && !table_on_standard_output(request_) &&
+      !console_.one_place) {
+    put(console_.out, text);
+    flush_or_throw(console_.out, "standard output");
+  }
+  console_.err << text << std::flush;
 }
 
 // Tables first, then the report, then the error of a divergence, then the verdict.
@@ -299,9 +329,7 @@ int Run::conclude(int caught) {
                                   (adaptive ? "; try another --tol or --integrator"
                                             : "; try a smaller --dt or another --integrator"));
   console_.err << explanation_;
-  if (!request_.quiet || verdict.trust != Trust::kTrusted)
-    console_.err << study::trust_name(verdict.trust) << ": " << verdict.reason << '\n'
-                 << std::flush;
+  print_verdicts();
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
   if (request_.checks && !caught)
     for (Track& track : tracks_)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
@@ -32,7 +33,10 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
     typed(request.integrator, request.integrator.name, registry);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
-                          {environment.scene_folders, request.settings, request.seed});
+                          {.search_path = environment.scene_folders,
+                           .settings = request.settings,
+                           .seed = request.seed,
+                           .interrupted = SessionSignals::any});
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(request, system, registry));
   return scene;

@@ -51,7 +51,7 @@ std::string figures_json(const study::Figures& figures) {
   return object.str();
 }
 
-std::string system_json(Track& track) {
+std::string system_json(Track& track, const std::string& post_mortem) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
   JsonObject object;
@@ -80,19 +80,25 @@ std::string system_json(Track& track) {
                               .str());
   }
   if (track.has_exact()) object.number("error", track.deviation().error);
-  return object.text("hash", hash_text(system))
+  object.text("hash", hash_text(system))
       .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason)
-      .json("figures", figures_json(verdict.figures))
-      .str();
+      .json("figures", figures_json(verdict.figures));
+  if (!post_mortem.empty()) object.json("postmortem", post_mortem);
+  return object.str();
 }
 
 }  // namespace
 
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
-                         double seconds, const std::string& post_mortem) {
+                         double seconds, std::span<const std::string> post_mortems) {
   std::vector<std::string> systems;
-  for (Track& track : tracks) systems.push_back(system_json(track));
+  std::string post_mortem;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const std::string own = i < post_mortems.size() ? post_mortems[i] : "";
+    systems.push_back(system_json(tracks[i], own));
+    if (post_mortem.empty()) post_mortem = own;
+  }
   const Verdict verdict = overall_verdict(tracks);
   JsonObject object;
   object.text("scene", scene.spec.file)

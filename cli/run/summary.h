@@ -14,13 +14,14 @@ namespace sim::cli {
 //    "steps","t","integrator_params":{NAME:text},"effort":{"steps","rejected","evaluations"},
 //    "energy":{"start","end","work","drift"},"error","hash","verdict","reason",
 //    "figures":{"energy","dt_share","dt_share_at_most","strain","step_error","momentum","verified",
-//               "position_error","position_share","horizon","neighbours"}}
+//               "position_error","position_share","horizon","neighbours"},"postmortem"}
 // Springs and energy for second-order systems, error where the scene has an exact solution,
 // components instead of particles for a flat state; figures as in study::Figures, null where not
 // known or without bounds. dt, t and seconds in s, energies in J.
-// "postmortem" is added, with what is given of it, when that is not empty.
+// `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
+// system, and the first of them that of the whole.
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
-                         double seconds, const std::string& post_mortem = "");
+                         double seconds, std::span<const std::string> post_mortems = {});
 
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);

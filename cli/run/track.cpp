@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "core/output/format.h"
+#include "core/study/verdict/bad_force.h"
 
 namespace sim::cli {
 namespace {
-
-constexpr std::int64_t kLooks = 100;
 
 std::string step_t_h(std::int64_t step, double t, double h) {
   return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
@@ -42,6 +41,7 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
       row_stride_(row_stride),
       first_step_(system.step_count()),
       sampled_(first_step_),
+      looks_(first_step_, steps),
       first_t_(system.t()),
       monitor_(spec, system, steps - system.step_count(), registry) {
   if (registry) shadow_.emplace(spec, system, steps - system.step_count(), *registry);
@@ -60,28 +60,17 @@ void Track::sample() {
   const std::int64_t step = system_->step_count();
   if (step > sampled_) monitor_.advance(step - sampled_);
   sampled_ = step;
-  if (step != steps_ && step < next_look()) return;
-  while (next_look() <= step && step < steps_) ++looks_;
+  if (!looks_.take(step)) return;
   const Energy* const now = system_->second_order() ? &energy() : nullptr;
   if (now && !energy_is_finite()) return;
   monitor_.look(now);
   if (shadow_) shadow_->look(now);
 }
 
-// Looks at equal intervals would see a vibration that fits them as if it stood still. The k-th look
-// is moved on by the fractional part of k times the golden section, of an interval (Weyl 1916).
-std::int64_t Track::next_look() const {
-  constexpr double kGolden = 0.6180339887498949;
-  const double k = static_cast<double>(looks_);
-  const double interval = static_cast<double>(steps_ - first_step_) / static_cast<double>(kLooks);
-  const double shift = k * kGolden - std::floor(k * kGolden);
-  return std::min(steps_, first_step_ + static_cast<std::int64_t>(interval * (k + shift)));
-}
-
 std::int64_t Track::due() const {
   const std::int64_t step = system_->step_count();
   return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
-                   std::max<std::int64_t>(1, next_look() - step), steps_ - step, monitor_.due()});
+                   std::max<std::int64_t>(1, looks_.next() - step), steps_ - step, monitor_.due()});
 }
 
 bool Track::energy_is_finite() {
@@ -103,6 +92,7 @@ const Energy& Track::energy() {
 }
 
 void Track::mark_diverged() {
+  stuck_ = true;
   const Divergence& where = system_->divergence();
   if (where.status != StepStatus::kNotFinite) {
     diverged_ =
@@ -116,6 +106,10 @@ void Track::mark_diverged() {
               std::to_string(where.particle) +
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);
+  if (const auto bad = study::find_bad_force(*spec_, *system_))
+    diverged_ += ": force '" + bad->name + "'" +
+                 (bad->place.empty() ? "" : " (" + bad->place + ")") + " on particle " +
+                 std::to_string(bad->particle) + " is not finite there";
 }
 
 void Track::continue_from(double total, std::span<const double> work) {

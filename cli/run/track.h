@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/scene/simulation.h"
+#include "core/study/verdict/looks.h"
 #include "core/study/verdict/verdict.h"
 
 namespace sim::cli {
@@ -68,7 +69,8 @@ class Track {
   void leave_unverified(std::string why);
 
   void mark_interrupted() { interrupted_ = true; }
-  void mark_diverged();  // as the system's divergence() says
+  void mark_diverged();  // as the system's divergence() says; it takes no more steps
+  bool stuck() const { return stuck_; }
   Verdict verdict();
 
  private:
@@ -76,10 +78,9 @@ class Track {
 
   const SystemSpec* spec_;
   Simulation* system_;
-  std::int64_t next_look() const;  // the step of the next look
-
   std::int64_t steps_, frame_stride_, row_stride_;
-  std::int64_t first_step_, sampled_, looks_ = 0;
+  std::int64_t first_step_, sampled_;
+  study::Looks looks_;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
@@ -89,7 +90,7 @@ class Track {
   study::Parting parting_;
   std::string unverified_;       // why it has no shadow
   bool energy_unknown_ = false;  // beyond the range of numbers from the start
-  bool interrupted_ = false, work_known_ = true;
+  bool interrupted_ = false, work_known_ = true, stuck_ = false;
   std::string diverged_;  // the reason
 };
 

@@ -1,6 +1,7 @@
 #include "cli/terminal/console.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,6 +12,16 @@
 #include <string>
 
 namespace sim::cli {
+namespace {
+
+bool same_place(int a, int b) {
+  struct stat one {
+  }, other{};
+  return ::fstat(a, &one) == 0 && ::fstat(b, &other) == 0 && one.st_dev == other.st_dev &&
+         one.st_ino == other.st_ino;
+}
+
+}  // namespace
 
 Console standard_console() {
   int descriptor = 0;
@@ -21,7 +32,8 @@ Console standard_console() {
   std::signal(SIGPIPE, SIG_IGN);
   std::ios::sync_with_stdio(false);
   std::cin.tie(nullptr);
-  return {std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
+  return {std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1,
+          same_place(STDOUT_FILENO, STDERR_FILENO)};
 }
 
 void print_error(std::ostream& err, std::string_view message) {

@@ -13,6 +13,7 @@ struct Console {
   std::ostream& out;
   std::ostream& err;
   bool err_is_terminal = false;
+  bool one_place = false;  // both go to the same terminal, file or pipe
 };
 
 // The standard streams of a program that begins: called once, first of all in main. One that was

@@ -23,7 +23,9 @@ class Interrupts {
 // Thrown by what stops because of a signal.
 struct Interrupted : std::exception {};
 
-// The same for a session: no signal ends the program, and none restarts a system call.
+// The same for a session: none restarts a system call, and none ends the program but the third
+// since clear(), and SIGTERM when nothing has heard it for 2 s: a call into a library cannot be
+// stopped.
 class SessionSignals {
  public:
   SessionSignals();

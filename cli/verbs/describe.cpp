@@ -252,8 +252,9 @@ int describe(const DescribeRequest& request, const Environment& environment, Reg
     const bool known = std::find(scenes.begin(), scenes.end(), name) != scenes.end();
     std::error_code error;
     if (!known && !like_a_file && !std::filesystem::is_regular_file(name, error))
-      throw Error(ErrorKind::kUsage, {"unknown name", name, "no plugin or scene is called so",
-                                      remedy_for(name, scenes, registry)});
+      throw Error(ErrorKind::kUsage,
+                  {"unknown name", name, "there is no plugin or scene of that name",
+                   remedy_for(name, scenes, registry)});
     SceneRequest scene_request = request.scene;
     scene_request.scene = name;
     const LoadedScene scene = load(scene_request, environment, registry);

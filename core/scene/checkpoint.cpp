@@ -213,9 +213,9 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
                                                  saved.pinned.back() < simulation.particles()));
   if (!ordered || !(saved.h > 0) || !std::isfinite(saved.h) || !std::isfinite(saved.t0) ||
       saved.step < 0 || saved.n0 < 0 || saved.n0 > saved.step || !all_finite(saved.x))
-    refuse(where, "its contents make no sense", "make the checkpoint again");
+    refuse(where, "its contents are inconsistent", "make the checkpoint again");
   if (!saved.pinned.empty() && !simulation.second_order())
-    refuse(where, "its contents make no sense", "make the checkpoint again");
+    refuse(where, "its contents are inconsistent", "make the checkpoint again");
   const auto settings = std::make_shared<const Settings>(
       Settings{Method(registry, saved.integrator), saved.h, saved.pinned});
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
@@ -258,7 +258,7 @@ std::string encode(const Checkpoint& checkpoint) {
 
 Checkpoint decode(std::string_view bytes, const std::string& file) {
   if (!bytes.starts_with(kMagic))
-    refuse(file, "it is no checkpoint", "give a file that --snap or .snap wrote");
+    refuse(file, "it is not a checkpoint file", "give a file that --snap or .snap wrote");
   Reader head(bytes.substr(kMagic.size()), file);
   if (const std::uint64_t version = head.integer(); version != kVersion)
     refuse(file,

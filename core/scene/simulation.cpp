@@ -94,6 +94,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
+    force_places.push_back(part.place);
   }
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
@@ -124,8 +125,33 @@ std::vector<double> Simulation::Impl::masses() const {
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
   auto method = wanted.method.make();
-  placed(place, [&] { method->prepare(*system); });
+  try {
+    method->prepare(*system);
+  } catch (const Error& error) {
+    throw blaming_force(error, place);
+  }
   integrator = std::move(method);
+}
+
+// A method that does not fit is told at the line of the force that it cannot take, if it is one.
+Error Simulation::Impl::blaming_force(const Error& misfit, const Place& scene) const {
+  ErrorText text = misfit.text();
+  if (!text.where.empty()) return misfit;
+  text.where = scene;
+  if (!particles) return Error(misfit.kind(), text);
+  const bool splits = text.why.starts_with("a splitting method");
+  for (std::size_t i = 0; i < force_places.size(); ++i) {
+    const Force& force = *particles->forces()[i];
+    if (!std::ranges::count(particles->other_forces(), &force)) continue;
+    const std::string quoted = "'" + particles->name_of(force) + "'";
+    const bool named = text.why.find("force " + quoted) != std::string::npos ||
+                       text.why.find("force, " + quoted) != std::string::npos;
+    if (!named && !(splits && (force.depends_on_velocity() || force.memory_size() > 0))) continue;
+    text.where = force_places[i];
+    if (!named) text.why = "force " + quoted + " does not suit it: " + text.why;
+    break;
+  }
+  return Error(misfit.kind(), text);
 }
 
 // A position of -0 becomes 0, for adding 0 to it would change its bits.

@@ -39,6 +39,7 @@ struct Simulation::Impl {
   std::unique_ptr<Team> team;
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;  // the system, in a second-order scene
+  std::vector<Place> force_places;      // of its forces, in their order
   StateShape shape;
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
@@ -59,6 +60,7 @@ struct Simulation::Impl {
   // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
   // before the next step.
   void make_integrator(const Settings& wanted, const Place& place);
+  Error blaming_force(const Error& misfit, const Place& scene) const;
   void restart() { integrator->restart(t(step_count), settings->h, x.data()); }
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);

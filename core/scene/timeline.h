@@ -13,8 +13,8 @@ namespace sim {
 
 // A change by hand starts a new part of the timeline. Going back before it restores the settings of
 // then; going on from there makes the change again when its step comes. A change in the past
-// discards what came after. Changes made at one step count as one. A copy is a branch: it shares
-// the snapshots. Every call gets the simulation, standing where this timeline left it.
+// discards what came after. Changes between two calls of part() count as one. A copy is a branch:
+// it shares the snapshots. Every call gets the simulation, standing where this timeline left it.
 class Timeline {
  public:
   static constexpr std::size_t kDefaultBudget = std::size_t{64} << 20;  // bytes
@@ -28,6 +28,9 @@ class Timeline {
 
   // A change by hand. When it throws, the timeline is as it was before.
   void edit(Simulation& simulation, const std::function<void(Simulation&)>& change);
+
+  // The next change counts by itself, also at the same step.
+  void part(const Simulation& simulation) { close_edit(simulation); }
 
   // Takes back the last change at or before the present step, and what came after it. False when
   // there is none.

@@ -49,7 +49,7 @@ std::vector<Candidate> fitting_methods(const Problem& problem,
       const Simulation simulation = problem.with(choice).simulation();
       const std::string label = simulation.method().label();
       if (std::ranges::count(methods, label, &Candidate::label))
-        throw Error(ErrorKind::kUsage, {"'" + label + "' stands there twice", "on the command line",
+        throw Error(ErrorKind::kUsage, {"'" + label + "' is listed twice", "on the command line",
                                         "one of them may be an alias", "keep one of them"});
       choice.name = plugin.name;
       methods.push_back({choice, label, simulation.integrator_info(),

@@ -266,6 +266,8 @@ local function id_of_tie(id)
   return integer_from(id, 0, MOST, "particle id of tie")
 end
 
+local tied = {}  -- forces that join something, in order: each belongs into a scene
+
 -- force:tie(a, b, { NAME = number, ... })
 -- Joins two particles, or three or four: as many as `sim describe NAME` shows for the force.
 --   a, b   particle ids, different; all must exist when the scene is finished
@@ -284,6 +286,7 @@ function Force:tie(a, b, c, d, options)
     c, d = id_of_tie(c), id_of_tie(d)
     if type(options or {}) ~= "table" then bad("argument of tie", "a table", options) end
   end
+  if record.count == 0 then tied[#tied + 1] = self end
   add_element(record, (here()), a, b, c, d, options)
   return self
 end
@@ -407,6 +410,7 @@ local function constructors(kind)
         if kind == "force" and options.ties ~= nil then
           record.given.ties = nil
           add_ties(record, options.ties)
+          if record.count > 0 then tied[#tied + 1] = handle end
         end
         return handle
       end
@@ -468,6 +472,11 @@ local function top_constructor(kind, written)
     end
     local result = {}
     for key, entry in next, entries do result[key] = entry end
+    if type(result.forces) == "table" then
+      for _, force in next, result.forces do
+        if records[force] then records[force].used = true end
+      end
+    end
     records[result] = { kind = kind, place = place }
     return result
   end
@@ -497,4 +506,4 @@ local sim = setmetatable({}, {
   __metatable = "sim",
 })
 
-return sim, records
+return sim, records, tied

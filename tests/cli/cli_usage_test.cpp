@@ -63,7 +63,7 @@ TEST_CASE("integrators take the parameters they declare") {
   check_error({"scenes/circle.lua", "rk4", "--precision=single"}, 3, "springs, gravity and drag");
   check_error({"tradeoff", "--integrators", "precision=single"}, 2, "unknown integrator");
   check_error({"tradeoff", "--integrators", "rk4:precision=single,rk4:precision=single"}, 2,
-              "stands there twice");
+              "is listed twice");
   check_error({"tradeoff", "--integrators", "rk4,dopri5:atol=1e-6,toll=1"}, 2,
               "it has no parameter 'toll'");
   check_error({"-i", "dopri5:toll=1e-6"}, 2, "did you mean 'tol'?");

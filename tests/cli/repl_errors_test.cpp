@@ -95,7 +95,9 @@ TEST_CASE("repl: the first error ends a script with its code and its line") {
     const Outcome outcome = session(failure.input);
     CHECK(outcome.code == failure.code);
     INFO(outcome.err);
-    CHECK(outcome.err.substr(0, failure.error.size()) == failure.error);
+    const std::size_t begin = outcome.err.find("sim: error: ");  // after warnings
+    REQUIRE(begin != std::string::npos);
+    CHECK(outcome.err.substr(begin, failure.error.size()) == failure.error);
   }
 }
 
@@ -162,7 +164,8 @@ TEST_CASE("repl: a command that fails leaves the state as it was") {
                                     ".hash\n.energy\n");
     CHECK(outcome.code == 0);
     CHECK(outcome.out == hash);
-    CHECK(session(steps + "pcall(" + bad + ")\n.undo\n.undo\n.integrator\n").code == 2);
+    CHECK(session(steps + "pcall(" + bad + ")\n.undo\n.undo\n.integrator\n").code == 0);
+    CHECK(session(steps + "pcall(" + bad + ")\n.undo\n.undo\n.undo\n").code == 2);
   }
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/scene/simulation.h"
+#include "core/study/verdict/bad_force.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
@@ -100,6 +101,46 @@ TEST_CASE("a force in Lua that is not a number stops the run", "[lua][force]") {
       scene("sim.force.lua { function(t, i, x, v) return 0, i == 2 and 0/0 or 0, 0 end }"));
   CHECK_FALSE(simulation.step());
   CHECK(simulation.divergence().particle == 2);
+}
+
+TEST_CASE("the force that was not a number is named, not where that spread to", "[lua][force]") {
+  Registry registry({SIM_PLUGIN_DIR});
+  const auto blamed = [&](const std::string& forces) {
+    const SystemSpec spec = load_text(scene(forces)).systems[0];
+    Simulation simulation(spec, registry);
+    int steps = 0;
+    while (simulation.step() && ++steps < 1000) {}
+    REQUIRE(steps < 1000);
+    return study::find_bad_force(spec, simulation);
+  };
+  // Within the 31st step, on particle 2, which pulls at the others by springs.
+  const auto found = blamed(
+      "sim.force.spring { stiffness = 10, rest = 1, ties = { {0, 1}, {1, 2} } }, "
+      "sim.force.lua { function(t, i, x, v) return 0, 0, 0 end },\n"
+      "sim.force.lua { function(t, i, x, v) return i == 2 and t > 0.302 and 0/0 or 0, 0, 0 end }");
+  REQUIRE(found);
+  CHECK(found->name == "lua");
+  CHECK(found->place.ends_with("scene.lua:8"));
+  CHECK(found->particle == 2);
+  // What only overflows is the step's doing, not a force's.
+  CHECK_FALSE(
+      blamed("sim.force.spring { stiffness = 1e9, rest = 1, ties = { {0, 1}, {1, 2} } }, "
+             "sim.force.expression { 'x^2' }"));
+}
+
+TEST_CASE("a method that cannot take a force says which, at its line", "[lua][force]") {
+  for (const auto& [method, force] :
+       {std::pair{"pefrl", "sim.force.expression { fx = '-vx*abs(vx)' }"},
+        {"projective_dynamics", "sim.force.expression { 'x^2' }"}}) {
+    try {
+      compiled(scene("sim.force.gravity {},\n" + std::string(force), method));
+      FAIL();
+    } catch (const Error& error) {
+      INFO(error.what());
+      CHECK(error.text().where.ends_with("scene.lua:8"));
+      CHECK(contains(error.text().why, "'expression'"));
+    }
+  }
 }
 
 TEST_CASE("a force in Lua outlives an error", "[lua][force]") {

@@ -312,3 +312,31 @@ TEST_CASE("files that cannot be read are environment errors", "[lua][errors]") {
     CHECK(contains(error.what(), "the scene language is missing"));
   }
 }
+
+TEST_CASE("a force that is tied and in no scene is told with its line", "[lua][errors]") {
+  check_scenes({
+      {"local spring = sim.force.spring { stiffness = 1, rest = 1 }\nspring:tie(0, 1)\n"
+       "return sim.scene { particles = particles, forces = {}, integrator = 'rk4', dt = 1, "
+       "duration = 1 }",
+       "scene.lua:6", "unused force 'spring'"},
+      {"local spring = sim.force.spring { stiffness = 1, rest = 1, ties = { {0, 1} } }\n"
+       "return sim.scene { particles = particles, forces = { sim.force.gravity {} }, "
+       "integrator = 'rk4', dt = 1, duration = 1 }",
+       "scene.lua:6", "put it into forces"},
+  });
+  // One that joins nothing yet is none of that, nor one that is added later.
+  for (const char* text :
+       {"local s = sim.force.spring { stiffness = 1, rest = 1 }\nlocal scene = sim.scene { "
+        "particles = "
+        "particles, forces = {}, integrator = 'rk4', dt = 1, duration = 1 }\nreturn scene",
+        "local s = sim.force.spring { stiffness = 1, rest = 1 }\ns:tie(0, 1)\nlocal scene = "
+        "sim.scene "
+        "{ particles = particles, forces = {}, integrator = 'rk4', dt = 1, duration = 1 }\n"
+        "scene.forces = { s }\nreturn scene"}) {
+    const auto error = text_error(
+        "local particles = sim.particles { mass = 1 }\n"
+        "particles:add {0, 0, 0}\nparticles:add {1, 0, 0}\n" +
+        std::string(text));
+    CHECK_FALSE(error);
+  }
+}

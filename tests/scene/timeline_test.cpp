@@ -124,6 +124,28 @@ TEST_CASE("changes by hand are made again, and discarded by a change before them
   });
 }
 
+TEST_CASE("two changes at one step are taken back one by one where they are told apart") {
+  sim::Registry registry = make_registry();
+  Simulation sim(make_cloth(4), registry, {.integrator = "rk4", .dt = 0.001});
+  Timeline timeline(sim);
+  REQUIRE(timeline.go_to(sim, 10, kOn));
+  const std::uint64_t before = sim.hash();
+  timeline.edit(sim, [](Simulation& s) { s.set_velocity(5, {1, 0, 0}); });
+  timeline.edit(sim, [](Simulation& s) { s.set_velocity(6, {1, 0, 0}); });
+  const std::uint64_t one = sim.hash();
+  timeline.part(sim);
+  timeline.edit(sim, [](Simulation& s) { s.set_velocity(7, {1, 0, 0}); });
+  CHECK(timeline.edits() == 2);
+  REQUIRE(timeline.undo(sim));
+  CHECK(sim.hash() == one);
+  REQUIRE(timeline.go_to(sim, 20, kOn));
+  REQUIRE(timeline.go_to(sim, 10, kOn));
+  CHECK(sim.hash() == one);
+  REQUIRE(timeline.undo(sim));
+  CHECK(sim.hash() == before);
+  CHECK_FALSE(timeline.undo(sim));
+}
+
 TEST_CASE("another integrator at some step, and back to before it") {
   sim::Registry registry = make_registry();
   Simulation sim(make_cloth(5), registry, {.integrator = "verlet", .dt = 0.001});

@@ -17,11 +17,12 @@ sim::study::Watch no_watch() {
 }
 
 PostMortem examine(const sim::SystemSpec& spec, const std::string& integrator, double dt,
-                   double time, std::map<std::string, sim::Value> given = {}) {
+                   double time, std::map<std::string, sim::Value> given = {},
+                   double seconds = 1e9) {
   sim::Registry registry = make_registry();
   const sim::study::Problem problem{
       &spec, &registry, {.integrator = {integrator, std::move(given)}, .dt = dt}};
-  return sim::study::post_mortem(problem, std::lround(time / dt), time, no_watch());
+  return sim::study::post_mortem(problem, std::lround(time / dt), time, seconds, no_watch());
 }
 
 // As a user would run it.
@@ -107,4 +108,34 @@ TEST_CASE("a first-order system has no springs, but a remedy") {
   CHECK_FALSE(found.spring.has_value());
   // What misses the exact solution is no remedy.
   if (found.other) CHECK(found.other->verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("a post-mortem ends when its seconds are over, also inside a step") {
+  const PostMortem none = examine(make_cloth(8), "euler", 0.005, 1, {}, 0);
+  CHECK_FALSE(none.complete);
+  CHECK_FALSE((none.spring || none.smaller || none.other));
+  // No residual is as small as that: this takes minutes.
+  const PostMortem hanging =
+      examine(make_cloth(24), "implicit_midpoint", 0.5, 20,
+              {{"tol", 1e-300}, {"newton_steps", std::int64_t{10'000}}}, 0.1);
+  CHECK_FALSE(hanging.complete);
+  CHECK(hanging.step == 0);
+}
+
+TEST_CASE("what a post-mortem says works was held to its shadow") {
+  sim::Registry registry = make_registry();
+  // An oscillator of omega = 100 rad/s: at 5 % of the limit verlet keeps its energy and not its
+  // phase, cos(7000 rad).
+  sim::SystemSpec spec = make_elastic_pendulum();
+  spec.forces.clear();
+  sim::PartSpec springs = make_springs("spring", 10000);
+  springs.elements.ids = {0, 1};
+  springs.elements.values["rest"] = {0};
+  spec.forces.push_back(springs);
+  const sim::study::Problem problem{&spec, &registry, {.integrator = {"verlet", {}}, .dt = 0.001}};
+  const auto run = sim::study::try_run(problem, 0.001, 200, no_watch());
+  REQUIRE(run);
+  INFO(run->verdict.reason);
+  CHECK(run->verdict.trust == Trust::kSuspect);
+  CHECK_FALSE(PostMortem::works(run->verdict));
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/lua/scene/scene_file.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
 #include "tests/support/scenes.h"
@@ -131,6 +132,41 @@ TEST_CASE("momentum holds where nothing holds the particles") {
   CHECK(verdict.trust == Trust::kTrusted);
   CHECK(verdict.figures.momentum < 1e-12);
   CHECK(std::isnan(verdict_of(make_row(3, 0.1), "rk4", 0.002, 1).figures.momentum));
+}
+
+TEST_CASE("a force that is not what its potential gives is named at the start") {
+  sim::Registry registry = make_registry();
+  registry.load(SIM_FIXTURE_DIR "/broken_forces/broken_forces.so");
+  const auto judged = [&](const std::string& force) {
+    sim::SystemSpec spec = make_row(2, 0.1);
+    spec.forces = {make_part(force)};
+    sim::Simulation simulation(spec, registry, {.integrator = "rk4", .dt = 0.001});
+    sim::study::Monitor monitor(spec, simulation, 100, &registry);
+    const sim::Energy energy = simulation.energy();
+    monitor.look(&energy);
+    return monitor.verdict();
+  };
+  const Verdict wrong = judged("wrong_potential");  // by 1 %
+  INFO(text(wrong));
+  CHECK(wrong.trust == Trust::kSuspect);
+  CHECK(
+      wrong.reason.find("force 'wrong_potential' is not what its potential gives: on particle ") !=
+      std::string::npos);
+  CHECK(judged("wrong_jacobian").reason.find("potential") == std::string::npos);
+}
+
+TEST_CASE("forces of ties, pairs and surfaces are what their potentials give, also in a lattice") {
+  sim::Registry registry = make_registry();
+  for (const std::string file : {"gas", "jelly", "double_well"}) {
+    const sim::SceneSpec scene =
+        sim::load_scene("scenes/" + file + ".lua", registry, {{SIM_SOURCE_DIR "/scripts"}, {}});
+    const sim::SystemSpec& spec = scene.systems.front();
+    sim::Simulation simulation(spec, registry);
+    sim::study::Monitor monitor(spec, simulation, 1000, &registry);
+    const sim::Energy energy = simulation.energy();
+    monitor.look(&energy);
+    CHECK(monitor.verdict().reason.find("potential gives") == std::string::npos);
+  }
 }
 
 TEST_CASE("the worst spring is found in runs and nets, stretched and pressed") {

@@ -92,7 +92,25 @@ SceneSpec SceneReader::read(lua_State* L) const {
   else
     spec.systems.push_back(system(L, value, place));
   spec.args = session_->args();
+  check_ties(L);
   return spec;
+}
+
+// A force that was tied and is in no scene would do nothing.
+void SceneReader::check_ties(lua_State* L) const {
+  session_->push_tied(L);
+  const int list = lua_absindex(L, -1);
+  for (lua_Integer i = 1; lua_rawgeti(L, list, i) != LUA_TNIL; ++i) {
+    session_->push_record(L, -1);
+    const int record = lua_absindex(L, -1);
+    if (push_field(L, record, "used") == LUA_TNIL) {
+      push_field(L, record, "plugin");
+      scene_error(place_of(L, record), std::string("unused force '") + lua_tostring(L, -1) + "'",
+                  "it is tied, but no scene has it", "put it into forces = { ... }");
+    }
+    lua_settop(L, list);
+  }
+  lua_settop(L, list - 1);
 }
 
 std::vector<SystemSpec> SceneReader::world(lua_State* L, int scenes, const Place& place) const {
@@ -238,6 +256,8 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
       scene_error(place, "bad entry " + std::to_string(i + 1) + " of forces",
                   "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
     const int record = lua_absindex(L, -1);
+    lua_pushboolean(L, 1);
+    lua_setfield(L, record, "used");
     push_field(L, record, "plugin");
     const ForcePlugin& plugin = registry_.get<Force>(lua_tostring(L, -1), place_of(L, record));
     PartSpec part_spec = part(L, record, plugin, 1, &body);

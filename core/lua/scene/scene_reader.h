@@ -50,6 +50,7 @@ class SceneReader {
   void require_own(lua_State* L, int index, const Body& body, const Place& place,
                    const std::string& what) const;
   Place place_of(lua_State* L, int record) const;
+  void check_ties(lua_State* L) const;
 
   std::shared_ptr<SceneSession> session_;
   Registry& registry_;

@@ -150,7 +150,8 @@ void SceneSession::open_language(lua_State* L) {
     luaL_setfuncs(L, kHost, 1);
     push_kinds(L);
     lua_setfield(L, -2, "kinds");
-    lua_call(L, 1, 2);
+    lua_call(L, 1, 3);
+    tied_ = luaL_ref(L, LUA_REGISTRYINDEX);
     records_ = luaL_ref(L, LUA_REGISTRYINDEX);
     lua_setfield(L, LUA_REGISTRYINDEX, kLanguage);
     return;

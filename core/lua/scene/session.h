@@ -34,6 +34,9 @@ class SceneSession {
   // returns its kind; pushes nil and returns "" for any other value.
   std::string push_record(lua_State* L, int index);
 
+  // Pushes the list of the forces that were tied.
+  void push_tied(lua_State* L) const { lua_rawgeti(L, LUA_REGISTRYINDEX, tied_); }
+
   // A place recorded by the scene language, as FILE:LINE; the scene file for 0.
   Place place(lua_Integer code) const;
 
@@ -71,6 +74,7 @@ class SceneSession {
   std::vector<std::string> sources_;  // of places
   std::set<std::string> loading_;     // canonical names of the files that are running
   int records_ = LUA_NOREF;           // table: value made by the language -> its record
+  int tied_ = LUA_NOREF;              // list of the forces that join something
   LuaState lua_;                      // last: closed before the rest goes
 };
 

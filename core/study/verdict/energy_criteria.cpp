@@ -64,7 +64,8 @@ Finding EnergyCriterion::finding() const {
                                  percent(balance_.rise(), scale) + " of the " + whole +
                                  ", though contact only takes"};
   }
-  if (!balance_.complete()) return {Trust::kTrusted, "energy not checked: a force may add any"};
+  if (!balance_.complete())
+    return {Trust::kTrusted, "energy not checked: some force may add energy"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
   const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);

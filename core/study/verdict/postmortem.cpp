@@ -1,11 +1,15 @@
 #include "core/study/verdict/postmortem.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/particles/springs/springs.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
+#include "core/study/verdict/looks.h"
+#include "core/study/verdict/shadow.h"
 
 namespace sim::study {
 namespace {
@@ -13,7 +17,27 @@ namespace {
 constexpr double kGone = 1;         // strain at which a spring is out of its range
 constexpr double kMostWork = 5e7;   // particle-steps of all runs that are tried
 constexpr double kMostTries = 2e5;  // of an adaptive run, whose steps are its own
-constexpr int kLooks = 100;         // of the monitor in a run
+
+// Ends what it watches after so many seconds, in all.
+class Limited {
+ public:
+  Limited(const Watch& watch, double seconds)
+      : watch_(watch), begin_(Clock::now()), seconds_(seconds) {}
+
+  // Until that share of the time is used up.
+  Watch until(double share) const {
+    return [this, share](std::string_view what, double done) {
+      const std::chrono::duration<double> used = Clock::now() - begin_;
+      return used.count() <= share * seconds_ && watch_(what, done);
+    };
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Watch& watch_;
+  Clock::time_point begin_;
+  double seconds_;
+};
 
 // How large each share of the force on one particle is.
 std::vector<std::pair<std::string, double>> largest_forces(const Simulation& system, int i) {
@@ -34,20 +58,26 @@ int mobile_end(Simulation& system, const StrainedSpring& spring) {
 }
 
 // Runs again with an eye on the worst spring. It has gone when its strain passes 100 %, and ten
-// times what it was at the start.
+// times what it was at the start. Also steps that take long end when they are told to.
 void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watch,
                        PostMortem& result) {
+  const auto go_on = [&] {
+    return watch("what went first",
+                 0.3 * static_cast<double>(system.step_count()) / static_cast<double>(steps));
+  };
+  system.stop_when([&] { return !go_on(); });
   const double at_start = std::abs(worst_spring(system).strain);
   const double gone = std::max(kGone, 10 * at_start);
   double first = 0, last = 0;
   while (system.step_count() < steps) {
-    const std::int64_t step = system.step_count();
-    if (step % 256 == 0 &&
-        !watch("what went first", 0.3 * static_cast<double>(step) / static_cast<double>(steps))) {
+    if (!go_on()) {
       result.complete = false;
       break;
     }
-    if (!system.step()) break;
+    if (!system.step()) {
+      result.complete = system.divergence().status != StepStatus::kStopped;
+      break;
+    }
     const StrainedSpring worst = worst_spring(system);
     if (worst.a < 0) continue;
     const double strain = std::abs(worst.strain);
@@ -63,6 +93,7 @@ void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watc
     }
     if (result.spring) last = strain;
   }
+  system.stop_when({});
   result.step = system.step_count();
   if (result.spring && result.step > result.since)
     result.growth = std::pow(last / first, 1 / static_cast<double>(result.step - result.since));
@@ -95,16 +126,29 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
       result.complete = false;
       return;
     }
-    if (run->verdict.trust != Trust::kTrusted) continue;
+    if (!PostMortem::works(run->verdict)) continue;
     result.smaller = std::move(run);
     return;
   }
 }
 
+// One by one, for each of a large scene takes its time.
+std::vector<Candidate> methods_that_fit(const Problem& problem, const Watch& watch) {
+  std::vector<Candidate> methods;
+  for (const std::string& name : problem.registry->names<Integrator>()) {
+    if (!watch("remedies", 0.3)) break;
+    try {
+      methods.push_back(fitting_methods(problem, {{name}}).front());
+    } catch (const Error&) {  // it does not fit, or needs values
+    }
+  }
+  return methods;
+}
+
 // Methods that stand this step by their own account, the cheapest first.
 void try_others(const Problem& problem, const Spectrum& modes, double time, const Watch& watch,
                 PostMortem& result) {
-  std::vector<Candidate> methods = fitting_methods(problem, {});
+  std::vector<Candidate> methods = methods_that_fit(problem, watch);
   std::erase_if(methods, [&](const Candidate& method) {
     if (method.name == result.integrator) return true;
     if (method.info.adaptive) return false;
@@ -121,14 +165,16 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
     // An adaptive method takes steps of its own, some in each radian of the fastest mode.
     const double omega = modes.fastest.omega;
     const bool own = method.info.adaptive && omega > 0;
-    if (!affordable(problem, time, own ? std::min(result.dt, 0.2 / omega) : result.dt, work))
+    if (!affordable(problem, time, own ? std::min(result.dt, 0.2 / omega) : result.dt, work)) {
+      result.complete = false;
       return;
+    }
     auto run = try_run(problem.with(method), result.dt, time, watch);
     if (!run) {
       result.complete = false;
       return;
     }
-    if (run->verdict.trust != Trust::kTrusted) continue;
+    if (!PostMortem::works(run->verdict)) continue;
     run->integrator = method.label;
     result.other = std::move(run);
     return;
@@ -139,34 +185,55 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
 
 std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch) {
   Simulation system = problem.simulation(dt);
+  Remedy result{"", dt, system.steps_for(time), {}};
+  bool told = false;
+  const std::function<bool()> stop = [&] {
+    const double part =
+        static_cast<double>(system.step_count()) / static_cast<double>(result.steps + 1);
+    told = told || !watch("remedies", 0.3 + 0.7 * part);
+    return told;
+  };
   // An adaptive method may creep up to a singularity in ever smaller steps.
   double tries = 0;
-  system.stop_when(
-      [&tries, most = std::max(1e4, kMostTries / size_of(problem))] { return ++tries > most; });
-  Remedy result{"", dt, system.steps_for(time), {}};
+  system.stop_when([&, most = std::max(1e4, kMostTries / size_of(problem))] {
+    return ++tries > most || stop();
+  });
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
-  const std::int64_t stride = std::max<std::int64_t>(1, result.steps / kLooks);
-  for (std::int64_t step = 0; step <= result.steps; ++step) {
-    if (step % 256 == 0 && !watch("remedies", 0.3 + 0.7 * static_cast<double>(step) /
-                                                        static_cast<double>(result.steps)))
-      return {};
-    if (step > 0) {
-      if (!system.step()) {
-        result.verdict = {Trust::kDiverged, "it diverges, too", {}};
-        return result;
-      }
-      monitor.advance();
-    }
-    if (step % stride != 0 && step != result.steps) continue;
+  Shadow shadow(*problem.spec, system, result.steps, *problem.registry);
+  Looks looks(0, result.steps);
+  const auto look = [&] {
     const Energy energy = system.energy();
-    monitor.look(system.second_order() ? &energy : nullptr);
+    const Energy* const known = system.second_order() ? &energy : nullptr;
+    monitor.look(known);
+    shadow.look(known);
+  };
+  if (looks.take(0)) look();
+  while (system.step_count() < result.steps) {
+    if (stop()) return {};
+    const std::int64_t due = std::min(
+        {looks.next() - system.step_count(), monitor.due(), result.steps - system.step_count()});
+    const int taken = system.steps(std::max<std::int64_t>(1, due));
+    if (taken == 0) {
+      if (told) return {};
+      result.verdict = {Trust::kDiverged, "it diverges, too", {}};
+      return result;
+    }
+    monitor.advance(taken);
+    if (looks.take(system.step_count())) look();
   }
+  system.stop_when(stop);
   result.verdict = monitor.verdict();
+  if (result.verdict.trust == Trust::kDiverged) return result;
+  const double strain = result.verdict.figures.strain.strain;
+  result.verdict = monitor.verdict(shadow.compare(std::min(strain, 0.0), stop));
+  if (told) return {};
   return result;
 }
 
-PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
+PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time, double seconds,
                        const Watch& watch) {
+  constexpr double kFirst = 0.4, kSmaller = 0.7;  // shares of the time, with those before
+  const Limited limited(watch, seconds);
   PostMortem result;
   Simulation system = problem.simulation();
   result.integrator = system.method().name();
@@ -175,10 +242,10 @@ PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time,
   const Spectrum modes = spectrum(system);
   const auto limit = predicted_step(system.integrator(), modes);
   result.limit_share = !limit ? std::nan("") : *limit == 0 ? HUGE_VAL : result.dt / *limit;
-  find_first_spring(system, steps, watch, result);
-  if (!result.complete || !(time > 0)) return result;
-  try_smaller(problem, limit.value_or(0), time, watch, result);
-  try_others(problem, modes, time, watch, result);
+  find_first_spring(system, steps, limited.until(kFirst), result);
+  if (!(time > 0)) return result;
+  try_smaller(problem, limit.value_or(0), time, limited.until(kSmaller), result);
+  try_others(problem, modes, time, limited.until(1), result);
   return result;
 }
 

@@ -36,14 +36,19 @@ struct PostMortem {
   std::vector<std::pair<std::string, double>> forces;  // N, on the particle then, largest first
 
   std::optional<Remedy> smaller, other;  // a smaller step; another integrator with the same step
-  bool complete = true;                  // false when told to end, or when trying takes too long
+  bool complete = true;                  // false when told to end, or when it took too long
+
+  // What a user may take: verified, and right for a while where the motion is chaotic.
+  static bool works(const Verdict& verdict) { return verdict.trust <= Trust::kChaotic; }
 };
 
 // Runs the problem again from its start, `steps` steps at most, until it goes wrong again; then
-// tries remedies over `time` s. At the step and with the integrator of the problem's options.
-PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time, const Watch& watch);
+// tries remedies over `time` s. At the step and with the integrator of the problem's options. It
+// takes about `seconds`, wherever it is then, and is not complete where that was too short.
+PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time, double seconds,
+                       const Watch& watch);
 
-// A whole run and the verdict on it, as sim gives it; nothing when told to end.
+// A whole run with its shadow and the verdict on it, as sim gives it; nothing when told to end.
 std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch);
 
 }  // namespace sim::study

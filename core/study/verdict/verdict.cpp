@@ -53,8 +53,8 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
     balance_ = std::make_unique<EnergyBalance>(system);
   }
   const Watched run{spec, system, steps, registry, balance_.get()};
-  for (const auto watch :
-       {watch_exact, watch_energy, watch_limit, watch_strain, watch_single_steps, watch_momentum})
+  for (const auto watch : {watch_forces, watch_exact, watch_energy, watch_limit, watch_strain,
+                           watch_single_steps, watch_momentum})
     if (auto criterion = watch(run)) criteria_.push_back(std::move(criterion));
 }
 

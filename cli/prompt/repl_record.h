@@ -1,0 +1,36 @@
+// Quantities that a session records on its runs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/lua/prompt/prompt.h"
+#include "core/output/plot.h"
+
+namespace sim::cli {
+
+// What comes after a point of time that is gone back to is recorded anew.
+class Records {
+ public:
+  struct Record {
+    TimeSeries series;
+    std::string code;  // as it was written
+    std::int64_t every = 1;
+    DataFunction quantity;
+  };
+
+  // In the place of one of that name.
+  void start(Record record);
+  bool remove(const std::string& name);
+  const std::vector<Record>& all() const { return records_; }
+  const Record* find(const std::string& name) const;
+
+  // The value at t; throws Error{kUsage} when it is no number, and what Lua throws.
+  void take(const std::string& name, Prompt& lua, double t);
+
+ private:
+  std::vector<Record> records_;
+};
+
+}  // namespace sim::cli

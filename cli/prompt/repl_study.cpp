@@ -1,0 +1,109 @@
+// What a session knows of its accuracy: the verdict, the limit of the step, and the studies.
+#include <cmath>
+
+#include "cli/command_line/option_values.h"
+#include "cli/prompt/repl_actions.h"
+#include "cli/verbs/order.h"
+#include "cli/verbs/stability.h"
+#include "cli/verbs/tradeoff.h"
+#include "core/base/text.h"
+#include "core/output/format.h"
+#include "core/study/limits/step_limit.h"
+
+namespace sim::cli {
+
+std::string limit_warning(Simulation& system) {
+  const Integrator& integrator = system.integrator();
+  if (system.integrator_info().adaptive || std::isnan(integrator.amplification(0.1, 0))) return "";
+  constexpr int kProducts = 40;
+  const study::StepShare share =
+      study::step_share(integrator, study::fastest_vibration(system, kProducts), system.h());
+  if (!(share.share > 1)) return "";
+  const std::string name = system.method().name();
+  if (std::isinf(share.share))
+    return "sim: warning: " + name + " has no stable step near this one\n";
+  return "sim: warning: dt is " + brief(100 * share.share, 3) +
+         " % of the largest stable one, about " + brief(system.h() / share.share, 2) + " s for " +
+         name + "\n";
+}
+
+namespace actions {
+namespace {
+
+ShowProgress progress_of(const Session& session) {
+  return session.interactive() ? ShowProgress::kAuto : ShowProgress::kOff;
+}
+
+// A study runs the scene from its file, with its parameters as they are now, and here with the
+// integrator and step of the session.
+SceneRequest scene_of(Session& session) {
+  LiveScene& live = session.live();
+  SceneRequest request = live.request();
+  if (live.scene().spec.world) return request;
+  const MethodChoice& method = live.system().method().choice();
+  request.integrator.name = method.name;
+  request.integrator.given.clear();
+  for (const auto& [name, value] : method.given) request.integrator.given[name] = to_text(value);
+  request.dt = live.system().h();
+  return request;
+}
+
+}  // namespace
+
+Answer verdict(Call& call) {
+  call.take(0, 0);
+  const auto& judged = call.session.live().judged();
+  if (!judged) return words("there was no run yet: .run makes one\n");
+  const std::string trust = study::trust_name(judged->verdict.trust);
+  const std::string text = trust + ": " + judged->verdict.reason + "\n";
+  return words(
+      text + "of the run from t = " + brief(judged->from) + " s to " + brief(judged->to) + " s\n",
+      std::vector<std::pair<Data, Data>>{{"verdict", trust},
+                                         {"reason", judged->verdict.reason},
+                                         {"from", judged->from},
+                                         {"to", judged->to}});
+}
+
+Answer stability(Call& call) {
+  call.take(0, 1);
+  Session& session = call.session;
+  StabilityRequest request;
+  request.scene = scene_of(session);
+  if (call.count() > 0)
+    request.integrators = parse_integrators(".stability", call.text(0, "integrators"));
+  request.json = session.mode == Mode::kJson;
+  request.progress = progress_of(session);
+  cli::stability(request, session.environment(), session.registry(), session.console());
+  return {};
+}
+
+Answer tradeoff(Call& call) {
+  call.take(0, 2);
+  Session& session = call.session;
+  TradeoffRequest request;
+  request.scene = session.live().request();
+  std::string text;
+  for (std::size_t i = 0; i < call.count(); ++i)
+    text += (i > 0 ? " " : "") + call.text(i, "an error allowed, as 1% or 1e-3 m");
+  if (!text.empty()) request.budget = budget(".tradeoff", text);
+  request.json = session.mode == Mode::kJson;
+  request.progress = progress_of(session);
+  cli::tradeoff(request, session.environment(), session.registry(), session.console());
+  return {};
+}
+
+Answer order(Call& call) {
+  call.take(0, 1);
+  Session& session = call.session;
+  OrderRequest request;
+  request.scene = session.live().request();
+  if (call.count() > 0) request.words.push_back(call.text(0, "an integrator"));
+  request.words.push_back(request.scene.scene);
+  request.json = session.mode == Mode::kJson;
+  request.progress = progress_of(session);
+  cli::order(request, session.environment(), session.registry(), session.console());
+  return {};
+}
+
+}  // namespace actions
+}  // namespace sim::cli

@@ -1,0 +1,57 @@
+// What the branches of a session hold, and what its runs leave behind.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/run/scene.h"
+#include "core/scene/difference.h"
+#include "core/scene/timeline.h"
+#include "core/study/verdict/verdict.h"
+
+namespace sim::cli {
+
+// A scene as it was read, which branches share.
+struct SceneOrigin {
+  SceneRequest request;
+  LoadedScene scene;
+  std::vector<Settings> loaded;  // of its systems as they were read; what differs is a choice
+
+  std::size_t first_choice() const;  // its first system of particles, or its first one
+};
+
+// Throws what load() throws.
+std::shared_ptr<SceneOrigin> read_origin(const SceneRequest& request,
+                                         const Environment& environment, Registry& registry);
+
+struct SceneBranch {
+  std::shared_ptr<SceneOrigin> origin;
+  std::vector<Timeline> timelines;
+  std::vector<std::int64_t> steps;
+  double t = 0;  // s, of the first system
+};
+
+// Of two branches.
+struct FirstDifference {
+  std::string system;
+  std::int64_t step = 0, common = 0;
+  double ta = 0, tb = 0;  // s
+  Difference difference;
+};
+
+// A verdict, and from when to when it is.
+struct Judged {
+  study::Verdict verdict;
+  double from = 0, to = 0;  // s
+};
+
+// What runs look at: at each step of the present system whose number is a multiple of `every`.
+struct Look {
+  std::int64_t every;
+  std::function<void()> take;
+};
+
+}  // namespace sim::cli

@@ -1,0 +1,21 @@
+// The force behind a step that left the finite numbers.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/scene/simulation.h"
+
+namespace sim::study {
+
+struct BadForce {
+  std::string name, place;  // of its plugin; where the scene wrote it, FILE:LINE
+  int particle = 0;         // the first on which it is not finite
+};
+
+// Looks at the present state and a little later, where one explicit Euler step of up to h leads.
+// Nothing when every force is finite there, or where a coordinate is so large that one may
+// overflow.
+std::optional<BadForce> find_bad_force(const SystemSpec& spec, Simulation& system);
+
+}  // namespace sim::study
