@@ -129,7 +129,8 @@ Parser::Parser() {
       value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
       value("--debug-particle", t.debug_particle, "I",
             "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
-      value("--energy", t.energy, "[=FILE]", "table of energies; no FILE = standard output"),
+      value("--energy", t.energy, "[=FILE]",
+            "table of energies, or .svg; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--observe", t.observe, "[=FILE]", "table of what the scene observes"),
       value("--every", t.every, "N", "frames of the files: each N-th step"),
@@ -252,7 +253,7 @@ RunRequest Parser::run_request() const {
         integer_between("--every", t.every, 1, std::numeric_limits<std::int64_t>::max());
   if (!t.debug_particle.empty())
     request.debug_particle = particle_choice("--debug-particle", t.debug_particle);
-  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy);
+  if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy, true);
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
   if (!t.observe.empty()) request.observe = parse_target("--observe", t.observe);
   if (t.snap == "-")

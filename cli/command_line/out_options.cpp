@@ -18,6 +18,8 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       values("--out", t.files, "FILE",
              "picture, film, page or data, by its ending:\n'sim list writers'; repeatable"),
       value("--fps", t.fps, "N", "frames of --out in a second, instead of --every;\n30 in films"),
+      app.add_flag("--show", t.show, "draw the run in the terminal, no faster than its own time")
+          ->disable_flag_override(),
       value("--color", t.color, "WHAT", "strain or speed, up to a value: strain:0.1"),
       values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),
       app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
@@ -42,7 +44,8 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   request.look.wireframe = t.wireframe;
   const bool looks = !t.fps.empty() || !t.color.empty() || !t.springs.empty() ||
                      !t.camera.empty() || !t.size.empty() || t.wireframe;
-  if (looks && t.files.empty())
+  request.show = t.show;
+  if (looks && !request.any())
     usage_error("nothing to draw", "--fps, --color, --springs, --wireframe, --camera or --size",
                 "they say how files look, and there is none", "add --out last.png");
   return request;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "cli/terminal/terminal_view.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
@@ -126,13 +127,21 @@ Recorder::Recorder(const OutRequest& request, const LoadedScene& scene, Registry
       channel->stride = *request.every;
     else if (request.fps || channel->pace == Pace::kFilm)
       channel->interval = 1 / task.fps;
+    channels_.push_back(std::move(channel));
+  }
+  if (request.show) {
+    channels_.push_back(std::make_unique<Channel>());
+    channels_.back()->writer = make_terminal_view(task);
+    channels_.back()->pace = Pace::kFilm;
+    channels_.back()->interval = 1 / kShowRate;
+  }
+  for (const auto& channel : channels_) {
     channel->systems.resize(scene.systems.size());
     // A run that goes on begins with the first moment that is not past.
     for (std::size_t i = 0; i < scene.systems.size(); ++i)
       while (channel->step_of(channel->systems[i].next, scene.systems[i]) <
              scene.systems[i].step_count())
         ++channel->systems[i].next;
-    channels_.push_back(std::move(channel));
   }
 }
 

@@ -21,7 +21,8 @@ struct OutRequest {
   std::optional<double> fps;
   std::optional<std::int64_t> every;
 
-  bool any() const { return !files.empty(); }
+  bool show = false;  // in the terminal, while it runs
+  bool any() const { return show || !files.empty(); }
 };
 
 // Throws Error{kUsage} for an ending that no writer knows and for two of one name; opens nothing.

@@ -11,6 +11,7 @@
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
 #include "cli/terminal/signals.h"
+#include "cli/terminal/terminal_view.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
@@ -145,7 +146,7 @@ std::ostream* report_stream(const RunRequest& request, Console& console) {
 }
 
 bool shows_progress(const RunRequest& request, const Console& console) {
-  if (request.quiet || request.progress == ShowProgress::kOff) return false;
+  if (request.quiet || request.out.show || request.progress == ShowProgress::kOff) return false;
   return request.progress == ShowProgress::kOn || console.err_is_terminal;
 }
 
@@ -205,7 +206,7 @@ void Run::measure(Track& track, bool last) {
   }
   if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
     progress_.clear();
-    report_.row(track);
+    if (!request_.out.show) report_.row(track);
     flush_or_throw(console_.out, "standard output");
   }
 }
@@ -379,6 +380,10 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     complete(request.scene, *saved);
   }
   check_files(request.out, registry);
+  if (const std::string why = cannot_show(); request.out.show && !why.empty()) {
+    console.err << "sim: note: --show draws nothing: " << why << '\n';
+    request.out.show = false;
+  }
   LoadedScene scene = load(request.scene, environment, registry);
   std::vector<Account> accounts;
   if (saved) {

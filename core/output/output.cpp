@@ -36,8 +36,9 @@ fs::path resolved(const std::string& name) {
 
 }  // namespace
 
-Target parse_target(std::string_view option, const std::string& text) {
+Target parse_target(std::string_view option, const std::string& text, bool plots) {
   if (is_standard_output(text)) return {};
+  if (plots && text.ends_with(".svg")) return {text, TableFormat::kSvg};
   if (text.ends_with(".jsonl")) return {text, TableFormat::kJsonLines};
   if (text.ends_with(".csv") || is_stream(text)) return {text, TableFormat::kCsv};
   throw Error(ErrorKind::kUsage, {"unknown table format", std::string(option) + "=" + text,

@@ -9,7 +9,7 @@
 
 namespace sim {
 
-enum class TableFormat { kCsv, kJsonLines };
+enum class TableFormat { kCsv, kJsonLines, kSvg };
 
 // Where a table goes, as the command line says it.
 struct Target {
@@ -19,9 +19,10 @@ struct Target {
   bool standard_output() const { return file == "-"; }
 };
 
-// `text` is a file name that ends in .csv or .jsonl, "-", or something that is not a regular file
-// (/dev/null, a named pipe), which gets CSV. Throws Error{kUsage} naming `option`. Opens nothing.
-Target parse_target(std::string_view option, const std::string& text);
+// `text` is a file name that ends in .csv or .jsonl (with `plots` also .svg), "-", or something
+// that is not a regular file (/dev/null, a named pipe), which gets CSV. Throws Error{kUsage} naming
+// `option`. Opens nothing.
+Target parse_target(std::string_view option, const std::string& text, bool plots = false);
 
 // True when two tables would be written over each other.
 bool same_target(const Target& a, const Target& b);

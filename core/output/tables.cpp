@@ -105,6 +105,12 @@ void DumpTable::frame(const Simulation& system) {
 EnergyTable::EnergyTable(const Target& target, std::ostream& standard_output,
                          const TableScope& scope)
     : output_(target, standard_output), format_(target.format), world_(scope.world) {
+  if (format_ == TableFormat::kSvg) {
+    std::string names;
+    for (const Simulation* system : scope.systems)
+      names += (names.empty() ? "" : ", ") + system->name();
+    chart_ = {"Energy: " + names, "energy [J]", {}};
+  }
   if (format_ != TableFormat::kCsv) return;
   output_.buffer() += world_ ? "system," : "";
   output_.buffer() += "step,t,kinetic,potential,total,work,drift\n";
@@ -112,6 +118,21 @@ EnergyTable::EnergyTable(const Target& target, std::ostream& standard_output,
 
 void EnergyTable::row(const Simulation& system, const Energy& energy, double work, double drift) {
   std::string& out = output_.buffer();
+  if (format_ == TableFormat::kSvg) {
+    const auto add = [&](const std::string& name, double value) {
+      const std::string full = world_ ? system.name() + " " + name : name;
+      auto curve = std::ranges::find(chart_.curves, full, &ChartCurve::name);
+      if (curve == chart_.curves.end()) {
+        chart_.curves.push_back({full, {}});
+        curve = chart_.curves.end() - 1;
+      }
+      curve->points.emplace_back(system.t(), value);
+    };
+    add("kinetic", energy.kinetic);
+    add("potential", energy.potential);
+    add("total", energy.total());
+    return;
+  }
   if (format_ == TableFormat::kCsv) {
     out += csv_prefix(system, world_);
     append_csv(out, {energy.kinetic, energy.potential, energy.total(), work, drift});
@@ -160,6 +181,11 @@ void ObserveTable::row(const Simulation& system, std::span<const ObserverSpec> o
   }
   out += csv ? "\n" : "}\n";
   output_.flush_if_full();
+}
+
+void EnergyTable::commit() {
+  if (format_ == TableFormat::kSvg) output_.buffer() = svg(chart_);
+  output_.commit();
 }
 
 }  // namespace sim

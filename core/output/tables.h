@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/output/output.h"
+#include "core/output/svg.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
@@ -39,18 +40,19 @@ class DumpTable {
 
 // step,t,kinetic,potential,total,work,drift in s and J: work is what drag and other forces that do
 // work have taken so far, drift = total + work - total at step 0; not a number: unknown, an empty
-// field. Second-order systems only.
+// field. Second-order systems only. As .svg a plot of kinetic, potential and total.
 class EnergyTable {
  public:
   EnergyTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
 
   void row(const Simulation& system, const Energy& energy, double work, double drift);
-  void commit() { output_.commit(); }
+  void commit();
 
  private:
   Output output_;
   TableFormat format_;
   bool world_;
+  TimeChart chart_;  // instead of rows, for .svg
 };
 
 // step,t,NAME,...: the quantities that the scenes observe, in alphabetical order; a number that is

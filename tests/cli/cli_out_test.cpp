@@ -245,3 +245,24 @@ TEST_CASE("a page holds its run and needs nothing else") {
   const std::size_t size = page.find('"', data) - data;
   CHECK(page.size() - size < 30'000);  // of which some are times and energies
 }
+
+TEST_CASE("a run is shown in a terminal only") {
+  const auto piped = run_sim({"--show", "-T", "0.01"});
+  CHECK(piped.code == 0);
+  CHECK_THAT(piped.err, Contains("--show draws nothing: standard output is no terminal"));
+  CHECK(piped.out.find('\x1b') == std::string::npos);
+}
+
+TEST_CASE("energies as a plot") {
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  REQUIRE(run_sim({"-q", "-T", "0.5", "--energy=e.svg"}, here).code == 0);
+  const std::string svg = bytes_of(folder.path() / "e.svg");
+  CHECK(svg.starts_with("<svg "));
+  CHECK(svg.ends_with("</svg>\n"));
+  for (const char* name : {"kinetic", "potential", "total", "t [s]"})
+    CHECK_THAT(svg, Contains(name));
+  CHECK(svg.find("nan") == std::string::npos);
+  CHECK(run_sim({"--dump=d.svg"}, here).code == 2);
+}
