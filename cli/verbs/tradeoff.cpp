@@ -330,10 +330,13 @@ std::string plot(const WorkPrecision& study) {
         drawn.strong = drawn.strong || drawn.filled.back();
       }
   }
-  if (study.recommended)
-    chart.ring = ChartRing{study.cost(*study.recommended), study.at(*study.recommended).rms,
+  if (study.recommended) {
+    const Point& chosen = study.at(*study.recommended);
+    chart.ring = ChartRing{study.cost(*study.recommended), chosen.rms,
                            "recommended: " + curve_of(study, *study.recommended).method.label +
-                               " " + settings_text(study.at(*study.recommended))};
+                               (chosen.tolerance > 0 ? ", tol " + brief(chosen.tolerance, 3)
+                                                     : ", " + brief(chosen.dt, 3) + " s")};
+  }
   return svg(chart);
 }
 
