@@ -307,7 +307,7 @@ int Run::conclude(int caught) {
     print_adjacency(scene_, *request_.debug_particle, request_.json, out);
   }
   const Verdict verdict = overall_verdict(tracks_);
-  if (verdict.trust == Trust::kDiverged && !request_.quiet) explain();
+  if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   if (request_.json)
     console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_,
                                  explanation_json_)
