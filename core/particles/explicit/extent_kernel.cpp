@@ -15,6 +15,17 @@ struct Extremes {
 SIM_INLINE Doubles smaller_of(Doubles a, Doubles b) { return a < b ? a : b; }
 SIM_INLINE Doubles larger_of(Doubles a, Doubles b) { return a > b ? a : b; }
 
+SIM_INLINE double least_of(Doubles v) {
+  double least = v[0];
+  for (int lane = 1; lane < kDoubles; ++lane) least = v[lane] < least ? v[lane] : least;
+  return least;
+}
+SIM_INLINE double most_of(Doubles v) {
+  double most = v[0];
+  for (int lane = 1; lane < kDoubles; ++lane) most = v[lane] > most ? v[lane] : most;
+  return most;
+}
+
 SIM_INLINE void look(const double* const q[3], const double* const v0[3], const double* const v1[3],
                      const double* const* from, int i, Extremes& all) {
   const V3<double> x = load(q, i);
@@ -59,21 +70,12 @@ Extent extent(const double* const q[3], const double* const v0[3], const double*
 
   Extent result;
   for (int axis = 0; axis < 3; ++axis) {
-    result.least[axis] = all.least[axis][0];
-    result.most[axis] = all.most[axis][0];
-    for (int lane = 1; lane < kDoubles; ++lane) {
-      result.least[axis] = std::fmin(all.least[axis][lane], result.least[axis]);
-      result.most[axis] = std::fmax(all.most[axis][lane], result.most[axis]);
-    }
+    result.least[axis] = least_of(all.least[axis]);
+    result.most[axis] = most_of(all.most[axis]);
   }
-  const auto largest = [](Doubles v) {
-    double most = v[0];
-    for (int lane = 1; lane < kDoubles; ++lane) most = v[lane] > most ? v[lane] : most;
-    return most;
-  };
-  result.fastest[0] = largest(all.fastest[0]);
-  result.fastest[1] = largest(all.fastest[1]);
-  result.farthest = largest(all.farthest);
+  result.fastest[0] = most_of(all.fastest[0]);
+  result.fastest[1] = most_of(all.fastest[1]);
+  result.farthest = most_of(all.farthest);
   return result;
 }
 

@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-constexpr int kWaysAtOnce = 64;
+constexpr int kWaysAtOnce = 128;
 
 Vec3 vector_at(const Settling::In& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
 Vec3 vector_at(const Settling::Out& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
