@@ -60,9 +60,9 @@ const std::array kCommands = std::to_array<Command>({
      actions::tradeoff},
     {"accuracy", "order", "order", "[INTEGRATOR]", "the order of convergence, observed",
      actions::order},
-    {"accuracy", "record", "record", "[NAME [EXPR every N]]",
-     "the value of a Lua expression on runs, each N-th step; EXPR off ends it", actions::record,
-     true},
+    {"accuracy", "record", "record", "[NAME EXPR ...]",
+     "NAME EXPR every N: a Lua expression on all runs, each N-th step; NAME off ends it",
+     actions::record, true},
     {"accuracy", "plot", "plot", "NAME [FILE.svg]", "what was recorded, over time", actions::plot},
 
     {"scene", "open", "open", "SCENE", "another scene, at its start", actions::open},

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "cli/prompt/repl_actions.h"
+#include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
@@ -27,10 +28,15 @@ const Records::Record* Records::find(const std::string& name) const {
   return found == records_.end() ? nullptr : &*found;
 }
 
+void Records::end(const std::string& name) {
+  for (Record& each : records_)
+    if (each.series.name == name) each.quantity = {};
+}
+
 void Records::take(const std::string& name, Prompt& lua, double t) {
   const auto found =
       std::ranges::find_if(records_, [&](const Record& each) { return each.series.name == name; });
-  if (found == records_.end()) return;
+  if (found == records_.end() || !found->quantity.reference) return;
   const Data value = lua.call(found->quantity);
   double number = 0;
   if (const auto* whole = std::get_if<std::int64_t>(&value.value))
@@ -105,14 +111,24 @@ Answer values_of(const Records::Record& record) {
   return {list};
 }
 
+// A record that fails, as where another scene has no such particle, ends; the run goes on.
+void take_or_end(Session& session, const std::string& name) {
+  try {
+    session.records.take(name, session.lua(), session.live().system().t());
+  } catch (const Error& error) {
+    SessionSignals::check();
+    session.records.end(name);
+    put(session.console().err,
+        "sim: warning: record '" + name + "' ended: " + error.text().why + "\n");
+  }
+}
+
 // Runs look at what is recorded now.
 void look_at_all(Session& session) {
   session.live().looks.clear();
   for (const Records::Record& each : session.records.all())
-    session.live().looks.push_back({each.every, [&session, name = each.series.name] {
-                                      session.records.take(name, session.lua(),
-                                                           session.live().system().t());
-                                    }});
+    session.live().looks.push_back(
+        {each.every, [&session, name = each.series.name] { take_or_end(session, name); }});
 }
 
 }  // namespace

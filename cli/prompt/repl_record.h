@@ -17,7 +17,7 @@ class Records {
     TimeSeries series;
     std::string code;  // as it was written
     std::int64_t every = 1;
-    DataFunction quantity;
+    DataFunction quantity;  // nothing: it has ended
   };
 
   // In the place of one of that name.
@@ -28,6 +28,7 @@ class Records {
 
   // The value at t; throws Error{kUsage} when it is no number, and what Lua throws.
   void take(const std::string& name, Prompt& lua, double t);
+  void end(const std::string& name);  // keeps what it has, and takes no more
 
  private:
   std::vector<Record> records_;

@@ -95,14 +95,15 @@ void shorten(const RunRequest& request, Track& track) {
 }
 
 // What the integrators have to say of their systems, each sentence once.
-void print_notes(const LoadedScene& scene, Console& console) {
+void print_notes(LoadedScene& scene, Console& console) {
   std::vector<std::string> said;
-  for (const Simulation& system : scene.systems)
-    for (const std::string& note : system.integrator().notes()) {
-      if (std::find(said.begin(), said.end(), note) != said.end()) continue;
-      said.push_back(note);
-      console.err << "sim: note: " << note << '\n';
-    }
+  for (Simulation& system : scene.systems)
+    for (const auto& notes : {system.integrator().notes(), system.ode().notes()})
+      for (const std::string& note : notes) {
+        if (std::find(said.begin(), said.end(), note) != said.end()) continue;
+        said.push_back(note);
+        console.err << "sim: note: " << note << '\n';
+      }
 }
 
 class Run {
@@ -336,7 +337,7 @@ int Run::conclude(int caught) {
     print_adjacency(scene_, *request_.debug_particle, request_.json, out);
   }
   const Verdict verdict = overall_verdict(tracks_);
-  if (verdict.trust == Trust::kDiverged && !request_.quiet) explain();
+  if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   if (request_.json)
     console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_,
                                  explanation_json_)

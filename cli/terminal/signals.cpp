@@ -16,7 +16,8 @@ volatile std::sig_atomic_t signals_since = 0;
 extern "C" void remember_signal(int signal) { caught_signal = signal; }
 
 extern "C" void remember_or_end(int signal) {
-  if (++signals_since >= kPatience || signal == SIGALRM)
+  signals_since = signals_since + 1;
+  if (signals_since >= kPatience || signal == SIGALRM)
     ::_exit(128 + (signal == SIGALRM ? SIGTERM : signal));
   caught_signal = signal;
   if (signal == SIGTERM) ::alarm(kSeconds);
@@ -52,7 +53,10 @@ SessionSignals::SessionSignals() {
 }
 
 int SessionSignals::caught() { return caught_signal; }
-void SessionSignals::clear() { caught_signal = signals_since = 0; }
+void SessionSignals::clear() {
+  caught_signal = 0;
+  signals_since = 0;
+}
 
 void SessionSignals::check() {
   if (any()) throw Interrupted();

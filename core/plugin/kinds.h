@@ -15,6 +15,7 @@
 #include "core/ode/integrator.h"
 #include "core/particles/collider.h"
 #include "core/particles/force.h"
+#include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/params.h"
 
@@ -47,6 +48,12 @@ struct Kind<Collider> {
   using Make = std::function<std::unique_ptr<Collider>(const Params&)>;
 };
 
+template <>
+struct Kind<RigidMotion> {
+  static constexpr std::string_view name = "motion", folder = "motions";
+  using Make = std::function<std::unique_ptr<RigidMotion>(const Params&)>;
+};
+
 // A kind as a value. The list of all kinds gives the order in which they are shown and numbered.
 struct PluginKind {
   std::uint32_t number;     // on the cards of plugins
@@ -69,7 +76,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

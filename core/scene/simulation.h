@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/particles/contacts.h"
 #include "core/plugin/registry.h"
 #include "core/scene/divergence.h"
 #include "core/scene/scene_spec.h"
@@ -44,11 +45,8 @@ class Simulation {
   // The same for up to `most` steps, of which only the last state is seen: where a method takes
   // several at once for less. How many were taken; 0 when the first of them fails.
   int steps(std::int64_t most);
-  // A step that ends at the time `end`, before t + h; those after it have the size h again. Methods
-  // that keep earlier steps forget them.
-  bool step_to(double end);
-  // Asked during steps that may take long; when it says true they fail with kStopped, and the next
-  // call takes the same step.
+  bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
+  // Asked during long steps: true ends them with kStopped, and the next call takes the same step.
   void stop_when(std::function<bool()> stop);
   const Divergence& divergence() const;
 
@@ -80,6 +78,8 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
+  // J, of all steps so far, whatever state was restored between them.
+  ContactWork contact_work() const;
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count

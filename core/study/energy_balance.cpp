@@ -5,6 +5,7 @@
 #include <limits>
 
 namespace sim::study {
+
 EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
     : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
@@ -12,7 +13,8 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
     if (!force->conservative() && !force->springs()) working_.push_back(force);
   damped_ = particles.has_damping() || !working_.empty();
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  complete_ = particles.contacts().empty();
+  confined_ = !particles.contacts().empty();
+  contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   // Such a force costs what it costs in a stage: 2 % of the run at most, but 200 looks.
@@ -69,15 +71,34 @@ void EnergyBalance::advance(std::int64_t steps) {
 
 // The energy at the start of the first part is not known here; E + W counts from this state.
 bool EnergyBalance::recall(std::span<const double> memory) {
+  if (confined_) {
+    if (memory.size() < 2) return false;
+    contact_before_.lost += memory[memory.size() - 2];
+    contact_before_.given += memory.back();
+    memory = memory.first(memory.size() - 2);
+  }
   if (!work_.recall(memory)) return false;
   before_ = taken();
   return true;
 }
 
+std::vector<double> EnergyBalance::memory() const {
+  std::vector<double> numbers = work_.memory();
+  if (confined_) numbers.insert(numbers.end(), {contact().lost, contact().given});
+  return numbers;
+}
+
+ContactWork EnergyBalance::contact() const {
+  const ContactWork now = system_->contact_work();
+  return {now.lost + contact_before_.lost, now.given + contact_before_.given};
+}
+
 double EnergyBalance::taken() const {
-  if (!damped_) return 0;
+  const double by_contact = contact().lost - contact().given;
+  if (!damped_) return by_contact;
   const double work = steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
-  return working_.empty() ? work : work - (potential() - start_potential_);
+  const double by_potential = working_.empty() ? 0 : potential() - start_potential_;
+  return work - by_potential + by_contact;
 }
 
 void EnergyBalance::look(const Energy& now) {

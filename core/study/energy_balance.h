@@ -11,7 +11,8 @@
 namespace sim::study {
 
 // E(t) + W(t) - E(0), where W is what drag, damped springs and all forces that are not conservative
-// have taken, the integral of their power; 0 for the exact motion.
+// have taken, the integral of their power, and what contact has taken, less what moving colliders
+// have given; 0 for the exact motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives. Of a run of so many
@@ -26,13 +27,13 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  bool complete() const { return complete_; }  // nothing is hit: E and W say all
-  bool has_drag() const { return damped_; }    // of particles or of springs, or forces do work
+  bool has_drag() const { return damped_; }  // of particles or of springs, or forces do work
   bool has_work() const { return !working_.empty(); }  // of other forces
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // What is needed to go on with W later, bit for bit.
-  std::vector<double> memory() const { return work_.memory(); }
+  std::vector<double> memory() const;
   bool recall(std::span<const double> memory);
+  ContactWork contact() const;                                                 // J
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
@@ -44,15 +45,15 @@ class EnergyBalance {
   double potential() const;  // that such forces add to E all the same, J
 
   Simulation* system_;
-  bool damped_ = false;
+  bool damped_ = false, confined_ = false;
   mutable Array sums_;  // scratch of power()
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J
-  bool complete_ = true;
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0;
   WorkIntegral work_;
-  double before_ = 0;  // W of an earlier part of the run, J
+  ContactWork contact_before_;  // less what there was at the start, J
+  double before_ = 0;           // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };
 

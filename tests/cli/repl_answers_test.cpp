@@ -96,6 +96,11 @@ TEST_CASE("repl: records and plots") {
                "5)\nstep(400)\n#record('y')\n.hash\n") == "81\n129f25ebe3e79c14\n");
   CHECK(session(".record x position(1)\n").code == 2);
   CHECK(session(".record x set_velocity(1, {0, 0, 0})\n").code != 0);
+  // One that fails later ends, and the run goes on.
+  const Outcome ended =
+      session(".record sag position(60)[2]\n.open scenes/pendulum1.lua\n.step 9\ntaken()\n");
+  CHECK(ended.out == "9\n");
+  CHECK(says(ended.err, "sim: warning: record 'sag' ended: there is no particle 60"));
   CHECK(session(".plot nothing\n").code == 2);
   CHECK(session(".record x t() every 0\n").code == 2);
 }

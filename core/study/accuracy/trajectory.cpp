@@ -120,7 +120,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   if (balance && !good) result.energy_error = HUGE_VAL;
   // Between the states of an adaptive run drag is not looked at.
   const bool seen = balance && !(method.info.adaptive && balance->has_drag());
-  if (seen && good && balance->complete() && balance->in_play() > 0 &&
+  if (seen && good && balance->in_play() > 0 &&
       balance->uncertainty() <= 0.5 * std::abs(balance->error()))
     result.energy_error = std::abs(balance->error()) / balance->in_play();
   return result;

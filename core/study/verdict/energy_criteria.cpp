@@ -38,7 +38,7 @@ class EnergyCriterion final : public Criterion {
   }
 
   void conclude(Figures& figures, std::vector<Finding>& findings) override {
-    if (balance_.complete() && std::isfinite(balance_.uncertainty()))
+    if (std::isfinite(balance_.uncertainty()))
       figures.energy =
           relative(std::abs(balance_.error()) + balance_.uncertainty(), balance_.in_play());
     findings.push_back(finding());
@@ -57,13 +57,6 @@ class EnergyCriterion final : public Criterion {
 Finding EnergyCriterion::finding() const {
   const double scale = balance_.in_play(), error = balance_.error();
   const std::string whole = brief(scale, 3) + " J in play";
-  if (system_->ode().confined()) {
-    if (!(balance_.rise() > kTolerance * scale))
-      return {Trust::kTrusted, "energy did not rise (what contact took is not checked)"};
-    return {Trust::kSuspect, "energy rose by " + brief(balance_.rise(), 3) + " J, " +
-                                 percent(balance_.rise(), scale) + " of the " + whole +
-                                 ", though contact only takes"};
-  }
   if (balance_.has_work() && system_->integrator_info().adaptive)
     return {Trust::kTrusted, "energy not checked: forces do work between the states"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
@@ -85,22 +78,19 @@ Finding EnergyCriterion::finding() const {
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
-  const bool drag = balance_.has_drag();
+  const bool drag = balance_.has_drag(), contact = system_->ode().confined();
   const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
+  const std::string damping = balance_.has_work() ? "forces" : "drag";
+  const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
-                whole +
-                (balance_.has_work() ? ", above what forces did"
-                 : drag              ? ", above what drag left"
-                                     : ""),
+                whole + (drag || contact ? ", above what " + taker + " left" : ""),
             presumed};
   return {Trust::kSuspect,
           "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
               whole +
-              (balance_.has_work() ? ", below what forces did"
-               : drag              ? ", below what drag left"
-                                   : ", and no force takes any"),
+              (drag || contact ? ", below what " + taker + " left" : ", and no force takes any"),
           presumed};
 }
 
