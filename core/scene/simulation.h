@@ -45,11 +45,8 @@ class Simulation {
   // Takes up to `most` steps in one call and keeps only the final state; some methods are faster
   // that way. Returns the number taken, 0 if the first fails.
   int steps(std::int64_t most);
-  // A step that ends at the time `end`, before t + h; those after it have the size h again. Methods
-  // that keep earlier steps forget them.
-  bool step_to(double end);
-  // Asked during steps that may take long; when it says true they fail with kStopped, and the next
-  // call takes the same step.
+  bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
+  // Asked during long steps: true ends them with kStopped, and the next call takes the same step.
   void stop_when(std::function<bool()> stop);
   const Divergence& divergence() const;
 

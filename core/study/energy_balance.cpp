@@ -98,7 +98,8 @@ double EnergyBalance::taken() const {
   const double by_contact = contact().lost - contact().given;
   if (!damped_) return by_contact;
   const double work = steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
-  return (working_.empty() ? work : work - (potential() - start_potential_)) + by_contact;
+  const double by_potential = working_.empty() ? 0 : potential() - start_potential_;
+  return work - by_potential + by_contact;
 }
 
 void EnergyBalance::look(const Energy& now) {

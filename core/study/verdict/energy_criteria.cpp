@@ -80,19 +80,17 @@ Finding EnergyCriterion::finding() const {
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag(), contact = system_->ode().confined();
   const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
-  const std::string taker = balance_.has_work() && contact ? "forces and contact did"
-                            : balance_.has_work()          ? "forces did"
-                            : drag && contact              ? "drag and contact left"
-                            : drag                         ? "drag left"
-                                                           : "contact left";
+  const std::string damping = balance_.has_work() ? "forces" : "drag";
+  const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
-                whole + (drag || contact ? ", above what " + taker : ""),
+                whole + (drag || contact ? ", above what " + taker + " left" : ""),
             presumed};
   return {Trust::kSuspect,
           "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
-              whole + (drag || contact ? ", below what " + taker : ", and no force takes any"),
+              whole +
+              (drag || contact ? ", below what " + taker + " left" : ", and no force takes any"),
           presumed};
 }
 
