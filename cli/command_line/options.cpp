@@ -176,7 +176,8 @@ Parser::Parser() {
   adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
   adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
   list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
-  list_->add_option("WHAT", t.list_what, "integrators, forces, fields, colliders or scenes")
+  list_
+      ->add_option("WHAT", t.list_what, "integrators, forces, fields, colliders, motions or scenes")
       ->type_name("");
   list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
       ->disable_flag_override();

@@ -71,14 +71,15 @@ std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
 }
 
 // What the integrators have to say of their systems, each sentence once.
-void print_notes(const LoadedScene& scene, Console& console) {
+void print_notes(LoadedScene& scene, Console& console) {
   std::vector<std::string> said;
-  for (const Simulation& system : scene.systems)
-    for (const std::string& note : system.integrator().notes()) {
-      if (std::find(said.begin(), said.end(), note) != said.end()) continue;
-      said.push_back(note);
-      console.err << "sim: note: " << note << '\n';
-    }
+  for (Simulation& system : scene.systems)
+    for (const auto& notes : {system.integrator().notes(), system.ode().notes()})
+      for (const std::string& note : notes) {
+        if (std::find(said.begin(), said.end(), note) != said.end()) continue;
+        said.push_back(note);
+        console.err << "sim: note: " << note << '\n';
+      }
 }
 
 class Run {

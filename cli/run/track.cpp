@@ -94,6 +94,10 @@ const Energy& Track::energy() {
 void Track::mark_diverged() {
   stuck_ = true;
   const Divergence& where = system_->divergence();
+  if (where.status == StepStatus::kNotAllowed) {
+    diverged_ = where.why + " in " + step_t_h(where.step, where.t, where.h);
+    return;
+  }
   if (where.status != StepStatus::kNotFinite) {
     diverged_ =
         std::string(where.status == StepStatus::kStepTooSmall

@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/array.h"
 #include "core/ode/embedded_stepper.h"
@@ -75,6 +77,11 @@ class OdeSystem {
   // True where some states are not allowed, as a particle within an obstacle. Steppers of the
   // system then keep to the allowed ones by themselves; what cannot is refused when it is made.
   virtual bool confined() const noexcept { return false; }
+  // Why the last step found no allowed state; empty where it did.
+  virtual std::string refusal() const { return {}; }
+
+  // What a user should know of it, one sentence each.
+  virtual std::vector<std::string> notes() const { return {}; }
 
   // Asked between the parts of steps that may take long: true ends such a step with kStopped.
   void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }

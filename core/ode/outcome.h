@@ -10,6 +10,7 @@ enum class StepStatus {
   kNotFinite,     // a number of x_next is not finite
   kStepTooSmall,  // the tolerance cannot be met with steps that change t
   kNotConverged,  // the equations of an implicit step were not solved
+  kNotAllowed,    // no allowed state was found: OdeSystem::refusal() says why
   kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
 };
 

@@ -1,9 +1,11 @@
 // Where particles may not go: a solid whose surface may move as a function of time.
 #pragma once
 
-#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include "core/particles/solid.h"
+#include "core/particles/solid_shape.h"
 #include "core/particles/view.h"
 
 namespace sim {
@@ -17,6 +19,7 @@ struct Touch {
 
 struct Surface {
   double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
+  double friction = 0;     // Coulomb's coefficient, >= 0
 };
 
 // A collider is a pure function of (t, x), as forces are.
@@ -30,22 +33,40 @@ class Collider {
   virtual Surface surface() const = 0;
 
   // How it is drawn at time t; without, it is not.
-  virtual Solid solid(double /*t*/) const { return {}; }
+  virtual SolidShape shape(double /*t*/) const { return {}; }
 
   // From the point x at time t. The gap changes by at most the way between two points, so that it
   // bounds the way that is free.
   virtual Touch touch(double t, const Vec3& x) const = 0;
 
-  // m/s, a bound on the velocity of the surface between two times.
+  // m, no more than the gap of any point of the box middle -+ half. Asked of all particles, many at
+  // a time, in every step.
+  virtual double clearance(double t, const Vec3& middle, const Vec3& half) const {
+    return touch(t, middle).gap - half.norm();
+  }
+
+  // False where nothing depends on t.
+  virtual bool moves() const { return true; }
+
+  // m/s, a bound on how fast the gap of a point at rest changes between two times.
   virtual double fastest(double /*t0*/, double /*t1*/) const { return 0; }
 
-  // near[i - tile.begin] := 1 for every particle whose gap may be less than the margin, in m. May
-  // say so of others; asked of all particles in every step, so that a quick answer pays.
-  virtual void near(double t, const ParticleView& view, Tile tile, double margin,
-                    std::uint8_t* near) const {
-    for (int i = tile.begin; i < tile.end; ++i)
-      if (touch(t, view.position(i)).gap < margin) near[i - tile.begin] = 1;
+  // Where the point of the body that is at x goes from t0 to t1.
+  virtual Vec3 carried(double t0, double t1, const Vec3& x) const {
+    return x + (t1 - t0) * touch(0.5 * (t0 + t1), x).velocity;
   }
+
+  // True where look() has to be called before anything is asked between two times: for what can be
+  // evaluated on one thread only. It may throw Error{kScene}.
+  virtual bool sampled() const { return false; }
+  virtual void look(double /*t0*/, double /*t1*/) {}
+
+  // A solid with inner edges, in which particles may touch several of its sides, is the colliders
+  // that this returns, one a side.
+  virtual std::vector<std::unique_ptr<Collider>> sides() { return {}; }
+
+  // What a user should know of it, one sentence; may be empty.
+  virtual std::string note() const { return {}; }
 };
 
 }  // namespace sim

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/particles/collider.h"
+#include "core/particles/contact_ledger.h"
 
 namespace sim {
 
@@ -15,7 +17,9 @@ struct Way {
   Vec3 c[4];
   Vec3 moved{0, 0, 0};   // m, of the end
   Vec3 kicked{0, 0, 0};  // m a step, of the velocity at the end
-  bool touched = false, pressed = false;
+  Vec3 held{0, 0, 0};    // where it sticks to a surface at the end
+  bool touched = false, pressed = false, stuck = false, squeezed = false;
+  ContactWork work = {};
 
   Vec3 at(double s) const { return c[0] + s * (c[1] + s * (c[2] + s * c[3])); }
   Vec3 rate(double s) const { return c[1] + s * (2 * c[2] + 3 * s * c[3]); }
@@ -27,10 +31,10 @@ struct Way {
 };
 
 // Touches inside a step, of second order in the step whatever the method: the touch is found on the
-// particle's own way, Newton's restitution acts there, and a particle that would be inside at the
-// end all the same is pressed on from there on, as by a multiplier along the normal: in the first
-// half of what is left of the step here, in the second at its end, by hold(). Moreau (1988);
-// Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
+// particle's own way, Newton's restitution and Coulomb's friction act there, and a particle that
+// would be inside at the end all the same is pressed on from there on, as by a multiplier along the
+// normal and friction against the slip: in the first half of what is left of the step here, in the
+// second at its end, by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
   // Throws Error{kScene} with the first free particle that is inside at the start.
@@ -38,21 +42,36 @@ class Contacts {
            const ParticleView& initial);
 
   bool empty() const noexcept { return colliders_.empty(); }
+  std::span<const std::unique_ptr<Collider>> all() const { return colliders_; }
+  const std::vector<std::string>& notes() const { return notes_; }
+  ContactLedger& ledger() const { return *ledger_; }  // where there are any
 
-  std::vector<Solid> solids(double t) const;  // in the order they were added
+  std::vector<SolidShape> shapes(double t) const;  // in the order they were added
 
-  // near[i - tile.begin] := 1 where a way that ends here, at most `way` long, may touch something.
-  void near(double t, double h, const ParticleView& end, Tile tile, double way,
-            std::uint8_t* near) const;
+  bool move() const noexcept { return move_; }  // some of them
+  // Before a step from t0 to t1, on one thread, where sampled().
+  bool sampled() const noexcept { return sampled_; }
+  void look(double t0, double t1) const;
 
-  // Changes the way of a step from t on so that it ends outside of all colliders.
+  // True when a way of a step from t on, at most `length` long, that ends in the box middle -+ half
+  // may touch something.
+  bool near(double t, double h, const Vec3& middle, const Vec3& half, double length) const;
+
+  // Changes the way of a step from t on so that it ends outside of all colliders, or is squeezed.
   void settle(double t, double h, Way& way) const;
 
-  // v := the velocity of a particle that is pressed on at x, without what leads inside.
-  Vec3 hold(double t, const Vec3& x, Vec3 v) const;
+  // v := the velocity of a particle that is pressed on at x, without what leads inside and with the
+  // friction of that.
+  Vec3 hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const;
 
  private:
+  void add_one(std::unique_ptr<Collider> collider, const std::string& name,
+               const ParticleView& initial);
+
   std::vector<std::unique_ptr<Collider>> colliders_;
+  std::vector<std::string> notes_;
+  std::unique_ptr<ContactLedger> ledger_;
+  bool sampled_ = false, move_ = false;
 };
 
 }  // namespace sim

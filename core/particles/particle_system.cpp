@@ -52,7 +52,8 @@ void check_single(const ParticleSystem& system) {
 [[noreturn]] void refuse_contact(const std::string& why) {
   throw Error(ErrorKind::kScene,
               {"integrator does not fit", "", "this scene has colliders, and " + why,
-               "use rk4, verlet or another explicit method of fixed steps"});
+               "use rk4, verlet or another explicit method of fixed steps, or contact as a "
+               "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
 
 }  // namespace
@@ -82,6 +83,12 @@ StateShape ParticleSystem::shape() const {
   return {size(), std::move(parts)};
 }
 
+std::string ParticleSystem::refusal() const {
+  const int i = contacts().empty() ? -1 : contacts().ledger().squeezed();
+  if (i < 0) return {};
+  return "particle " + std::to_string(i) + " is squeezed between colliders and has no room left";
+}
+
 void ParticleSystem::combine(const Stage& stage, double* out) {
   for_ranges(6,
              [&](std::size_t begin, std::size_t end) { combine_range_(stage, out, begin, end); });
@@ -103,11 +110,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
-  std::unique_ptr<Stepper> stepper;
-  if (memory_size() > 0)
-    stepper = OdeSystem::explicit_stepper(plan);
-  else
-    stepper = std::make_unique<RkStepper<double>>(*this, plan);
+  if (memory_size() == 0) return std::make_unique<RkStepper<double>>(*this, plan);
+  auto stepper = OdeSystem::explicit_stepper(plan);
   if (!confined()) return stepper;
   return std::make_unique<SettledStepper>(*this, std::move(stepper));
 }
@@ -124,7 +128,7 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);
   }
-  if (memory_size() > 0 || confined()) return std::make_unique<PlainSplitStepper>(*this, plan);
+  if (memory_size() > 0) return std::make_unique<PlainSplitStepper>(*this, plan);
   return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 

@@ -13,6 +13,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::size_t size() const noexcept override { return layout().size() + memory_size(); }
   StateShape shape() const override;
   bool confined() const noexcept override { return !contacts().empty(); }
+  std::string refusal() const override;
+  std::vector<std::string> notes() const override { return contacts().notes(); }
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;

@@ -53,7 +53,7 @@ class Particles {
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
-  void start_memories(double* state) const;  // as at t = 0
+  void start_memories(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all memories; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/particles/solid.h"
+#include "core/particles/solid_shape.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
@@ -38,10 +38,10 @@ struct Model {
 
 struct Frame {
   std::int64_t step = 0;
-  double t = 0;              // s
-  std::vector<double> x, v;  // m, m/s: x0 y0 z0 x1 ...; v only in second order
+  double t = 0;                    // s
+  std::vector<double> x, v;        // m, m/s: x0 y0 z0 x1 ...; v only in second order
   std::vector<double> components;  // all numbers of a flat state
-  std::vector<Solid> solids;
+  std::vector<SolidShape> solids;
   // J; not a number where unknown.
   double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
          drift = std::nan("");

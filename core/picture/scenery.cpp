@@ -259,9 +259,9 @@ void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
 }
 
 void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const {
-  for (const Solid& solid : frame.solids)
+  for (const SolidShape& solid : frame.solids)
     add_solid(picture, solid, viewpoint_, viewpoint_.offsets[m],
-              solid.form == Solid::Form::kPlane ? 2 : 1);
+              solid.form == SolidShape::Form::kPlane ? 2 : 1);
 }
 
 // Above on the left what is seen, below on the right the scale of the colours.

@@ -32,7 +32,7 @@ class MeshMaker {
   int skin_;
 };
 
-void add_box(MeshMaker& mesh, const Solid& box) {
+void add_box(MeshMaker& mesh, const SolidShape& box) {
   for (int axis = 0; axis < 3; ++axis)
     for (const double side : {-1.0, 1.0}) {
       const auto& e = box.axes;
@@ -46,7 +46,7 @@ void add_box(MeshMaker& mesh, const Solid& box) {
 
 // Rings around the axis, from pole to pole. The circle is 32 points turned on by one angle, of
 // which sine and cosine are halved from those of a right angle.
-void add_capsule(MeshMaker& mesh, const Solid& capsule) {
+void add_capsule(MeshMaker& mesh, const SolidShape& capsule) {
   constexpr int kAround = 32, kRings = 8;  // rings of each half ball
   double cosine = 0, sine = 1;             // of 90 degrees, then 45, 22.5, 11.25
   for (int halves = 0; halves < 3; ++halves) {
@@ -56,7 +56,7 @@ void add_capsule(MeshMaker& mesh, const Solid& capsule) {
   const Vec3 half = capsule.axes[0];
   const double length = half.norm();
   const Vec3 axis = length > 0 ? Vec3(half / length) : Vec3(0, 1, 0);
-  const Solid frame = plane_solid(capsule.center, axis);
+  const SolidShape frame = plane_shape(capsule.center, axis);
   const Vec3 u = frame.axes[0], v = frame.axes[2];
   std::vector<std::array<double, 2>> circle{{1, 0}};
   for (int i = 1; i < kAround; ++i) {
@@ -86,21 +86,21 @@ void add_capsule(MeshMaker& mesh, const Solid& capsule) {
 
 }  // namespace
 
-void add_solid(Picture& picture, const Solid& solid, const Viewpoint& viewpoint, const Vec3& offset,
-               int skin) {
+void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint,
+               const Vec3& offset, int skin) {
   MeshMaker mesh(picture, viewpoint, offset, skin);
   const auto whole = [](const Vec3& p) { return p.allFinite(); };
   if (!whole(solid.center) || !std::ranges::all_of(solid.axes, whole) || solid.inside) return;
   switch (solid.form) {
-    case Solid::Form::kNone:
+    case SolidShape::Form::kNone:
       return;
-    case Solid::Form::kSphere: {
+    case SolidShape::Form::kSphere: {
       const auto radius = static_cast<float>(solid.radius * viewpoint.scale);
       picture.balls.push_back({viewpoint.point(solid.center + offset), radius,
                                picture.skins[static_cast<std::size_t>(skin)].front, true});
       return;
     }
-    case Solid::Form::kPlane: {
+    case SolidShape::Form::kPlane: {
       // The one that is the ground is there already.
       if (solid.axes[1].dot(viewpoint.up) > 0.999999) return;
       const Vec3 middle = viewpoint.origin -
@@ -114,9 +114,9 @@ void add_solid(Picture& picture, const Solid& solid, const Viewpoint& viewpoint,
                 mesh.point(middle - u + v, solid.axes[1]), false);
       return;
     }
-    case Solid::Form::kBox:
+    case SolidShape::Form::kBox:
       return add_box(mesh, solid);
-    case Solid::Form::kCapsule:
+    case SolidShape::Form::kCapsule:
       return add_capsule(mesh, solid);
   }
 }

@@ -31,8 +31,8 @@ std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, 
   const auto whole = [](const Vec3& p) { return p.allFinite() && p.norm() < 1e100; };
   for (int i = 0; i < model.particles; ++i)
     if (const Vec3 p = moments[0][system].at(i); whole(p)) start.include(p);
-  for (const Solid& solid : moments[0][system].solids)
-    if (solid.form != Solid::Form::kPlane && solid.form != Solid::Form::kNone)
+  for (const SolidShape& solid : moments[0][system].solids)
+    if (solid.form != SolidShape::Form::kPlane && solid.form != SolidShape::Form::kNone)
       start.include(solid.center);
   if (start.empty()) return points;
   const double reach = start.size() > 0 ? 30 * start.size() : 1e100;
@@ -46,12 +46,13 @@ std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, 
         const Vec3 p = frame.at(i);
         if (whole(p) && (p - start.middle()).norm() <= reach) points.push_back(p);
       }
-    for (const Solid& solid : frame.solids) {
-      if (solid.inside || solid.form == Solid::Form::kPlane || solid.form == Solid::Form::kNone)
+    for (const SolidShape& solid : frame.solids) {
+      if (solid.inside || solid.form == SolidShape::Form::kPlane ||
+          solid.form == SolidShape::Form::kNone)
         continue;
       for (const Vec3& axis : solid.axes) {
         const double size =
-            solid.form == Solid::Form::kSphere ? solid.radius : axis.norm() + solid.radius;
+            solid.form == SolidShape::Form::kSphere ? solid.radius : axis.norm() + solid.radius;
         const Vec3 d = size / axis.norm() * axis;
         points.push_back(solid.center + d);
         points.push_back(solid.center - d);
@@ -117,8 +118,8 @@ double fit(View& view, std::span<const Vec3> points, double tan_x, double tan_y)
 // A horizontal plane that things fall on is the ground.
 std::optional<double> floor_of(std::span<const Moment> moments, const Vec3& up) {
   for (const Frame& frame : moments.front())
-    for (const Solid& solid : frame.solids)
-      if (solid.form == Solid::Form::kPlane && solid.axes[1].dot(up) > 0.999999)
+    for (const SolidShape& solid : frame.solids)
+      if (solid.form == SolidShape::Form::kPlane && solid.axes[1].dot(up) > 0.999999)
         return solid.center.dot(up);
   return {};
 }

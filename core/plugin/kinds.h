@@ -15,6 +15,7 @@
 #include "core/ode/integrator.h"
 #include "core/particles/collider.h"
 #include "core/particles/force.h"
+#include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/params.h"
 
@@ -51,6 +52,12 @@ struct Kind<Collider> {
 };
 
 template <>
+struct Kind<RigidMotion> {
+  static constexpr std::string_view name = "motion", folder = "motions";
+  using Make = std::function<std::unique_ptr<RigidMotion>(const Params&)>;
+};
+
+template <>
 struct Kind<Writer> {
   static constexpr std::string_view name = "writer", folder = "writers";
   using Make = std::function<std::unique_ptr<Writer>(const Params&, const WriterTask&)>;
@@ -80,7 +87,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, Writer>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -27,8 +27,12 @@ ParamType type_of(const Value& value) {
       return ParamType::kFunction;
     case 7:
       return ParamType::kParticleFunction;
-    default:
+    case 8:
       return ParamType::kSurface;
+    case 9:
+      return ParamType::kMotion;
+    default:
+      return ParamType::kCollider;
   }
 }
 
@@ -38,6 +42,8 @@ std::string shown(const Value& value) {
   const ParamType type = type_of(value);
   if (type == ParamType::kFunction || type == ParamType::kParticleFunction) return "a function";
   if (type == ParamType::kSurface) return "a surface";
+  if (type == ParamType::kMotion) return "a motion";
+  if (type == ParamType::kCollider) return "a collider";
   return to_text(value);
 }
 
@@ -100,6 +106,10 @@ const char* type_name(ParamType type) {
       return "function";
     case ParamType::kSurface:
       return "surface (sim.surface)";
+    case ParamType::kMotion:
+      return "motion (sim.motion) or function(t)";
+    case ParamType::kCollider:
+      return "collider (sim.collider)";
   }
   return "";
 }
@@ -121,6 +131,10 @@ std::string to_text(const Value& value) {
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
     std::string operator()(const std::shared_ptr<const TriangleMesh>&) const { return "surface"; }
+    std::string operator()(const std::shared_ptr<const RigidMotion>&) const { return "motion"; }
+    std::string operator()(const std::shared_ptr<const ColliderMaker>& collider) const {
+      return collider->text;
+    }
     std::string operator()(const ParticleFunction&) const { return "function"; }
   };
   return std::visit(Writer{}, value);
@@ -195,5 +209,7 @@ template const Vec3& Params::get(const std::string&) const;
 template const OdeFunction& Params::get(const std::string&) const;
 template const std::shared_ptr<const TriangleMesh>& Params::get(const std::string&) const;
 template const ParticleFunction& Params::get(const std::string&) const;
+template const std::shared_ptr<const ColliderMaker>& Params::get(const std::string&) const;
+template const std::shared_ptr<const RigidMotion>& Params::get(const std::string&) const;
 
 }  // namespace sim

@@ -11,39 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "core/math/vec3.h"
-#include "core/particles/view.h"
+#include "core/plugin/value.h"
 
 namespace sim {
-
-class TriangleMesh;
-
-// dxdt := f(t, x); both spans have the size of the state.
-using OdeFunction =
-    std::function<void(double t, std::span<const double> x, std::span<double> dxdt)>;
-
-// A function of single particles, f(t, i, x, v): its numbers for each id, one id after the other;
-// how many an id, the size of `out` says. One thread at a time. May throw Error{kScene}.
-using ParticleFunction =
-    std::function<void(const ParticleView& view, std::span<const int> ids, std::span<double> out)>;
-
-// monostate: no value given.
-using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>>;
-
-enum class ParamType {
-  kFlag,
-  kInteger,
-  kNumber,
-  kText,
-  kVector,
-  kFunction,
-  kParticleFunction,
-  kSurface
-};
-
-const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...
-std::string to_text(const Value& value);  // "0.5", "{0, -9.81, 0}", "" for none
 
 // One parameter: the only place where its name, default, unit, bounds and meaning are written.
 struct Param {
@@ -92,6 +62,12 @@ class Params {
   const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
   const std::shared_ptr<const TriangleMesh>& surface(const std::string& name) const {
     return get<std::shared_ptr<const TriangleMesh>>(name);
+  }
+  const std::shared_ptr<const RigidMotion>& motion(const std::string& name) const {
+    return get<std::shared_ptr<const RigidMotion>>(name);
+  }
+  const std::shared_ptr<const ColliderMaker>& collider(const std::string& name) const {
+    return get<std::shared_ptr<const ColliderMaker>>(name);
   }
   const ParticleFunction& particle_function(const std::string& name) const {
     return get<ParticleFunction>(name);

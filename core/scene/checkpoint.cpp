@@ -29,6 +29,17 @@ void add_vector(StateHash& hash, const Vec3& v) {
   for (int axis = 0; axis < 3; ++axis) hash.add(v[axis]);
 }
 
+// Two motions that agree at these times are taken to be the same; functions are not compared.
+void add_motion(StateHash& hash, const RigidMotion& motion) {
+  if (motion.sampled()) return;
+  for (const double t : {0.0, 0.7071, 1.618, 3.1416}) {
+    const Pose pose = motion.at(t, {0, 0, 0});
+    add_vector(hash, pose.center);
+    add_vector(hash, pose.axis);
+    hash.add(pose.sine);
+  }
+}
+
 void add_part(StateHash& hash, const PartSpec& part) {
   add_text(hash, part.plugin);
   for (const auto& [name, value] : part.given) {
@@ -37,6 +48,8 @@ void add_part(StateHash& hash, const PartSpec& part) {
     if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
       for (const TriangleMesh::Triangle& triangle : (*surface)->triangles())
         for (const int id : triangle) hash.add(static_cast<std::uint64_t>(id));
+    if (const auto* motion = std::get_if<std::shared_ptr<const RigidMotion>>(&value))
+      add_motion(hash, **motion);
   }
   for (const GridPairs& grid : part.elements.grids) {
     hash.add(static_cast<std::uint64_t>(grid.first));

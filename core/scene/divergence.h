@@ -17,6 +17,7 @@ struct Divergence {
   double t = 0, h = 0;    // s, time at the end of that step
   std::string quantity;   // "x", "vy", "component", "memory"
   std::string item;       // of which: StatePart::item, "particle"
+  std::string why;        // of kNotAllowed: OdeSystem::refusal()
 };
 
 }  // namespace sim

@@ -171,7 +171,7 @@ void Simulation::Impl::place_particles() {
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
-  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", ""};
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", "", ""};
   bool finite = status == StepStatus::kNotFinite;
   if (finite)
     shape.each([&](const StateNumber& number) {
@@ -182,6 +182,10 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
       found.item = number.part->item;
       return false;
     });
+  if (finite && !(found.why = system->refusal()).empty()) {
+    found.status = StepStatus::kNotAllowed;
+    finite = false;
+  }
   if (!finite) divergence = found;
   return !finite;
 }
@@ -224,6 +228,8 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
+  ContactLedger* const ledger = s.system->confined() ? &s.particles->contacts().ledger() : nullptr;
+  if (ledger) ledger->take();  // of steps that others tried
   Advance now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
   if (now.status != StepStatus::kDone) {
     if (s.find_divergence(now.status)) {
@@ -231,6 +237,11 @@ int Simulation::steps(std::int64_t most) {
       return 0;
     }
     now.taken = 1;
+  }
+  if (ledger) {
+    const ContactWork work = ledger->take();
+    s.contact_work.lost += work.lost;
+    s.contact_work.given += work.given;
   }
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
@@ -296,9 +307,11 @@ Vec3 Simulation::velocity(int i) const {
 int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
-std::vector<Solid> Simulation::solids() const {
-  return impl_->particles ? impl_->particles->contacts().solids(t()) : std::vector<Solid>();
+std::vector<SolidShape> Simulation::shapes() const {
+  return impl_->particles ? impl_->particles->contacts().shapes(t()) : std::vector<SolidShape>();
 }
+
+ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
 bool Simulation::conserves_energy() const {
   return impl_->particles && impl_->particles->conserves_energy();

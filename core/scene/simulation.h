@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/particles/contacts.h"
 #include "core/plugin/registry.h"
 #include "core/scene/divergence.h"
 #include "core/scene/scene_spec.h"
@@ -77,8 +78,10 @@ class Simulation {
   int components() const;         // numbers of a first-order state
   double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
 
-  std::vector<Solid> solids() const;  // of the colliders, as they are now
+  std::vector<SolidShape> shapes() const;  // of the colliders, as they are now
 
+  // J, of all steps so far, whatever state was restored between them.
+  ContactWork contact_work() const;
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count

@@ -44,6 +44,7 @@ struct Simulation::Impl {
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
+  ContactWork contact_work;
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 

@@ -5,14 +5,16 @@
 #include <limits>
 
 namespace sim::study {
+
 EnergyBalance::EnergyBalance(Simulation& system) : system_(&system), start_(system.energy()) {
   const ParticleSystem& particles = *particles_of(system);
   damped_ = particles.has_damping();
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  complete_ = particles.contacts().empty() &&
-              std::ranges::all_of(particles.other_forces(), [](const Force* force) {
-                return force->conservative() || force->springs();
-              });
+  confined_ = !particles.contacts().empty();
+  contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
+  complete_ = std::ranges::all_of(particles.other_forces(), [](const Force* force) {
+    return force->conservative() || force->springs();
+  });
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   if (damped_) work_.look(system.t(), power());
@@ -34,14 +36,32 @@ void EnergyBalance::advance(std::int64_t steps) {
 
 // The energy at the start of the first part is not known here; E + W counts from this state.
 bool EnergyBalance::recall(std::span<const double> memory) {
+  if (confined_) {
+    if (memory.size() < 2) return false;
+    contact_before_.lost += memory[memory.size() - 2];
+    contact_before_.given += memory.back();
+    memory = memory.first(memory.size() - 2);
+  }
   if (!work_.recall(memory)) return false;
   before_ = taken();
   return true;
 }
 
+std::vector<double> EnergyBalance::memory() const {
+  std::vector<double> numbers = work_.memory();
+  if (confined_) numbers.insert(numbers.end(), {contact().lost, contact().given});
+  return numbers;
+}
+
+ContactWork EnergyBalance::contact() const {
+  const ContactWork now = system_->contact_work();
+  return {now.lost + contact_before_.lost, now.given + contact_before_.given};
+}
+
 double EnergyBalance::taken() const {
-  if (!damped_) return 0;
-  return steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
+  const double by_contact = contact().lost - contact().given;
+  if (!damped_) return by_contact;
+  return (steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power())) + by_contact;
 }
 
 void EnergyBalance::look(const Energy& now) {

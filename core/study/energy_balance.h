@@ -11,7 +11,7 @@
 namespace sim::study {
 
 // E(t) + W(t) - E(0), where W is what drag and damped springs have taken, the integral of their
-// power; 0 for the exact motion.
+// power, and what contact has taken, less what moving colliders have given; 0 for the exact motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives.
@@ -24,13 +24,14 @@ class EnergyBalance {
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
-  // Every force but damping is what its potential gives, and nothing is hit: E and W say all.
+  // Every force but damping is what its potential gives: E and W say all.
   bool complete() const { return complete_; }
   bool has_drag() const { return damped_; }  // of particles or of springs
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // What is needed to go on with W later, bit for bit.
-  std::vector<double> memory() const { return work_.memory(); }
+  std::vector<double> memory() const;
   bool recall(std::span<const double> memory);
+  ContactWork contact() const;  // J
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
 
   double error() const { return error_; }      // J, of the largest size so far, with its sign
@@ -41,12 +42,13 @@ class EnergyBalance {
   double power() const;  // of the damping, W
 
   Simulation* system_;
-  bool damped_ = false;
+  bool damped_ = false, confined_ = false;
   mutable Array sums_;  // scratch of power()
   bool complete_ = true;
   Energy start_;
   std::int64_t stride_ = 1, steps_ = 0;
   WorkIntegral work_;
+  ContactWork contact_before_;  // less what there was at the start, J
   double before_ = 0;  // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };

@@ -188,7 +188,7 @@ class Html final : public sim::Writer {
     std::vector<std::string> list;
     const auto& first = moments_.front()[m].solids;
     for (std::size_t s = 0; s < first.size(); ++s) {
-      if (first[s].form != sim::Solid::Form::kSphere || first[s].inside) continue;
+      if (first[s].form != sim::SolidShape::Form::kSphere || first[s].inside) continue;
       std::vector<std::string> places;
       for (const sim::Moment& moment : moments_)
         places.push_back(point(own_axes(view.point(moment[m].solids[s].center + view.offsets[m]))));

@@ -371,7 +371,7 @@ local function copy(value, depth)
 end
 
 -- part = sim.KIND.NAME { ... }
--- KIND is a kind of plugin: force, field, integrator, collider. NAME is any plugin that `sim list`
+-- KIND is a kind of plugin: force, field, integrator, collider, motion. NAME is any plugin that `sim list`
 -- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
 -- positional; it can then be written without its name, first in the table.
 -- Forces that join particles also take ties = { {a, b}, ... }, see force:tie; and those that act

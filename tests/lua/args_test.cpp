@@ -104,12 +104,13 @@ TEST_CASE("scenes of a world share settings by name", "[lua][args]") {
   };
   CHECK(counts({}) == std::pair{64, 4});
   CHECK(counts({{"n", "5"}}) == std::pair{25, 5});
-  CHECK(counts({{"cloth.n", "5"}}) == std::pair{25, 4});
-  CHECK(counts({{"cloth.n", "5"}, {"n", "6"}}) == std::pair{25, 6});
+  CHECK(counts({{"cloth_ball.n", "5"}}) == std::pair{25, 4});
+  CHECK(counts({{"cloth_ball.n", "5"}, {"n", "6"}}) == std::pair{25, 6});
 
   std::vector<std::string> names;
   for (const SceneArg& arg : load("scenes/sample.lua").args) names.push_back(arg.name);
-  CHECK(names == std::vector<std::string>{"cloth.n", "structural", "shear", "flex", "pendulum.n"});
+  CHECK(names == std::vector<std::string>{"cloth_ball.n", "radius", "friction", "period",
+                                          "stiffness", "pendulum.n"});
 
   const SceneSpec twice = load_text(
       "return sim.world { a = require 'scenes.cloth', b = require 'scenes.cloth' }", {{"n", "3"}});

@@ -107,7 +107,8 @@ TEST_CASE("a particle that is pressed on ends on the surface, at rest against it
   REQUIRE(way.pressed);
   const sim::Vec3 end = sim::Vec3(0, 0.875, 0) + way.moved;
   CHECK(end.y() == Approx(1).epsilon(1e-14));
-  const sim::Vec3 held = contacts.hold(1, end, sim::Vec3(0, -0.25, 0) + way.kicked);
+  sim::ContactWork work;
+  const sim::Vec3 held = contacts.hold(1, end, sim::Vec3(0, -0.25, 0) + way.kicked, work);
   CHECK(held.norm() < 1e-15);
 }
 

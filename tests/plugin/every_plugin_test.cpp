@@ -49,6 +49,9 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kSurface:
         given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
+      case sim::ParamType::kMotion:    // no force has one yet
+      case sim::ParamType::kCollider:  // an example has one
+        break;
       case sim::ParamType::kFunction:
         given[param.name] =
             sim::OdeFunction([](double t, std::span<const double> x, std::span<double> dxdt) {

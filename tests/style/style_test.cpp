@@ -96,6 +96,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"plugins/forces", ground_and({"core/expression", "core/particles", "core/plugin"})},
     {"plugins/fields", ground_and({"core/fields", "core/plugin"})},
     {"plugins/colliders", ground_and({"core/particles", "core/plugin"})},
+    {"plugins/motions", ground_and({"core/particles", "core/plugin"})},
     {"plugins/constraints", ground_and({"core/particles", "core/plugin"})},
     {"plugins/integrators", ground_and({"core/ode", "core/plugin"})},
     {"plugins/view", kToOutput},

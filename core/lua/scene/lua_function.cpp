@@ -1,9 +1,12 @@
 #include "core/lua/scene/lua_function.h"
 
+#include <atomic>
 #include <cmath>
 #include <span>
 
+#include "core/base/text.h"
 #include "core/lua/lua_read.h"
+#include "core/particles/rigid_motion.h"
 
 namespace sim {
 namespace {
@@ -38,6 +41,9 @@ class LuaFunction {
   // f(t, i, x, v) of each id.
   void call(const ParticleView& view, std::span<const int> ids, std::span<double> out,
             const std::string& what) const;
+
+  // f(t) as a place and, where it returns two values, a velocity. False for one value.
+  bool call(double t, Vec3& x, Vec3& v, const std::string& what) const;
 
   const Place& place() const { return place_; }
 
@@ -174,6 +180,63 @@ void LuaFunction::read_state(lua_State* L, std::span<double> out) const {
 }
 
 }  // namespace
+
+bool LuaFunction::call(double t, Vec3& x, Vec3& v, const std::string& what) const {
+  bool both = false;
+  session_->lua().protect(place_, [&](lua_State* L) {
+    lua_rawgeti(L, LUA_REGISTRYINDEX, reference_);
+    lua_pushnumber(L, t);
+    lua_call(L, 1, 2);
+    const std::string at = " of " + what + " at t = " + brief(t) + " s";
+    x = read_vector(L, 1, place_, "result" + at);
+    both = !lua_isnil(L, 2);
+    if (both) v = read_vector(L, 2, place_, "velocity" + at);
+  });
+  return both;
+}
+
+namespace {
+
+class LuaMotion final : public RigidMotion {
+ public:
+  LuaMotion(std::shared_ptr<LuaFunction> function, std::string what)
+      : function_(std::move(function)), what_(std::move(what)) {}
+
+  Pose at(double t, const Vec3& /*center*/) const override {
+    Pose pose;
+    if (function_->call(t, pose.center, pose.velocity, what_)) return pose;
+    differences_ = true;
+    pose.velocity =
+        (8 * (place(t + kStep) - place(t - kStep)) - place(t + 2 * kStep) + place(t - 2 * kStep)) /
+        (12 * kStep);
+    return pose;
+  }
+  bool sampled() const override { return true; }
+  const char* note() const override {
+    return differences_ ? "the velocity of its motion is had by differences; return it second" : "";
+  }
+
+ private:
+  static constexpr double kStep = 0x1p-12;  // s, of Richardson's central differences
+
+  Vec3 place(double t) const {
+    Vec3 x, v;
+    function_->call(t, x, v, what_);
+    return x;
+  }
+
+  std::shared_ptr<LuaFunction> function_;
+  std::string what_;
+  mutable std::atomic<bool> differences_{false};
+};
+
+}  // namespace
+
+std::shared_ptr<const RigidMotion> make_motion_function(
+    const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
+    const std::string& what) {
+  return std::make_shared<LuaMotion>(std::make_shared<LuaFunction>(session, L, index, 1), what);
+}
 
 OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
                               int dimension) {

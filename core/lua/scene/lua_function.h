@@ -10,6 +10,8 @@
 
 namespace sim {
 
+class RigidMotion;
+
 // The Lua function at `index` as dxdt := f(t, x). Lua gets and gives the state in the form of the
 // scene: a list of vectors for dimension 3, a flat list for dimension 1. Numbers that are not
 // finite pass, so that a run can diverge; anything else but the right count of numbers throws
@@ -22,6 +24,12 @@ OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_
 // errors.
 ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& session, lua_State* L,
                                         int index, const std::string& what);
+
+// The function(t) as the motion of a solid: it returns where the center is and, if it likes, its
+// velocity, which differences give otherwise. Anything but numbers that are finite throws
+// Error{kScene} at the line of the function.
+std::shared_ptr<const RigidMotion> make_motion_function(
+    const std::shared_ptr<SceneSession>& session, lua_State* L, int index, const std::string& what);
 
 // As make_ode_function for an exact solution of `size` numbers, which must be finite.
 std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,

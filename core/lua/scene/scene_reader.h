@@ -37,6 +37,8 @@ class SceneReader {
   PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
                 Body* body) const;
   bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
+  std::shared_ptr<const RigidMotion> motion(lua_State* L, int record) const;
+  std::shared_ptr<const ColliderMaker> collider(lua_State* L, int record) const;
   std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,
                                               Body& body) const;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,

@@ -192,11 +192,51 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
   if (kind == "surface") {
     if (!body) scene_error(place, "bad surface", "only forces between particles know surfaces");
     out = surface(L, value, lua_absindex(L, -1), *body);
+  } else if (kind == "motion") {
+    out = motion(L, lua_absindex(L, -1));
+  } else if (kind == "collider") {
+    out = collider(L, lua_absindex(L, -1));
   } else if (!kind.empty()) {
-    scene_error(place, "bad parameter", "expected a value or a sim.surface, got a sim." + kind);
+    scene_error(place, "bad parameter",
+                "expected a value or a sim.surface, got a sim." + kind);
   }
   lua_pop(L, 1);
-  return kind == "surface";
+  return !kind.empty();
+}
+
+std::shared_ptr<const RigidMotion> SceneReader::motion(lua_State* L, int record) const {
+  push_field(L, record, "plugin");
+  const Place place = place_of(L, record);
+  const auto& plugin = registry_.get<RigidMotion>(lua_tostring(L, -1), place);
+  lua_pop(L, 1);
+  const PartSpec spec = part(L, record, plugin, 1, nullptr);
+  try {
+    return made(plugin.make(Params(plugin.title(), plugin.params, spec.given, place)), plugin);
+  } catch (const Error& error) {
+    scene_error(place, error.text().what, error.text().why, error.text().remedy);
+  }
+}
+
+std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int record) const {
+  push_field(L, record, "plugin");
+  const Place place = place_of(L, record);
+  const auto& plugin = registry_.get<Collider>(lua_tostring(L, -1), place);
+  lua_pop(L, 1);
+  const PartSpec spec = part(L, record, plugin, 1, nullptr);
+  auto maker = std::make_shared<ColliderMaker>();
+  const Params params(plugin.title(), plugin.params, spec.given, place);
+  for (const auto& [name, value] : spec.given)
+    maker->text += (maker->text.empty() ? "" : ", ") + name + " = " + to_text(value);
+  maker->text = "sim.collider." + plugin.name + " { " + maker->text + " }";
+  maker->make = [&plugin, params, place]() -> std::unique_ptr<Collider> {
+    try {
+      return made(plugin.make(params), plugin);
+    } catch (const Error& error) {
+      scene_error(place, error.text().what, error.text().why, error.text().remedy);
+    }
+  };
+  maker->make();  // what is wrong is said here
+  return maker;
 }
 
 // Each is compiled once, however many parts name it.

@@ -22,9 +22,9 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
 }
 
 // A parameter as a plain value; which type it should have is for the plugin's declaration to say,
-// but for functions, of which `of_particles` wants another kind.
+// but for functions, of which there are several kinds.
 Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int dimension,
-                 bool of_particles, const Place& place, const std::string& what) {
+                 ParamType type, const Place& place, const std::string& what) {
   const int index = lua_absindex(L, -1);
   switch (lua_type(L, index)) {
     case LUA_TBOOLEAN:
@@ -38,7 +38,9 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
       return read_vector(L, index, place, what);
     case LUA_TFUNCTION:
       if (lua_iscfunction(L, index)) break;
-      if (of_particles) return make_particle_function(session, L, index, what);
+      if (type == ParamType::kParticleFunction)
+        return make_particle_function(session, L, index, what);
+      if (type == ParamType::kMotion) return make_motion_function(session, L, index, what);
       return make_ode_function(session, L, index, dimension);
     default:
       break;
@@ -160,9 +162,8 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     Value& value = spec.given[name];
     if (known && read_reference(L, -1, body, spec.place, value)) continue;
     if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
-      value =
-          read_value(session_, L, dimension, known && param->type == ParamType::kParticleFunction,
-                     spec.place, "parameter '" + name + "' of " + owner);
+      value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
+                         spec.place, "parameter '" + name + "' of " + owner);
   }
   return spec;
 }

@@ -13,7 +13,8 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
       half_(particles.layout().n(), 3),
       one_(particles.layout().n(), 1),
       settles_inside_(plan.closes() && plan.kick.size() == 2),
-      closes_(plan.closes() && particles.other_forces().empty()),
+      closes_(plan.closes() && particles.other_forces().empty() &&
+              (settles_inside_ || particles.contacts().empty())),
       a_(half_.size()),
       memory_(particles.memory_size()) {
   if (!particles.contacts().empty()) settling_.emplace(particles);
@@ -99,6 +100,7 @@ void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
 
 bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x, double* x_next) {
   set_step_size(h);
+  if (settling_) settling_->begin(t, t + h);
   const std::size_t size = particles_->layout().size() + particles_->memory_size();
   std::copy_n(x, size, x_next);
   double start = plan_.drift.front();  // how far the drifts so far have led, in steps
@@ -107,17 +109,26 @@ bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x,
     kick(i, t + start * h, x_next);
     drift(t + start * h, plan_.drift[i + 1] * h, x_next);
     start += plan_.drift[i + 1];
-    if (settling_ && settles_inside_ && i == 0) settling_->drifted(t, h, x, x_next);
+    if (settling_) settle(t, h, i, x, x_next);
   }
   known_ = closes_;
-  const bool finite = all_finite({x_next, size});
-  if (settling_ && finite) {
-    if (settles_inside_)
-      settling_->kicked(t + h, x_next);
-    else if (settling_->end(t, h, x, x_next))
-      known_ = false;
-  }
-  return finite;
+  return all_finite({x_next, size}) && (!settling_ || settling_->succeeded());
+}
+
+// Behind kick i and the drift after it.
+void PlainSplitStepper::settle(double t, double h, std::size_t i, const double* x, double* x_next) {
+  const Layout& layout = particles_->layout();
+  const bool last = i + 1 == plan_.kick.size();
+  const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
+  particles_->team().run_parts(layout.n(), 16, [&](int begin, int end) {
+    if (!settles_inside_) {
+      if (last) settling_->end(t, h, layout.axes(x), layout.axes(x, 3), q, v, begin, end);
+    } else if (last) {
+      settling_->kicked(t + h, {q[0], q[1], q[2]}, v, begin, end, [](int) {});
+    } else {
+      settling_->drifted(t, h, layout.axes(x), layout.axes(x, 3), q, v, begin, end);
+    }
+  });
 }
 
 }  // namespace sim

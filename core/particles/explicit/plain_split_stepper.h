@@ -29,6 +29,7 @@ class PlainSplitStepper final : public Stepper {
   void set_step_size(double h);
   void drift(double t, double tau, double* state);
   void kick(std::size_t i, double t, double* state);
+  void settle(double t, double h, std::size_t i, const double* x, double* x_next);
   void change(std::size_t slot, const std::array<double*, 3>& v, const std::array<double*, 3>& to);
 
   Particles* particles_;

@@ -23,6 +23,7 @@ RkStepper<Real>::RkStepper(Particles& system, const ExplicitPlan& plan,
   if (system.needs_velocities() && stages_ > 1)
     for (Array& velocity : velocities_) velocity = Array(half.size());
   for (Script& script : scripts_) script.stages.resize(static_cast<std::size_t>(stages_));
+  if (kept.empty() && !system.contacts().empty()) settling_.emplace(system);
 }
 
 template <class Real>
@@ -89,6 +90,7 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
     const Real* const from = state_.from(x);
     Real* const to = state_.to(x_next);
     Script& script = scripts_[from < to];
+    if (settling_) settling_->begin(t, t + h);
     if (!script.fits(h, from, to)) write(script, h, from, to);
     if constexpr (std::is_same_v<Real, double>)
       if (system_->has_other_forces()) return gather_and_step(t, h, x, script);
@@ -97,10 +99,11 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
         stages_, [&](int s) { return positions(script, s); },
         [&](Rings<Real>& rings, int s, int begin, int end) {
           const bool good = kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
+          if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
           if (seen && s + 1 == stages_) state_.publish(x_next, begin, end);
           return good;
         });
-    if (seen) return finite;
+    if (seen) return finite && (!settling_ || settling_->succeeded());
   }
 }
 
@@ -125,10 +128,22 @@ bool RkStepper<Real>::gather_and_step(double t, double h, const double* x,
     const auto [fx, fy, fz] = half.axes(forces_.data());
     finite = sweeps_.run_alone(s, view, {fx, fy, fz}, positions(script, s),
                                [&](Rings<double>& rings, int, int begin, int end) {
-                                 return kernels_.rk(rings, system_->motion(), stage, begin, end);
+                                 const bool good =
+                                     kernels_.rk(rings, system_->motion(), stage, begin, end);
+                                 if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
+                                 return good;
                                });
   }
-  return finite;
+  return finite && (!settling_ || settling_->succeeded());
+}
+
+template <class Real>
+void RkStepper<Real>::settle(double t, const Script& script, int begin, int end) {
+  if constexpr (std::is_same_v<Real, double>) {
+    const Layout& layout = state_.layout();
+    settling_->end(t, script.h, layout.axes(script.x), layout.axes(script.x, 3),
+                   layout.axes(script.x_next), layout.axes(script.x_next, 3), begin, end);
+  }
 }
 
 template class RkStepper<double>;

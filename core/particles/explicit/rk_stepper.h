@@ -1,12 +1,14 @@
 // Explicit Runge-Kutta on particles: one pass a stage, or all stages in one pass.
 #pragma once
 
+#include <optional>
 #include <type_traits>
 #include <vector>
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/own_state.h"
+#include "core/particles/explicit/settling.h"
 #include "core/particles/explicit/sweeps.h"
 #include "core/particles/particles.h"
 
@@ -45,6 +47,9 @@ class RkStepper final : public Stepper {
   bool gather_and_step(double t, double h, const double* x,
                        const Script& script) requires std::is_same_v<Real, double>;
 
+  // Settles the particles [begin, end) at the end of a step.
+  void settle(double t, const Script& script, int begin, int end);
+
   static const RkStage<Real>& at(const Script& script, int s) {
     return script.stages[static_cast<std::size_t>(s)];
   }
@@ -64,6 +69,7 @@ class RkStepper final : public Stepper {
   ArrayOf<Real> positions_;         // of every other stage; the rest lie in x_next
   Array velocities_[2], forces_;    // for forces that are neither affine nor springs in runs
   Script scripts_[2];
+  std::optional<Settling> settling_;  // where there are colliders
 };
 
 }  // namespace sim

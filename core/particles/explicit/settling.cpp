@@ -6,86 +6,99 @@
 namespace sim {
 namespace {
 
-constexpr int kWaysAtOnce = 512;
+constexpr int kWaysAtOnce = 64;
+
+Vec3 vector_at(const Settling::In& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
+Vec3 vector_at(const Settling::Out& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
+
+void put(const Settling::Out& axes, int i, const Vec3& v) {
+  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
+}
 
 }  // namespace
 
 Settling::Settling(Particles& particles)
-    : particles_(&particles),
-      near_(static_cast<std::size_t>(particles.layout().n())),
-      pressed_(near_.size()) {}
+    : particles_(&particles), pressed_(static_cast<std::size_t>(particles.layout().n())) {}
+
+void Settling::begin(double t, double t1) {
+  particles_->contacts().ledger().begin_step();
+  if (particles_->contacts().sampled()) particles_->contacts().look(t, t1);
+}
+
+Vec3 Settling::hold(double t, int i, const Vec3& q, const Vec3& v) {
+  ContactWork work;
+  const Vec3 held = particles_->contacts().hold(t, q, v, work);
+  particles_->contacts().ledger().enter(i, particles_->masses()[static_cast<std::size_t>(i)], work);
+  return held;
+}
 
 template <class WayOf>
-bool Settling::settle(double t, double h, const double* x, double* x_next, bool hold,
-                      const WayOf& way_of) {
-  const Layout& layout = particles_->layout();
+void Settling::settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
+                      int begin, int end, bool hold_too, const WayOf& way_of) {
   const Contacts& contacts = particles_->contacts();
-  const ParticleView before = particles_->view(t, x), after = particles_->view(t + h, x_next);
-  const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
-  touched_ = false;
-  particles_->team().run_parts(layout.n(), 8, [&](int first, int last) {
-    for (int begin = first; begin < last; begin += kWaysAtOnce) {
-      const Tile tile{begin, std::min(begin + kWaysAtOnce, last)};
-      // The length of any way in this tile is at most |c1| + 2 |c2| + 3 |c3| of the largest.
-      double largest[3] = {};
-      for (int i = tile.begin; i < tile.end; ++i) {
-        const Way way = way_of(i);
-        for (int k = 0; k < 3; ++k) largest[k] = std::max(largest[k], way.c[k + 1].squaredNorm());
-      }
-      const double longest =
-          std::sqrt(largest[0]) + 2 * std::sqrt(largest[1]) + 3 * std::sqrt(largest[2]);
-      std::uint8_t* const near = near_.data() + begin;
-      std::fill_n(near, tile.end - tile.begin, std::uint8_t{0});
-      std::fill_n(pressed_.begin() + begin, tile.end - tile.begin, std::uint8_t{0});
-      contacts.near(t, h, after, tile, longest, near);
-      for (int i = tile.begin; i < tile.end; ++i) {
-        if (!near[i - begin] || !before.free(i)) continue;
-        Way way = way_of(i);
-        contacts.settle(t, h, way);
-        if (!way.touched) continue;
-        touched_.store(true, std::memory_order_relaxed);
-        pressed_[static_cast<std::size_t>(i)] = way.pressed;
-        const Vec3 end = after.position(i) + way.moved;
-        Vec3 velocity = after.velocity(i) + way.kicked / h;
-        if (hold && way.pressed) velocity = contacts.hold(t + h, end, velocity);
-        for (int axis = 0; axis < 3; ++axis) {
-          q[axis][i] = end[axis];
-          v[axis][i] = velocity[axis];
-        }
-      }
+  const std::span<const double> masses = particles_->masses();
+  for (int first = begin; first < end; first += kWaysAtOnce) {
+    const int last = std::min(first + kWaysAtOnce, end);
+    std::fill(pressed_.begin() + first, pressed_.begin() + last, std::uint8_t{0});
+    // No way is longer than that of the largest numbers of all of them: |p'| is within the hull of
+    // its Bezier points.
+    const Extent extent =
+        extent_of_(q.data(), v0.data(), v.data(), from ? from->data() : nullptr, first, last);
+    const double longest =
+        h * (std::sqrt(extent.fastest[0]) + (from ? 1 : 2) * std::sqrt(extent.fastest[1])) +
+        3 * std::sqrt(extent.farthest);
+    Vec3 middle, half;
+    for (int axis = 0; axis < 3; ++axis) {
+      middle[axis] = 0.5 * extent.least[axis] + 0.5 * extent.most[axis];
+      half[axis] = 0.5 * extent.most[axis] - 0.5 * extent.least[axis];
     }
-  });
-  return touched_;
+    if (!contacts.near(t, h, middle, half, longest)) continue;
+    for (int i = first; i < last; ++i) {
+      const double mass = masses[static_cast<std::size_t>(i)];
+      if (!(mass < HUGE_VAL)) continue;
+      Way way = way_of(i);
+      const Vec3 free = vector_at(q, i);
+      if (!contacts.near(t, h, free, Vec3::Zero(), way.length())) continue;
+      contacts.settle(t, h, way);
+      if (!way.touched) continue;
+      if (way.squeezed) particles_->contacts().ledger().refuse(i);
+      pressed_[static_cast<std::size_t>(i)] = way.pressed;
+      const Vec3 place = way.stuck ? way.held : Vec3(free + way.moved);
+      Vec3 velocity = vector_at(v, i) + way.kicked / h;
+      particles_->contacts().ledger().enter(i, mass / (h * h), way.work);
+      if (hold_too && way.pressed) velocity = hold(t + h, i, place, velocity);
+      put(q, i, place);
+      put(v, i, velocity);
+    }
+  }
 }
 
-bool Settling::end(double t, double h, const double* x, double* x_next) {
-  const ParticleView a = particles_->view(t, x), b = particles_->view(t + h, x_next);
-  return settle(t, h, x, x_next, true, [&](int i) {
-    const Vec3 x0 = a.position(i), v0 = h * a.velocity(i), v1 = h * b.velocity(i);
-    const Vec3 d = b.position(i) - x0;
-    return Way{{x0, v0, 3 * d - 2 * v0 - v1, v0 + v1 - 2 * d}};
+void Settling::end(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
+                   int begin, int end) {
+  settle(t, h, &q0, v0, q, v, begin, end, true, [&](int i) {
+    const Vec3 x0 = vector_at(q0, i), r0 = h * vector_at(v0, i), r1 = h * vector_at(v, i);
+    const Vec3 d = vector_at(q, i) - x0;
+    return Way{{x0, r0, 3 * d - 2 * r0 - r1, r0 + r1 - 2 * d}};
   });
 }
 
-void Settling::drifted(double t, double h, const double* x, double* x_next) {
-  const ParticleView a = particles_->view(t, x), b = particles_->view(t + h, x_next);
-  settle(t, h, x, x_next, false, [&](int i) {
-    const Vec3 x0 = a.position(i), v0 = h * a.velocity(i);
-    return Way{{x0, v0, b.position(i) - x0 - v0, Vec3::Zero()}};
+void Settling::drifted(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
+                       int begin, int end) {
+  settle(t, h, nullptr, v0, q, v, begin, end, false, [&](int i) {
+    const Vec3 x0 = vector_at(q0, i), r0 = h * vector_at(v0, i);
+    return Way{{x0, r0, vector_at(q, i) - x0 - r0, Vec3::Zero()}};
   });
 }
 
-void Settling::kicked(double t, double* x_next) {
+bool SettledStepper::step(double t, double h, int count, const double* x, double* x_next) {
+  if (!stepper_->step(t, h, count, x, x_next)) return false;
+  settling_.begin(t, t + h);
   const Layout& layout = particles_->layout();
-  const ParticleView view = particles_->view(t, x_next);
-  const auto v = layout.axes(x_next, 3);
-  particles_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      if (!pressed_[static_cast<std::size_t>(i)]) continue;
-      const Vec3 held = particles_->contacts().hold(t, view.position(i), view.velocity(i));
-      for (int axis = 0; axis < 3; ++axis) v[axis][i] = held[axis];
-    }
+  particles_->team().run_parts(layout.n(), 16, [&](int begin, int end) {
+    settling_.end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
+                  layout.axes(x_next, 3), begin, end);
   });
+  return settling_.succeeded();
 }
 
 }  // namespace sim

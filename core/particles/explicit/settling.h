@@ -1,54 +1,74 @@
 // Keeps particles out of colliders inside the steps of explicit methods.
 #pragma once
 
-#include <atomic>
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "core/ode/ode_system.h"
+#include "core/particles/explicit/extent.h"
 #include "core/particles/particles.h"
 
 namespace sim {
 
-// Local to a particle: the same bits whatever the number of threads. Pinned particles never move.
+// Local to a particle: the same bits whatever the number of threads and the pieces in which it is
+// done. Pinned particles never move.
 class Settling {
  public:
+  using In = std::array<const double*, 3>;  // a coordinate each
+  using Out = std::array<double*, 3>;
+
   explicit Settling(Particles& particles);
 
-  // At the end of a step of any method. The way of a particle is the cubic through both ends:
-  //   p(0) = x, p'(0) = h v, p(1) = x_next, p'(1) = h v_next
-  // True when some particle touched something.
-  bool end(double t, double h, const double* x, double* x_next);
+  // Before the steps from t on; t1: their end.
+  void begin(double t, double t1);
+  // After them: false where a particle was squeezed between colliders.
+  bool succeeded() const { return particles_->contacts().ledger().squeezed() < 0; }
 
-  // The same in two halves for a kick, a drift and a kick. After the drift x_next has the positions
-  // of the end and the velocities of the drift:
-  //   p(s) = x + s h v + s^2 (x_next - x - h v)
-  void drifted(double t, double h, const double* x, double* x_next);
-  void kicked(double t, double* x_next);  // t: of the end
+  // Of the particles [begin, end), at the end of a step of any method from q0, v0 to q, v. The way
+  // of a particle is the cubic through both ends.
+  void end(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v, int begin,
+           int end);
+
+  // The same in two halves for a kick, a drift and a kick. After the drift from q0 to q by the
+  // velocities v; those at the start were v0:
+  //   p(s) = q0 + s h v0 + s^2 (q - q0 - h v0)
+  void drifted(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
+               int begin, int end);
+  // After the second kick, at time t. changed(i) hears of every particle that was held.
+  template <class Changed>
+  void kicked(double t, const In& q, const Out& v, int begin, int end, const Changed& changed) {
+    for (int i = begin; i < end; ++i) {
+      if (!pressed_[static_cast<std::size_t>(i)]) continue;
+      const Vec3 before(v[0][i], v[1][i], v[2][i]);
+      const Vec3 held = hold(t, i, Vec3(q[0][i], q[1][i], q[2][i]), before);
+      for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = held[axis];
+      changed(i);
+    }
+  }
 
  private:
   template <class WayOf>
-  bool settle(double t, double h, const double* x, double* x_next, bool hold, const WayOf& way_of);
+  void settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
+              int begin, int end, bool hold_too, const WayOf& way_of);
+  Vec3 hold(double t, int i, const Vec3& q, const Vec3& v);
 
   Particles* particles_;
-  std::vector<std::uint8_t> near_, pressed_;  // of each particle
-  std::atomic<bool> touched_{false};
+  ExtentOf extent_of_ = extent_of();
+  std::vector<std::uint8_t> pressed_;  // of each particle
 };
 
 // Steps of a stepper that keeps nothing of them, settled at their ends.
 class SettledStepper final : public Stepper {
  public:
   SettledStepper(Particles& particles, std::unique_ptr<Stepper> stepper)
-      : settling_(particles), stepper_(std::move(stepper)) {}
+      : particles_(&particles), settling_(particles), stepper_(std::move(stepper)) {}
 
-  bool step(double t, double h, int count, const double* x, double* x_next) override {
-    if (!stepper_->step(t, h, count, x, x_next)) return false;
-    settling_.end(t, h, x, x_next);
-    return true;
-  }
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
   void restart() override { stepper_->restart(); }
 
  private:
+  Particles* particles_;
   Settling settling_;
   std::unique_ptr<Stepper> stepper_;
 };

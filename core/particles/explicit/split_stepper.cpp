@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/math/exponential.h"
 
@@ -25,16 +26,23 @@ SplitStepper<Real>::SplitStepper(Particles& system, const SplitPlan& plan)
       state_(system.layout()),
       parts_(parts_of(plan)),
       drifts_(std::ranges::count_if(parts_, [](const Part& part) { return part.drift != 0; })),
-      closes_(plan.closes() && system.other_forces().empty()),
+      settles_inside_(plan.closes() && plan.kick.size() == 2),
+      closes_(plan.closes() && system.other_forces().empty() &&
+              (settles_inside_ || system.contacts().empty())),
       sweeps_(system, at_once() * static_cast<int>(parts_.size())),
       kicks_(parts_.size() * (midpoint_kicks() ? 2 : 1)) {
   stages_.reserve(kicks_.size() * static_cast<std::size_t>(at_once()));
   moments_.reserve(stages_.capacity());
+  if (!system.contacts().empty()) {
+    settling_.emplace(system);
+    settles_.reserve(stages_.capacity());
+  }
   const Layout half(system.layout().n(), 3, kBlock<Real>);
   if (drifts_ > 1 || at_once() > 1) positions_ = ArrayOf<Real>(half.size());
   if (system.has_other_forces()) forces_ = Array(half.size());
   if (midpoint_kicks()) v_half_ = ArrayOf<Real>(half.size());
   if (closes_) v_after_ = ArrayOf<Real>(half.size());
+  if (closes_ && !system.contacts().empty()) a_ = ArrayOf<Real>(half.size());
   if (system.motion().inverse_masses) {
     const Layout one(system.layout().n(), 1);
     for (std::size_t slot = 0; slot < kicks_.size(); ++slot) {
@@ -49,6 +57,7 @@ int SplitStepper<Real>::at_once() const {
   // Other forces may read the time. A method of one drift would need another array for two.
   const bool alternates = drifts_ > 1 || closes_ || std::is_same_v<Real, float>;
   if (!alternates || !system_->other_forces().empty()) return 1;
+  if (!system_->contacts().empty() && (!settles_inside_ || system_->contacts().move())) return 1;
   return std::max(1, kStagesAtOnce / static_cast<int>(parts_.size()));
 }
 
@@ -92,6 +101,7 @@ void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
 
   stages_.clear();
   moments_.clear();
+  settles_.clear();
   for (int step = 0; step < count; ++step)
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       if (closes_ && p == 0 && step > 0) continue;  // made with the last part of the step before
@@ -111,6 +121,7 @@ void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
             first.force[axis] = half.block(forces_.data(), axis);
         }
         moments_.push_back(moment);
+        if (settling_) settles_.push_back({});
         std::ranges::copy(v_half, moment.v);
       }
       moments_.push_back(moment);
@@ -128,26 +139,82 @@ void SplitStepper<Real>::write(int count, const Real* x, Real* x_next) {
       for (int axis = 0; axis < 3; ++axis) {
         stage.q[axis] = q[axis];
         stage.v[axis] = v[axis];
-        if (stage.kicks && (seen || !both))
-          stage.v_next[axis] = closes_ && !seen ? after[axis] : v_next[axis];
+        if (stage.kicks && (seen || !both || settling_))
+          stage.v_next[axis] = closes_ && !last ? after[axis] : v_next[axis];
         if (both) stage.v_after[axis] = after[axis];
+        if (both && settling_) stage.a[axis] = half.block(a_.data(), axis);
         if (stage.kicks) v[axis] = closes_ ? after[axis] : v_next[axis];
         if (drift != 0) q[axis] = stage.q_next[axis] = q_next[axis];
         if constexpr (std::is_same_v<Real, double>)
           if (system_->has_other_forces()) stage.force[axis] = half.block(forces_.data(), axis);
       }
+      if (settling_) settles_.push_back(settle_of(step, p, stage, x, x_next));
     }
+}
+
+template <class Real>
+typename SplitStepper<Real>::Settle SplitStepper<Real>::settle_of(int step, std::size_t part,
+                                                                  const KickStage<Real>& stage,
+                                                                  const Real* x, Real* x_next) {
+  Settle settle{.start = static_cast<double>(step), .holds = settles_inside_ && part == 1};
+  if constexpr (std::is_same_v<Real, double>) {
+    const Layout& layout = state_.layout();
+    const auto after = Layout(layout.n(), 3).axes(v_after_.data());
+    const auto v_next = layout.axes(x_next, 3);
+    settle.v = v_next;
+    if (closes_) settle.v_after = after;
+    settle.ends = !settles_inside_ && part + 1 == parts_.size();
+    settle.drifts = settles_inside_ && stage.q_next[0];
+    settle.q = settle.ends ? layout.axes(x) : std::to_array(stage.q);
+    settle.v0 = settle.ends || part == 0 ? layout.axes(x, 3) : layout.axes<const double>(x_next, 3);
+    settle.q_next = settle.ends ? layout.axes(x_next) : std::to_array(stage.q_next);
+    settle.v_half = closes_ ? after : v_next;
+  }
+  return settle;
+}
+
+// Particles [begin, end) behind stage s.
+template <class Real>
+void SplitStepper<Real>::settle(std::size_t s, int begin, int end) {
+  if constexpr (std::is_same_v<Real, double>) {
+    const Settle& at = settles_[s];
+    const KickStage<double>& stage = stages_[s];
+    const double t = t_ + at.start * h_;
+    if (at.holds) {
+      // What follows from the velocity, as if it had been held before.
+      const auto follow = [&](int i) {
+        if (!closes_) return;
+        const Kick& kick = stage.next_kick;
+        const double keep = kick.keeps ? kick.keeps[i] : kick.keep;
+        const double gain = kick.keeps ? kick.gains[i] : kick.gain;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          at.v_after[axis][i] = std::fma(gain, stage.a[axis][i], keep * at.v[axis][i]);
+          if (at.drifts)
+            at.q_next[axis][i] = std::fma(stage.drift, at.v_after[axis][i], at.q[axis][i]);
+        }
+      };
+      settling_->kicked(t + h_, std::to_array(stage.q), at.v, begin, end, follow);
+    }
+    // A drift behind the second kick is that of the next step.
+    const double start = at.holds ? t + h_ : t;
+    if (at.drifts)
+      settling_->drifted(start, h_, at.q, at.v0, at.q_next, at.v_half, begin, end);
+    else if (at.ends)
+      settling_->end(t, h_, at.q, at.v0, at.q_next, at.v, begin, end);
+  }
 }
 
 template <class Real>
 bool SplitStepper<Real>::step(double t, double h, int count, const double* x, double* x_next) {
   set_step_size(h);
   const Real* const from = state_.from(x);
+  t_ = t;
+  if (settling_) settling_->begin(t, t + h);
   write(count, from, state_.to(x_next));
   known_ = closes_;
   if constexpr (std::is_same_v<Real, double>)
     if (system_->has_other_forces()) return gather_and_step(t, x);
-  return sweeps_.run(
+  const bool all_finite = sweeps_.run(
       static_cast<int>(stages_.size()),
       [&](int s) -> const Real* const* {
         const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
@@ -156,9 +223,11 @@ bool SplitStepper<Real>::step(double t, double h, int count, const double* x, do
       [&](Rings<Real>& rings, int s, int begin, int end) {
         const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
         const bool finite = kernels_.kick(rings, system_->motion(), stage, begin, end);
+        if (settling_) settle(static_cast<std::size_t>(s), begin, end);
         if (stage.check) state_.publish(x_next, begin, end);
         return finite;
       });
+  return all_finite && settled();
 }
 
 // Other forces may read any particle: each stage is complete before the next.
@@ -178,13 +247,15 @@ bool SplitStepper<Real>::gather_and_step(double t,
     view.vy = moment.v[1];
     view.vz = moment.v[2];
     const auto [fx, fy, fz] = half.axes(forces_.data());
-    finite =
-        sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
-                          [&](Rings<double>& rings, int, int begin, int end) {
-                            return kernels_.kick(rings, system_->motion(), stage, begin, end);
-                          });
+    finite = sweeps_.run_alone(
+        static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
+        [&](Rings<double>& rings, int, int begin, int end) {
+          const bool good = kernels_.kick(rings, system_->motion(), stage, begin, end);
+          if (settling_) settle(s, begin, end);
+          return good;
+        });
   }
-  return finite;
+  return finite && settled();
 }
 
 template class SplitStepper<double>;

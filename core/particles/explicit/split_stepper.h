@@ -1,12 +1,15 @@
 // Splitting methods on particles, in one pass over them where the forces allow it.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/own_state.h"
+#include "core/particles/explicit/settling.h"
 #include "core/particles/explicit/sweeps.h"
 #include "core/particles/particles.h"
 
@@ -43,11 +46,25 @@ class SplitStepper final : public Stepper {
     const Real* v[3];  // null where none of them depends on velocity
   };
 
+  // What colliders do behind a stage; null arrays where they do nothing.
+  struct Settle {
+    double start = 0;  // of the step, in units of h
+    bool holds = false, drifts = false, ends = false;
+    std::array<const double*, 3> q = {}, v0 = {};  // before a drift
+    std::array<double*, 3> q_next = {}, v_half = {};
+    std::array<double*, 3> v = {},
+                           v_after = {};  // after the second kick, and after the one that follows
+  };
+
   static std::vector<Part> parts_of(const SplitPlan& plan);
   void set_step_size(double h);
   Kick kick(std::size_t slot, double tau);
   void write(int count, const Real* x, Real* x_next);
   bool gather_and_step(double t, const double* x) requires std::is_same_v<Real, double>;
+  Settle settle_of(int step, std::size_t part, const KickStage<Real>& stage, const Real* x,
+                   Real* x_next);
+  void settle(std::size_t s, int begin, int end);
+  bool settled() const { return !settling_ || settling_->succeeded(); }
 
   Particles* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
@@ -55,6 +72,7 @@ class SplitStepper final : public Stepper {
   std::vector<Part> parts_;
   std::ptrdiff_t drifts_;  // of a step, that are not 0
   double h_ = 0;           // the step size that the kicks are for
+  bool settles_inside_;    // between the kicks of a step and after them, or at its end
   bool closes_;            // the last kick of a step and the first of the next are made at once
   bool known_ = false;     // ... and were, into v_after_
   Sweeps<Real> sweeps_;
@@ -62,9 +80,13 @@ class SplitStepper final : public Stepper {
   std::vector<KickStage<Real>> stages_;
   std::vector<Moment> moments_;  // of the stages
   ArrayOf<Real> positions_, v_after_;
+  ArrayOf<Real> a_;                   // where there are colliders, to make a kick again
   Array forces_;                      // that are neither affine nor springs in runs
   ArrayOf<Real> v_half_;              // in the middle of a kick, where forces depend on velocity
   std::vector<Array> keeps_, gains_;  // of the kicks, where masses differ
+  std::optional<Settling> settling_;  // where there are colliders
+  double t_ = 0;                      // s, where the steps begin
+  std::vector<Settle> settles_;       // of the stages
 };
 
 }  // namespace sim

@@ -56,6 +56,7 @@ struct KickStage {
   Real* v_next[3];  // may be v; null where nobody looks
   Kick next_kick;
   Real* v_after[3];  // the first kick of the step after, or null
+  Real* a[3];        // the acceleration, or null
   double drift;
   Real* q_next[3];  // or null
   bool check;       // look for numbers that are not finite in the positions and v_next

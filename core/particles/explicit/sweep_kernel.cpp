@@ -228,6 +228,7 @@ SIM_INLINE bool kick_blocks(Rings<Real>& rings, const Motion& motion, const Kick
       V<Real> v = kick(load(stage.v[axis] + i), a);
       if (stage.v_next[0]) store(stage.v_next[axis] + i, v);
       if (stage.check) check += zero * v;
+      if (stage.a[0]) store(stage.a[axis] + i, a);
       if (stage.v_after[0]) {
         v = next_kick(v, a);
         store(stage.v_after[axis] + i, v);

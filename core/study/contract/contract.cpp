@@ -11,6 +11,11 @@
 namespace sim::study::contract {
 namespace {
 
+class Still final : public RigidMotion {
+ public:
+  Pose at(double, const Vec3& center) const override { return {.center = center}; }
+};
+
 Value example_of(const Param& param) {
   switch (param.type) {
     case ParamType::kFlag:
@@ -36,6 +41,8 @@ Value example_of(const Param& param) {
           });
     case ParamType::kSurface:  // of a block of particles
       return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
+    case ParamType::kMotion:
+      return std::make_shared<const Still>();
     default:
       return {};
   }

@@ -50,6 +50,7 @@ std::unique_ptr<Criterion> watch_limit(const Watched& run);
 std::unique_ptr<Criterion> watch_strain(const Watched& run);
 std::unique_ptr<Criterion> watch_single_steps(const Watched& run);
 std::unique_ptr<Criterion> watch_momentum(const Watched& run);
+std::unique_ptr<Criterion> watch_contact(const Watched& run);
 std::unique_ptr<Criterion> watch_forces(const Watched& run);
 
 // "1.23 %" of the whole.

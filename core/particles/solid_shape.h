@@ -8,7 +8,7 @@
 
 namespace sim {
 
-struct Solid {
+struct SolidShape {
   enum class Form { kNone, kPlane, kSphere, kBox, kCapsule };
 
   Form form = Form::kNone;
@@ -21,10 +21,10 @@ struct Solid {
 };
 
 // A plane with its two other directions chosen.
-inline Solid plane_solid(const Vec3& point, const Vec3& normal) {
+inline SolidShape plane_shape(const Vec3& point, const Vec3& normal) {
   const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
   const Vec3 first = u / u.norm();
-  return {Solid::Form::kPlane, point, {first, normal, first.cross(normal)}};
+  return {SolidShape::Form::kPlane, point, {first, normal, first.cross(normal)}};
 }
 
 }  // namespace sim

@@ -1,0 +1,61 @@
+// What contact did in the steps of a system: written particle by particle, on all threads.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+namespace sim {
+
+// Energy per mass that contact took and that moving surfaces gave, J/kg (in a Way: (m/step)^2).
+struct ContactWork {
+  double lost = 0, given = 0;
+};
+
+// Sums are kept for blocks of particles and added up in their order, so that threads change no bit.
+class ContactLedger {
+ public:
+  explicit ContactLedger(int n)
+      : blocks_(static_cast<std::size_t>(n / kBlock + 1)), touched_(static_cast<std::size_t>(n)) {}
+
+  // Of particle i in one step, in J; by the one thread that has its block.
+  void enter(int i, double mass, const ContactWork& work) {
+    ContactWork& sum = blocks_[static_cast<std::size_t>(i / kBlock)];
+    sum.lost += mass * work.lost;
+    sum.given += mass * work.given;
+    touched_[static_cast<std::size_t>(i)] = 1;
+    any_.store(true, std::memory_order_relaxed);
+  }
+
+  // J since the last call: what contact took, and what moving surfaces gave.
+  ContactWork take() {
+    ContactWork sum;
+    if (!any_.exchange(false)) return sum;
+    for (ContactWork& block : blocks_) {
+      sum.lost += block.lost;
+      sum.given += block.given;
+      block = {};
+    }
+    return sum;
+  }
+
+  bool touched(int i) const { return touched_[static_cast<std::size_t>(i)]; }  // ever
+
+  // The first particle that could not be put outside of all colliders in this step; -1: none.
+  void refuse(int i) {
+    int known = squeezed_.load();
+    while ((known < 0 || i < known) && !squeezed_.compare_exchange_weak(known, i)) {}
+  }
+  int squeezed() const { return squeezed_.load(); }
+  void begin_step() { squeezed_.store(-1); }
+
+ private:
+  static constexpr int kBlock = 16;  // threads share none
+
+  std::vector<ContactWork> blocks_;
+  std::vector<std::uint8_t> touched_;
+  std::atomic<bool> any_{false};
+  std::atomic<int> squeezed_{-1};
+};
+
+}  // namespace sim

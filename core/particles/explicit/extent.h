@@ -1,0 +1,18 @@
+// What room some particles take, and how far they go in a step: many at a time.
+#pragma once
+
+namespace sim {
+
+struct Extent {
+  double least[3], most[3];     // of the coordinates q
+  double fastest[2], farthest;  // squared: of two velocities, and of |q - from|
+};
+
+// Of the particles [begin, end), one at least; `from` may be null. Numbers that are not finite are
+// left out.
+using ExtentOf = Extent (*)(const double* const q[3], const double* const v0[3],
+                            const double* const v1[3], const double* const* from, int begin,
+                            int end);
+ExtentOf extent_of();  // for this machine
+
+}  // namespace sim

@@ -1,0 +1,50 @@
+// How a solid body moves: a function of time.
+#pragma once
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+// Where a body is: turned about its center by an angle around `axis`, and then put to `center`.
+struct Pose {
+  Vec3 center{0, 0, 0}, velocity{0, 0, 0};  // m, m/s
+  Vec3 axis{0, 1, 0};                       // of length 1
+  double sine = 0, cosine = 1, rate = 0;    // of the angle; rad/s
+
+  Vec3 turned(const Vec3& v) const { return turned(v, sine); }
+  Vec3 turned_back(const Vec3& v) const { return turned(v, -sine); }
+  // m/s, of the point of the body that is at x.
+  Vec3 velocity_at(const Vec3& x) const {
+    return rate == 0 ? velocity : Vec3(velocity + rate * axis.cross(x - center));
+  }
+
+ private:
+  // Rodrigues' formula.
+  Vec3 turned(const Vec3& v, double s) const {
+    if (s == 0 && cosine == 1) return v;
+    return cosine * v + s * axis.cross(v) + (1 - cosine) * axis.dot(v) * axis;
+  }
+};
+
+// Pure; shared by all bodies that move so.
+class RigidMotion {
+ public:
+  virtual ~RigidMotion() = default;
+
+  // Of a body whose center is at `center` when it is at rest. May throw Error{kScene} where
+  // sampled().
+  virtual Pose at(double t, const Vec3& center) const = 0;
+
+  // Bounds at all times: of the center's velocity, m/s, and of |rate|, rad/s. Not asked for where
+  // sampled().
+  virtual double fastest() const { return 0; }
+  virtual double fastest_turn() const { return 0; }
+
+  // True where at() is asked at the ends of steps only and on one thread, as for a function of a
+  // scene: inside a step the center goes along a cubic between them.
+  virtual bool sampled() const { return false; }
+  // What a user should know of it; may be empty.
+  virtual const char* note() const { return ""; }
+};
+
+}  // namespace sim

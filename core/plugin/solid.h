@@ -1,0 +1,69 @@
+// What all solid bodies have in common: their surface, their thickness, and how they move.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/particles/collider.h"
+#include "core/particles/rigid_motion.h"
+#include "core/plugin/params.h"
+
+namespace sim {
+
+// A shape about the origin that moves as a rigid body. A derived class gives the shape; `inside`
+// makes all around it solid.
+class Solid : public Collider {
+ public:
+  Surface surface() const final { return surface_; }
+  Touch touch(double t, const Vec3& x) const final;
+  double clearance(double t, const Vec3& middle, const Vec3& half) const final;
+  double fastest(double t0, double t1) const final;
+  Vec3 carried(double t0, double t1, const Vec3& x) const final;
+  bool moves() const final { return motion_ != nullptr; }
+  bool sampled() const final { return motion_ && motion_->sampled(); }
+  void look(double t0, double t1) final;
+  SolidShape shape(double t) const final;
+  std::string note() const final { return motion_ ? motion_->note() : ""; }
+
+ protected:
+  // Of solid_params(); center: of the body at rest, and of its turns.
+  Solid(const Params& params, const Vec3& center);
+
+  struct Distance {
+    double gap;   // m, < 0 inside of the shape
+    Vec3 normal;  // its gradient
+  };
+  virtual Distance distance(const Vec3& x) const = 0;
+
+  // How it is drawn, about the origin; without, it is not.
+  virtual SolidShape drawn() const { return {}; }
+
+  // As Collider::clearance, of the shape that is not turned; `half` where it may be.
+  virtual double least(const Vec3& middle, const Vec3& half) const {
+    return distance(middle).gap - half.norm();
+  }
+
+  // m, from the origin to the farthest point of the shape that a turn about an axis moves in
+  // directions other than along the surface.
+  virtual double turning_radius(const Vec3& /*axis*/) const { return 0; }
+
+  bool inside() const { return inside_; }
+  void fill_outside() { inside_ = false; }  // the shape itself is what is solid
+
+ private:
+  Pose pose(double t) const;
+
+  Vec3 center_;
+  std::shared_ptr<const RigidMotion> motion_;  // null: at rest
+  Surface surface_;
+  double thickness_;
+  bool inside_;
+  double t0_ = 0, t1_ = 0;  // where a sampled motion was looked at
+  Pose first_, last_;
+};
+
+// The parameters of a solid behind its own, but for `inside` where there is no room inside.
+std::vector<Param> solid_params(std::vector<Param> own, bool room = true);
+
+}  // namespace sim

@@ -1,0 +1,49 @@
+// What colliders did.
+#include <algorithm>
+
+#include "core/base/text.h"
+#include "core/study/energy_balance.h"
+#include "core/study/verdict/criterion.h"
+
+namespace sim::study {
+namespace {
+
+class ContactCriterion final : public Criterion {
+ public:
+  explicit ContactCriterion(const Watched& run) : system_(&run.system), balance_(*run.balance) {}
+
+  void look(const Energy* /*energy*/) override {}
+
+  void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
+    const ParticleSystem& particles = *particles_of(*system_);
+    const ParticleView view = particles.view(system_->t(), system_->state().data());
+    int touched = 0;
+    double deepest = 0;
+    for (int i = 0; i < view.n; ++i) {
+      if (!particles.contacts().ledger().touched(i)) continue;
+      ++touched;
+      for (const auto& collider : particles.contacts().all())
+        deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
+    }
+    if (touched == 0) return findings.push_back({Trust::kTrusted, "contact: none"});
+    const ContactWork work = balance_.contact();
+    std::string words = "contact: " + std::to_string(touched) +
+                        (touched == 1 ? " particle" : " particles") + ", deepest " +
+                        brief(deepest, 2) + " m, took " + brief(work.lost, 3) + " J";
+    if (particles.contacts().move()) words += ", colliders did " + brief(work.given, 3) + " J";
+    findings.push_back({Trust::kTrusted, words});
+  }
+
+ private:
+  Simulation* system_;
+  EnergyBalance& balance_;
+};
+
+}  // namespace
+
+std::unique_ptr<Criterion> watch_contact(const Watched& run) {
+  if (!run.system.second_order() || !run.system.ode().confined()) return nullptr;
+  return std::make_unique<ContactCriterion>(run);
+}
+
+}  // namespace sim::study
