@@ -114,7 +114,7 @@ Frame take_frame(const Simulation& system) {
   };
   copy("position", frame.x);
   copy("velocity", frame.v);
-  frame.solids = system.solids();
+  frame.solids = system.shapes();
   return frame;
 }
 

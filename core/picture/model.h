@@ -38,8 +38,8 @@ struct Model {
 
 struct Frame {
   std::int64_t step = 0;
-  double t = 0;              // s
-  std::vector<double> x, v;  // m, m/s: x0 y0 z0 x1 ...; v only in second order
+  double t = 0;                    // s
+  std::vector<double> x, v;        // m, m/s: x0 y0 z0 x1 ...; v only in second order
   std::vector<double> components;  // all numbers of a flat state
   std::vector<SolidShape> solids;
   // J; not a number where unknown.

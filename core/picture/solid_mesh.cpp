@@ -86,8 +86,8 @@ void add_capsule(MeshMaker& mesh, const SolidShape& capsule) {
 
 }  // namespace
 
-void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint, const Vec3& offset,
-               int skin) {
+void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint,
+               const Vec3& offset, int skin) {
   MeshMaker mesh(picture, viewpoint, offset, skin);
   const auto whole = [](const Vec3& p) { return p.allFinite(); };
   if (!whole(solid.center) || !std::ranges::all_of(solid.axes, whole) || solid.inside) return;

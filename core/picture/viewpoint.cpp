@@ -47,7 +47,8 @@ std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, 
         if (whole(p) && (p - start.middle()).norm() <= reach) points.push_back(p);
       }
     for (const SolidShape& solid : frame.solids) {
-      if (solid.inside || solid.form == SolidShape::Form::kPlane || solid.form == SolidShape::Form::kNone)
+      if (solid.inside || solid.form == SolidShape::Form::kPlane ||
+          solid.form == SolidShape::Form::kNone)
         continue;
       for (const Vec3& axis : solid.axes) {
         const double size =

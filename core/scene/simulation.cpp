@@ -345,7 +345,7 @@ double Simulation::component(int i) const { return impl_->x[static_cast<std::siz
 
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
-std::vector<SolidShape> Simulation::solids() const {
+std::vector<SolidShape> Simulation::shapes() const {
   return impl_->particles ? impl_->particles->contacts().shapes(t()) : std::vector<SolidShape>();
 }
 

@@ -80,7 +80,7 @@ class Simulation {
 
   // J, of all steps so far, whatever state was restored between them.
   ContactWork contact_work() const;
-  std::vector<SolidShape> solids() const;  // of the colliders that are on, as they are now
+  std::vector<SolidShape> shapes() const;  // of the colliders that are on, as they are now
 
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only

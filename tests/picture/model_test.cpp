@@ -75,7 +75,7 @@ TEST_CASE("a solid that is drawn is where the collider is") {
   sim::SystemSpec spec = sim_test::make_cloth(4);
   spec.colliders.push_back(sim_test::make_part(
       "plane", {{"point", sim::Vec3(0, -2, 0)}, {"normal", sim::Vec3(0, 3, 0)}}));
-  const auto solids = sim::Simulation(spec, registry).solids();
+  const auto solids = sim::Simulation(spec, registry).shapes();
   REQUIRE(solids.size() == 1);
   CHECK(solids[0].form == sim::SolidShape::Form::kPlane);
   CHECK(solids[0].center.y() == Approx(-2));
