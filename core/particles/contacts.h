@@ -47,7 +47,7 @@ class Contacts {
   bool empty() const noexcept { return on_.empty(); }
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
-  std::vector<SolidShape> shapes(double t) const;  // in the order they were added
+  std::vector<SolidShape> shapes(double t) const;     // in the order they were added
   ContactLedger& ledger() const { return *ledger_; }  // where there are any
 
   bool move() const noexcept { return move_; }  // some of them

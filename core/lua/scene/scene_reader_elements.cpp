@@ -197,8 +197,7 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
   } else if (kind == "collider") {
     out = collider(L, lua_absindex(L, -1));
   } else if (!kind.empty()) {
-    scene_error(place, "bad parameter",
-                "expected a value or a sim.surface, got a sim." + kind);
+    scene_error(place, "bad parameter", "expected a value or a sim.surface, got a sim." + kind);
   }
   lua_pop(L, 1);
   return !kind.empty();
