@@ -18,7 +18,7 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       values("--out", t.files, "FILE",
              "picture, film, page or data, by its ending:\n'sim list writers'; repeatable"),
       value("--fps", t.fps, "N", "frames of --out in a second, instead of --every;\n30 in films"),
-      app.add_flag("--show", t.show, "draw the run in the terminal, no faster than its own time")
+      app.add_flag("--show", t.show, "draw the run in the terminal, in its own time")
           ->disable_flag_override(),
       value("--color", t.color, "WHAT", "strain or speed, up to a value: strain:0.1"),
       values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),

@@ -106,7 +106,7 @@ std::string text_of(const OrderStudy& result) {
   if (!result.reference.points.empty())
     text += label("reference", wrapped(result.reference.how + ", known to " +
                                            with_unit(result, known_to(result), 2),
-                                       12)) +
+                                       12, 12)) +
             '\n' + table_text(result);
   if (result.methods.size() == 1) text += steps_text(result, result.methods.front());
   return text;

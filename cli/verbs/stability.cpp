@@ -131,11 +131,11 @@ std::string text_of(const Stability& result) {
   text += label("fastest",
                 wrapped(fastest_text(spectrum) + "; residual " + brief(spectrum.residual, 2) +
                             " after " + std::to_string(spectrum.products) + " products",
-                        12));
+                        12, 12));
   const double omega = spectrum.fastest.omega;
   if (std::isfinite(spectrum.bound))
     text += label("bound", brief(spectrum.bound) + " rad/s, from masses and stiffnesses alone");
-  if (!spectrum.particles.empty()) text += label("where", wrapped(place_text(result), 12));
+  if (!spectrum.particles.empty()) text += label("where", wrapped(place_text(result), 12, 12));
   if (spectrum.growth > 1e-4 * omega && !spectrum.first_order)
     text += label("buckling", "some direction grows at " + brief(spectrum.growth, 3) +
                                   " /s by itself, whatever the step");
@@ -148,7 +148,7 @@ std::string text_of(const Stability& result) {
             "number, against steps of a tenth.\n";
   else if (result.energy_time > 0)
     text += "Energy error: of runs of " + brief(result.energy_time, 4) +
-            " s, largest, of the energy in play; drag accounted for.\n"
+            " s, the largest, of the energy in play.\n"
             "Limits are those of the system made linear at this state.\n";
   return text + hopeless_text(result);
 }

@@ -161,8 +161,8 @@ std::string text_of(const WorkPrecision& study, const std::string& of, const Ask
   if (study.reference.points.empty()) return text;
   text += label(
       "reference",
-      wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12));
-  if (of.empty()) text += label("growth", wrapped(growth_text(study), 12));
+      wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12, 12));
+  if (of.empty()) text += label("growth", wrapped(growth_text(study), 12, 12));
   if (study.comparable < study.time)
     text += label("chaotic",
                   wrapped("beyond t = " + brief(study.comparable) + " s " +

@@ -30,9 +30,9 @@ std::string indented(std::string_view text, std::string_view indent) {
   return out;
 }
 
-std::string wrapped(std::string_view text, std::size_t indent, std::size_t width) {
+std::string wrapped(std::string_view text, std::size_t indent, std::size_t used,
+                    std::size_t width) {
   std::string out;
-  std::size_t used = 0;  // of the present line
   for (bool first = true; !text.empty(); first = false) {
     const std::size_t space = text.find(' ');
     const std::string_view word = text.substr(0, space);

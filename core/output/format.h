@@ -21,8 +21,10 @@ std::string label(std::string_view name, std::string_view text, std::size_t widt
 // "  " before each line of a text of one or more lines; ends in a newline.
 std::string indented(std::string_view text, std::string_view indent = "  ");
 
-// Broken between words into lines of at most `width`, later ones behind `indent` spaces.
-std::string wrapped(std::string_view text, std::size_t indent, std::size_t width = 80);
+// Broken between words into lines of at most `width`, later ones behind `indent` spaces; the first
+// one stands behind `used` columns.
+std::string wrapped(std::string_view text, std::size_t indent, std::size_t used = 0,
+                    std::size_t width = 80);
 
 // Rows of texts in columns as wide as they need; the last column is not padded.
 std::string aligned(const std::vector<std::vector<std::string>>& rows,

@@ -27,7 +27,7 @@ class Particles {
 
   // For the same particles and forces; steppers have to be made again.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
-  // Turns off the forces and colliders with these indices, and all others on. Memories go on.
+  // Turns these off, by index, and all others on. Memories go on.
   void set_off(std::span<const std::size_t> forces, std::span<const std::size_t> colliders);
 
   const Layout& layout() const noexcept { return layout_; }
@@ -36,18 +36,15 @@ class Particles {
   int pinned_count() const noexcept { return pinned_count_; }
   const Motion& motion() const noexcept { return motion_; }
   Team& team() const noexcept { return *team_; }
-
   std::span<Force* const> forces() const noexcept { return on_; }  // that are on
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
   std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
-  // They and nets may read any particle, and are gathered before the sweep of each block.
+  // They and nets may read any particle; gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
   // How far below and above a block a sweep reads positions; a multiple of kGrain.
   int reach() const noexcept { return reach_; }
-
-  // What to call the forces, in their order.
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
 
@@ -57,9 +54,8 @@ class Particles {
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
   void start_memories(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
-  // rates := m' of all memories; after prepare_gather() where they follow from the particles.
+  // rates := m' of all; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
-
   bool conserves_energy() const noexcept;                        // springs and m g alone
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
@@ -96,8 +92,7 @@ class Particles {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0, reach_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
-  // Those that act, and those that are prepared: others that act, and those that remember.
-  std::vector<Force*> on_, prepared_;
+  std::vector<Force*> on_, prepared_;  // prepared: others that act, and those that remember
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;

@@ -50,10 +50,9 @@ struct PartSpec {
   std::string plugin;
   std::map<std::string, Value> given;
   Elements elements = {};
-  std::optional<std::vector<int>> particles =
-      {};  // ascending: it acts on these alone; none: on all
+  std::optional<std::vector<int>> particles = {};  // ascending: on these alone; none: on all
   Place place = {};
-  std::string switch_name = {};  // by which it may be turned on and off; empty: it may not
+  std::string switch_name = {};  // empty: it cannot be turned on and off
   bool on = true;                // at the start
 };
 
@@ -88,8 +87,7 @@ struct SystemSpec {
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
-  std::vector<ObserverSpec> observers;  // by name
-
+  std::vector<ObserverSpec> observers;                          // by name
   std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };
 

@@ -67,19 +67,15 @@ class Simulation {
   OdeSystem& ode();                       // for studies: the right-hand side, and
   std::span<const double> state() const;  // X
   const StateShape& shape() const;        // what the numbers of X are
-
-  bool second_order() const;  // has particles with masses, velocities and energy
-  bool flat() const;          // a flat ODE state: no particles
-  int particles() const;      // 0 for a flat state
+  bool second_order() const;              // has particles with masses, velocities and energy
+  bool flat() const;                      // a flat ODE state: no particles
+  int particles() const;                  // 0 for a flat state
   int pinned_count() const;
-
   Vec3 position(int i) const;
   Vec3 velocity(int i) const;
-  int components() const;         // numbers of a first-order state
-  double component(int i) const;  // first-order states, in the order of FirstOrderSpec::state
-
-  // J, of all steps so far, whatever state was restored between them.
-  ContactWork contact_work() const;
+  int components() const;            // numbers of a first-order state
+  double component(int i) const;     // first-order states, in the order of FirstOrderSpec::state
+  ContactWork contact_work() const;  // J, of all steps so far, whatever was restored between them
   std::vector<SolidShape> shapes() const;  // of the colliders that are on, as they are now
 
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay

@@ -22,8 +22,12 @@ local ball = sim.collider.sphere {
   friction = friction, thickness = math.max(0.005, s * s / (8 * radius)),
 }
 
+-- A wind for who turns it on: .toggle wind.
+local wind = sim.force.wind { surface = sim.surface { grid = cloth }, velocity = {0, 0, -3}, breeze = 1, on = false }
+
 return sim.scene { name = "cloth_ball", particles = cloth, colliders = { ball },
-  forces = { sim.force.gravity { g = {0, -9.81, 0} }, sim.force.drag { k = 2 * m },
+  switches = { wind = wind, ball = ball },
+  forces = { sim.force.gravity { g = {0, -9.81, 0} }, sim.force.drag { k = 2 * m }, wind,
     springs("structural", k, { {0,1}, {1,0} }),
     springs("shear", k / 2, { {1,1}, {1,-1} }),
     springs("flex", k / 4, { {0,2}, {2,0} }) },

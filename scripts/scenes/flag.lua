@@ -19,7 +19,7 @@ end
 local skin = sim.surface { grid = flag }
 local wind = sim.force.wind { surface = skin, velocity = {speed, 0, 0.15 * speed}, breeze = breeze, tau = 0.4, length = 0.6 }
 
-return sim.scene { name = "flag", particles = flag, surfaces = { skin },
+return sim.scene { name = "flag", particles = flag, surfaces = { skin }, switches = { wind = wind },
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, wind,
     springs("structural", k, { {0, 1}, {1, 0} }),
     springs("shear", k / 2, { {1, 1}, {1, -1} }),

@@ -169,7 +169,7 @@ TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {
   const std::string svg = read_text(folder.path() / "p.svg");
   CHECK(svg.rfind("<svg ", 0) == 0);
   CHECK(svg.ends_with("</svg>\n"));
-  for (const char* name : {">rk4<", ">verlet<", ">euler<", ">budget<"})
+  for (const char* name : {">rk4<", ">verlet<", ">euler<", ">budget 0.001 m<"})
     CHECK(svg.find(name) != std::string::npos);
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg.find("inf") == std::string::npos);

@@ -11,7 +11,9 @@ picture() {
   "$sim" "$@" -q --no-verify --size "${width}x$height"
 }
 
-picture 960 540 scenes/cloth.lua -s n=40 -d 0.0015 -T 0.54 --out "$folder/cloth.png"
+picture 880 495 scenes/cloth.lua -s n=40 -d 0.0015 -T 0.54 --out "$folder/cloth.png"
+picture 800 450 scenes/cloth_ball.lua -s n=24 -T 1.2 --out "$folder/ball.png"
+picture 800 450 scenes/flag.lua -T 2 --out "$folder/flag.png"
 picture 800 450 scenes/cloth.lua -s n=12 -T 0.5 --springs 65 --out "$folder/springs.png"
 picture 800 450 scenes/cloth.lua -s n=24 -d 0.002 -T 0.45 --wireframe --out "$folder/wireframe.png"
 picture 800 450 scenes/cloth.lua -s n=32 -d 0.002 -T 0.36 --color strain:0.5 --out "$folder/strain.png"

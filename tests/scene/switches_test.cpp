@@ -35,20 +35,21 @@ const char* const kParts[] = {
 
 SystemSpec spec_of(const std::string& text) { return load_text(text).systems[0]; }
 
-Simulation compiled(const std::string& text, const std::string& method = "rk4") {
-  Registry registry({SIM_PLUGIN_DIR});
+Simulation compiled(Registry& registry, const std::string& text,
+                    const std::string& method = "rk4") {
   return Simulation(spec_of(text), registry, {.integrator = {method}});
 }
 
 }  // namespace
 
 TEST_CASE("a force that is off is as one that is not there", "[switches]") {
+  Registry registry({SIM_PLUGIN_DIR});
   for (const std::string part : kParts)
     for (const char* method : {"rk4", "verlet", "implicit_euler"}) {
       if (part.find("gust") != std::string::npos) continue;  // its memory is a part of the state
       INFO(part << " " << method);
-      Simulation off = compiled(cloth(part, ", on = false"), method);
-      Simulation without = compiled(cloth(part, ", on = false", ""), method);
+      Simulation off = compiled(registry, cloth(part, ", on = false"), method);
+      Simulation without = compiled(registry, cloth(part, ", on = false", ""), method);
       CHECK(off.switches() == std::vector<std::pair<std::string, bool>>{{"pull", false}});
       CHECK(without.switches().empty());
       REQUIRE((sim_test::run(off, 40) && sim_test::run(without, 40)));
@@ -58,19 +59,20 @@ TEST_CASE("a force that is off is as one that is not there", "[switches]") {
 }
 
 TEST_CASE("a switch changes what comes and can be taken back", "[switches]") {
+  Registry registry({SIM_PLUGIN_DIR});
   for (const std::string part : kParts)
     for (const char* method : {"rk4", "verlet", "trbdf2"}) {
       INFO(part << " " << method);
-      Simulation on = compiled(cloth(part), method), toggled = compiled(cloth(part), method);
+      Simulation on = compiled(registry, cloth(part), method),
+                 toggled = compiled(registry, cloth(part), method);
       REQUIRE((sim_test::run(on, 20) && sim_test::run(toggled, 20)));
       REQUIRE(on.hash() == toggled.hash());
       toggled.set_switch("pull", false);
-      const Simulation before = compiled(cloth(part), method);
       REQUIRE((sim_test::run(on, 20) && sim_test::run(toggled, 20)));
       CHECK(on.hash() != toggled.hash());
 
       // The same again, from a timeline.
-      Simulation third = compiled(cloth(part), method);
+      Simulation third = compiled(registry, cloth(part), method);
       Timeline timeline(third);
       const auto go_on = [] { return true; };
       while (third.step_count() < 20) timeline.steps(third, 20 - third.step_count());
@@ -89,8 +91,8 @@ TEST_CASE("a switch changes what comes and can be taken back", "[switches]") {
 }
 
 TEST_CASE("a checkpoint knows what is off", "[switches]") {
-  const SystemSpec spec = spec_of(cloth(kParts[1]));
   Registry registry({SIM_PLUGIN_DIR});
+  const SystemSpec spec = spec_of(cloth(kParts[1]));
   Simulation simulation(spec, registry);
   simulation.set_switch("pull", false);
   REQUIRE(sim_test::run(simulation, 10));
@@ -112,9 +114,10 @@ TEST_CASE("a checkpoint knows what is off", "[switches]") {
 }
 
 TEST_CASE("bad switches are told with their line", "[switches]") {
-  const auto error_of = [](const std::string& text) {
+  Registry registry({SIM_PLUGIN_DIR});
+  const auto error_of = [&](const std::string& text) {
     try {
-      compiled(text);
+      compiled(registry, text);
     } catch (const Error& error) {
       return std::string(error.what());
     }
@@ -129,6 +132,6 @@ TEST_CASE("bad switches are told with their line", "[switches]") {
   CHECK(contains(error_of(cloth(kParts[0], "", "switches = { pull = sim.force.drag { k = 1 } }, ")),
                  "expected one of the scene's forces or colliders"));
 
-  Simulation simulation = compiled(cloth(kParts[0]));
+  Simulation simulation = compiled(registry, cloth(kParts[0]));
   CHECK_THROWS_WITH(simulation.set_switch("pul", false), Catch::Contains("did you mean 'pull'?"));
 }

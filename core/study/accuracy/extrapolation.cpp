@@ -6,7 +6,7 @@
 namespace sim::study {
 namespace {
 
-constexpr double kTolerance = 4e-15;  // of the size of the numbers, in a step
+constexpr double kAgreement = 4e-15;  // of the size of the numbers, in a step
 constexpr double kLeast = 1e-8;       // size of a number, of the largest of all
 constexpr double kSmallest = 1e-12;   // step, of the way to go
 
@@ -63,7 +63,7 @@ bool Extrapolation::converged(const Array& increment, const Array& coarser) {
   return std::ranges::all_of(groups_, [&](const auto& number) {
     const auto [at, group] = number;
     const double scale = std::max(now_[group], least);
-    return std::abs(increment[at] - coarser[at]) <= kTolerance * scale;
+    return std::abs(increment[at] - coarser[at]) <= kAgreement * scale;
   });
 }
 
