@@ -244,6 +244,33 @@ TEST_CASE("files are short and headers begin with their purpose") {
   }
 }
 
+// The files of a room are one unit of the compiler: a constant of one file would silently stand for
+// that of a header in all files behind it.
+TEST_CASE("constants of files hide none of their room's headers") {
+  const std::regex constant(R"(^(?:inline |static )?constexpr .*?\b(k[A-Z]\w*)\b)");
+  const auto room = [](const File& file) {
+    return file.path.substr(0, file.path.find('/', file.path.find('/') + 1));
+  };
+  const std::vector<File> files = cpp_files({"core", "cli"});
+  std::map<std::pair<std::string, std::string>, std::string> of_headers;  // room and name: header
+  const auto each_constant = [&](const File& file, const auto& visit) {
+    for (const std::string& line : file.lines)
+      if (std::smatch match; std::regex_search(line, match, constant))
+        visit(std::pair{room(file), match[1].str()});
+  };
+  for (const File& file : files)
+    if (file.header()) each_constant(file, [&](const auto& name) { of_headers[name] = file.path; });
+  REQUIRE(of_headers.size() > 10);
+  for (const File& file : files) {
+    if (file.header() || file.path.ends_with("_kernel.cpp")) continue;
+    each_constant(file, [&](const auto& name) {
+      const auto hidden = of_headers.find(name);
+      if (hidden == of_headers.end()) return;
+      FAIL_CHECK(file.path << ": " << name.second << " is a constant of " << hidden->second);
+    });
+  }
+}
+
 TEST_CASE("a file that is compiled once an instruction set says so in its name") {
   int kernels = 0;
   for (const File& file : cpp_files({"core"})) {
