@@ -14,6 +14,8 @@ namespace {
 constexpr double kStep = 0.01, kResidual = 1e-6;  // s
 constexpr int kLargestFactor = 32;  // particles a side: beyond, a factorisation takes seconds
 
+Eigen::Vector3d of_eigen(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
 sim::SystemSpec stiff_cloth(int n, sim::Registry& registry) {
   sim::SystemSpec spec = load_cloth(n, registry);
   std::erase_if(spec.forces, [](const sim::PartSpec& force) { return force.plugin == "drag"; });
@@ -33,8 +35,8 @@ class EigenStep {
   explicit EigenStep(const sim::Simulation& scene) {
     int rows = 0;
     for (int i = 0; i < scene.particles(); ++i) {
-      x_.push_back(scene.position(i));
-      v_.push_back(scene.velocity(i));
+      x_.push_back(of_eigen(scene.position(i)));
+      v_.push_back(of_eigen(scene.velocity(i)));
       for (const sim::Link& link : scene.links(i))
         if (link.to > i) springs_.push_back({i, link.to, link.stiffness, link.rest, {}});
     }
@@ -74,15 +76,16 @@ class EigenStep {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
     for (const int at : diagonal_) matrix_.valuePtr()[at] = 1;
     for (std::size_t i = 0; i < x_.size(); ++i)
-      if (row_[i] >= 0) rhs_.segment<3>(row_[i]) = sim::Vec3(0, -9.81 * h, 0);
+      if (row_[i] >= 0) rhs_.segment<3>(row_[i]) = Eigen::Vector3d(0, -9.81 * h, 0);
     for (const Spring& s : springs_) {
-      const sim::Vec3 d = x_[s.a] - x_[s.b];
+      const Eigen::Vector3d d = x_[s.a] - x_[s.b];
       const double length = d.norm();
-      const sim::Vec3 u = d / length;
+      const Eigen::Vector3d u = d / length;
       const double along = std::max(0.0, s.k * (1 - s.rest / length));
       const Eigen::Matrix3d k =
           along * Eigen::Matrix3d::Identity() + (s.k - along) * u * u.transpose();
-      const sim::Vec3 push = -h * (s.k * (length - s.rest) * u + h * (k * (v_[s.a] - v_[s.b])));
+      const Eigen::Vector3d push =
+          -h * (s.k * (length - s.rest) * u + h * (k * (v_[s.a] - v_[s.b])));
       const int ends[2] = {row_[s.a], row_[s.b]};
       if (ends[0] >= 0) rhs_.segment<3>(ends[0]) += push;
       if (ends[1] >= 0) rhs_.segment<3>(ends[1]) -= push;
@@ -101,7 +104,7 @@ class EigenStep {
   }
 
   const Matrix& matrix() const { return matrix_; }
-  const sim::Vec3& position(std::size_t i) const { return x_[i]; }
+  sim::Vec3 position(std::size_t i) const { return {x_[i].x(), x_[i].y(), x_[i].z()}; }
 
  private:
   struct Spring {
@@ -118,7 +121,7 @@ class EigenStep {
     return static_cast<int>(std::lower_bound(begin, end, row) - inner);
   }
 
-  std::vector<sim::Vec3> x_, v_;
+  std::vector<Eigen::Vector3d> x_, v_;
   std::vector<Spring> springs_;
   std::vector<int> row_, diagonal_;
   Matrix matrix_;

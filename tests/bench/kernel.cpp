@@ -197,7 +197,7 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
   std::vector<sim::Simulation> simulations;
   for (const Entry& entry : entries)
     simulations.emplace_back(entry.spec, registry,
-                             run_options({.name = entry.integrator}, entry.side, registry));
+                             run_options(entry.integrator, entry.side, registry));
   std::vector<Contestant> contestants;
   for (sim::Simulation& simulation : simulations) contestants.push_back(contestant(simulation));
   const std::vector<Times> times = measure(contestants, options.timing);
