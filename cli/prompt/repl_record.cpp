@@ -10,6 +10,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/output.h"
+#include "core/output/svg.h"
 
 namespace sim::cli {
 
@@ -177,7 +178,10 @@ Answer plot(Call& call) {
   const std::string file = call.text(1, "a file");
   if (!file.ends_with(".svg")) call.wrong("a plot goes to a file that ends in .svg, got " + file);
   Output output({file}, call.session.console().out);
-  output.buffer() += svg_plot(series);
+  output.buffer() += svg(TimeChart{.title = series.name,
+                                   .y_name = "",
+                                   .curves = {{.name = series.name, .points = series.points}},
+                                   .from_zero = false});
   output.commit();
   return {};
 }

@@ -22,11 +22,11 @@ double share(const std::string& option, const std::string& text) {
 void hold(const std::string& name, const std::optional<double>& limit, double value,
           const std::string& system, const std::string& unknown, const std::string& remedy) {
   if (!limit || value <= *limit) return;
-  const std::string allowed = brief(100 * *limit, 4) + " %";
+  const std::string allowed = percent(*limit, 1, 4);
   throw Error(ErrorKind::kCheck,
               {"check failed", system + ", " + name,
                std::isnan(value) ? "there is nothing to check: " + unknown
-                                 : brief(100 * value, 4) + " % is above " + allowed,
+                                 : percent(value, 1, 4) + " is above " + allowed,
                std::isnan(value) ? "leave " + name + " out of --check" : remedy});
 }
 

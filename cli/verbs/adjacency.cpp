@@ -168,8 +168,7 @@ void print_spring_states(LoadedScene& scene, const ParticleChoice& choice, std::
                                 : std::isinf(state.dt_limit) ? "any"
                                                              : brief(state.dt_limit, 4);
       out << right(std::to_string(link.to), 7) << "  " << left(link.family, 12)
-          << right(brief(state.length), kNumber)
-          << right(brief(100 * state.strain, 3) + " %", kNumber)
+          << right(brief(state.length), kNumber) << right(percent(state.strain), kNumber)
           << right(brief(state.force, 4), kNumber) << right(limit, kNumber) << '\n';
     }
   }

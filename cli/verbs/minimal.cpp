@@ -107,7 +107,6 @@ class Bench {
   Likeness own_;
 };
 
-std::string percent(double share, int digits = 2) { return brief(100 * share, digits) + " %"; }
 
 std::vector<std::string> cells(const Bench& bench, const std::string& name,
                                const std::optional<Look>& look, const Likeness* change,
@@ -119,8 +118,8 @@ std::vector<std::string> cells(const Bench& bench, const std::string& name,
   }
   row.push_back(brief(1e3 * look->seconds, 3));
   row.push_back(std::to_string(look->evaluations));
-  row.push_back(change ? percent(change->places) : "");
-  row.push_back(change && !std::isnan(change->energy) ? percent(change->energy) : "-");
+  row.push_back(change ? percent(change->places, 1, 2) : "");
+  row.push_back(change && !std::isnan(change->energy) ? percent(change->energy, 1, 2) : "-");
   constexpr std::size_t kShown = 2;
   for (std::size_t i = 0; i < std::min(kShown, bench.names().size()); ++i)
     row.push_back(change ? brief(change->observed[i], 2) : "");

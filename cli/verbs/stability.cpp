@@ -46,7 +46,7 @@ std::string standing(const MethodStability& each, double dt) {
     return std::isinf(*each.radius) ? "fails" : "x" + brief(*each.radius, 3);
   if (!limit) return "-";
   if (*limit == 0) return "grows";
-  return std::isinf(*limit) ? "stable" : percent(dt / *limit, 2);
+  return std::isinf(*limit) ? "stable" : percent(dt / *limit, 1, 2);
 }
 
 std::string energy_text(const study::EnergyAtStep& point) {
@@ -58,7 +58,7 @@ std::string place_text(const Stability& result) {
   for (const auto& [particle, share] : result.spectrum.particles)
     particles.push_back(std::to_string(particle));
   for (const auto& [family, share] : result.spectrum.families)
-    families.push_back(family + " " + percent(share, 2));
+    families.push_back(family + " " + percent(share, 1, 2));
   return "mostly at particles " + join(particles, " ") + "; " + join(families, ", ");
 }
 

@@ -17,6 +17,10 @@ std::string brief(double value, int digits) {
   return {buffer.data(), end};
 }
 
+std::string percent(double part, double whole, int digits) {
+  return brief(whole > 0 ? 100 * part / whole : 0, digits) + " %";
+}
+
 void append_number(std::string& out, double value) {
   std::array<char, 32> buffer;
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;

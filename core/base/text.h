@@ -15,6 +15,9 @@ std::string shortest(double value);
 // For people: "0.176777", "1.2e-07"; "0" for either zero.
 std::string brief(double value, int digits = 6);
 
+// "1.23 %" of the whole; "0 %" of nothing.
+std::string percent(double part, double whole = 1, int digits = 3);
+
 // Appends shortest(value) to out without a temporary.
 void append_number(std::string& out, double value);
 

@@ -1,4 +1,4 @@
-// A quantity over time as a plot: in characters for a terminal, and as SVG.
+// A quantity over time as a plot in characters, for a terminal.
 #pragma once
 
 #include <string>
@@ -14,8 +14,5 @@ struct TimeSeries {
 
 // Lines of at most 79 columns. Points that are not finite are left out; without any it says so.
 std::string text_plot(const TimeSeries& series);
-
-// The whole file.
-std::string svg_plot(const TimeSeries& series);
 
 }  // namespace sim

@@ -45,6 +45,7 @@ std::string svg(const Chart& chart);
 struct TimeChart {
   std::string title, y_name;
   std::vector<ChartCurve> curves;  // (t in s, value); what is not finite is left out
+  bool from_zero = true;           // the axis of values holds 0
 };
 
 std::string svg(const TimeChart& chart);

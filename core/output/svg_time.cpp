@@ -35,7 +35,8 @@ std::string svg(const TimeChart& chart) {
   std::string out = parts::begin(kTimeWidth, kTimeHeight);
   out += parts::text(kTimeLeft, 28, chart.title,
                      " font-weight=\"bold\" font-size=\"16\" fill=\"#111827\"");
-  double first = HUGE_VAL, last = -HUGE_VAL, low = 0, high = 0;
+  double first = HUGE_VAL, last = -HUGE_VAL;
+  double low = chart.from_zero ? 0 : HUGE_VAL, high = chart.from_zero ? 0 : -HUGE_VAL;
   for (const ChartCurve& curve : chart.curves)
     for (const auto& [t, value] : curve.points) {
       if (!std::isfinite(t) || !std::isfinite(value)) continue;

@@ -92,8 +92,7 @@ class WindOnParticles final : public Wind {
       const Vec3 w = now.velocity(p.position(i), &slope) - p.velocity(i);
       const double speed = w.norm();
       Mat3 by_w = (linear_ ? c_ : c_ * speed) * Mat3::Identity();
-      for (int row = 0; !linear_ && speed > 0 && row < 3; ++row)
-        for (int col = 0; col < 3; ++col) by_w(row, col) += c_ / speed * w[row] * w[col];
+      if (!linear_ && speed > 0) by_w += c_ / speed * sim::outer(w, w);
       sink.position(i, i, by_w * slope);
       sink.velocity(i, i, -1.0 * by_w);
     }

@@ -62,9 +62,7 @@ Vec3 AirNow::velocity(const Vec3& x, Mat3* slope) const {
     const AirWave& w = wave[static_cast<std::size_t>(i)];
     const Value value = value_of(w, w.k.dot(x) + w.s);
     sum += value.b * w.e;
-    if (!slope) continue;
-    for (int row = 0; row < 3; ++row)
-      for (int col = 0; col < 3; ++col) (*slope)(row, col) += value.slope * w.e[row] * w.k[col];
+    if (slope) *slope += value.slope * outer(w.e, w.k);
   }
   return sum;
 }

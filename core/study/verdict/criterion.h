@@ -53,9 +53,6 @@ std::unique_ptr<Criterion> watch_momentum(const Watched& run);
 std::unique_ptr<Criterion> watch_contact(const Watched& run);
 std::unique_ptr<Criterion> watch_forces(const Watched& run);
 
-// "1.23 %" of the whole.
-std::string percent(double part, double whole = 1, int digits = 3);
-
 // Spreads `times` looks over a run of so many steps.
 class Spread {
  public:

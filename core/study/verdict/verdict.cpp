@@ -27,10 +27,6 @@ const char* trust_name(Trust trust) {
   return kNames[static_cast<int>(trust)];
 }
 
-std::string percent(double part, double whole, int digits) {
-  return brief(whole > 0 ? 100 * part / whole : 0, digits) + " %";
-}
-
 Deviation deviation(const SystemSpec& spec, const Simulation& system) {
   const StatePart& part = system.shape().first();
   const std::size_t axes = part.components.size(), numbers = part.count * axes;
