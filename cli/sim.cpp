@@ -57,6 +57,9 @@ struct Dispatch {
   int verb(const MinimalRequest& request, const Environment& env, sim::Registry& registry) const {
     return minimal(request, env, registry, console);
   }
+  int verb(const CompareRequest& request, const Environment& env, sim::Registry& registry) const {
+    return compare(request, env, registry, console);
+  }
 };
 
 }  // namespace

@@ -125,6 +125,13 @@ std::map<std::string, std::string> settings(const std::vector<std::string>& text
   return result;
 }
 
+std::string only(const std::string& option, const std::vector<std::string>& texts) {
+  if (texts.size() > 1)
+    usage_error("given twice", option + " " + texts[1], "only one can hold",
+                "sim compare shows several side by side");
+  return texts.empty() ? "" : texts.front();
+}
+
 std::string once(const std::string& option, const std::string& argument) {
   if (!option.empty() && !argument.empty())
     usage_error("given twice", "'" + argument + "' and '" + option + "'",

@@ -26,6 +26,9 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
 // The value that is given as an option or as an argument; "" if neither. Throws if both are.
 std::string once(const std::string& option, const std::string& argument);
 
+// The value of an option that may be repeated, but not here; "" if it is not given.
+std::string only(const std::string& option, const std::vector<std::string>& texts);
+
 // The words of the command line, the last one first. An option whose value is optional takes it
 // only behind "=": a bare one gets "-". An empty value would make CLI11 take the next word. `sim
 // help X` is `sim X --help`.

@@ -46,8 +46,9 @@ constexpr const char* kFooter =
 // Everything as text, as CLI11 found it.
 struct Texts {
   std::string scene, integrator_word, dt_word;
-  std::string integrator, dt, tol, precision, time, steps, seed, threads, debug_particle, energy,
-      dump, observe, every;
+  std::vector<std::string> integrator, dt;  // several to compare
+  std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
+      every;
   std::string snap, resume, check;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
@@ -118,9 +119,9 @@ Parser::Parser() {
       app_.add_option("SCENE", t.scene, "Lua file; scenes/cloth.lua if not given")->type_name(""),
       app_.add_option("INTEGRATOR", t.integrator_word, "as --integrator")->type_name(""),
       app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
-      value("-i,--integrator", t.integrator, "NAME",
-            "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
-      value("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
+      values("-i,--integrator", t.integrator, "NAME",
+             "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
+      values("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
       value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
       value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
       app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
@@ -239,9 +240,10 @@ RunRequest Parser::run_request() const {
                   "write --dump=" + word + " or --energy=" + word);
   RunRequest request;
   request.scene = scene_request(t.scene);
-  request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
+  request.scene.integrator =
+      parse_integrator(once(only("--integrator", t.integrator), t.integrator_word));
   add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
-  if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
+  if (const std::string dt = once(only("--dt", t.dt), t.dt_word); !dt.empty())
     request.scene.dt = positive_number("--dt", dt);
   if (!t.time.empty() && !t.steps.empty())
     usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
@@ -275,8 +277,13 @@ RunRequest Parser::run_request() const {
 }
 
 StudyBase Parser::study_base() const {
-  return {scene_request(""), texts_.integrator, texts_.dt,
-          texts_.time,       texts_.json,       show_progress(texts_.progress)};
+  return {scene_request(""),
+          texts_.integrator,
+          texts_.dt,
+          texts_.time,
+          texts_.out,
+          texts_.json,
+          show_progress(texts_.progress)};
 }
 
 std::string Parser::manual() const {
@@ -353,6 +360,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       line.request = studies_.order(base);
     else if (studies_.is_tradeoff(study))
       line.request = studies_.tradeoff(base);
+    else if (studies_.is_compare(study))
+      line.request = studies_.compare(base);
     else
       line.request = studies_.minimal(base);
   } else {

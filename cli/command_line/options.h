@@ -6,6 +6,7 @@
 
 #include "cli/run/run.h"
 #include "cli/verbs/adjacency.h"
+#include "cli/verbs/compare.h"
 #include "cli/verbs/describe.h"
 #include "cli/verbs/doctor.h"
 #include "cli/verbs/list.h"
@@ -25,8 +26,8 @@ struct Message {
 
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, TestRequest,
-               NewPluginRequest>
+               StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, CompareRequest,
+               TestRequest, NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

@@ -20,7 +20,8 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       value("--fps", t.fps, "N", "frames of --out in a second, instead of --every;\n30 in films"),
       app.add_flag("--show", t.show, "draw the run in the terminal, in its own time")
           ->disable_flag_override(),
-      value("--color", t.color, "WHAT", "strain or speed, up to a value: strain:0.1"),
+      value("--color", t.color, "WHAT",
+            "strain, speed, error or mode (the fastest),\nup to a value: strain:0.1"),
       values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),
       app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
           ->disable_flag_override(),
@@ -37,13 +38,9 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
     usage_error("bad value", "--fps " + t.fps, "it is out of range", "as in --fps 30");
   if (request.fps && every)
     usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
-  if (!t.color.empty()) read_colour(t.color, request.look);
-  for (const std::string& springs : t.springs) read_springs(springs, request.look);
-  if (!t.camera.empty()) read_camera(t.camera, request.look);
-  if (!t.size.empty()) read_size(t.size, request.look);
-  request.look.wireframe = t.wireframe;
-  const bool looks = !t.fps.empty() || !t.color.empty() || !t.springs.empty() ||
-                     !t.camera.empty() || !t.size.empty() || t.wireframe;
+  request.look = {t.camera, t.color, t.size, t.springs, t.wireframe};
+  make_look(request.look);  // for its errors
+  const bool looks = !t.fps.empty() || !request.look.empty();
   request.show = t.show;
   if (looks && !request.any())
     usage_error("nothing to draw", "--fps, --color, --springs, --wireframe, --camera or --size",

@@ -39,6 +39,17 @@ constexpr const char* kMinimalFooter =
     "  smallest: {seconds, evaluations, change, energy, observed}\n"
     "  change: of positions, as a share of the size, the largest on the way.\n";
 
+constexpr const char* kCompareFooter =
+    "Examples:\n"
+    "  sim compare scenes/cloth.lua -i rk4 -i verlet -i implicit_euler --out c.mp4\n"
+    "  sim compare scenes/cloth.lua -i rk4 -d 0.01 -i rk4 -d 0.005\n"
+    "One --dt holds for all methods, several for one each, in their order. A file of\n"
+    "--out has a panel of each at equal times, coloured by its error.\n"
+    "Keys of --json, one object:\n"
+    "  system, time, size, frames, reference: {how, error}, methods: [integrator, dt,\n"
+    "  steps, evaluations, seconds, error, error_end, most, diverged_at (s)]\n"
+    "  error: rms of positions, the largest of all frames; most: of one particle.\n";
+
 }  // namespace
 
 void StudyOptions::scene_of(CLI::App* verb) {
@@ -103,6 +114,12 @@ void StudyOptions::add_to(CLI::App& app) {
                    {"--integrator", "--dt", "--time", "--progress"});
   scene_of(minimal_);
   budget_of(minimal_, "change allowed: 1% of the size (or of the range of\n--of) if not given");
+
+  compare_ =
+      study(app, "compare", "SCENE: methods side by side, each with its error", kCompareFooter,
+            {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs",
+             "--wireframe", "--camera", "--size", "--progress"});
+  scene_of(compare_);
 }
 
 bool StudyOptions::takes(const CLI::App* verb, const std::string& option) const {
@@ -114,8 +131,9 @@ StabilityRequest StudyOptions::stability(const StudyBase& base) const {
   StabilityRequest request;
   request.scene = base.scene;
   if (!scene_.empty()) request.scene.scene = scene_;
-  request.scene.integrator = parse_integrator(base.integrator);
-  if (!base.dt.empty()) request.scene.dt = positive_number("--dt", base.dt);
+  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
+  if (const std::string dt = only("--dt", base.dts); !dt.empty())
+    request.scene.dt = positive_number("--dt", dt);
   request.extremes = extremes_;
   if (extremes_ && !scene_.empty())
     usage_error("two things to study", "--extremes and '" + scene_ + "'",
@@ -161,11 +179,36 @@ MinimalRequest StudyOptions::minimal(const StudyBase& base) const {
   MinimalRequest request;
   request.scene = base.scene;
   if (!scene_.empty()) request.scene.scene = scene_;
-  request.scene.integrator = parse_integrator(base.integrator);
-  if (!base.dt.empty()) request.scene.dt = positive_number("--dt", base.dt);
+  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
+  if (const std::string dt = only("--dt", base.dts); !dt.empty())
+    request.scene.dt = positive_number("--dt", dt);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   if (!budget_.empty()) request.budget = budget("--budget", budget_);
   request.of = of_;
+  request.json = base.json;
+  request.progress = base.progress;
+  return request;
+}
+
+CompareRequest StudyOptions::compare(const StudyBase& base) const {
+  CompareRequest request;
+  request.scene = base.scene;
+  if (!scene_.empty()) request.scene.scene = scene_;
+  const std::size_t steps = base.dts.size(), methods = std::max(base.integrators.size(), steps);
+  if (steps > 1 && base.integrators.size() > 1 && steps != base.integrators.size())
+    usage_error("steps without methods", std::to_string(steps) + " times --dt",
+                std::to_string(base.integrators.size()) + " times --integrator",
+                "give one --dt for all, or one for each");
+  for (std::size_t i = 0; i < methods; ++i) {
+    ComparedMethod method;
+    if (!base.integrators.empty())
+      method.integrator =
+          parse_integrator(base.integrators[std::min(i, base.integrators.size() - 1)]);
+    if (steps > 0) method.dt = positive_number("--dt", base.dts[steps == 1 ? 0 : i]);
+    request.methods.push_back(method);
+  }
+  if (!base.time.empty()) request.time = positive_number("--time", base.time);
+  request.out = out_request(base.out, {});
   request.json = base.json;
   request.progress = base.progress;
   return request;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/command_line/out_options.h"
+#include "cli/verbs/compare.h"
 #include "cli/verbs/minimal.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
@@ -16,8 +18,10 @@ namespace sim::cli {
 
 // What they take of the options of a run.
 struct StudyBase {
-  SceneRequest scene;  // without the name of the scene
-  std::string integrator, dt, time;
+  SceneRequest scene;                         // without the name of the scene
+  std::vector<std::string> integrators, dts;  // -i, -d: as often as they are given
+  std::string time;
+  OutTexts out;
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };
@@ -34,12 +38,14 @@ class StudyOptions {
   bool is_stability(const CLI::App* verb) const { return verb == stability_; }
   bool is_order(const CLI::App* verb) const { return verb == order_; }
   bool is_tradeoff(const CLI::App* verb) const { return verb == tradeoff_; }
+  bool is_compare(const CLI::App* verb) const { return verb == compare_; }
 
   // Each throws Error{kUsage}.
   StabilityRequest stability(const StudyBase& base) const;
   OrderRequest order(const StudyBase& base) const;
   TradeoffRequest tradeoff(const StudyBase& base) const;
   MinimalRequest minimal(const StudyBase& base) const;
+  CompareRequest compare(const StudyBase& base) const;
 
  private:
   CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
@@ -50,7 +56,8 @@ class StudyOptions {
   std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;
   std::string words_[2];  // of sim order
   bool extremes_ = false;
-  CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr;
+  CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr,
+           *compare_ = nullptr;
   std::map<const CLI::App*, std::set<std::string>> taken_;
 };
 

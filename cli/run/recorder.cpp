@@ -8,11 +8,10 @@
 #include "core/base/text.h"
 #include "core/output/output.h"
 #include "core/picture/scenery.h"
+#include "core/study/limits/spectrum.h"
 
 namespace sim::cli {
 namespace {
-
-constexpr double kFilmRate = 30;  // pictures a second
 
 const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
   const std::string ending = ending_of(file);
@@ -41,6 +40,12 @@ void check_files(const OutRequest& request, Registry& registry) {
       throw Error(ErrorKind::kUsage, {"two files of one name", "--out " + file,
                                       "both would be written there", "give one another name"});
   }
+}
+
+std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry) {
+  const Plugin<Writer>& plugin = writer_of(task.file, registry);
+  task.format = ending_of(task.file);
+  return made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
 }
 
 // One file: its writer, and the frames of systems that wait for those of the others.
@@ -102,26 +107,56 @@ struct Recorder::Channel {
   }
 };
 
-Recorder::Recorder(const OutRequest& request, const LoadedScene& scene, Registry& registry) {
+Look look_of(const SceneSpec& scene, const LookSpec& asked) {
+  for (const SystemSpec& system : scene.systems)
+    if (!system.look.empty()) return make_look(system.look, asked);
+  return make_look(asked);
+}
+
+// How far the fastest mode moves each particle, the most as 1; it stays as it was at the start.
+static std::vector<double> mode_of(Simulation& system) {
+  const study::Spectrum found = study::spectrum(system);
+  const StatePart& part = system.shape().first();
+  std::vector<double> values;
+  for (int i = 0; i < (system.flat() ? 1 : system.particles()); ++i) {
+    double square = 0;
+    for (std::size_t c = 0; c < part.components.size(); ++c)
+      for (const std::vector<double>* side : {&found.shape, &found.partner}) {
+        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
+        if (at < side->size() && (side == &found.shape || !system.second_order()))
+          square += (*side)[at] * (*side)[at];
+      }
+    values.push_back(std::sqrt(square));
+  }
+  const double most = std::ranges::max(values);
+  for (double& value : values) value = most > 0 ? value / most : 0;
+  return values;
+}
+
+Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& registry)
+    : look_(look_of(scene.spec, request.look)) {
   check_files(request, registry);
   WriterTask task;
   task.world = scene.spec.world;
-  task.look = request.look;
+  task.look = look_;
   task.stop = [this] { return stop_ && stop_(); };
   for (std::size_t i = 0; i < scene.systems.size(); ++i)
     task.models.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
   // A look at what is not there is refused now.
   Moment start;
-  for (const Simulation& system : scene.systems) start.push_back(take_frame(system));
-  Scenery(task.models, {&start, 1}, request.look);
+  for (std::size_t i = 0; i < scene.systems.size(); ++i) {
+    Simulation& system = scene.systems[i];
+    if (look_.colour == "error") companions_.emplace_back(scene.spec.systems[i], system, registry);
+    if (look_.colour == "mode") modes_.push_back(mode_of(system));
+    start.push_back(take_frame(system));
+    measure(i, system, start.back());
+  }
+  Scenery(task.models, {&start, 1}, look_);
   for (const std::string& file : request.files) {
-    const Plugin<Writer>& plugin = writer_of(file, registry);
     task.file = file;
-    task.format = ending_of(file);
     task.fps = request.fps.value_or(kFilmRate);
     auto channel = std::make_unique<Channel>();
-    channel->writer =
-        made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+    channel->writer = make_writer(task, registry);
     channel->pace = channel->writer->pace();
     if (request.every)
       channel->stride = *request.every;
@@ -166,6 +201,7 @@ void Recorder::look(std::size_t system, Track& track, bool last) {
       continue;
     if (!frame) {
       frame = take_frame(simulation);
+      measure(system, simulation, *frame);
       if (simulation.second_order() && track.energy_is_finite()) {
         frame->kinetic = track.energy().kinetic;
         frame->potential = track.energy().potential;
@@ -175,6 +211,12 @@ void Recorder::look(std::size_t system, Track& track, bool last) {
     }
     channel->take(system, simulation, *frame, last);
   }
+}
+
+// What is shown besides the state, by colours.
+void Recorder::measure(std::size_t system, const Simulation& simulation, Frame& frame) {
+  if (!companions_.empty()) frame.values = companions_[system].errors(simulation);
+  if (!modes_.empty()) frame.values = modes_[system];
 }
 
 void Recorder::commit(const std::function<bool()>& stop) {

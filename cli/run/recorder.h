@@ -11,13 +11,14 @@
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
 #include "core/output/writer.h"
+#include "core/study/accuracy/companion.h"
 
 namespace sim::cli {
 
 // What of a run is kept, and how it is shown.
 struct OutRequest {
   std::vector<std::string> files;
-  Look look;
+  LookSpec look;  // over what the scene says
   std::optional<double> fps;
   std::optional<std::int64_t> every;
 
@@ -25,13 +26,21 @@ struct OutRequest {
   bool any() const { return show || !files.empty(); }
 };
 
+// Of the first system that says something, and over it what the user says.
+Look look_of(const SceneSpec& scene, const LookSpec& asked);
+
 // Throws Error{kUsage} for an ending that no writer knows and for two of one name; opens nothing.
 void check_files(const OutRequest& request, Registry& registry);
 
+// Of task.file, which gives the format. Throws what the writer throws.
+std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry);
+
+inline constexpr double kFilmRate = 30;  // pictures a second, if nobody says otherwise
+
 class Recorder {
  public:
-  // Throws what writers throw; then no file is left.
-  Recorder(const OutRequest& request, const LoadedScene& scene, Registry& registry);
+  // Throws what writers throw; then no file is left. Spec, systems and registry outlive it.
+  Recorder(const OutRequest& request, LoadedScene& scene, Registry& registry);
   ~Recorder();
 
   // Steps of a system until some file wants a frame of it, at least 1.
@@ -43,7 +52,12 @@ class Recorder {
  private:
   struct Channel;
 
+  void measure(std::size_t system, const Simulation& simulation, Frame& frame);
+
+  Look look_;
   std::vector<std::unique_ptr<Channel>> channels_;
+  std::vector<study::Companion> companions_;  // of each system, to colour errors
+  std::vector<std::vector<double>> modes_;    // of each system, to colour its fastest mode
   std::function<bool()> stop_;
 };
 

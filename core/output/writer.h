@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/picture/look.h"
-#include "core/picture/model.h"
+#include "core/picture/gallery.h"
 
 namespace sim {
 
@@ -20,6 +19,7 @@ struct WriterTask {
   std::vector<Model> models;
   bool world = false;  // the systems have names to tell them apart
   Look look;
+  Panels panels;               // a picture of each system, or none: all in one
   double fps = 30;             // pictures of a film in one second
   std::function<bool()> stop;  // asked during long work at the end; may be empty
 };

@@ -107,4 +107,17 @@ void read_size(const std::string& text, Look& look) {
   look.height = static_cast<int>(*height);
 }
 
+Look make_look(const LookSpec& scene, const LookSpec& asked) {
+  Look look;
+  for (const LookSpec* spec : {&scene, &asked}) {
+    if (!spec->camera.empty()) read_camera(spec->camera, look);
+    if (!spec->color.empty()) read_colour(spec->color, look);
+    if (!spec->size.empty()) read_size(spec->size, look);
+    look.wireframe = look.wireframe || spec->wireframe;
+  }
+  for (const std::string& springs : asked.springs.empty() ? scene.springs : asked.springs)
+    read_springs(springs, look);
+  return look;
+}
+
 }  // namespace sim

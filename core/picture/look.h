@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/math/vec3.h"
+#include "core/scene/scene_spec.h"
 
 namespace sim {
 
@@ -30,5 +31,9 @@ void read_camera(const std::string& text, Look& look);   // "eye=1,2,3 at=0,0,0 
 void read_colour(const std::string& text, Look& look);   // "strain", "speed:2"
 void read_springs(const std::string& text, Look& look);  // "12", "all", "shear"
 void read_size(const std::string& text, Look& look);     // "1280x720"
+
+// What the first says, and over it what the second says: a scene and its user. Throws
+// Error{kUsage}.
+Look make_look(const LookSpec& scene, const LookSpec& asked = {});
 
 }  // namespace sim

@@ -46,6 +46,7 @@ struct Frame {
   double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
          drift = std::nan("");
   std::vector<double> values;  // one a particle, that somebody else measured: errors, a mode
+  std::string note;            // words on its picture, below the caption
 
   Vec3 at(int i) const {
     const double* p = x.data() + 3 * static_cast<std::size_t>(i);

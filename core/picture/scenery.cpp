@@ -277,6 +277,7 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
     });
     if (same) lines[1] += "   " + first.method + ", h = " + brief(first.h, 3) + " s";
   }
+  if (models_.size() == 1 && !moment.front().note.empty()) lines.push_back(moment.front().note);
   float y = 34;
   for (std::size_t i = 0; i < lines.size(); ++i, y += 25)
     picture.texts.push_back({lines[i], 22, y, i == 0 ? 15.0F : 12.0F, 0x2B323A, 0, i == 0});

@@ -63,6 +63,19 @@ struct FirstOrderSpec {
   PartSpec field;
 };
 
+// How pictures of a run look, as options of the command line say it; empty: not said.
+struct LookSpec {
+  std::string camera;                // "eye=1,1,3 at=0,0,0 up=0,1,0 fov=40", or parts of it
+  std::string color;                 // "strain", "speed:2"
+  std::string size;                  // "1280x720"
+  std::vector<std::string> springs;  // of a particle, a family, or "all"
+  bool wireframe = false;
+
+  bool empty() const {
+    return camera.empty() && color.empty() && size.empty() && springs.empty() && !wireframe;
+  }
+};
+
 class Simulation;
 
 // A quantity of the scene's own. Not finite: not known. May throw Error{kScene}.
@@ -87,6 +100,7 @@ struct SystemSpec {
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
+  LookSpec look;
   std::vector<ObserverSpec> observers;                          // by name
   std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };

@@ -2,8 +2,6 @@
 #include "core/base/text.h"
 #include "core/output/process.h"
 #include "core/output/writer.h"
-#include "core/picture/raster/raster.h"
-#include "core/picture/scenery.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -35,23 +33,21 @@ class Film final : public sim::Writer {
 
   void commit() override {
     if (moments_.empty()) return;
-    const sim::Look& look = task_.look;
-    std::vector<std::string> words{
-        program_,   "-loglevel",
-        "error",    "-y",
-        "-f",       "rawvideo",
-        "-pix_fmt", "rgb24",
-        "-s",       std::to_string(look.width) + "x" + std::to_string(look.height),
-        "-r",       sim::shortest(task_.fps),
-        "-i",       "-"};
+    sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
+    const int width = gallery.draw(0).width, height = gallery.draw(0).height;
+    std::vector<std::string> words{program_,   "-loglevel",
+                                   "error",    "-y",
+                                   "-f",       "rawvideo",
+                                   "-pix_fmt", "rgb24",
+                                   "-s",       std::to_string(width) + "x" + std::to_string(height),
+                                   "-r",       sim::shortest(task_.fps),
+                                   "-i",       "-"};
     for (const std::string& word : codec(task_.format)) words.push_back(word);
     words.push_back("file:" + file_.temporary());
     sim::Process ffmpeg(words);
-    const sim::Scenery scenery(task_.models, moments_, look);
-    sim::Raster raster(look.width, look.height);
     for (std::size_t i = 0; i < moments_.size(); ++i) {
       if (task_.stop && task_.stop()) return;
-      const sim::Image& image = raster.draw(scenery.picture(i));
+      const sim::Image& image = gallery.draw(i);
       if (!ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()})) break;
     }
     if (const std::string why = ffmpeg.finish(); !why.empty())

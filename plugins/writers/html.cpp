@@ -69,6 +69,8 @@ class Html final : public sim::Writer {
     if (moments_.empty()) return;
     const sim::Viewpoint view = sim::make_viewpoint(task_.models, moments_, task_.look);
     basis_ = view.ground ? *view.ground : sim::Ground{};
+    const sim::ColourScale scale = sim::colour_scale(task_.look, task_.models, moments_);
+    measured_ = task_.look.colour == "error" || task_.look.colour == "mode" ? scale.most : 0;
     std::string data, models, planes;
     for (std::size_t m = 0; m < task_.models.size(); ++m) {
       append_structure(task_.models[m], data);
@@ -83,6 +85,15 @@ class Html final : public sim::Writer {
     head.json("scale", number(view.scale, 12));
     head.json("ground", view.ground ? number(own_axes(view.ground->origin).y) : "null");
     head.json("grid", number(view.grid * view.scale));
+    head.text("colour", measured_ > 0                 ? scale.name
+                        : task_.look.colour == "none" ? "plain"
+                                                      : task_.look.colour);
+    if (measured_ > 0)
+      head.json("values", sim::JsonObject()
+                              .text("name", scale.name)
+                              .text("unit", scale.unit)
+                              .json("most", number(scale.most))
+                              .str());
 
     std::string page = kPage;
     const std::string packed = base64(sim::deflated(data, 9));
@@ -121,6 +132,7 @@ class Html final : public sim::Writer {
     camera.json("yaw", number(std::atan2(-forward.x, -forward.z)));
     camera.json("pitch", number(std::atan2(-forward.y, flat)));
     camera.json("focal", number(view.eye.focal));
+    camera.json("aspect", number(static_cast<double>(task_.look.width) / task_.look.height));
     return camera.str();
   }
 
@@ -228,11 +240,24 @@ class Html final : public sim::Writer {
       highs += static_cast<char>(d >> 8);
     }
     planes += lows + highs;
+    if (measured_ > 0) append_values(m, planes);
+  }
+
+  // What somebody else measured, in 255ths of the scale.
+  void append_values(std::size_t m, std::string& planes) const {
+    for (const sim::Moment& moment : moments_)
+      for (int i = 0; i < task_.models[m].particles; ++i) {
+        const auto& values = moment[m].values;
+        const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / measured_;
+        planes += static_cast<char>(
+            static_cast<unsigned char>(value > 0 ? std::min(255.0, 255 * value + 0.5) : 0));
+      }
   }
 
   sim::WriterTask task_;
   sim::Output output_;
   sim::Ground basis_;
+  double measured_ = 0;  // the end of the scale of what somebody else measured, or 0
   std::vector<sim::Moment> moments_;
 };
 

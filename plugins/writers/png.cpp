@@ -5,8 +5,6 @@
 #include "core/output/output.h"
 #include "core/output/png.h"
 #include "core/output/writer.h"
-#include "core/picture/raster/raster.h"
-#include "core/picture/scenery.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -61,16 +59,15 @@ class Png final : public sim::Writer {
 
   void commit() override {
     if (moments_.empty()) return;
-    const sim::Scenery scenery(task_.models, moments_, task_.look);
-    sim::Raster raster(task_.look.width, task_.look.height);
+    sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
     if (numbering_.single()) {
-      single_->buffer() = sim::png(raster.draw(scenery.picture(moments_.size() - 1)));
+      single_->buffer() = sim::png(gallery.draw(moments_.size() - 1));
       single_->commit();
       return;
     }
     for (std::size_t i = 0; i < moments_.size() && !(task_.stop && task_.stop()); ++i) {
       sim::Output file({numbering_.name(task_.file, i)}, std::cout);
-      file.buffer() = sim::png(raster.draw(scenery.picture(i)));
+      file.buffer() = sim::png(gallery.draw(i));
       file.commit();
     }
   }

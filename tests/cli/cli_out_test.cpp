@@ -266,3 +266,68 @@ TEST_CASE("energies as a plot") {
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(run_sim({"--dump=d.svg"}, here).code == 2);
 }
+
+TEST_CASE("a run coloured by its error shows what its verdict says") {
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  const auto done = run_sim({"scenes/pendulum1.lua", "-i", "symplectic_euler", "-T", "1", "--out",
+                             "e.html", "--color", "error"},
+                            here);
+  INFO(done.err);
+  REQUIRE(done.code == 0);
+  const std::string page = bytes_of(folder.path() / "e.html");
+  CHECK_THAT(page, Contains("\"colour\":\"error\",\"values\":{\"name\":\"error\",\"unit\":\"m\""));
+  // The end of the scale is the largest error, rounded up to 1, 2, 3, 5: the verdict's own figure.
+  const std::size_t at = page.find("\"most\":") + 7;
+  const double most = std::stod(page.substr(at));
+  const std::size_t said = done.out.find("positions to ") + 13;
+  REQUIRE(said != std::string::npos + 13);
+  const double error = std::stod(done.out.substr(said));
+  CHECK(most >= 0.8 * error);
+  CHECK(most <= 2.2 * error);
+  CHECK(run_sim({"scenes/pendulum1.lua", "-T", "0.1", "--out", "m.png", "--color", "mode", "--size",
+                 "160x90"},
+                here)
+            .code == 0);
+}
+
+TEST_CASE("a scene says how it is looked at, and its user has the last word") {
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  const auto scene = [&](const std::string& look) {
+    std::ofstream(folder.path() / "s.lua")
+        << "local sim = require 'sim'\n"
+           "local p = sim.particles { mass = 1 }\n"
+           "local a, b = p:add { 0, 0, 0 }, p:add { 1, 0, 0 }\n"
+           "p:pin(a)\n"
+           "local s = sim.force.spring { stiffness = 100, rest = 1 }\n"
+           "s:tie(a, b)\n"
+           "return sim.scene { particles = p, forces = { s }, integrator = 'rk4', dt = 0.01,\n"
+           "  duration = 0.05, look = "
+        << look << " }\n";
+  };
+  scene("{ size = '200x100', color = 'strain:0.5', eye = {0, 0, 4}, at = {0.5, 0, 0} }");
+  auto done = run_sim({"s.lua", "-q", "--out", "a.png"}, here);
+  INFO(done.err);
+  REQUIRE(done.code == 0);
+  REQUIRE(run_sim({"s.lua", "-q", "--out", "b.png", "--size", "100x100"}, here).code == 0);
+  const auto width = [&](const char* file) {
+    const std::string bytes = bytes_of(folder.path() / file);
+    return static_cast<unsigned char>(bytes[19]) + 256 * static_cast<unsigned char>(bytes[18]);
+  };
+  CHECK(width("a.png") == 200);
+  CHECK(width("b.png") == 100);
+  for (const auto& [look, why] : std::vector<std::pair<std::string, std::string>>{
+           {"{ colour = 'strain' }", "color"},
+           {"{ color = 'beauty' }", "nothing is coloured by that"},
+           {"{ fov = 1000 }", "1 to 150 degrees"},
+           {"{ wireframe = 1 }", "expected true or false"},
+           {"3", "bad look"}}) {
+    scene(look);
+    done = run_sim({"s.lua", "-q"}, here);
+    CHECK(done.code == 3);
+    CHECK_THAT(done.err, Contains("s.lua") && Contains(why));
+  }
+}

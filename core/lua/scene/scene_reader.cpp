@@ -6,6 +6,7 @@
 
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
+#include "core/lua/scene/look_reader.h"
 #include "core/lua/scene/lua_function.h"
 #include "core/lua/scene/observer.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 const std::vector<std::string> kSceneKeys = {
     "name",  "particles", "forces",  "surfaces",   "colliders", "switches", "state",
-    "field", "exact",     "observe", "integrator", "dt",        "duration"};
+    "field", "exact",     "observe", "integrator", "dt",        "duration", "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -207,7 +208,8 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
 
   if (push_field(L, scene, "observe") != LUA_TNIL)
     spec.observers = read_observers(session_, L, lua_absindex(L, -1), place);
-  lua_pop(L, 1);
+  if (push_field(L, scene, "look") != LUA_TNIL) spec.look = read_look(L, -1, place);
+  lua_pop(L, 2);
   return spec;
 }
 

@@ -5,6 +5,7 @@
 #include "core/base/array.h"
 #include "core/base/noise.h"
 #include "core/base/text.h"
+#include "core/study/accuracy/companion.h"
 #include "core/study/verdict/criterion.h"
 
 namespace sim::study {
@@ -15,23 +16,7 @@ constexpr double kWrong = 0.02;        // of the scene's size
 constexpr double kWrongEnergy = 0.01;  // of the energy in play
 constexpr double kNeighbour = 1e-7;    // of the size
 constexpr double kChaos = 1e5;         // growth of a disturbance
-constexpr double kSharper = 10;        // the run's tolerance over the shadow's
-constexpr double kLeastTolerance = 1e-14;
-constexpr int kFinestStates = 200;  // that an adaptive shadow shows, at least
-
-// The method of the run as exact as it takes: in double precision, with sharper tolerances.
-MethodChoice sharper(const Method& own) {
-  MethodChoice choice = own.choice();
-  for (const Param& param : own.plugin().params) {
-    const bool tolerance = param.name == "tol" || param.name == "atol" || param.name == "rtol";
-    if (param.name == "precision") choice.given[param.name] = std::string("double");
-    if (!tolerance || !own.params().has(param.name)) continue;
-    const double given = own.params().number(param.name);
-    const double least = std::max(kLeastTolerance, param.min);
-    choice.given[param.name] = std::min(given, std::max(given / kSharper, least));
-  }
-  return choice;
-}
+constexpr int kFinestStates = 200;     // that an adaptive shadow shows, at least
 
 // Of every particle, pinned or not, or the numbers of a flat state.
 std::vector<double> places(Simulation& system) {

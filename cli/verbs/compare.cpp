@@ -1,0 +1,348 @@
+#include "cli/verbs/compare.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "cli/run/study_progress.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/output/format.h"
+#include "core/study/accuracy/reference.h"
+#include "core/study/accuracy/trajectory.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr int kMostPanels = 16;
+constexpr int kPanelWidth = 640, kPanelHeight = 540, kMostWidth = 1920;  // pixels
+constexpr double kLost = 0.5;  // sizes of the scene: a run that is off by more shows nothing
+constexpr std::int64_t kStepsInOne = 4096;  // between looks at signals
+
+// One method on its way through the times of the frames.
+struct Runner {
+  std::string method;
+  Simulation system;
+  std::vector<Frame> frames{};
+  double seconds = 0, rms_end = 0, rms = 0, most = 0;  // error: at the end; largest of the frames
+  std::int64_t evaluations = 0, steps = 0;
+  std::int64_t looked = 0;            // evaluations for the frames alone
+  double diverged_at = std::nan("");  // s: no further step, or further off than kLost sizes
+
+  bool diverged() const { return !std::isnan(diverged_at); }
+};
+
+std::string step_text(const Runner& runner) {
+  const Params& params = runner.system.method().params();
+  const IntegratorInfo info = runner.system.integrator_info();
+  if (info.adaptive && params.has("tol")) return "tol = " + brief(params.number("tol"), 3);
+  return "h = " + brief(runner.system.h(), 3) + " s";
+}
+
+class Comparison {
+ public:
+  Comparison(const CompareRequest& request, const SystemSpec& spec, Registry& registry)
+      : request_(request),
+        spec_(spec),
+        registry_(registry),
+        time_(request.time.value_or(spec.duration)) {
+    for (const ComparedMethod& method : methods()) {
+      SceneRequest with = request.scene;
+      with.integrator = method.integrator;
+      with.dt = method.dt;
+      Simulation system(spec, registry, run_options(with, spec, registry));
+      runners_.push_back({system.method().label(), std::move(system)});
+    }
+    model_ = make_model(spec, runners_.front().system);
+  }
+
+  // False when it was told to end.
+  bool run(const study::Watch& watch);
+  void write(const std::function<bool()>& stop) const;
+  std::string table() const;
+  std::string json() const;
+
+ private:
+  std::vector<ComparedMethod> methods() const;
+  void choose_frames();
+  bool step(Runner& runner, double end, const std::function<bool()>& go_on);
+  Frame frame_at(Runner& runner, double t);
+  void measure(Runner& runner, Frame& frame, std::size_t point);
+  Moment stage(std::size_t point, const Frame& like) const;
+  std::string unit() const { return model_.second_order ? "m" : ""; }
+  std::string amount(double value) const {
+    return brief(value, 2) + (unit().empty() ? "" : " " + unit());
+  }
+
+  const CompareRequest& request_;
+  const SystemSpec& spec_;
+  Registry& registry_;
+  double time_;  // s
+  Model model_;
+  std::vector<Runner> runners_;
+  study::Reference reference_;
+  std::size_t stride_ = 1;  // points of the reference a frame
+  double size_ = 1;         // of the scene
+  std::vector<Moment> stage_;
+};
+
+// Without a wish: the scene's own method beside the plainest and the most robust one.
+std::vector<ComparedMethod> Comparison::methods() const {
+  if (!request_.methods.empty()) return request_.methods;
+  std::vector<ComparedMethod> methods(1);
+  const bool particles = spec_.particles.has_value();
+  for (const char* name :
+       {particles ? "symplectic_euler" : "euler", particles ? "implicit_euler" : "midpoint"}) {
+    MethodChoice choice;
+    choice.name = name;
+    methods.push_back({choice, 0});
+  }
+  return methods;
+}
+
+// As many as the films want in a second, as far as the points of the reference allow it.
+void Comparison::choose_frames() {
+  const double wanted = request_.out.fps.value_or(kFilmRate) * time_;
+  double best = HUGE_VAL;
+  const auto intervals = static_cast<std::size_t>(reference_.intervals());
+  for (std::size_t stride = 1; stride <= intervals; ++stride) {
+    if (intervals % stride != 0) continue;
+    const double off =
+        std::abs(std::log(static_cast<double>(intervals / stride) / std::max(1.0, wanted)));
+    if (off < best) best = off, stride_ = stride;
+  }
+}
+
+// Whole steps until the next one would pass the end. False when one fails or it is told to end.
+bool Comparison::step(Runner& runner, double end, const std::function<bool()>& go_on) {
+  Simulation& system = runner.system;
+  const double slack = 1e-9 * system.h();
+  while (system.t() + system.h() <= end + slack) {
+    const double left = (end + slack - system.t()) / system.h();
+    const auto count = static_cast<std::int64_t>(
+        std::clamp(std::floor(left), 1.0, static_cast<double>(kStepsInOne)));
+    const auto begin = std::chrono::steady_clock::now();
+    const int taken = system.steps(count);
+    runner.seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (taken == 0) {
+      if (go_on()) runner.diverged_at = system.t();
+      return false;
+    }
+    if (!go_on()) return false;
+  }
+  return true;
+}
+
+// The state at time t, to which a step of its own leads from the last whole one; the run goes on
+// as if nobody had looked.
+Frame Comparison::frame_at(Runner& runner, double t) {
+  Simulation& system = runner.system;
+  if (t - system.t() <= 1e-9 * system.h()) return take_frame(system);
+  const Snapshot before = system.snapshot();
+  const std::int64_t evaluations = system.integrator().effort().evaluations;
+  Frame frame = system.step_to(t) ? take_frame(system) : Frame(runner.frames.back());
+  runner.looked += system.integrator().effort().evaluations - evaluations;
+  system.restore(before);
+  frame.t = t;
+  return frame;
+}
+
+// The error of the frame at each particle, against that point of the reference.
+void Comparison::measure(Runner& runner, Frame& frame, std::size_t point) {
+  const std::vector<double>& exact = reference_.points[point];
+  const std::vector<double>& now = model_.flat ? frame.components : frame.x;
+  double sum = 0, most = 0;
+  std::size_t next = 0;
+  const std::size_t numbers = model_.flat ? now.size() : 3;
+  for (int i = 0; i < model_.particles; ++i) {
+    double square = 0;
+    if (!std::ranges::binary_search(model_.pinned, i))
+      for (std::size_t c = 0; c < numbers && next < exact.size(); ++c, ++next) {
+        const double d = now[numbers * static_cast<std::size_t>(i) + c] - exact[next];
+        square += d * d;
+      }
+    frame.values.push_back(std::sqrt(square));
+    most = std::max(most, frame.values.back());
+    sum += square;
+  }
+  runner.rms_end = next > 0 ? std::sqrt(sum / static_cast<double>(next)) : 0;
+  runner.rms = std::max(runner.rms, runner.rms_end);
+  runner.most = std::max(runner.most, most);
+  frame.note = "t = " + brief(frame.t, 3) + " s   error " + amount(runner.rms_end);
+}
+
+// What the reference shows at a point, for the viewpoint.
+Moment Comparison::stage(std::size_t point, const Frame& like) const {
+  Frame frame = like;
+  if (model_.flat) return {frame};
+  std::size_t next = 0;
+  const std::vector<double>& x = reference_.points[point];
+  for (int i = 0; i < model_.particles; ++i) {
+    if (std::ranges::binary_search(model_.pinned, i)) continue;
+    for (std::size_t c = 0; c < 3; ++c) frame.x[3 * static_cast<std::size_t>(i) + c] = x[next++];
+  }
+  return {frame};
+}
+
+bool Comparison::run(const study::Watch& watch) {
+  const study::Problem problem{&spec_, &registry_, run_options(request_.scene, spec_, registry_)};
+  size_ = study::scene_size(runners_.front().system);
+  reference_ = study::reference(problem, time_, watch);
+  if (reference_.points.empty()) return false;
+  choose_frames();
+  const std::size_t frames = static_cast<std::size_t>(reference_.intervals()) / stride_;
+  for (std::size_t r = 0; r < runners_.size(); ++r) {
+    Runner& runner = runners_[r];
+    const auto done = [&](std::size_t k) {
+      return (static_cast<double>(r) + static_cast<double>(k) / static_cast<double>(frames + 1)) /
+             static_cast<double>(runners_.size());
+    };
+    for (std::size_t k = 0; k <= frames; ++k) {
+      const double t = time_ * static_cast<double>(k) / static_cast<double>(frames);
+      const auto go_on = [&] { return watch(runner.method, done(k)); };
+      if (!go_on()) return false;
+      if (!runner.diverged() && step(runner, t, go_on)) {
+        Frame frame = frame_at(runner, t);
+        measure(runner, frame, k * stride_);
+        if (model_.second_order) {
+          const Energy energy = runner.system.energy();
+          frame.kinetic = energy.kinetic, frame.potential = energy.potential;
+        }
+        if (!(runner.rms_end <= kLost * size_) && k > 0)
+          runner.diverged_at = t;
+        else
+          runner.frames.push_back(std::move(frame));
+      } else if (!runner.diverged()) {
+        return false;
+      }
+      if (runner.diverged()) {  // it stands where it ended
+        runner.frames.push_back(runner.frames.back());
+        runner.frames.back().t = t;
+        runner.frames.back().note = "diverged at t = " + brief(runner.diverged_at, 3) + " s";
+      }
+      if (r == 0) stage_.push_back(stage(k * stride_, runner.frames.back()));
+    }
+    runner.steps = runner.system.step_count();
+    runner.evaluations = runner.system.integrator().effort().evaluations - runner.looked;
+    if (runner.evaluations == 0)
+      runner.evaluations = runner.steps * runner.system.integrator_info().evaluations;
+  }
+  return true;
+}
+
+void Comparison::write(const std::function<bool()>& stop) const {
+  WriterTask task;
+  task.world = true;
+  task.look = make_look(spec_.look, request_.out.look);
+  if (task.look.colour == "none") task.look.colour = "error";
+  // A run that is lost does not make all others look right.
+  if (task.look.colour == "error" && task.look.most == 0)
+    for (const Runner& runner : runners_)
+      if (!runner.diverged()) task.look.most = std::max(task.look.most, round_up(runner.most));
+  const auto grid = panel_grid(static_cast<int>(runners_.size()));
+  if (spec_.look.size.empty() && request_.out.look.size.empty()) {
+    task.look.width = std::min(kMostWidth, kPanelWidth * grid.columns);
+    task.look.height = kPanelHeight * grid.rows;
+  }
+  task.fps = static_cast<double>(stage_.size() - 1) / time_;
+  task.stop = stop;
+  task.panels.stage = stage_;
+  for (const Runner& runner : runners_) {
+    task.models.push_back(model_);
+    task.models.back().name = runner.method;
+    task.models.back().method = runner.method;
+    task.models.back().h = runner.system.h();
+    task.panels.captions.push_back(
+        {runner.method,
+         step_text(runner) + "   " + brief(1e3 * runner.seconds / time_, 2) + " ms a second"});
+  }
+  for (const std::string& file : request_.out.files) {
+    task.file = file;
+    const std::unique_ptr<Writer> writer = make_writer(task, registry_);
+    for (std::size_t k = 0; k < stage_.size(); ++k) {
+      Moment moment;
+      for (const Runner& runner : runners_) moment.push_back(runner.frames[k]);
+      writer->add(moment);
+    }
+    writer->commit();
+  }
+}
+
+std::string Comparison::table() const {
+  std::string text =
+      label("scene", request_.scene.scene + " to t = " + brief(time_) + " s, size " +
+                         (unit().empty() ? brief(size_, 4) : brief(size_, 4) + " m")) +
+      label("reference", wrapped(reference_.how + ", known to " +
+                                     amount(*std::ranges::max_element(reference_.error)),
+                                 12, 12)) +
+      '\n';
+  std::vector<std::vector<std::string>> rows{
+      {"integrator", "step, tol", "steps", "evaluations", "ms", "error", "at the end", "most"}};
+  for (const Runner& runner : runners_) {
+    rows.push_back({runner.method, step_text(runner), std::to_string(runner.steps),
+                    std::to_string(runner.evaluations), brief(1e3 * runner.seconds, 3)});
+    if (runner.diverged()) {
+      rows.back().push_back("diverged at t = " + brief(runner.diverged_at, 3) + " s");
+    } else {
+      for (const double error : {runner.rms, runner.rms_end, runner.most})
+        rows.back().push_back(brief(error, 3));
+    }
+  }
+  return text + aligned(rows, "") + "error: rms of positions" + (unit().empty() ? "" : " in m") +
+         ", the largest of all frames; most: of one particle.\n";
+}
+
+std::string Comparison::json() const {
+  std::vector<std::string> rows;
+  for (const Runner& runner : runners_) {
+    const bool good = !runner.diverged();
+    rows.push_back(JsonObject()
+                       .text("integrator", runner.method)
+                       .number("dt", runner.system.h())
+                       .integer("steps", runner.steps)
+                       .integer("evaluations", runner.evaluations)
+                       .number("seconds", runner.seconds)
+                       .number("error", good ? runner.rms : std::nan(""))
+                       .number("error_end", good ? runner.rms_end : std::nan(""))
+                       .number("most", good ? runner.most : std::nan(""))
+                       .number("diverged_at", runner.diverged_at)
+                       .str());
+  }
+  return JsonObject()
+      .text("system", spec_.name)
+      .number("time", time_)
+      .number("size", size_)
+      .integer("frames", static_cast<std::int64_t>(stage_.size()))
+      .json("reference", JsonObject()
+                             .text("how", reference_.how)
+                             .number("error", *std::ranges::max_element(reference_.error))
+                             .str())
+      .json("methods", json_array(rows))
+      .str();
+}
+
+}  // namespace
+
+int compare(const CompareRequest& request, const Environment& environment, Registry& registry,
+            Console& console) {
+  check_files(request.out, registry);
+  if (request.methods.size() > kMostPanels)
+    throw Error(ErrorKind::kUsage, {"too many methods", std::to_string(request.methods.size()),
+                                    "a comparison shows 16 at most", "leave some out"});
+  const LoadedScene scene = load(request.scene, environment, registry);
+  if (scene.spec.world)
+    throw Error(ErrorKind::kUsage, {"several systems", request.scene.scene, "it is a world",
+                                    "name the file of one of its scenes"});
+  StudyProgress progress(request.progress, console);
+  Comparison comparison(request, scene.spec.systems.front(), registry);
+  if (comparison.run(progress.watch())) {
+    progress.clear();
+    comparison.write([&] { return progress.caught() != 0; });
+    put(console.out, request.json ? comparison.json() + '\n' : comparison.table());
+    flush_or_throw(console.out, "standard output");
+  }
+  return progress.exit_code();
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,14 @@
+// How a scene wants to be looked at: look = { eye = {..}, color = "strain", .. }.
+#pragma once
+
+#include "core/base/error.h"
+#include "core/scene/scene_spec.h"
+
+struct lua_State;
+
+namespace sim {
+
+// The table at `index`. Throws Error{kScene}.
+LookSpec read_look(lua_State* L, int index, const Place& place);
+
+}  // namespace sim

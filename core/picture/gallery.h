@@ -1,0 +1,51 @@
+// The pictures of a run: all systems in one, or each in a panel of its own, with one viewpoint and
+// one scale of colours for all.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/raster/raster.h"
+#include "core/picture/scenery.h"
+
+namespace sim {
+
+// Systems that show the same thing, side by side in equal panels.
+struct Panels {
+  std::vector<std::vector<std::string>> captions;  // lines of each; none: there are no panels
+  std::vector<Moment> stage;                       // of one system, which the viewpoint holds
+
+  bool any() const { return !captions.empty(); }
+};
+
+// Columns and rows of so many panels.
+struct PanelGrid {
+  int columns = 1, rows = 1;
+};
+PanelGrid panel_grid(int panels);
+
+class Gallery {
+ public:
+  // As Scenery: all of them outlive it.
+  Gallery(std::span<const Model> models, std::span<const Moment> moments, const Look& look,
+          const Panels& panels = {});
+
+  // Valid until the next call.
+  const Image& draw(std::size_t moment);
+
+ private:
+  struct Panel {
+    std::vector<Moment> moments;  // of its system alone
+    std::unique_ptr<Scenery> scenery;
+  };
+
+  std::unique_ptr<Scenery> whole_;  // without panels
+  std::vector<Panel> panels_;
+  PanelGrid grid_;
+  Raster raster_;  // of a panel
+  Image image_;    // of all panels
+};
+
+}  // namespace sim

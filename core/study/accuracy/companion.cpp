@@ -1,0 +1,63 @@
+#include "core/study/accuracy/companion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::study {
+namespace {
+
+constexpr double kLeastTolerance = 1e-14;
+
+Simulation finer_one(const SystemSpec& spec, const Simulation& run, Registry& registry) {
+  const Settings& own = run.settings();
+  Simulation fine(spec, registry, {.integrator = sharper(own.method), .dt = own.h / 2});
+  auto settings = std::make_shared<Settings>(fine.settings());
+  settings->pinned = own.pinned;
+  settings->off = own.off;
+  fine.restore({std::move(settings), 0, 0, run.t(), {run.state().begin(), run.state().end()}, {}});
+  return fine;
+}
+
+}  // namespace
+
+MethodChoice sharper(const Method& own) {
+  MethodChoice choice = own.choice();
+  for (const Param& param : own.plugin().params) {
+    const bool tolerance = param.name == "tol" || param.name == "atol" || param.name == "rtol";
+    if (param.name == "precision") choice.given[param.name] = std::string("double");
+    if (!tolerance || !own.params().has(param.name)) continue;
+    const double given = own.params().number(param.name);
+    const double least = std::max(kLeastTolerance, param.min);
+    choice.given[param.name] = std::min(given, std::max(given / kSharper, least));
+  }
+  return choice;
+}
+
+// err = C tol, or C h^p: the distance is err (1 - 1/10), or err (1 - 2^-p).
+Companion::Companion(const SystemSpec& spec, const Simulation& run, Registry& registry)
+    : fine_(finer_one(spec, run, registry)) {
+  const IntegratorInfo info = run.integrator_info();
+  factor_ =
+      info.adaptive ? kSharper / (kSharper - 1) : 1 / (1 - std::exp2(-std::max(1, info.order)));
+}
+
+std::vector<double> Companion::errors(const Simulation& run) {
+  const double slack = 1e-9 * fine_.h();
+  while (!ended_ && fine_.t() + fine_.h() <= run.t() + slack) ended_ = !fine_.step();
+  if (!ended_ && fine_.t() < run.t() - slack) ended_ = !fine_.step_to(run.t());
+  if (run.flat()) {
+    double square = 0;
+    for (int i = 0; i < run.components(); ++i) {
+      const double d = run.component(i) - fine_.component(i);
+      square += d * d;
+    }
+    return {ended_ ? std::nan("") : factor_ * std::sqrt(square)};
+  }
+  std::vector<double> errors;
+  for (int i = 0; i < run.particles(); ++i)
+    errors.push_back(ended_ ? std::nan("")
+                            : factor_ * (run.position(i) - fine_.position(i)).norm());
+  return errors;
+}
+
+}  // namespace sim::study

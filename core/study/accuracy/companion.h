@@ -1,0 +1,31 @@
+// The same run with half the step, or a tenth of the tolerance, kept abreast of a run: how wrong
+// each particle is while the run goes on.
+#pragma once
+
+#include <vector>
+
+#include "core/scene/simulation.h"
+
+namespace sim::study {
+
+// The method as exact as it takes: in double precision, with tolerances `kSharper` times smaller.
+inline constexpr double kSharper = 10;
+MethodChoice sharper(const Method& own);
+
+class Companion {
+ public:
+  // From the present state of the run on. Spec and registry outlive it.
+  Companion(const SystemSpec& spec, const Simulation& run, Registry& registry);
+
+  // The error of each particle, in m, or the one of a flat state, at the present time of the run:
+  // its distance from the companion, as the order of the method makes an error of it. Not finite
+  // where the companion came to an end.
+  std::vector<double> errors(const Simulation& run);
+
+ private:
+  Simulation fine_;
+  double factor_ = 1;  // from the distance to the error
+  bool ended_ = false;
+};
+
+}  // namespace sim::study
