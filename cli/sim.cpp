@@ -21,6 +21,8 @@ struct Dispatch {
     return doctor(request, find_environment(line.plugin_path), console);
   }
 
+  int operator()(const PlotRequest& request) const { return plot_table(request, console); }
+
   int operator()(const NewPluginRequest& request) const { return new_plugin(request, console); }
 
   template <class Request>
@@ -59,6 +61,9 @@ struct Dispatch {
   }
   int verb(const CompareRequest& request, const Environment& env, sim::Registry& registry) const {
     return compare(request, env, registry, console);
+  }
+  int verb(const SweepRequest& request, const Environment& env, sim::Registry& registry) const {
+    return sweep(request, env, registry, console);
   }
 };
 

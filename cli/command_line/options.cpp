@@ -58,6 +58,7 @@ struct Texts {
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
   std::string test_library;
   std::string plugin_words[3];
+  PlotRequest plot;
   std::vector<std::string> without;
 };
 
@@ -81,11 +82,12 @@ class Parser {
   AdjacencyRequest adjacency_request() const;
   StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
+  PlotRequest plot_request() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
 };
@@ -183,6 +185,12 @@ Parser::Parser() {
   plugin_->add_option("KIND", t.plugin_words[1], "force, field or integrator")->type_name("");
   plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
   studies_.add_to(app_);
+  plot_ = verb("plot", "TABLE.csv: one column over another, as .svg");
+  plot_->footer("Example: sim plot runs.csv -x dt -y error --by integrator --out runs.svg\n");
+  plot_->add_option("TABLE.csv", t.plot.table, "names in its first row")->type_name("");
+  plot_->add_option("-x", t.plot.x, "column")->type_name("NAME");
+  plot_->add_option("-y", t.plot.y, "column")->type_name("NAME");
+  plot_->add_option("--by", t.plot.by, "a curve for each value of this column")->type_name("NAME");
 }
 
 // Words that no option or argument wanted.
@@ -208,6 +216,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
+    if (&chosen == plot_ && option->get_name() == "--out") continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -277,13 +286,14 @@ RunRequest Parser::run_request() const {
 }
 
 StudyBase Parser::study_base() const {
-  return {scene_request(""),
-          texts_.integrator,
-          texts_.dt,
-          texts_.time,
-          texts_.out,
-          texts_.json,
-          show_progress(texts_.progress)};
+  StudyBase base{scene_request(""), texts_.integrator, texts_.dt, texts_.time, texts_.out};
+  base.tol = texts_.tol;
+  base.steps = texts_.steps;
+  base.check = texts_.check;
+  base.verify = !texts_.no_verify;
+  base.json = texts_.json;
+  base.progress = show_progress(texts_.progress);
+  return base;
 }
 
 std::string Parser::manual() const {
@@ -299,6 +309,19 @@ NewPluginRequest Parser::new_plugin_request() const {
     usage_error("bad arguments", "sim plugin " + join(words, " "), "it is sim plugin new KIND NAME",
                 "as in: sim plugin new force my_wind");
   return {words[1], words[2]};
+}
+
+PlotRequest Parser::plot_request() const {
+  PlotRequest request = texts_.plot;
+  if (request.table.empty() || request.x.empty() || request.y.empty())
+    usage_error("argument missing", "sim plot", "it needs a table and two columns",
+                "as in: sim plot runs.csv -x dt -y error");
+  if (texts_.out.files.size() > 1)
+    usage_error("given twice", "--out " + texts_.out.files[1], "it makes one chart", "keep one");
+  if (!texts_.out.files.empty()) request.out = texts_.out.files.front();
+  if (!request.out.empty() && !request.out.ends_with(".svg"))
+    usage_error("bad value", "--out '" + request.out + "'", "a chart is .svg", "as in runs.svg");
+  return request;
 }
 
 AdjacencyRequest Parser::adjacency_request() const {
@@ -351,6 +374,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = TestRequest{texts_.test_library, texts_.json};
   } else if (chosen.front() == plugin_) {
     line.request = new_plugin_request();
+  } else if (chosen.front() == plot_) {
+    line.request = plot_request();
   } else if (studies_.has(chosen.front())) {
     const CLI::App* study = chosen.front();
     const StudyBase base = study_base();
@@ -362,6 +387,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       line.request = studies_.tradeoff(base);
     else if (studies_.is_compare(study))
       line.request = studies_.compare(base);
+    else if (studies_.is_sweep(study))
+      line.request = studies_.sweep(base);
     else
       line.request = studies_.minimal(base);
   } else {

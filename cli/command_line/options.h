@@ -13,7 +13,9 @@
 #include "cli/verbs/minimal.h"
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
+#include "cli/verbs/plot_table.h"
 #include "cli/verbs/stability.h"
+#include "cli/verbs/sweep.h"
 #include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
 
@@ -27,7 +29,7 @@ struct Message {
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
                StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, CompareRequest,
-               TestRequest, NewPluginRequest>
+               SweepRequest, PlotRequest, TestRequest, NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

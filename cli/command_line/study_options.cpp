@@ -50,6 +50,22 @@ constexpr const char* kCompareFooter =
     "  steps, evaluations, seconds, error, error_end, most, diverged_at (s)]\n"
     "  error: rms of positions, the largest of all frames; most: of one particle.\n";
 
+constexpr const char* kSweepFooter =
+    "Examples:\n"
+    "  sim sweep scenes/cloth.lua --over integrator=rk4,verlet --over dt=0.001:0.01:log6\n"
+    "      --out runs.csv -j 2\n"
+    "  sim sweep scenes/gas.lua --over seed=1..20 -T 1 --out gas.csv\n"
+    "NAME is integrator, dt, tol, time, steps, seed or an argument of the scene. Several\n"
+    "--over are a product, the last one fastest. Cases that are done are kept in\n"
+    "OUT.cases, so that a sweep goes on where it was ended; rows are the same whatever\n"
+    "the order, -j and --part, but for seconds.\n"
+    "Columns: case, the names, exit, verdict, reason, steps, evaluations, t, kinetic,\n"
+    "  potential, total, drift, energy (drift over that in play), dt_share, strain,\n"
+    "  step_error, error (of positions: against the exact solution, or verified), hash,\n"
+    "  what the scene observes, seconds. Empty: not known.\n"
+    "Many machines: sim sweep .. --part $I/100 on each, then sim sweep .. --collect\n"
+    "Exit code 9: a case failed; one that diverged did not.\n";
+
 }  // namespace
 
 void StudyOptions::scene_of(CLI::App* verb) {
@@ -120,6 +136,25 @@ void StudyOptions::add_to(CLI::App& app) {
             {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs",
              "--wireframe", "--camera", "--size", "--progress"});
   scene_of(compare_);
+
+  sweep_ = study(app, "sweep", "SCENE: one scene many times, a row of a table each", kSweepFooter,
+                 {"--integrator", "--dt", "--tol", "--time", "--steps", "--check", "--no-verify",
+                  "--out", "--progress"});
+  scene_of(sweep_);
+  sweep_
+      ->add_option("--over", over_,
+                   "values of a name: NAME=a,b,c, NAME=LO:HI:N,\nNAME=LO:HI:logN or NAME=LO..HI; "
+                   "repeatable")
+      ->type_name("NAME=VALUES")
+      ->allow_extra_args(false);
+  sweep_->add_option("--cases", cases_, "or a CSV file: names, then a row a case")
+      ->type_name("FILE");
+  sweep_->add_option("--part", part_, "only cases I, I + M, I + 2 M ..; no table")
+      ->type_name("I/M");
+  sweep_->add_option("--timeout", timeout_, "of a case, in s")->type_name("S");
+  sweep_->add_flag("--list", list_, "the cases, without a run")->disable_flag_override();
+  sweep_->add_flag("--collect", collect_, "the table of the cases that are done")
+      ->disable_flag_override();
 }
 
 bool StudyOptions::takes(const CLI::App* verb, const std::string& option) const {
@@ -210,6 +245,50 @@ CompareRequest StudyOptions::compare(const StudyBase& base) const {
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   request.out = out_request(base.out, {});
   request.json = base.json;
+  request.progress = base.progress;
+  return request;
+}
+
+SweepRequest StudyOptions::sweep(const StudyBase& base) const {
+  SweepRequest request;
+  request.scene = base.scene;
+  if (!scene_.empty()) request.scene.scene = scene_;
+  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
+  add_options(request.scene.integrator, base.tol, "", false);
+  if (const std::string dt = only("--dt", base.dts); !dt.empty())
+    request.scene.dt = positive_number("--dt", dt);
+  if (!base.time.empty() && !base.steps.empty())
+    usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
+                "keep one of them");
+  if (!base.time.empty()) request.time = base.time, positive_number("--time", base.time);
+  if (!base.steps.empty()) request.steps = integer_between("--steps", base.steps, 0, kMostSteps);
+  if (!base.check.empty()) request.checks = parse_checks("--check", base.check);
+  request.over = over_;
+  request.cases = cases_;
+  if (over_.empty() == cases_.empty())
+    usage_error("what to sweep over?", "--over and --cases", "it is one of the two",
+                "as in --over dt=0.001:0.01:log5");
+  if (base.out.files.size() > 1)
+    usage_error("given twice", "--out " + base.out.files[1], "a sweep makes one table", "keep one");
+  if (!base.out.files.empty()) {
+    request.out = base.out.files.front();
+    if (!request.out.ends_with(".csv"))
+      usage_error("bad value", "--out '" + request.out + "'", "a sweep writes .csv",
+                  "as in --out runs.csv");
+  }
+  if (!part_.empty()) {
+    const std::size_t slash = part_.find('/');
+    if (slash == std::string::npos || request.out.empty())
+      usage_error("bad value", "--part '" + part_ + "'",
+                  request.out.empty() ? "its cases are kept beside a table" : "it is I/M",
+                  "as in --part 0/4 --out runs.csv");
+    request.parts = integer_between("--part", part_.substr(slash + 1), 1, 1'000'000);
+    request.part = integer_between("--part", part_.substr(0, slash), 0, request.parts - 1);
+  }
+  if (!timeout_.empty()) request.timeout = positive_number("--timeout", timeout_);
+  request.list = list_;
+  request.collect = collect_;
+  request.verify = base.verify;
   request.progress = base.progress;
   return request;
 }

@@ -12,6 +12,7 @@
 #include "cli/verbs/minimal.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
+#include "cli/verbs/sweep.h"
 #include "cli/verbs/tradeoff.h"
 
 namespace sim::cli {
@@ -22,6 +23,8 @@ struct StudyBase {
   std::vector<std::string> integrators, dts;  // -i, -d: as often as they are given
   std::string time;
   OutTexts out;
+  std::string tol{}, steps{}, check{};
+  bool verify = true;
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };
@@ -38,6 +41,7 @@ class StudyOptions {
   bool is_stability(const CLI::App* verb) const { return verb == stability_; }
   bool is_order(const CLI::App* verb) const { return verb == order_; }
   bool is_tradeoff(const CLI::App* verb) const { return verb == tradeoff_; }
+  bool is_sweep(const CLI::App* verb) const { return verb == sweep_; }
   bool is_compare(const CLI::App* verb) const { return verb == compare_; }
 
   // Each throws Error{kUsage}.
@@ -46,6 +50,7 @@ class StudyOptions {
   TradeoffRequest tradeoff(const StudyBase& base) const;
   MinimalRequest minimal(const StudyBase& base) const;
   CompareRequest compare(const StudyBase& base) const;
+  SweepRequest sweep(const StudyBase& base) const;
 
  private:
   CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
@@ -55,9 +60,11 @@ class StudyOptions {
 
   std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;
   std::string words_[2];  // of sim order
-  bool extremes_ = false;
+  std::vector<std::string> over_;
+  std::string cases_, part_, timeout_;
+  bool extremes_ = false, list_ = false, collect_ = false;
   CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr,
-           *compare_ = nullptr;
+           *compare_ = nullptr, *sweep_ = nullptr;
   std::map<const CLI::App*, std::set<std::string>> taken_;
 };
 

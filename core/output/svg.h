@@ -41,11 +41,12 @@ struct Chart {
 // empty and says so.
 std::string svg(const Chart& chart);
 
-// Some quantities over time, on linear axes.
+// Some quantities over time, or over something else, on linear axes.
 struct TimeChart {
   std::string title, y_name;
   std::vector<ChartCurve> curves;  // (t in s, value); what is not finite is left out
   bool from_zero = true;           // the axis of values holds 0
+  std::string x_name = "t [s]";
 };
 
 std::string svg(const TimeChart& chart);

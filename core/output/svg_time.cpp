@@ -59,8 +59,8 @@ std::string svg(const TimeChart& chart) {
                        k == 0 ? "stroke=\"#9ca3af\"" : "stroke=\"#e5e7eb\"");
     out += parts::text(kTimeLeft - 8, at + 4.5, brief(k * y.step, 5), " text-anchor=\"end\"");
   }
-  out +=
-      parts::text((kTimeLeft + kTimeEnd) / 2, kTimeHeight - 10, "t [s]", " text-anchor=\"middle\"");
+  out += parts::text((kTimeLeft + kTimeEnd) / 2, kTimeHeight - 10, chart.x_name,
+                     " text-anchor=\"middle\"");
   out += parts::text(0, 0, chart.y_name,
                      " text-anchor=\"middle\" transform=\"translate(19 " +
                          parts::number((kTimeTop + kTimeFloor) / 2) + ") rotate(-90)\"");

@@ -24,8 +24,9 @@ std::string command_of(const std::string& line) {
 }
 
 bool is_run(const std::string& command) {
-  for (const char* verb : {"tradeoff", "stability", "order", "list", "describe", "adjacency",
-                           "help", "--debug", "echo", "simrepl", "observe", "minimal"})
+  for (const char* verb :
+       {"tradeoff", "stability", "order", "list", "describe", "adjacency", "help", "--debug",
+        "echo", "simrepl", "observe", "minimal", "compare", "sweep", "plot"})
     if (command.rfind(verb, 0) == 0 || command.rfind(std::string("sim ") + verb, 0) == 0)
       return false;
   return true;
@@ -80,6 +81,7 @@ TEST_CASE("the examples of both help texts run, and their runs are trusted") {
 
 TEST_CASE("the examples of README.md run, and their runs are trusted") {
   check(block_under("## Use"), 10);
+  check(block_under("## Many runs"), 3);
 }
 
 TEST_CASE("the scenes that README.md prints run, and are trusted") {

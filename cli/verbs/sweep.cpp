@@ -1,0 +1,315 @@
+#include "cli/verbs/sweep.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <list>
+
+#include "cli/command_line/integrator_choice.h"
+#include "cli/run/study_progress.h"
+#include "cli/verbs/sweep_cases.h"
+#include "cli/verbs/sweep_run.h"
+#include "cli/verbs/sweep_store.h"
+#include "core/base/error.h"
+#include "core/base/hash.h"
+#include "core/base/text.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr int kSomeFailed = 9, kTimedOut = 124;
+constexpr int kLookEvery = 100;  // ms, for signals and timeouts
+
+const std::vector<std::string>& run_names() {
+  static const std::vector<std::string> names{"integrator", "dt", "tol", "time", "steps", "seed"};
+  return names;
+}
+
+std::uint64_t hash_of(const std::vector<std::string>& texts) {
+  StateHash hash;
+  for (const std::string& text : texts) {
+    hash.add(static_cast<std::uint64_t>(text.size()));
+    for (const char c : text) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  }
+  return hash.value();
+}
+
+class Sweep {
+ public:
+  Sweep(const SweepRequest& request, const Environment& environment, Registry& registry);
+
+  std::string list() const;
+  // Runs what is not known yet. False when it was told to end.
+  bool run(StudyProgress& progress);
+  void collect();  // what earlier runs have kept
+  void write(Console& console) const;
+  std::string summary() const;
+  bool some_failed() const { return failed_ > 0 || missing() > 0; }
+
+ private:
+  struct Job {
+    std::size_t index;
+    CaseProcess process;
+  };
+
+  CaseRun case_run(std::size_t index) const;
+  std::uint64_t key(std::size_t index) const;
+  bool mine(std::size_t index) const {
+    return static_cast<std::int64_t>(index) % request_.parts == request_.part;
+  }
+  bool recall(std::size_t index);
+  void finish(Job& job, bool late);
+  void keep(std::size_t index, std::vector<std::string> fields, bool is_new);
+  std::size_t missing() const;
+
+  const SweepRequest& request_;
+  const Environment& environment_;
+  Registry& registry_;
+  SweepCases cases_;
+  std::vector<std::string> observed_;
+  std::optional<SweepStore> store_;
+  std::vector<std::vector<std::string>> rows_;  // of each case; empty: not known
+  std::size_t failed_ = 0, done_ = 0, kept_ = 0;
+  std::string scene_text_;
+};
+
+Sweep::Sweep(const SweepRequest& request, const Environment& environment, Registry& registry)
+    : request_(request), environment_(environment), registry_(registry) {
+  cases_ = request.cases.empty() ? product_of(request.over) : cases_in(request.cases);
+  rows_.resize(cases_.count());
+  if (!request.out.empty()) store_.emplace(request.out);
+  // With the scene's own values: what it knows of names.
+  const LoadedScene scene = load(request.scene, environment, registry);
+  if (scene.spec.world)
+    throw Error(ErrorKind::kUsage, {"several systems", request.scene.scene, "it is a world",
+                                    "name the file of one of its scenes"});
+  for (const ObserverSpec& observer : scene.spec.systems.front().observers)
+    observed_.push_back(observer.name);
+  std::vector<std::string> known = run_names();
+  for (const SceneArg& arg : scene.spec.args) known.push_back(arg.name);
+  for (const std::string& name : cases_.names)
+    if (std::ranges::find(known, name) == known.end())
+      throw Error(ErrorKind::kUsage,
+                  {"unknown name in a sweep", "'" + name + "'",
+                   "neither a run nor the scene has it", suggestion(name, known)});
+  if (cases_.has("time") && cases_.has("steps"))
+    throw Error(ErrorKind::kUsage, {"two lengths of a run", "time and steps",
+                                    "only one of them can hold", "keep one of them"});
+  std::ifstream in(scene.spec.file, std::ios::binary);
+  scene_text_.assign(std::istreambuf_iterator<char>(in), {});
+  for (std::size_t i = 0; i < cases_.count(); ++i) case_run(i);  // for its errors
+}
+
+// The request with the values of a case. Throws Error{kUsage} for what is no value.
+CaseRun Sweep::case_run(std::size_t index) const {
+  CaseRun run{request_.scene, {}, request_.steps, request_.checks, request_.verify};
+  run.scene.threads = 1;
+  std::string tol;
+  const auto positive = [](const std::string& name, const std::string& text) {
+    const auto value = parse_number(text);
+    if (!value || !(*value > 0))
+      throw Error(ErrorKind::kUsage, {"bad value in a sweep", name + " = '" + text + "'",
+                                      "it is a number above 0", ""});
+    return *value;
+  };
+  const auto whole = [](const std::string& name, const std::string& text) {
+    const auto value = parse_integer(text);
+    if (!value || *value < 0 || *value > kMostSteps)
+      throw Error(ErrorKind::kUsage, {"bad value in a sweep", name + " = '" + text + "'",
+                                      "it is a whole number of at least 0", ""});
+    return *value;
+  };
+  if (request_.time) run.time = positive("time", *request_.time);
+  for (std::size_t i = 0; i < cases_.names.size(); ++i) {
+    const std::string &name = cases_.names[i], &value = cases_.rows[index][i];
+    if (name == "integrator") {
+      const MethodChoice chosen = parse_integrator(value);
+      run.scene.integrator.name = chosen.name;
+      run.scene.integrator.given = chosen.given;
+    } else if (name == "dt") {
+      run.scene.dt = positive(name, value);
+    } else if (name == "tol") {
+      tol = shortest(positive(name, value));
+    } else if (name == "time") {
+      run.time = positive(name, value), run.steps.reset();
+    } else if (name == "steps") {
+      run.steps = whole(name, value), run.time.reset();
+    } else if (name == "seed") {
+      run.scene.seed = static_cast<std::uint64_t>(whole(name, value));
+    } else {
+      run.scene.settings[name] = value;
+    }
+  }
+  if (!tol.empty()) add_options(run.scene.integrator, tol, "", false);
+  return run;
+}
+
+// What the fields of a case depend on.
+std::uint64_t Sweep::key(std::size_t index) const {
+  const CaseRun run = case_run(index);
+  std::vector<std::string> texts{scene_text_, version_line(), command_for(run.scene),
+                                 run.scene.integrator.name, shortest(run.scene.dt)};
+  for (const auto& [name, value] : run.scene.integrator.given)
+    texts.push_back(name + "=" + to_text(value));
+  texts.push_back(run.time ? shortest(*run.time) : "");
+  texts.push_back(run.steps ? std::to_string(*run.steps) : "");
+  texts.push_back(run.verify ? "verified" : "");
+  if (run.checks)
+    for (const auto& limit : {run.checks->energy, run.checks->strain, run.checks->dt})
+      texts.push_back(limit ? shortest(*limit) : "");
+  return hash_of(texts);
+}
+
+std::string Sweep::list() const {
+  std::string text = "case";
+  for (const std::string& name : cases_.names) text += "," + csv_field(name);
+  text += '\n';
+  for (std::size_t i = 0; i < cases_.count(); ++i) {
+    if (!mine(i)) continue;
+    text += std::to_string(i);
+    for (const std::string& value : cases_.rows[i]) text += "," + csv_field(value);
+    text += '\n';
+  }
+  return text;
+}
+
+bool Sweep::recall(std::size_t index) {
+  if (!store_) return false;
+  auto fields = store_->get(index, key(index));
+  if (!fields || fields->size() != case_columns().size() + observed_.size() + 1) return false;
+  keep(index, std::move(*fields), false);
+  return true;
+}
+
+void Sweep::keep(std::size_t index, std::vector<std::string> fields, bool is_new) {
+  if (is_new && store_) store_->put(index, key(index), fields);
+  const std::string& exit = fields.front();
+  failed_ += exit != "0" && exit != std::to_string(static_cast<int>(ErrorKind::kDiverged));
+  rows_[index] = std::move(fields);
+  ++done_;
+  kept_ += !is_new;
+}
+
+void Sweep::finish(Job& job, bool late) {
+  const int exit = job.process.wait();
+  std::vector<std::string> fields = job.process.fields();
+  if (late)
+    fields = lost_case(kTimedOut, "not ready after " + brief(*request_.timeout) + " s",
+                       observed_.size());
+  else if (exit != 0 || fields.size() != case_columns().size() + observed_.size() + 1)
+    fields = lost_case(
+        exit == 0 ? 1 : exit,
+        exit > 128 ? "ended by signal " + std::to_string(exit - 128) : "it ended without a word",
+        observed_.size());
+  keep(job.index, std::move(fields), true);
+}
+
+bool Sweep::run(StudyProgress& progress) {
+  const study::Watch watch = progress.watch();
+  std::vector<std::size_t> waiting;
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < cases_.count(); ++i) {
+    total += mine(i);
+    if (mine(i) && !recall(i)) waiting.push_back(i);
+  }
+  std::ranges::reverse(waiting);
+  std::list<Job> jobs;
+  const auto begin = CaseProcess::Clock::now();
+  const auto time_left = [&]() -> std::string {
+    const std::size_t run = done_ - kept_;
+    if (run == 0) return "";
+    const std::chrono::duration<double> taken = CaseProcess::Clock::now() - begin;
+    const double each = taken.count() / static_cast<double>(run);
+    return ", " + brief(std::ceil(each * static_cast<double>(total - done_)), 3) + " s left";
+  };
+  while (!waiting.empty() || !jobs.empty()) {
+    while (!waiting.empty() && jobs.size() < static_cast<std::size_t>(request_.scene.threads)) {
+      const std::size_t index = waiting.back();
+      waiting.pop_back();
+      jobs.push_back({index, CaseProcess([&] {
+                        return measured_case(case_run(index), observed_, environment_, registry_);
+                      })});
+    }
+    std::vector<pollfd> pipes;
+    for (const Job& job : jobs) pipes.push_back({job.process.pipe(), POLLIN, 0});
+    ::poll(pipes.data(), pipes.size(), kLookEvery);
+    if (!watch(std::to_string(done_) + " of " + std::to_string(total) + " cases" + time_left(),
+               static_cast<double>(done_) / static_cast<double>(total)))
+      return false;
+    std::size_t at = 0;
+    for (auto job = jobs.begin(); job != jobs.end(); ++at) {
+      const bool late = request_.timeout && job->process.seconds() > *request_.timeout;
+      if (late) job->process.end();
+      if (!late && (pipes[at].revents == 0 || job->process.take())) {
+        ++job;
+        continue;
+      }
+      finish(*job, late);
+      job = jobs.erase(job);
+    }
+  }
+  return true;
+}
+
+void Sweep::collect() {
+  if (!store_)
+    throw Error(ErrorKind::kUsage, {"nothing to collect", "--collect",
+                                    "cases are kept beside the table", "add --out runs.csv"});
+  for (std::size_t i = 0; i < cases_.count(); ++i) recall(i);
+}
+
+std::size_t Sweep::missing() const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) count += rows_[i].empty() && mine(i);
+  return count;
+}
+
+void Sweep::write(Console& console) const {
+  Output table(request_.out.empty() ? Target{} : parse_target("--out", request_.out), console.out);
+  std::string& text = table.buffer();
+  text += "case";
+  for (const auto* names : {&cases_.names, &case_columns(), &observed_})
+    for (const std::string& name : *names) text += "," + csv_field(name);
+  text += ",seconds\n";
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (rows_[i].empty()) continue;
+    text += std::to_string(i);
+    for (const auto* fields : {&cases_.rows[i], &rows_[i]})
+      for (const std::string& each : *fields) text += "," + csv_field(each);
+    text += '\n';
+  }
+  table.commit();
+}
+
+std::string Sweep::summary() const {
+  std::string text = std::to_string(done_) + " cases";
+  if (kept_ > 0) text += ", " + std::to_string(kept_) + " of them kept from before";
+  if (missing() > 0) text += ", " + std::to_string(missing()) + " missing";
+  if (failed_ > 0) text += ", " + std::to_string(failed_) + " failed";
+  return text;
+}
+
+}  // namespace
+
+int sweep(const SweepRequest& request, const Environment& environment, Registry& registry,
+          Console& console) {
+  StudyProgress progress(request.progress, console);
+  Sweep sweep(request, environment, registry);
+  if (request.list) {
+    put(console.out, sweep.list());
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
+  const bool whole = request.collect || sweep.run(progress);
+  if (request.collect) sweep.collect();
+  progress.clear();
+  if (whole && (request.parts == 1 || request.collect)) sweep.write(console);
+  console.err << "sim: " << sweep.summary() << '\n' << std::flush;
+  if (const int code = progress.exit_code()) return code;
+  return sweep.some_failed() ? kSomeFailed : 0;
+}
+
+}  // namespace sim::cli

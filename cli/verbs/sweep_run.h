@@ -1,0 +1,61 @@
+// One case of a sweep: what is measured of it, and the process it runs in.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/run/check.h"
+#include "cli/run/scene.h"
+
+namespace sim::cli {
+
+// A run as a case says it.
+struct CaseRun {
+  SceneRequest scene;
+  std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
+  std::optional<std::int64_t> steps;
+  std::optional<Checks> checks;
+  bool verify = true;
+};
+
+// The columns of a case behind its values and before what the scene observes, and the last one.
+const std::vector<std::string>& case_columns();
+
+// The fields of these columns. Errors are rows as well: with the exit code and the reason.
+std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std::string>& observed,
+                                       const Environment& environment, Registry& registry);
+
+// The fields of a case that ended otherwise: killed, out of time.
+std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed);
+
+// A function in a process of its own, that answers with fields.
+class CaseProcess {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit CaseProcess(const std::function<std::vector<std::string>()>& work);  // throws Error{kIo}
+  ~CaseProcess();  // ends it if it still runs
+  CaseProcess(CaseProcess&& other) noexcept;
+  CaseProcess& operator=(CaseProcess&&) = delete;
+
+  int pipe() const { return pipe_; }        // readable when there is something to take()
+  bool take();                              // false: it has said everything
+  double seconds() const;                   // since its start
+  void end();                               // at once
+  int wait();                               // its exit code, 128 + signal
+  std::vector<std::string> fields() const;  // what it said
+
+ private:
+  pid_t child_ = -1;
+  int pipe_ = -1;
+  Clock::time_point begin_;
+  std::string said_;
+};
+
+}  // namespace sim::cli
