@@ -21,7 +21,7 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       app.add_flag("--show", t.show, "draw the run in the terminal, in its own time")
           ->disable_flag_override(),
       value("--color", t.color, "WHAT",
-            "strain, speed, error or mode (the fastest),\nup to a value: strain:0.1"),
+            "strain, speed, energy, error or mode (the\nfastest), up to a value: strain:0.1"),
       values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),
       app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
           ->disable_flag_override(),

@@ -35,7 +35,7 @@ Vec3 read_point(const std::string& text, const std::string& option) {
 }  // namespace
 
 const std::vector<std::string>& Look::colours() {
-  static const std::vector<std::string> names{"none", "strain", "speed", "error", "mode"};
+  static const std::vector<std::string> names{"none", "strain", "speed", "energy", "error", "mode"};
   return names;
 }
 

@@ -23,7 +23,7 @@ struct Look {
   std::vector<int> picked;            // springs at these particles
   int width = 1280, height = 720;     // pixels
 
-  static const std::vector<std::string>& colours();  // none, strain, speed, error, mode
+  static const std::vector<std::string>& colours();  // none, strain, speed, energy, error, mode
 };
 
 // Each reads one option into the look; throws Error{kUsage} naming it.

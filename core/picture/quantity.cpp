@@ -64,7 +64,19 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
           if (std::abs(value) > std::abs(held)) held = value;
         }
       }
-  } else if ((name == "error" || name == "mode") && frame.values.size() == n) {
+  } else if (name == "energy" && !frame.v.empty()) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec3 v(frame.v[3 * i], frame.v[3 * i + 1], frame.v[3 * i + 2]);
+      values.push_back(0.5 * model.mass[i] * v.dot(v));
+    }
+    for (const ModelFamily& family : model.families)
+      for (std::size_t s = 0; s < family.ends.size(); ++s) {
+        const auto [a, b] = family.ends[s];
+        const double d = (frame.at(b) - frame.at(a)).norm() - family.rest[s];
+        for (const int i : {a, b})
+          values[static_cast<std::size_t>(i)] += 0.25 * family.stiffness[s] * d * d;
+      }
+  } else if (name != "strain" && name != "speed" && frame.values.size() == n) {
     values = frame.values;
   }
   return values;
@@ -76,6 +88,7 @@ ColourScale colour_scale(const Look& look, std::span<const Model> models,
   scale.name = look.colour;
   if (look.colour == "strain") scale = {"strain", "%", 100, 1, true};
   if (look.colour == "speed") scale = {"speed", "m/s", 1, 1, false};
+  if (look.colour == "energy") scale = {"energy", "J", 1, 1, false};
   if (look.colour == "error") scale = {"error", "m", 1, 1, false};
   if (look.colour == "mode") scale = {"fastest mode", "", 1, 1, false};
   double most = 0;

@@ -1,10 +1,18 @@
 // Films: pictures piped into ffmpeg, which is another program and has to be there.
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <thread>
+
+#include "core/base/team.h"
 #include "core/base/text.h"
 #include "core/output/process.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
 namespace {
+
+constexpr std::size_t kMostAtOnce = 8;  // pictures drawn side by side
 
 // How ffmpeg is asked for each format.
 std::vector<std::string> codec(const std::string& format) {
@@ -33,8 +41,14 @@ class Film final : public sim::Writer {
 
   void commit() override {
     if (moments_.empty()) return;
-    sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
-    const int width = gallery.draw(0).width, height = gallery.draw(0).height;
+    // Pictures are drawn side by side, one a processor, and passed on in their order.
+    const std::size_t at_once =
+        std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce);
+    std::vector<std::unique_ptr<sim::Gallery>> galleries;
+    for (std::size_t i = 0; i < std::min(at_once, moments_.size()); ++i)
+      galleries.push_back(
+          std::make_unique<sim::Gallery>(task_.models, moments_, task_.look, task_.panels));
+    const int width = galleries[0]->draw(0).width, height = galleries[0]->draw(0).height;
     std::vector<std::string> words{program_,   "-loglevel",
                                    "error",    "-y",
                                    "-f",       "rawvideo",
@@ -45,10 +59,25 @@ class Film final : public sim::Writer {
     for (const std::string& word : codec(task_.format)) words.push_back(word);
     words.push_back("file:" + file_.temporary());
     sim::Process ffmpeg(words);
-    for (std::size_t i = 0; i < moments_.size(); ++i) {
+    sim::Team team(static_cast<int>(galleries.size()));
+    std::vector<const sim::Image*> images(galleries.size());
+    std::vector<std::exception_ptr> failures(galleries.size());
+    bool reads = true;
+    for (std::size_t i = 0; i < moments_.size() && reads; i += galleries.size()) {
       if (task_.stop && task_.stop()) return;
-      const sim::Image& image = gallery.draw(i);
-      if (!ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()})) break;
+      team.run([&](int rank) {
+        const auto k = static_cast<std::size_t>(rank);
+        try {
+          images[k] = i + k < moments_.size() ? &galleries[k]->draw(i + k) : nullptr;
+        } catch (...) {
+          failures[k] = std::current_exception();
+        }
+      });
+      for (const std::exception_ptr& failure : failures)
+        if (failure) std::rethrow_exception(failure);
+      for (const sim::Image* image : images)
+        reads = reads && (!image || ffmpeg.write({reinterpret_cast<const char*>(image->rgb.data()),
+                                                  image->rgb.size()}));
     }
     if (const std::string why = ffmpeg.finish(); !why.empty())
       throw sim::Error(sim::ErrorKind::kIo, {"no film", task_.file, "ffmpeg says: " + why,

@@ -62,7 +62,12 @@ class Html final : public sim::Writer {
 
   void add(const sim::Moment& moment) override {
     moments_.push_back(moment);
-    for (sim::Frame& frame : moments_.back()) frame.v = {};
+    const std::string& colour = task_.look.colour;
+    for (std::size_t m = 0; m < moment.size(); ++m) {
+      sim::Frame& frame = moments_.back()[m];
+      if (colour == "energy") frame.values = sim::quantity(task_.models[m], frame, colour);
+      frame.v = {};
+    }
   }
 
   void commit() override {
@@ -70,7 +75,9 @@ class Html final : public sim::Writer {
     const sim::Viewpoint view = sim::make_viewpoint(task_.models, moments_, task_.look);
     basis_ = view.ground ? *view.ground : sim::Ground{};
     const sim::ColourScale scale = sim::colour_scale(task_.look, task_.models, moments_);
-    measured_ = task_.look.colour == "error" || task_.look.colour == "mode" ? scale.most : 0;
+    const std::string& wanted = task_.look.colour;
+    const bool given = wanted == "error" || wanted == "mode" || wanted == "energy";
+    measured_ = given ? scale.most : 0;
     std::string data, models, planes;
     for (std::size_t m = 0; m < task_.models.size(); ++m) {
       append_structure(task_.models[m], data);

@@ -331,3 +331,43 @@ TEST_CASE("a scene says how it is looked at, and its user has the last word") {
     CHECK_THAT(done.err, Contains("s.lua") && Contains(why));
   }
 }
+
+TEST_CASE("other programs read meshes") {
+  if (!there("/usr/bin/assimp", {"version"})) return;
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  REQUIRE(run_sim({"-q", "-T", "0.1", "--out", "a.ply", "--out", "a.obj"}, here).code == 0);
+  here.program = "/usr/bin/assimp";
+  for (const char* file : {"a.ply", "a.obj"}) {
+    const auto read = run_sim({"info", file}, here);
+    INFO(read.out << read.err);
+    CHECK(read.code == 0);
+    CHECK_THAT(read.out, Contains("Faces:              98") || Contains("Faces: 98"));
+  }
+}
+
+TEST_CASE("VTK reads what it is given") {
+  if (!there("/usr/bin/python3", {"-c", "import vtkmodules.vtkIOXML"})) return;
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  REQUIRE(run_sim({"-q", "-T", "0.1", "--out", "a.vtp", "--dump=d.csv"}, here).code == 0);
+  here.program = "/usr/bin/python3";
+  const auto read =
+      run_sim({"-c",
+               "from vtkmodules.vtkIOXML import vtkXMLPolyDataReader\n"
+               "r = vtkXMLPolyDataReader(); r.SetFileName('a.vtp'); r.Update(); d = r.GetOutput()\n"
+               "assert (d.GetNumberOfPoints(), d.GetNumberOfLines(), d.GetNumberOfPolys()) == (64, "
+               "306, 98)\n"
+               "row = [l.split(',') for l in open('d.csv') if l.startswith('20,')][63]\n"
+               "assert list(d.GetPoint(63)) == [float(v) for v in row[3:6]]\n"
+               "names = [d.GetPointData().GetArrayName(i) for i in "
+               "range(d.GetPointData().GetNumberOfArrays())]\n"
+               "v = d.GetPointData().GetArray('velocity')\n"
+               "assert list(v.GetTuple(63)) == [float(w) for w in row[6:9]]\n"
+               "assert d.GetCellData().GetArray('strain').GetNumberOfTuples() == 404\n"},
+              here);
+  INFO(read.err);
+  CHECK(read.code == 0);
+}

@@ -140,6 +140,27 @@ TEST_CASE("strain of a spring is shown where it is") {
   CHECK(sim::colour_scale(look, seen.models, seen.moments).most == 0.1);
 }
 
+TEST_CASE("energies of particles are those of the system") {
+  Seen seen = cloth(4, 20);
+  const sim::Frame& frame = seen.moments.back()[0];
+  const auto values = sim::quantity(seen.models[0], frame, "energy");
+  REQUIRE(values.size() == 16);
+  double sum = 0, expected = 0;
+  for (const double value : values) sum += value;
+  // By its definition, spring by spring.
+  for (std::size_t i = 0; i < 16; ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      expected += 0.5 * seen.models[0].mass[i] * frame.v[3 * i + c] * frame.v[3 * i + c];
+  CHECK(expected > 0);
+  for (const sim::ModelFamily& family : seen.models[0].families)
+    for (std::size_t s = 0; s < family.ends.size(); ++s) {
+      const double stretch =
+          (frame.at(family.ends[s][0]) - frame.at(family.ends[s][1])).norm() - family.rest[s];
+      expected += 0.5 * family.stiffness[s] * stretch * stretch;
+    }
+  CHECK(sum == Approx(expected).epsilon(1e-13));
+}
+
 TEST_CASE("scales end at 1, 2, 3 or 5 times a power of ten") {
   CHECK(sim::round_up(0.0123) == Approx(0.02));
   CHECK(sim::round_up(1) == 1);
