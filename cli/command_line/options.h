@@ -15,6 +15,7 @@
 #include "cli/verbs/stability.h"
 #include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
+#include "cli/view/view.h"
 
 namespace sim::cli {
 
@@ -24,9 +25,9 @@ struct Message {
 };
 
 struct CommandLine {
-  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, TestRequest,
-               NewPluginRequest>
+  std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
+               DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
+               TestRequest, NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
