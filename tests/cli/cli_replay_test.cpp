@@ -51,6 +51,37 @@ TEST_CASE("a recording is run again, to the hash at its end") {
   CHECK(settings.err.find("not the settings of the recording") != std::string::npos);
 }
 
+TEST_CASE("what a session at the prompt changed is run again with the same bits") {
+  const TemporaryFolder folder;
+  ProgramOptions prompt{.program = SIM_REPL_BINARY, .folder = folder.path()};
+  prompt.input =
+      ".step 20\n.hand grab 35\n.hand move 35 0.6 -0.2 0.5 over 10\n.step 30\n.pin 12 13\n.undo\n"
+      ".hand release 35\n.dt 0.002\n.step 10\n.back 4\nset_velocity(30, {0, 1, 0})\n.step 3\n"
+      ".integrator verlet\n.unpin 5\n.step 9\n.reset\n.hand grab 20\n.step 4\n"
+      ".hand velocity 20 1 0 0\n.step 8\n.hash\n";
+  const Outcome session = run_sim({"-s", "n=6", "--record", "s.rec"}, prompt);
+  INFO(session.err);
+  REQUIRE(session.code == 0);
+  const Outcome again = run_sim({"--replay", "s.rec", "--json"}, {.folder = folder.path()});
+  INFO(read_text(folder.path() / "s.rec") << again.err);
+  CHECK(again.code == 0);
+  CHECK(again.err.find("s.rec replayed: the same bits") != std::string::npos);
+  CHECK(again.out.find(session.out.substr(session.out.size() - 17, 16)) != std::string::npos);
+
+  prompt.input = ".branch b\n.switch b\n";
+  const Outcome branch = run_sim({"--record", "b.rec"}, prompt);
+  CHECK(branch.code == 2);
+  CHECK(branch.err.find("not in a recording") != std::string::npos);
+
+  // A world: each system has its own lines.
+  prompt.input = ".system cloth\n.step 7\n.pin 40\n.step 5\n.system pendulum\n.pin 2\n.step 6\n";
+  REQUIRE(run_sim({"scenes/sample.lua", "--record", "w.rec"}, prompt).code == 0);
+  const Outcome world = run_sim({"--replay", "w.rec"}, {.folder = folder.path()});
+  INFO(read_text(folder.path() / "w.rec") << world.err);
+  CHECK(world.code == 0);
+  CHECK(world.err.find("the same bits") != std::string::npos);
+}
+
 TEST_CASE("what cannot be replayed is said with its line") {
   const TemporaryFolder folder;
   const auto says = [&](const std::string& text, int code, const std::string& part) {
