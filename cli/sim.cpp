@@ -38,6 +38,9 @@ struct Dispatch {
   int verb(const AdjacencyRequest& request, const Environment& env, sim::Registry& registry) const {
     return adjacency(request, env, registry, console);
   }
+  int verb(const ViewRequest& request, const Environment& env, sim::Registry& registry) const {
+    return view(request, env, registry, console);
+  }
   int verb(const ListRequest& request, const Environment& env, sim::Registry& registry) const {
     return list(request, env, registry, console);
   }

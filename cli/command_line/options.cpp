@@ -9,6 +9,7 @@
 #include "cli/command_line/option_values.h"
 #include "cli/command_line/out_options.h"
 #include "cli/command_line/study_options.h"
+#include "cli/command_line/view_options.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -49,10 +50,11 @@ struct Texts {
   std::vector<std::string> integrator, dt;  // several to compare
   std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
       every;
-  std::string snap, resume, check;
+  std::string snap, resume, replay, check;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
   OutTexts out;
+  ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
        verify = false, no_verify = false, man = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name;
@@ -87,7 +89,7 @@ class Parser {
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
 };
@@ -141,6 +143,8 @@ Parser::Parser() {
       value("--resume", t.resume, "FILE",
             "goes on from one, bit for bit; --time and --steps\n"
             "count from the start of the first run"),
+      value("--replay", t.replay, "FILE",
+            "repeats what hands did, with the same bits:\na file of sim view --record"),
       value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
       app_.add_flag("--verify", t.verify,
                     "run it again with half the step, however long\n"
@@ -191,6 +195,7 @@ Parser::Parser() {
   plot_->add_option("-x", t.plot.x, "column")->type_name("NAME");
   plot_->add_option("-y", t.plot.y, "column")->type_name("NAME");
   plot_->add_option("--by", t.plot.by, "a curve for each value of this column")->type_name("NAME");
+  view_ = add_view_options(app_, t.view);
 }
 
 // Words that no option or argument wanted.
@@ -217,6 +222,9 @@ void Parser::check_verb(const CLI::App& chosen) const {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
     if (&chosen == plot_ && option->get_name() == "--out") continue;
+    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt" ||
+                             option->get_name() == "--tol"))
+      continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -271,6 +279,13 @@ RunRequest Parser::run_request() const {
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
   if (!t.snap.empty()) request.snap = t.snap;
   if (!t.resume.empty()) request.resume = t.resume;
+  if (!t.replay.empty()) {
+    request.replay = t.replay;
+    request.scene.scene = t.scene;  // or that of the recording
+    if (request.time || request.steps || request.resume || request.debug_particle)
+      usage_error("no length of its own", "--replay with --time, --steps, --resume or the like",
+                  "a replay is as long as its recording", "leave the other out");
+  }
   if (t.verify && t.no_verify)
     usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");
   request.verify = t.verify ? Verify::kAlways : t.no_verify ? Verify::kNever : Verify::kQuick;
@@ -376,6 +391,13 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = new_plugin_request();
   } else if (chosen.front() == plot_) {
     line.request = plot_request();
+  } else if (chosen.front() == view_) {
+    SceneRequest scene = scene_request(texts_.view.scene);
+    scene.integrator = parse_integrator(only("--integrator", texts_.integrator));
+    add_options(scene.integrator, texts_.tol, "", false);
+    if (const std::string dt = only("--dt", texts_.dt); !dt.empty())
+      scene.dt = positive_number("--dt", dt);
+    line.request = view_request(texts_.view, std::move(scene));
   } else if (studies_.has(chosen.front())) {
     const CLI::App* study = chosen.front();
     const StudyBase base = study_base();

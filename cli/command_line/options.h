@@ -18,6 +18,7 @@
 #include "cli/verbs/sweep.h"
 #include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
+#include "cli/view/view.h"
 
 namespace sim::cli {
 
@@ -27,9 +28,9 @@ struct Message {
 };
 
 struct CommandLine {
-  std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
-               StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, CompareRequest,
-               SweepRequest, PlotRequest, TestRequest, NewPluginRequest>
+  std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
+               DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
+               CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

@@ -29,7 +29,7 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
-      history, mode, resume, init;
+      history, mode, resume, record, init;
   std::vector<std::string> set, off, plugin_path, load, codes, files;
   bool version = false, man = false;
   CLI::App app{kAbout, "simrepl"};
@@ -59,6 +59,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
   values("--off", off, "NAME", "a switch of the scene, off from the start; repeatable");
   value("--resume", resume, "FILE", "goes on from a checkpoint");
+  value("--record", record, "FILE", "what is changed, line by line, for sim --replay");
   value("--mode", mode, "MODE", "text, json or csv: how values are printed");
   value("--init", init, "FILE",
         "lines for the start, or none; at a terminal $SIM_INIT\nor ~/.config/sim/init.lua if not "
@@ -119,6 +120,10 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
       line.sources.push_back({true, files[next_file++]});
   }
   line.resume = resume;
+  line.record = record;
+  if (!record.empty() && !resume.empty())
+    throw Error(ErrorKind::kUsage, {"two beginnings", "--record and --resume",
+                                    "a recording begins where the scene does", "keep one"});
   line.init = init;
   line.plugin_path.assign(plugin_path.begin(), plugin_path.end());
   line.libraries.assign(load.begin(), load.end());

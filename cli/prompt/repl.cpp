@@ -2,14 +2,19 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "cli/prompt/repl_help.h"
 #include "cli/prompt/repl_terminal.h"
+#include "cli/run/replay_file.h"
 #include "cli/terminal/signals.h"
 
 namespace sim::cli {
@@ -87,6 +92,27 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   return session.exit_code.value_or(0);
 }
 
+// What a session writes down as long as it lives.
+class SessionRecord {
+ public:
+  SessionRecord(Session& session, const SceneRequest& scene, const std::string& file)
+      : session_(session) {
+    if (file.empty()) return;
+    out_.open(file, std::ios::binary | std::ios::trunc);
+    if (!out_) throw Error(ErrorKind::kIo, {"cannot write", file, std::strerror(errno), ""});
+    writer_.emplace(out_, recording_header(scene), session.live().scene().spec.world);
+    session.live().record(&*writer_);
+  }
+  ~SessionRecord() { session_.live().end_record(); }
+  SessionRecord(const SessionRecord&) = delete;
+  SessionRecord& operator=(const SessionRecord&) = delete;
+
+ private:
+  Session& session_;
+  std::ofstream out_;
+  std::optional<RecordingWriter> writer_;
+};
+
 void read_input(Session& session) {
   int number = 0;
   for (std::string line; !session.exit_code && std::getline(std::cin, line);)
@@ -106,6 +132,7 @@ int repl(const ReplCommandLine& line, const Environment& environment, Registry& 
     Session session(request, environment, registry, console);
     session.mode = line.mode;
     if (!line.resume.empty()) session.live().resume(line.resume);
+    const SessionRecord record(session, request.scene, line.record);
     if (!line.init.empty() && line.init != "none") session.read_init(line.init);
     if (request.interactive) return interact(session, line, console);
     for (const auto& source : line.sources) {

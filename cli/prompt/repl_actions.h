@@ -29,6 +29,7 @@ Answer set_velocity(Call& call);
 Answer set_component(Call& call);
 Answer pin(Call& call);
 Answer unpin(Call& call);
+Answer hand(Call& call);
 Answer toggle(Call& call);
 Answer forces(Call& call);
 Answer dump(Call& call);

@@ -46,12 +46,10 @@ void LiveScene::set_integrator(const MethodChoice& choice) {
     text.where.clear();
     throw Error(error.kind(), text);
   }
-  edit([&](Simulation& each) { each.set_integrator(*method); });
+  act({.what = Action::What::kIntegrator, .name = method->label(), .method = method});
 }
 
-void LiveScene::set_dt(double h) {
-  edit([&](Simulation& each) { each.set_dt(h); });
-}
+void LiveScene::set_dt(double h) { act({.what = Action::What::kDt, .value = h}); }
 
 void LiveScene::apply_choices(LoadedScene& scene) const {
   for (Simulation& each : scene.systems)
@@ -67,6 +65,7 @@ void LiveScene::apply_choices(LoadedScene& scene) const {
 std::vector<Change> LiveScene::reload(
     const std::optional<std::pair<std::string, std::string>>& setting) {
   check_idle();
+  check_one_way();
   SceneRequest request = origin_->request;
   if (setting) request.settings[setting->first] = setting->second;
   const auto fresh = read_origin(request, environment_, registry_);
@@ -110,6 +109,7 @@ void LiveScene::adopt(std::shared_ptr<SceneOrigin> origin) {
 
 void LiveScene::open(const std::string& scene) {
   check_idle();
+  check_one_way();
   SceneRequest request;
   request.scene = scene;
   request.seed = origin_->request.seed;
@@ -159,6 +159,7 @@ void LiveScene::add_branch(const std::string& name) {
 
 void LiveScene::switch_to(const std::string& name) {
   check_idle();
+  check_one_way();
   const Branch there = branch_named(name);
   branches_[branch_] = present();
   branches_.erase(name);
@@ -222,6 +223,7 @@ void LiveScene::save(const std::string& file) {
 
 void LiveScene::resume(const std::string& file) {
   check_idle();
+  check_one_way();
   const Checkpoint saved = read_checkpoint(file);
   SceneRequest request = origin_->request;
   complete(request, saved);

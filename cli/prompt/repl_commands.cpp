@@ -45,6 +45,8 @@ const std::array kCommands = std::to_array<Command>({
      actions::set_component},
     {"state", "pin", "pin", "I ...", "holds particles where they are", actions::pin},
     {"state", "unpin", "unpin", "I ...", "lets them go", actions::unpin},
+    {"state", "hand", "hand", "ACTION", "grab I; move I X Y Z over STEPS; release I", actions::hand,
+     true},
     {"state", "toggle", "toggle", "[NAME [on|off]]", "turns a switch of the scene; or lists them",
      actions::toggle},
     {"state", "springs", "springs", "I", "those at particle I, their strain and force",

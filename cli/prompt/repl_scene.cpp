@@ -192,7 +192,9 @@ LiveScene::Outcome LiveScene::run_until(const Condition& until) {
 void LiveScene::reset() {
   check_idle();
   for (std::size_t i = 0; i < timelines_.size(); ++i) {
-    origin_->scene.systems[i].reset();
+    Simulation& each = origin_->scene.systems[i];
+    if (writer_) writer_->reset(recorded_name(i), each.step_count());
+    each.reset();
     timelines_[i] = Timeline(origin_->scene.systems[i], budget_);
   }
   share_budget();
@@ -201,7 +203,11 @@ void LiveScene::reset() {
 // What is known is restored and run again; what is not is run.
 void LiveScene::travel(const std::vector<std::int64_t>& steps) {
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    timelines_[i].go_to(origin_->scene.systems[i], std::min(steps[i], timelines_[i].last()), go_on);
+    Simulation& each = origin_->scene.systems[i];
+    const std::int64_t from = each.step_count();
+    timelines_[i].go_to(each, std::min(steps[i], timelines_[i].last()), go_on);
+    if (writer_ && each.step_count() < from)
+      writer_->back(recorded_name(i), from, each.step_count());
     SessionSignals::check();
   }
   advance(origin_->scene, timelines_, steps);
@@ -244,7 +250,11 @@ bool LiveScene::undo() {
   const double t = system().t();
   std::vector<std::int64_t> steps;
   for (const Simulation& each : origin_->scene.systems) steps.push_back(each.step_count());
+  const std::size_t before = timelines_[current_].actions();
   if (!timelines_[current_].undo(system())) return false;
+  if (writer_)
+    writer_->undo(recorded_name(current_), before - timelines_[current_].actions(), steps[current_],
+                  system().step_count());
   steps[current_] = timelines_[current_].step_at(system(), t);
   travel(steps);
   return true;
@@ -252,9 +262,29 @@ bool LiveScene::undo() {
 
 void LiveScene::part() { timelines_[current_].part(system()); }
 
-void LiveScene::edit(const std::function<void(Simulation&)>& change) {
+void LiveScene::act(const Action& action) {
   check_idle();
-  timelines_[current_].edit(system(), change);
+  if (action.what == Action::What::kReset) return reset();
+  timelines_[current_].act(system(), action);
+  if (writer_) writer_->action(recorded_name(current_), system().step_count(), action);
+}
+
+std::string LiveScene::recorded_name(std::size_t index) const {
+  return scene().spec.world ? scene().systems[index].name() : "";
+}
+
+void LiveScene::check_one_way() const {
+  if (writer_)
+    usage_error("not in a recording", "it goes one way through one scene",
+                "leave out --record, or say it before");
+}
+
+void LiveScene::end_record() {
+  for (std::size_t i = 0; writer_ && i < timelines_.size(); ++i) {
+    const Simulation& each = scene().systems[i];
+    writer_->end(recorded_name(i), each.step_count(), each.hash());
+  }
+  writer_ = nullptr;
 }
 
 }  // namespace sim::cli

@@ -14,6 +14,7 @@
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
+#include "core/scene/recording.h"
 
 namespace sim::cli {
 
@@ -33,10 +34,9 @@ class LiveScene {
   const SystemSpec& spec() const { return scene().spec.systems[current_]; }
   void choose(std::size_t system) { current_ = system; }
   double start_energy(std::size_t system) const;  // J, from where its drift counts
-  // In J; not a number where it is not known, see WorkLedger.
   double work(std::size_t system) const { return ledger_.work(system, scene().systems[system]); }
-  double drift(std::size_t system, const Energy& now) const;
-  Track track(std::size_t system);  // with that start
+  double drift(std::size_t system, const Energy& now) const;  // J, as work; NaN: not known
+  Track track(std::size_t system);                            // with that start
 
   // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
   // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
@@ -48,21 +48,20 @@ class LiveScene {
 
   const std::optional<Judged>& judged() const { return judged_; }  // none before the first run
   std::vector<Look> looks;
-
   void reset();
-  void back(std::int64_t steps);  // Error{kUsage} for what is before the first snapshot
-  void go_to(double t);           // s; the same
-  bool undo();                    // the last change of the present system, at the same time
-  void part();                    // the next change counts by itself
-  void edit(const std::function<void(Simulation&)>& change);  // of the present system
+  void back(std::int64_t steps);   // Error{kUsage} for what is before the first snapshot
+  void go_to(double t);            // s; the same
+  bool undo();                     // the last change of the present system, at the same time
+  void part();                     // the next change counts by itself
+  void act(const Action& action);  // on the present system
+  void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
 
   // Choices that outlast a reload.
   void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
 
   // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
-  // what is different then. As before when it throws. Other branches keep the scene as they know
-  // it.
+  // what is different then. As before when it throws. Other branches keep their scene.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
   void open(const std::string& scene);  // another one, at its start
 
@@ -75,16 +74,18 @@ class LiveScene {
   // Up to where the shorter of the two has been; nothing when no bit differs. Throws Error{kUsage}
   // for branches whose scenes are not of the same numbers.
   std::optional<FirstDifference> diff(const std::string& a, const std::string& b);
-
   void save(const std::string& file);
   void resume(const std::string& file);
+  void end_record();
 
  private:
   Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                   const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
   std::vector<std::int64_t> targets_after(double seconds) const;
   void travel(const std::vector<std::int64_t>& steps);
-  void check_idle() const;  // throws Error{kUsage} inside a run
+  void check_idle() const;     // throws Error{kUsage} inside a run
+  void check_one_way() const;  // ... or in a recording
+  std::string recorded_name(std::size_t system) const;
   void share_budget();
   void take_looks(std::size_t system);
   void adopt(std::shared_ptr<SceneOrigin> origin);  // the present branch, at its start
@@ -104,6 +105,7 @@ class LiveScene {
   std::size_t current_ = 0;
   std::string branch_ = "main";
   std::map<std::string, Branch> branches_;  // the others
+  RecordingWriter* writer_ = nullptr;
 };
 
 }  // namespace sim::cli

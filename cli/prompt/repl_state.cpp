@@ -39,13 +39,11 @@ std::string table_text(Session& session, Mode mode, const std::string& text) {
   return "";
 }
 
-template <class Change>
-Answer for_each_particle(Call& call, Change change) {
+Answer for_each_particle(Call& call, Action::What what) {
   call.take(1, static_cast<std::size_t>(-1));
   for (std::size_t i = 0; i < call.count(); ++i) call.particle(i);  // all are there, or none
-  call.session.live().edit([&](Simulation& system) {
-    for (std::size_t i = 0; i < call.count(); ++i) change(system, call.particle(i));
-  });
+  for (std::size_t i = 0; i < call.count(); ++i)
+    call.session.live().act({.what = what, .particle = call.particle(i)});
   return {};
 }
 
@@ -114,14 +112,14 @@ Answer component(Call& call) {
 Answer set_position(Call& call) {
   const int i = call.particle(0);
   const Vec3 x = call.vector(1, "a position");
-  call.session.live().edit([&](Simulation& system) { system.set_position(i, x); });
+  call.session.live().act({.what = Action::What::kPosition, .particle = i, .x = x});
   return {};
 }
 
 Answer set_velocity(Call& call) {
   const int i = call.particle(0);
   const Vec3 v = call.vector(1, "a velocity");
-  call.session.live().edit([&](Simulation& system) { system.set_velocity(i, v); });
+  call.session.live().act({.what = Action::What::kVelocity, .particle = i, .x = v});
   return {};
 }
 
@@ -130,16 +128,23 @@ Answer set_component(Call& call) {
   const auto i = static_cast<int>(
       std::min<std::int64_t>(call.integer(0, 0, "a component"), std::int64_t{1} << 30));
   const double value = call.number(1, -INFINITY, "a value");
-  call.session.live().edit([&](Simulation& system) { system.set_component(i, value); });
+  call.session.live().act({.what = Action::What::kComponent, .particle = i, .value = value});
   return {};
 }
 
-Answer pin(Call& call) {
-  return for_each_particle(call, [](Simulation& system, int i) { system.set_pinned(i, true); });
-}
+Answer pin(Call& call) { return for_each_particle(call, Action::What::kPin); }
 
-Answer unpin(Call& call) {
-  return for_each_particle(call, [](Simulation& system, int i) { system.set_pinned(i, false); });
+Answer unpin(Call& call) { return for_each_particle(call, Action::What::kUnpin); }
+
+Answer hand(Call& call) {
+  call.take(1, 1);
+  LiveScene& live = call.session.live();
+  const Action action = parse_action(call.text(0, "an action"));
+  if (action.what == Action::What::kIntegrator)
+    live.set_integrator(parse_integrator(action.name));
+  else
+    live.act(action);
+  return {};
 }
 
 Answer toggle(Call& call) {
@@ -160,7 +165,7 @@ Answer toggle(Call& call) {
     if (wanted != "on" && wanted != "off") call.wrong("a switch is on or off");
     on = wanted == "on";
   }
-  live.edit([&](Simulation& system) { system.set_switch(name, on); });
+  live.act({.what = Action::What::kSwitch, .on = on, .name = name});
   return {name + (on ? " on" : " off")};
 }
 

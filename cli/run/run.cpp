@@ -7,6 +7,7 @@
 
 #include "cli/run/checkpoint_file.h"
 #include "cli/run/postmortem.h"
+#include "cli/run/replay_file.h"
 #include "cli/run/report.h"
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
@@ -111,7 +112,7 @@ class Run {
  public:
   // From where the drift of each system counts; empty = from here.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-      Registry& registry, Console& console);
+      std::optional<Replays> replays, Registry& registry, Console& console);
 
   int go();
 
@@ -119,6 +120,9 @@ class Run {
   Track* next_track();
   bool step(Track& track);
   void measure(Track& track, bool last = false);
+  void perform(Track& track) {
+    if (replays_) replays_->perform(static_cast<std::size_t>(&track - tracks_.data()), track);
+  }
   void verify(int caught);
   int conclude(int caught);
   void explain();
@@ -129,6 +133,7 @@ class Run {
   Registry& registry_;
   Console& console_;
   std::vector<Track> tracks_;
+  std::optional<Replays> replays_;
   std::optional<DumpTable> dump_;
   std::optional<EnergyTable> energy_;
   std::optional<ObserveTable> observe_;
@@ -151,11 +156,12 @@ bool shows_progress(const RunRequest& request, const Console& console) {
 }
 
 Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-         Registry& registry, Console& console)
+         std::optional<Replays> replays, Registry& registry, Console& console)
     : request_(request),
       scene_(scene),
       registry_(registry),
       console_(console),
+      replays_(std::move(replays)),
       report_(report_stream(request, console), scene),
       progress_(console.err, shows_progress(request, console)) {
   const bool tables = !tables_of(request).empty();
@@ -163,7 +169,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
   std::vector<const Simulation*> systems;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
-    const std::int64_t steps = steps_of(request, scene.systems[i]);
+    const std::int64_t steps = replays_ ? replays_->steps(i) : steps_of(request, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
                          tables ? frame_stride : Track::kNever,
@@ -173,7 +179,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                   {"nothing to run", "--resume",
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
-    shorten(request, tracks_.back());
+    if (!replays_) shorten(request, tracks_.back());
     if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }
@@ -215,8 +221,10 @@ void Run::measure(Track& track, bool last) {
 // right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
 bool Run::step(Track& track) {
   Simulation& system = track.system();
+  perform(track);
   try {
-    const std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
+    std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
+    if (replays_) most = std::min(most, replays_->due(system));
     return track.advance(tracks_.size() == 1 ? std::min(track.due(), most) : 1) > 0;
   } catch (const Error& error) {
     if (SessionSignals::any()) return false;  // Lua was stopped
@@ -249,6 +257,8 @@ int Run::go() {
 
   // A run that stopped early ends with the state it stopped in.
   const int caught = track ? interrupts.caught() : 0;
+  for (Track& each : tracks_)
+    if (each.finished()) perform(each);
   for (Track& each : tracks_) {
     if (each.finished()) continue;
     measure(each, true);
@@ -361,6 +371,10 @@ int Run::conclude(int caught) {
                                             : "; try a smaller --dt or another --integrator"));
   console_.err << explanation_;
   print_verdicts();
+  if (replays_ && !caught && verdict.trust != Trust::kDiverged) {
+    const std::string remark = replays_->compare(scene_);
+    if (!request_.quiet) console_.err << "sim: note: " << remark << '\n';
+  }
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
   if (request_.checks && !caught)
     for (Track& track : tracks_)
@@ -379,12 +393,15 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     saved = read_checkpoint(*asked.resume);
     complete(request.scene, *saved);
   }
+  std::optional<Replays> replays;
+  if (asked.replay) replays.emplace(*asked.replay).complete(request.scene);
   check_files(request.out, registry);
   if (const std::string why = cannot_show(); request.out.show && !why.empty()) {
     console.err << "sim: note: --show draws nothing: " << why << '\n';
     request.out.show = false;
   }
   LoadedScene scene = load(request.scene, environment, registry);
+  if (replays) replays->begin(scene, registry);
   std::vector<Account> accounts;
   if (saved) {
     resume_all(scene, request.scene, *saved, *asked.resume, registry);
@@ -412,7 +429,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
   if (!request.quiet) print_notes(scene, console);
-  return Run(request, scene, accounts, registry, console).go();
+  return Run(request, scene, accounts, std::move(replays), registry, console).go();
 }
 
 }  // namespace sim::cli

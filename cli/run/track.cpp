@@ -142,6 +142,13 @@ void Track::continue_from(double total, std::span<const double> work) {
   set_start(total);
 }
 
+void Track::touched(double energy) {
+  monitor_.touched(energy);
+  start_.potential += energy;
+  energy_step_ = observed_step_ = -1;
+  leave_unverified("positions not verified: hands were in it");
+}
+
 void Track::verify(const std::function<bool()>& stop) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
   const double strain = monitor_.verdict().figures.strain.strain;

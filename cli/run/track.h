@@ -37,7 +37,7 @@ class Track {
   // The same of a run that goes on: with the work of its first part, if that is known.
   void continue_from(double total, std::span<const double> work);
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
-
+  void touched(double energy);  // by a hand, at the present state, by so many J; no shadow then
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
   std::int64_t taken() const { return system_->step_count() - first_step_; }
@@ -54,8 +54,8 @@ class Track {
   void sample();             // looks at energy and error about 100 times a run, unevenly
   std::int64_t due() const;  // steps until the next of all these, at least 1
 
-  // Second order only. False when the energy of the present, finite state is not a finite number;
-  // remembered for the verdict.
+  // Second order only. False, for the verdict too, when the energy of the present state is not
+  // finite.
   bool energy_is_finite();
   const Energy& energy();  // of the present state
   const Energy& start_energy() const { return start_; }

@@ -45,6 +45,13 @@ void WorkIntegral::look(double t, double power) {
     by_parabolas_ += integral(times.last(3), powers.last(3), t_[count - 2], t);
 }
 
+void WorkIntegral::part() {
+  before_ += value_;
+  before_by_parabolas_ += by_parabolas_;
+  value_ = by_parabolas_ = 0;
+  looks_ = 0;
+}
+
 double WorkIntegral::with(double t, double power) const {
   WorkIntegral next = *this;
   next.look(t, power);
@@ -53,23 +60,29 @@ double WorkIntegral::with(double t, double power) const {
 
 double WorkIntegral::uncertainty() const {
   constexpr int kEnough = 7;
-  return looks_ < kEnough ? HUGE_VAL : 2 * std::abs(value_ - by_parabolas_);
+  if (looks_ < kEnough && before_ == 0) return HUGE_VAL;
+  return 2 * std::abs(value() - (before_by_parabolas_ + by_parabolas_));
 }
 
 std::vector<double> WorkIntegral::memory() const {
   std::vector<double> numbers{static_cast<double>(looks_), value_, by_parabolas_};
   numbers.insert(numbers.end(), std::begin(t_), std::end(t_));
   numbers.insert(numbers.end(), std::begin(power_), std::end(power_));
+  if (before_ != 0) numbers.insert(numbers.end(), {before_, before_by_parabolas_});
   return numbers;
 }
 
 bool WorkIntegral::recall(std::span<const double> memory) {
-  if (memory.size() != 3 + 2 * kNodes || !(memory[0] >= 0 && memory[0] < 1e15)) return false;
+  constexpr std::size_t kNumbers = 3 + 2 * kNodes;
+  const bool parts = memory.size() == kNumbers + 2;
+  if ((memory.size() != kNumbers && !parts) || !(memory[0] >= 0 && memory[0] < 1e15)) return false;
   looks_ = static_cast<std::int64_t>(memory[0]);
   value_ = memory[1];
   by_parabolas_ = memory[2];
   std::copy_n(memory.begin() + 3, kNodes, t_);
   std::copy_n(memory.begin() + 3 + kNodes, kNodes, power_);
+  before_ = parts ? memory[kNumbers] : 0;
+  before_by_parabolas_ = parts ? memory[kNumbers + 1] : 0;
   return true;
 }
 

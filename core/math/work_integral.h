@@ -13,10 +13,11 @@ namespace sim {
 class WorkIntegral {
  public:
   void look(double t, double power);  // s, W
-  double value() const { return value_; }
-  double with(double t, double power) const;         // value() if that were the next look
-  double uncertainty() const;                        // J; infinite before the seventh look
-  bool settled() const { return looks_ >= kNodes; }  // its first pieces are final
+  void part();  // behind the last look the power is another function: it may jump there
+  double value() const { return before_ + value_; }
+  double with(double t, double power) const;  // value() if that were the next look
+  double uncertainty() const;                 // J; infinite before the seventh look
+  bool settled() const { return before_ != 0 || looks_ >= kNodes; }  // its first pieces are final
 
   // All of it as numbers; recall() goes on from there, bit for bit. False for other numbers.
   std::vector<double> memory() const;
@@ -27,7 +28,8 @@ class WorkIntegral {
 
   std::int64_t looks_ = 0;
   double t_[kNodes] = {}, power_[kNodes] = {};  // the last ones, ascending
-  double value_ = 0, by_parabolas_ = 0;         // J
+  double value_ = 0, by_parabolas_ = 0;         // J, of this part
+  double before_ = 0, before_by_parabolas_ = 0;
 };
 
 }  // namespace sim

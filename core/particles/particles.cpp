@@ -89,7 +89,10 @@ void Particles::add(Force& force, std::vector<const Net*>& nets) {
   needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
 }
 
-void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
+// Drag in a kick of a splitting spares pinned particles only where each has an inverse mass of its
+// own, 0 for them.
+void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
+                           bool some_move) {
   std::ranges::copy(masses, mass_.begin());
   for (const int i : pinned)
     mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
@@ -99,7 +102,7 @@ void Particles::set_masses(const std::vector<double>& masses, const std::vector<
   free_.assign(n / 8 + 2, 0);
   pinned_count_ = 0;
   motion_.inverse_mass = 0;
-  bool uniform = true;
+  bool uniform = !some_move;
   for (std::size_t i = 0; i < n; ++i) {
     if (mass_[i] == std::numeric_limits<double>::infinity()) {
       ++pinned_count_;
@@ -176,10 +179,11 @@ double Particles::elastic_energy(double t, const double* state) const {
   return sum;
 }
 
-// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots: pinned particles have v = 0.
+// c sum |v|^2 of drag on free particles, less sum F.v over the forces F of dashpots on all.
 double Particles::damping_power(double t, const double* state, Array& sums) const {
   const ParticleView p = view(t, state);
   const double drag = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
+                        if (!p.free(i)) return 0.0;
                         return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
                       });
   if (!has_dashpots_) return drag;

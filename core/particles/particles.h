@@ -16,8 +16,8 @@
 namespace sim {
 
 // q' = v, v' = F(t, q, v, m) / M + g - (c / M) v, with g and c summed over the affine forces, and
-// m' = what each force with a memory m says. A pinned particle has infinite mass: its velocity and
-// acceleration are zero. A state is X = (q, v, m).
+// m' = what each force with a memory m says. A pinned particle has infinite mass: its acceleration
+// is zero, and so is its velocity unless a hand moves it. A state is X = (q, v, m).
 class Particles {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
@@ -25,11 +25,12 @@ class Particles {
   Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
             std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
 
-  // For the same particles and forces; steppers have to be made again.
-  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
+  // For the same particles and forces; steppers have to be made again. Where `some_move`, pinned
+  // ones may have velocities, which they keep.
+  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
+                  bool some_move = false);
   // Turns these off, by index, and all others on. Memories go on.
   void set_off(std::span<const std::size_t> forces, std::span<const std::size_t> colliders);
-
   const Layout& layout() const noexcept { return layout_; }
   ParticleView view(double t, const double* state) const;
   std::span<const double> masses() const noexcept { return mass_; }  // kg; infinity where pinned
@@ -47,8 +48,7 @@ class Particles {
   int reach() const noexcept { return reach_; }
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
-
-  // The memories of all forces, one behind the other from the end of the layout on.
+  // The memories of all forces, behind the layout.
   std::span<const ForceMemory> memories() const noexcept { return memories_; }
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }

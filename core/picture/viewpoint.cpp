@@ -79,11 +79,11 @@ V3 to_v3(const Vec3& v) {
 
 Vec3 unit_of(const Vec3& v) { return v / v.norm(); }
 
-struct View {
+struct Sight {
   Vec3 at, right, up, forward;
 };
 
-View view_from(const Vec3& at, const Vec3& towards_eye, const Vec3& up) {
+Sight view_from(const Vec3& at, const Vec3& towards_eye, const Vec3& up) {
   const Vec3 forward = -unit_of(towards_eye);
   Vec3 right = forward.cross(up);
   if (!(right.norm() > 1e-9)) right = forward.cross(Vec3(0.3, 0.5, 0.8));
@@ -93,7 +93,7 @@ View view_from(const Vec3& at, const Vec3& towards_eye, const Vec3& up) {
 
 // The nearest place of the eye from which all points are within the picture, moved along its plane
 // until they lie in the middle.
-double fit(View& view, std::span<const Vec3> points, double tan_x, double tan_y) {
+double fit(Sight& view, std::span<const Vec3> points, double tan_x, double tan_y) {
   double distance = 0;
   for (int round = 0; round < 6; ++round) {
     distance = 0;
@@ -192,7 +192,7 @@ Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> 
   const Vec3 camera_up = look.up ? unit_of(*look.up) : up;
   const Vec3 usual = only_numbers(models) ? Vec3(0, 0, 1) : Vec3(0.42 * along + 0.30 * up + front);
   const Vec3 towards = look.eye ? Vec3(*look.eye - look.at.value_or(viewpoint.origin)) : usual;
-  View view = view_from(look.at.value_or(viewpoint.origin), towards.norm() > 0 ? towards : usual,
+  Sight view = view_from(look.at.value_or(viewpoint.origin), towards.norm() > 0 ? towards : usual,
                         camera_up);
   Vec3 eye = look.eye.value_or(Vec3(0, 0, 0));
   if (!look.eye) {

@@ -23,6 +23,8 @@ namespace sim {
 
 class Writer;       // core/output/writer.h
 struct WriterTask;  // what it is to write
+class View;         // core/output/view.h
+struct ViewTask;    // what it is to show
 
 template <class Object>
 struct Kind;
@@ -63,6 +65,12 @@ struct Kind<Writer> {
   using Make = std::function<std::unique_ptr<Writer>(const Params&, const WriterTask&)>;
 };
 
+template <>
+struct Kind<View> {
+  static constexpr std::string_view name = "view", folder = "view";
+  using Make = std::function<std::unique_ptr<View>(const Params&, const ViewTask&)>;
+};
+
 // A kind as a value. The list of all kinds gives the order in which they are shown and numbered.
 struct PluginKind {
   std::uint32_t number;     // on the cards of plugins
@@ -77,7 +85,7 @@ struct KindList {
   static constexpr std::array<PluginKind, sizeof...(Objects)> all() {
     std::uint32_t number = 0;
     return {PluginKind{number++, Kind<Objects>::name, Kind<Objects>::folder,
-                       !std::is_same_v<Objects, Writer>}...};
+                       !std::is_same_v<Objects, Writer> && !std::is_same_v<Objects, View>}...};
   }
   template <class Object>
   static constexpr std::size_t index() {
@@ -87,7 +95,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -207,8 +207,12 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
 
 Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
                               double start_energy) {
-  const Snapshot snapshot = simulation.snapshot();
+  Snapshot snapshot = simulation.snapshot();
   const Settings& settings = *snapshot.settings;
+  // No hand comes back: what one holds is pinned.
+  for (const int i : settings.held)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      snapshot.x[simulation.shape().find("velocity")->at(static_cast<std::size_t>(i), axis)] = 0;
   return {simulation.name(),
           scene_identity(spec),
           settings.method.choice(),
@@ -217,7 +221,7 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
           snapshot.step,
           snapshot.n0,
           start_energy,
-          settings.pinned,
+          settings.fixed(),
           settings.off,
           snapshot.x,
           snapshot.memory,

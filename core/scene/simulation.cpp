@@ -289,6 +289,11 @@ void Simulation::stop_when(std::function<bool()> stop) {
 }
 
 void Simulation::reset() {
+  if (!impl_->settings->held.empty()) {
+    auto wanted = std::make_shared<Settings>(*impl_->settings);
+    wanted->held.clear();
+    impl_->adopt(std::move(wanted));
+  }
   impl_->step_count = impl_->n0 = 0;
   impl_->t0 = 0;
   if (impl_->particles)

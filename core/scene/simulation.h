@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -50,7 +49,7 @@ class Simulation {
   void stop_when(std::function<bool()> stop);
   const Divergence& divergence() const;
 
-  void reset();  // to t = 0 with the initial bits; changed settings (integrator, dt, pins) stay
+  void reset();  // to t = 0 with the initial bits; changed settings stay, but hands let go
 
   double t() const;
   double t(std::int64_t step) const;  // of that step, if nothing is changed in between
@@ -59,7 +58,7 @@ class Simulation {
   std::int64_t steps_for(double duration) const;  // the fewest steps that reach it
 
   const std::string& name() const;
-  double duration() const;
+  double duration() const;  // s
   const Method& method() const;
   IntegratorInfo integrator_info() const;
   const Integrator& integrator() const;
@@ -82,9 +81,8 @@ class Simulation {
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count
 
-  // From a snapshot of this system, taken with whatever settings, it goes on bit for bit.
   Snapshot snapshot() const;
-  void restore(const Snapshot& snapshot);
+  void restore(const Snapshot& snapshot);  // of this system: it goes on from there bit for bit
 
   // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or what a plugin throws,
   // and then leaves everything as it was. A particle that is pinned or unpinned is at rest.
@@ -92,6 +90,8 @@ class Simulation {
   void set_velocity(int i, const Vec3& v);
   void set_component(int i, double value);
   void set_pinned(int i, bool hold);
+  // By a hand: while it is held it keeps the velocity that it is given; let go, it flies on.
+  void set_held(int i, bool hold);
   bool pinned(int i) const;
   void set_switch(const std::string& name, bool on);
   std::vector<std::pair<std::string, bool>> switches() const;  // name, on; in order of names

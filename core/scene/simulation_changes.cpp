@@ -30,11 +30,17 @@ void check_finite(const Vec3& v, const std::string& what) {
 
 }  // namespace
 
+std::vector<int> Settings::fixed() const {
+  std::vector<int> all;
+  std::ranges::set_union(pinned, held, std::back_inserter(all));
+  return all;
+}
+
 void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
-  const bool other_pins = wanted->pinned != settings->pinned;
+  const bool other_pins = wanted->pinned != settings->pinned || wanted->held != settings->held;
   const bool other_switches = wanted->off != settings->off;
   const auto apply = [&](const Settings& chosen) {
-    if (other_pins) particles->set_masses(masses(), chosen.pinned);
+    if (other_pins) particles->set_masses(masses(), chosen.fixed(), !chosen.held.empty());
     if (other_switches) apply_switches(chosen);
   };
   apply(*wanted);
@@ -85,7 +91,7 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   check_finite(v, "velocity");
   Impl& s = *impl_;
   if (!s.particles) refuse_change("no velocity to set", "a first-order scene has none", "");
-  if (pinned(i))
+  if (pinned(i) && !std::ranges::binary_search(s.settings->held, i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
                   "unpin it first");
   for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = v[axis] + 0.0;
@@ -115,8 +121,25 @@ void Simulation::set_pinned(int i, bool hold) {
     wanted->pinned.insert(std::ranges::lower_bound(wanted->pinned, i), i);
   else
     std::erase(wanted->pinned, i);
+  const bool in_hand = std::ranges::binary_search(wanted->held, i);
   s.adopt(std::move(wanted));
-  for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = 0;
+  for (int axis = 0; axis < 3 && !in_hand; ++axis) s.number("velocity", i, axis) = 0;
+  s.restart();
+}
+
+void Simulation::set_held(int i, bool hold) {
+  check_particle(*this, i);
+  Impl& s = *impl_;
+  if (!s.particles) refuse_change("nothing to hold", "a first-order scene has no masses", "");
+  if (std::ranges::binary_search(s.settings->held, i) == hold) return;
+  auto wanted = std::make_shared<Settings>(*s.settings);
+  if (hold)
+    wanted->held.insert(std::ranges::lower_bound(wanted->held, i), i);
+  else
+    std::erase(wanted->held, i);
+  s.adopt(std::move(wanted));
+  if (hold || pinned(i))
+    for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = 0;
   s.restart();
 }
 

@@ -16,6 +16,9 @@ struct Settings {
   double h = 0;                  // s
   std::vector<int> pinned;       // ids, ascending
   std::vector<std::string> off;  // switches of the scene that are off, in order of their names
+  std::vector<int> held = {};    // by a hand: ids, ascending; pinned ones among them or not
+
+  std::vector<int> fixed() const;  // pinned or held
 };
 
 // The state after `step` steps. With a step size that changed at step n0 and time t0 the time of

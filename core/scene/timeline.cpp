@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
 
 namespace sim {
 namespace {
@@ -15,10 +18,27 @@ Timeline::Timeline(const Simulation& simulation, std::size_t budget)
   note(simulation, false);
 }
 
-void Timeline::note(const Simulation& simulation, bool edited) {
-  marks_.push_back({std::make_shared<Snapshot>(simulation.snapshot()), edited, start_});
+void Timeline::begin_anew(const Simulation& simulation) {
+  auto look = std::move(look_);
+  *this = Timeline(simulation, budget_);
+  look_ = std::move(look);
+}
+
+void Timeline::note(const Simulation& simulation, bool edited, bool stays) {
+  marks_.push_back(
+      {std::make_shared<Snapshot>(simulation.snapshot()), edited, edited || stays, start_, done_});
   bytes_ += marks_.back().state->bytes() + sizeof(Mark);
   if (bytes_ > budget_) thin();
+}
+
+void Timeline::count_bytes() {
+  bytes_ = acts_.size() * sizeof(Act);
+  for (const Mark& mark : marks_) bytes_ += mark.state->bytes() + sizeof(Mark);
+}
+
+void Timeline::part(const Simulation& simulation) {
+  close_edit(simulation);
+  ++part_;
 }
 
 void Timeline::close_edit(const Simulation& simulation) {
@@ -38,7 +58,64 @@ std::size_t Timeline::mark_at_or_before(std::int64_t step) const {
 void Timeline::restore(Simulation& simulation, std::size_t mark) {
   simulation.restore(*marks_[mark].state);
   start_ = marks_[mark].start;
+  done_ = marks_[mark].acts;
+  // What was being moved then.
+  moves_.clear();
+  for (std::size_t i = 0; i < done_; ++i) moves_.note(acts_[i].action, acts_[i].step);
+  moves_.forget_ended(simulation.step_count());
+  perform_due(simulation);
 }
+
+// --- Actions ----------------------------------------------------------------------------------
+
+// The energy that comes and goes at once, with a particle that is grabbed, moves the start.
+void Timeline::perform(Simulation& simulation, const Action& action, std::int64_t step) {
+  const bool moves = action.what == Action::What::kMove;
+  const double before = moves ? 0 : simulation.energy().total();
+  apply(simulation, action);
+  if (!moves) start_ += simulation.energy().total() - before;
+  moves_.note(action, step);
+  ++touches_;
+}
+
+// All that the present step asks for: moves end, then what was done here is done again.
+void Timeline::perform_due(Simulation& simulation) {
+  const std::int64_t now = simulation.step_count();
+  if (next_due() > now) return;
+  if (look_) look_();
+  if (moves_.end_due(simulation)) ++touches_;
+  for (; done_ < acts_.size() && acts_[done_].step <= now; ++done_)
+    perform(simulation, acts_[done_].action, acts_[done_].step);
+}
+
+// The next step at which something is to be done; the largest number if there is none.
+std::int64_t Timeline::next_due() const {
+  const std::int64_t end = moves_.due();
+  return done_ < acts_.size() ? std::min(end, acts_[done_].step) : end;
+}
+
+void Timeline::discard_after(const Simulation& simulation) {
+  last_ = simulation.step_count();
+  acts_.resize(done_);
+  marks_.resize(mark_at_or_before(last_) + 1);
+  count_bytes();
+}
+
+void Timeline::act(Simulation& simulation, const Action& action) {
+  if (action.what == Action::What::kReset)
+    throw Error(ErrorKind::kInternal, {"a timeline cannot begin anew", "", "", ""});
+  close_edit(simulation);
+  perform(simulation, action, simulation.step_count());
+  discard_after(simulation);
+  acts_.push_back({last_, part_, action});
+  done_ = acts_.size();
+  bytes_ += sizeof(Act);
+  // The time of a step follows from the step size of the mark before it.
+  if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
+    note(simulation, false, true);
+}
+
+// --- Snapshots --------------------------------------------------------------------------------
 
 // The older a part is, the fewer snapshots it keeps: every second one of the older three quarters
 // goes, until there is room. Where only changes are left, the oldest part of the timeline goes.
@@ -48,15 +125,14 @@ void Timeline::thin() {
     std::size_t kept = 1;
     bool dropped = false;
     for (std::size_t i = 1; i < before; ++i) {
-      dropped = !dropped && i < older && i + 1 < before && !marks_[i].edited;
+      dropped = !dropped && i < older && i + 1 < before && !marks_[i].stays;
       if (!dropped) marks_[kept++] = std::move(marks_[i]);
     }
     marks_.resize(kept);
     if (kept == before)
       marks_.erase(marks_.begin(), marks_.begin() + static_cast<std::ptrdiff_t>(
                                                         std::max<std::size_t>(1, before / 4)));
-    bytes_ = 0;
-    for (const Mark& mark : marks_) bytes_ += mark.state->bytes() + sizeof(Mark);
+    count_bytes();
   }
 }
 
@@ -75,17 +151,21 @@ int Timeline::steps(Simulation& simulation, std::int64_t most) {
       if (mark.edited && mark.state->step > before) end = std::min(end, mark.state->step);
     most = std::min(most, end - before);
   }
+  most = std::min(most, next_due() - before);
   const int taken = simulation.steps(most);
   if (taken == 0) return 0;
   const std::int64_t now = simulation.step_count();
   if (now > last_) {
     last_ = now;
+    perform_due(simulation);
     if (now - marks_.back().state->step >= kStride) note(simulation, false);
     return taken;
   }
   if (const std::size_t mark = mark_at_or_before(now);
       marks_[mark].state->step == now && marks_[mark].edited)
     restore(simulation, mark);
+  else
+    perform_due(simulation);
   return taken;
 }
 
@@ -94,19 +174,30 @@ void Timeline::edit(Simulation& simulation, const std::function<void(Simulation&
   change(simulation);
   before_edit_ = before;
   edit_open_ = true;
-  last_ = simulation.step_count();
-  marks_.resize(mark_at_or_before(last_) + 1);
-  bytes_ = 0;
-  for (const Mark& mark : marks_) bytes_ += mark.state->bytes() + sizeof(Mark);
+  discard_after(simulation);
 }
 
 bool Timeline::undo(Simulation& simulation) {
   close_edit(simulation);
   std::size_t mark = mark_at_or_before(simulation.step_count());
   while (mark > 0 && !marks_[mark].edited) --mark;
+  if (done_ > 0 && (mark == 0 || marks_[mark].acts < done_)) {  // actions came last
+    std::size_t first = done_ - 1;
+    const std::size_t least = mark == 0 ? 0 : marks_[mark].acts;
+    while (first > least && acts_[first - 1].part == acts_[done_ - 1].part) --first;
+    if (marks_.front().acts > first) return false;  // too old
+    last_ = acts_[first].step;
+    acts_.resize(first);
+    std::erase_if(marks_,
+                  [&](const Mark& each) { return each.state->step > last_ || each.acts > first; });
+    count_bytes();
+    return enter(simulation, last_, [] { return true; });
+  }
   if (mark == 0) return false;
   last_ = marks_[mark].state->step;
+  acts_.resize(marks_[mark].acts);
   marks_.resize(mark);
+  count_bytes();
   return enter(simulation, last_, [] { return true; });
 }
 
@@ -150,7 +241,10 @@ std::int64_t Timeline::step_at(const Simulation& simulation, double t) {
 int Timeline::edits() const {
   const auto edited =
       std::count_if(marks_.begin() + 1, marks_.end(), [](const Mark& mark) { return mark.edited; });
-  return static_cast<int>(edited) + (edit_open_ ? 1 : 0);
+  int parts = 0;
+  for (std::size_t i = 0; i < acts_.size(); ++i)
+    parts += i == 0 || acts_[i].part != acts_[i - 1].part ? 1 : 0;
+  return static_cast<int>(edited) + parts + (edit_open_ ? 1 : 0);
 }
 
 double Timeline::start_energy(const Simulation& simulation) const {

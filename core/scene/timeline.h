@@ -7,14 +7,15 @@
 #include <memory>
 #include <vector>
 
+#include "core/scene/action.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
 
-// A change by hand starts a new part of the timeline. Going back before it restores the settings of
-// then; going on from there makes the change again when its step comes. A change in the past
-// discards what came after. Changes between two calls of part() count as one. A copy is a branch:
-// it shares the snapshots. Every call gets the simulation, standing where this timeline left it.
+// Going back before a change by hand restores the settings of then; going on from there makes the
+// change again when its step comes. A change in the past discards what came after. Changes between
+// two calls of part() count as one. A copy is a branch: it shares the snapshots. Every call gets
+// the simulation, standing where this timeline left it.
 class Timeline {
  public:
   static constexpr std::size_t kDefaultBudget = std::size_t{64} << 20;  // bytes
@@ -22,18 +23,23 @@ class Timeline {
   // Starts with the present state.
   explicit Timeline(const Simulation& simulation, std::size_t budget = kDefaultBudget);
 
+  void begin_anew(const Simulation& simulation);  // at its present state, with nothing before
+
   // As Simulation::steps() and step().
   int steps(Simulation& simulation, std::int64_t most);
   bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
-
-  // A change by hand. When it throws, the timeline is as it was before.
+  // A change by hand: kept by its step, a value. A move that ends later is stopped by the steps.
+  // When it throws, the timeline is as it was before, and so for edit().
+  void act(Simulation& simulation, const Action& action);
+  // A change that is no Action: a snapshot after it is kept.
   void edit(Simulation& simulation, const std::function<void(Simulation&)>& change);
 
-  // The next change counts by itself, also at the same step.
-  void part(const Simulation& simulation) { close_edit(simulation); }
+  // Asked to look before anything is done or ends at a step that was just taken.
+  void before_touch(std::function<void()> look) { look_ = std::move(look); }
 
-  // Takes back the last change at or before the present step, and what came after it. False when
-  // there is none.
+  void part(const Simulation& simulation);  // the next change counts by itself
+
+  // Takes back the last change up to the present step, and what came after; false: there is none.
   bool undo(Simulation& simulation);
 
   // Goes to the state after `step` steps, at least first(). Calls `go_on` between steps. If it
@@ -41,25 +47,25 @@ class Timeline {
   // is false.
   bool go_to(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
-  // Takes a snapshot of the present, so that a copy of this timeline can start from here.
-  void keep(const Simulation& simulation);
+  void keep(const Simulation& simulation);  // takes a snapshot, so that a copy can start from here
 
   // Puts any simulation of the same scene where this timeline was at that step.
   bool enter(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   std::int64_t first() const { return marks_.front().state->step; }  // older ones did not fit
   std::int64_t last() const { return last_; }                        // as far as it has been
-  double first_t() const { return marks_.front().state->t(); }       // s
-  std::int64_t step_at(const Simulation& simulation, double t);      // the step nearest to t s
-  int edits() const;  // the changes that were not discarded
+  double first_t() const { return marks_.front().state->t(); }
+  std::int64_t step_at(const Simulation& simulation, double t);  // the step nearest to t s
+  std::int64_t touches() const { return touches_; }  // what was done or ended, again too
+  int edits() const;                                 // the changes that were not discarded
+  int part_of_last() const { return done_ > 0 ? acts_[done_ - 1].part : -1; }  // of those actions
+  std::size_t actions() const { return done_; }                                // up to the present
 
-  // The total energy at the start, in J, and what changes by hand have put in since: drift counts
-  // from there.
+  // J, at the start, and what changes by hand have put in since: drift counts from there.
   double start_energy(const Simulation& simulation) const;
   void set_start(double energy);  // of a timeline that has only begun
 
-  // Up to this step, at least, both are the same; -1 when they share nothing.
-  std::int64_t common(const Timeline& other) const;
+  std::int64_t common(const Timeline& other) const;  // the same up to there at least; or -1
 
   std::size_t bytes() const { return bytes_; }
   void set_budget(std::size_t bytes);
@@ -67,11 +73,21 @@ class Timeline {
  private:
   struct Mark {
     std::shared_ptr<const Snapshot> state;
-    bool edited;   // a change was made here
-    double start;  // J, from where the drift counts
+    bool edited, stays;  // a change that is no action was made here; it is never thinned out
+    double start;        // J, from where the drift counts
+    std::size_t acts;    // of the actions, so many came before
   };
-
-  void note(const Simulation& simulation, bool edited);
+  struct Act {
+    std::int64_t step;
+    int part;
+    Action action;
+  };
+  void note(const Simulation& simulation, bool edited, bool stays = false);
+  void discard_after(const Simulation& simulation);
+  void perform(Simulation& simulation, const Action& action, std::int64_t step);
+  void perform_due(Simulation& simulation);
+  std::int64_t next_due() const;
+  void count_bytes();
   void close_edit(const Simulation& simulation);
   void restore(Simulation& simulation, std::size_t mark);
   std::size_t mark_at_or_before(std::int64_t step) const;
@@ -79,7 +95,13 @@ class Timeline {
 
   std::size_t budget_, bytes_ = 0;
   std::vector<Mark> marks_;  // by step; of several at one step the last one holds
+  std::vector<Act> acts_;    // in their order
+  std::size_t done_ = 0;     // of them, up to the present
+  Moves moves_;
   std::int64_t last_ = 0;
+  int part_ = 0;
+  std::int64_t touches_ = 0;
+  std::function<void()> look_;
   bool edit_open_ = false;  // the changes at the present step have no mark yet
   double before_edit_ = 0;  // J, total energy
   double start_ = 0;        // J

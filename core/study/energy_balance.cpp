@@ -26,6 +26,53 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   in_play_ = start_.kinetic;
 }
 
+void EnergyBalance::touched(double energy) {
+  const ParticleSystem& particles = *particles_of(*system_);
+  start_.potential += energy;
+  has_held_ = !system_->settings().held.empty();
+  if (damped_) work_.part();
+  damped_ = damped_ || has_held_ || particles.has_damping();
+  if (!damped_) return;
+  if (sums_.size() == 0) sums_ = Array(Layout(system_->particles(), 3).size());
+  work_.look(system_->t(), power());
+  steps_ = 0;
+}
+
+// A hand gives what the forces on the particle take from it: -F.v. Where nothing but its motion
+// changes the energy, E' = -F.v, for gravity and drag act on free particles only. Forces that do
+// work give the hand what they take from it.
+double EnergyBalance::hands() const {
+  const ParticleSystem& particles = *particles_of(*system_);
+  const double t = system_->t();
+  const ParticleView p = particles.view(t, system_->state().data());
+  double power = 0;
+  std::vector<Link> links;
+  for (const int i : system_->settings().held) {
+    const Vec3 v = p.velocity(i);
+    if (v == Vec3::Zero()) continue;
+    Vec3 sum = Vec3::Zero();
+    for (Force* force : particles.forces()) {
+      if (force->springs()) {
+        links.clear();
+        force->links(i, links);
+        for (const Link& link : links)
+          sum += spring_force(p.position(i) - p.position(link.to), link.stiffness,
+                              link.stiffness * link.rest);
+      }
+      if (std::ranges::count(particles.other_forces(), force) == 0) continue;
+      if (std::ranges::count(working_, force) > 0) continue;
+      std::ranges::fill(sums_.span(), 0.0);
+      const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
+      const ParticleView own = particles.seen_by(*force, p);
+      force->prepare(own, particles.team());
+      force->accumulate(own, {i, i + 1}, {fx, fy, fz});
+      sum += Vec3(fx[i], fy[i], fz[i]);
+    }
+    power += sum.dot(v);
+  }
+  return power;
+}
+
 double EnergyBalance::power() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
@@ -44,6 +91,7 @@ double EnergyBalance::power() const {
     for (int i = 0; i < p.n; ++i)
       if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
   }
+  if (has_held_) power += hands();
   return power;
 }
 

@@ -24,6 +24,10 @@ class EnergyBalance {
   void advance(std::int64_t steps = 1);
   std::int64_t due() const;  // steps until the present state is wanted again
 
+  // After a hand did something at the present state, which changed the energy by so many J at once:
+  // that counts as the start; what it pulls from now on is work, as that of any force.
+  void touched(double energy);
+
   void look() { look(system_->energy()); }  // at the present state
   void look(const Energy& now);             // ... whose energy is known
 
@@ -42,10 +46,11 @@ class EnergyBalance {
 
  private:
   double power() const;      // of the damping and of forces that do work, W
+  double hands() const;      // taken by them, W
   double potential() const;  // that such forces add to E all the same, J
 
   Simulation* system_;
-  bool damped_ = false, confined_ = false;
+  bool damped_ = false, confined_ = false, has_held_ = false;
   mutable Array sums_;  // scratch of power()
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J

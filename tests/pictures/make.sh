@@ -16,6 +16,7 @@ picture 800 450 scenes/cloth_ball.lua -s n=24 -T 1.2 --out "$folder/ball.png"
 picture 800 450 scenes/flag.lua -T 2 --out "$folder/flag.png"
 picture 800 450 scenes/cloth.lua -s n=12 -T 0.5 --springs 65 --out "$folder/springs.png"
 picture 800 450 scenes/cloth.lua -s n=24 -d 0.002 -T 0.45 --wireframe --out "$folder/wireframe.png"
+((share > 1)) || python3 -B "$(dirname -- "$0")/../view/picture.py" "$sim" "$folder/page.png"
 picture 800 450 scenes/cloth.lua -s n=32 -d 0.002 -T 0.36 --color strain:0.5 --out "$folder/strain.png"
 "$sim" compare scenes/cloth.lua -s n=12 -T 0.7 -d 0.006 -i rk4 -i verlet -i implicit_euler --progress off \
   --color error:0.1 --size "$((1200 / share))x$((360 / share))" --out "$folder/compare.png" > /dev/null

@@ -91,7 +91,8 @@ TEST_CASE("every kind has a name, a folder and its place in the list") {
   for (std::uint32_t i = 0; i < sim::kPluginKinds.size(); ++i) {
     CHECK(sim::kPluginKinds[i].number == i);
     CHECK(words.emplace(sim::kPluginKinds[i].name).second);
-    CHECK(words.emplace(sim::kPluginKinds[i].folder).second);
+    if (sim::kPluginKinds[i].folder != sim::kPluginKinds[i].name)  // as of views
+      CHECK(words.emplace(sim::kPluginKinds[i].folder).second);
   }
   CHECK(sim::kind_of<sim::Force>.name == "force");
   CHECK(sim::kind_of<sim::Collider>.folder == "colliders");

@@ -99,8 +99,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"plugins/motions", ground_and({"core/particles", "core/plugin"})},
     {"plugins/constraints", ground_and({"core/particles", "core/plugin"})},
     {"plugins/integrators", ground_and({"core/ode", "core/plugin"})},
-    {"plugins/view", kToOutput},
     {"plugins/writers", ground_and({"core/plugin", "core/picture", "core/output"})},
+    {"plugins/view", ground_and({"core/plugin", "core/output"})},
     {"cli",
      [] {
        std::set<std::string> rooms = kToOutput;
@@ -291,7 +291,7 @@ TEST_CASE("a file that is compiled once an instruction set says so in its name")
 TEST_CASE("every plugin file has its line in CMakeLists.txt") {
   std::set<std::string> named;
   for (const std::string& line : lines_of(fs::path(SIM_SOURCE_DIR) / "CMakeLists.txt"))
-    if (std::smatch match; std::regex_search(line, match, std::regex(R"(^sim_plugin\((\S+)\))")))
+    if (std::smatch match; std::regex_search(line, match, std::regex(R"(^\s*sim_plugin\((\S+)\))")))
       named.insert("plugins/" + match[1].str());
   std::set<std::string> present;
   for (const File& file : cpp_files({"plugins", "core"}))

@@ -86,6 +86,7 @@ Simulation Shadow::finer_run(double& steps_per_step) const {
                     {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
   auto settings = std::make_shared<Settings>(shadow.settings());
   settings->pinned = own.pinned;
+  settings->held = own.held;
   shadow.restore({std::move(settings), 0, 0, start_.t(), start_.x, {}});
   return shadow;
 }

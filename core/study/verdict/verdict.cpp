@@ -1,6 +1,7 @@
 #include "core/study/verdict/verdict.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/text.h"
 #include "core/study/verdict/criterion.h"
@@ -58,6 +59,14 @@ Monitor::~Monitor() = default;
 Monitor::Monitor(Monitor&&) noexcept = default;
 Monitor& Monitor::operator=(Monitor&&) noexcept = default;
 
+// Momentum holds no longer where a hand pulled.
+void Monitor::touched(double energy) {
+  if (!balance_) return;
+  balance_->touched(energy);
+  start_.potential += energy;
+  touched_ = true;
+}
+
 void Monitor::look(const Energy* energy) {
   if (energy) {
     highest_ = std::max(highest_, energy->total() - start_.total());
@@ -75,6 +84,12 @@ Verdict Monitor::verdict(const Parting& parting) {
   std::vector<Finding> findings;
   findings.push_back(finding_of(parting, *system_));
   for (const auto& criterion : criteria_) criterion->conclude(verdict.figures, findings);
+  if (touched_ && verdict.figures.momentum > 0) {
+    verdict.figures.momentum = std::nan("");
+    std::erase_if(findings, [](const Finding& each) {
+      return each.words.starts_with("momentum changed");
+    });
+  }
   const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
   if (start_scale_ > 0 && highest_ > kExplosion * start_scale_ && !right) {
     verdict.trust = Trust::kDiverged;

@@ -81,6 +81,8 @@ class Monitor {
   }
   bool recall_work(std::span<const double> memory) { return balance_ && balance_->recall(memory); }
   double work() const { return balance_ ? balance_->taken() : 0; }  // by drag so far, J
+  // After a hand changed the energy by so much, in J; see EnergyBalance.
+  void touched(double energy);
   // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);
 
@@ -93,6 +95,7 @@ class Monitor {
   double start_scale_ = 0;  // J, at the start and the first time that anything moves
   double highest_ = 0;      // J, rise of E above the start
   Energy start_;
+  bool touched_ = false;  // by a hand
   std::vector<std::unique_ptr<Criterion>> criteria_;
 };
 

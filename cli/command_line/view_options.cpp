@@ -1,0 +1,39 @@
+#include "cli/command_line/view_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "cli/command_line/option_values.h"
+
+namespace sim::cli {
+
+CLI::App* add_view_options(CLI::App& app, ViewTexts& texts) {
+  CLI::App* view = app.add_subcommand("view", "SCENE: see it run, pull it, pin it, in the browser");
+  view->fallthrough()->allow_extras();
+  view->get_formatter()->column_width(26);
+  view->add_option("SCENE", texts.scene, "Lua file; scenes/cloth.lua if not given")->type_name("");
+  view->add_option("--port", texts.port, "of the page on this machine; a free one if not given")
+      ->type_name("N");
+  view->add_flag("--no-open", texts.no_open, "print the address, open no browser")
+      ->disable_flag_override();
+  view->add_option("--record", texts.record,
+                   "what hands do, line by line; sim --replay FILE\nrepeats it with the same bits")
+      ->type_name("FILE");
+  view->footer(
+      "It takes -i, -d, --tol, --set, --off, --without, --seed, --threads, --plugin-path\n"
+      "and --load, as in sim --help. The page shows its keys when ? is pressed.\n");
+  return view;
+}
+
+ViewRequest view_request(const ViewTexts& texts, SceneRequest scene) {
+  constexpr std::int64_t kMostPort = 65535;
+  ViewRequest request;
+  request.scene = std::move(scene);
+  if (!texts.port.empty())
+    request.port = static_cast<int>(integer_between("--port", texts.port, 1, kMostPort));
+  request.open = !texts.no_open;
+  request.terminal = texts.terminal;
+  if (!texts.record.empty()) request.record = texts.record;
+  return request;
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,25 @@
+// sim view: its options.
+#pragma once
+
+#include <string>
+
+#include "cli/view/view.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace sim::cli {
+
+// As text, as the command line has them.
+struct ViewTexts {
+  std::string scene, port, record;
+  bool no_open = false, terminal = false;
+};
+
+CLI::App* add_view_options(CLI::App& app, ViewTexts& texts);
+
+// Throws Error{kUsage}.
+ViewRequest view_request(const ViewTexts& texts, SceneRequest scene);
+
+}  // namespace sim::cli

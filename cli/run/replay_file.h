@@ -1,0 +1,50 @@
+// --replay FILE: a run that hands had a part in, once more.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/run/scene.h"
+#include "cli/run/track.h"
+#include "core/scene/replay.h"
+
+namespace sim::cli {
+
+class Replays {
+ public:
+  // Throws Error{kIo} and what parse_recording throws.
+  explicit Replays(const std::string& file);
+
+  // Gives the request what the recording says and it does not say itself: scene, settings,
+  // switches, seed, integrator, step. Throws Error{kScene} for a header that makes no sense.
+  void complete(SceneRequest& request);
+
+  // With the methods of all actions. Throws Error{kScene} for a recording of other systems.
+  void begin(const LoadedScene& scene, Registry& registry);
+  std::int64_t steps(std::size_t system) const;
+  std::int64_t due(const Simulation& simulation) const { return replays_.front().due(simulation); }
+
+  // What hands did at the present state; throws Error{kScene} with its line.
+  void perform(std::size_t system, Track& track);
+
+  // At the end; a remark for people. Throws Error{kCheck} for other bits than those recorded.
+  std::string compare(const LoadedScene& scene) const;
+
+ private:
+  const RecordedSystem* recorded(std::size_t system) const;
+
+  std::string file_;
+  Recording recording_;
+  bool same_ = true;  // the request says nothing else than the recording: so the bits must be
+  std::vector<std::string> names_;
+  std::vector<Replay> replays_;
+};
+
+// The header of a recording of such a scene.
+std::vector<std::pair<std::string, std::string>> recording_header(const SceneRequest& request);
+
+// The method that an action names; throws Error{kUsage}.
+Method method_of(const Action& action, Registry& registry);
+
+}  // namespace sim::cli

@@ -1,0 +1,114 @@
+#include "cli/view/view.h"
+
+#include <sys/random.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <optional>
+
+#include "cli/run/replay_file.h"
+#include "cli/terminal/signals.h"
+#include "cli/view/live.h"
+#include "core/base/error.h"
+#include "core/output/view.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr double kFrame = 1.0 / 60;  // s between two frames
+constexpr double kShare = 0.75;      // of it, for steps
+
+std::string random_token() {
+  unsigned char bytes[16];
+  if (::getrandom(bytes, sizeof bytes, 0) != static_cast<ssize_t>(sizeof bytes))
+    throw Error(ErrorKind::kIo, {"no random numbers", "", "the system gives none", ""});
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += "0123456789abcdef"[byte >> 4];
+    token += "0123456789abcdef"[byte & 15];
+  }
+  return token;
+}
+
+const Plugin<View>& page_plugin(Registry& registry) {
+  const PluginInfo* found = registry.find(kind_of<View>, "web");
+  if (!found)
+    throw Error(ErrorKind::kIo,
+                {"no page", "sim view", "this build has no web server",
+                 "install libwebsockets-dev and build again, or look with --terminal"});
+  return static_cast<const Plugin<View>&>(*found);
+}
+
+// Where there is a screen; the browser is its own process.
+void open_browser(const std::string& address) {
+  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
+  const pid_t child = ::fork();
+  if (child != 0) {
+    if (child > 0) ::waitpid(child, nullptr, 0);
+    return;
+  }
+  if (::fork() == 0) {
+    ::setsid();
+    std::freopen("/dev/null", "w", stdout);
+    std::freopen("/dev/null", "w", stderr);
+    ::execlp("xdg-open", "xdg-open", address.c_str(), nullptr);
+  }
+  ::_exit(0);
+}
+
+}  // namespace
+
+int view(const ViewRequest& request, const Environment& environment, Registry& registry,
+         Console& console) {
+  const Plugin<View>& plugin = page_plugin(registry);
+  LoadedScene scene = load(request.scene, environment, registry);
+  Live live(scene, request.scene, registry);
+
+  std::ofstream file;
+  std::optional<RecordingWriter> writer;
+  if (request.record) {
+    file.open(*request.record, std::ios::binary | std::ios::trunc);
+    if (!file)
+      throw Error(ErrorKind::kIo, {"cannot write", *request.record, std::strerror(errno), ""});
+    writer.emplace(file, recording_header(request.scene), scene.spec.world);
+    live.player().record(&*writer);
+  }
+
+  ViewTask task{live.page(), random_token(), request.port};
+  const auto server =
+      made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+  const std::string port = server->address().substr(17, server->address().find('/', 17) - 17);
+  console.out << server->address() << '\n';
+  console.err << "from elsewhere: ssh -L " << port << ":127.0.0.1:" << port
+              << " HOST, then that address; Ctrl-C ends\n";
+  flush_or_throw(console.out, "standard output");
+  if (request.open) open_browser(server->address());
+
+  using Clock = std::chrono::steady_clock;
+  const Interrupts interrupts;
+  auto next = Clock::now();
+  while (!interrupts.caught()) {
+    const double left = std::chrono::duration<double>(next - Clock::now()).count();
+    for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
+      const std::string answer = live.take(message.from, message.text);
+      if (!answer.empty()) server->answer(message.from, answer);
+    }
+    if (Clock::now() < next) continue;
+    next = std::max(
+        next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kFrame)),
+        Clock::now());
+    live.run(kShare * kFrame);
+    if (server->wants_frame()) server->show(live.frame());
+  }
+  live.player().end_record();
+  return 128 + interrupts.caught();
+}
+
+}  // namespace sim::cli

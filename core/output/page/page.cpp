@@ -1,0 +1,337 @@
+#include "core/output/page/page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/output/bytes.h"
+#include "core/output/deflate.h"
+#include "core/output/format.h"
+
+namespace sim {
+namespace {
+
+constexpr char kPage[] =
+#include "core/output/page/viewer.inc"
+    ;  // NOLINT
+constexpr char kLive[] =
+#include "core/output/page/live.inc"
+    ;  // NOLINT
+
+std::string base64(const std::string& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve(bytes.size() / 3 * 4 + 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      out += i + k <= bytes.size() ? kDigits[three >> (18 - 6 * k) & 63U] : '=';
+  }
+  return out;
+}
+
+std::string number(double value, int digits = 7) {
+  return std::isfinite(value) ? brief(value, digits) : "null";
+}
+
+std::string numbers(const std::vector<double>& values, int digits = 7) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(number(value, digits));
+  return json_array(texts);
+}
+
+std::string point(const V3& p) { return numbers(std::vector<double>{p.x, p.y, p.z}); }
+
+// Text as JSON that cannot end the script it stands in.
+std::string quoted(const std::string& text) {
+  std::string json = json_string(text);
+  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
+    json.replace(at, 1, "\\u003c");
+  return json;
+}
+
+void append_structure(const Model& model, std::string& data) {
+  for (const auto& t : model.triangles) append_bytes(data, std::span<const int>(t));
+  for (const ModelFamily& family : model.families) {
+    for (const auto& ends : family.ends) append_bytes(data, std::span<const int>(ends));
+    for (const double rest : family.rest) append_bytes(data, static_cast<float>(rest));
+  }
+}
+
+double ball_radius(const Model& model) {
+  const auto covered = model.in_triangles();
+  const auto loose = std::ranges::count(covered, false);
+  return std::min(0.04, 0.25 / std::cbrt(static_cast<double>(std::max<long>(1, loose))));
+}
+
+// The particle that leaves a trail, or -1.
+int trailing(const Model& model) {
+  if (!model.triangles.empty() || model.particles - static_cast<int>(model.pinned.size()) > 8)
+    return -1;
+  int last = model.particles - 1;
+  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
+  return last;
+}
+
+// Positions as floats, three a particle; what is not finite is at the origin.
+std::vector<float> drawable(std::vector<float> points) {
+  for (float& x : points)
+    if (!(std::abs(x) < 1e4F)) x = 0;
+  return points;
+}
+
+struct Box {
+  float low[3] = {1e9F, 1e9F, 1e9F};
+  double quantum = 0;
+
+  explicit Box(const std::vector<float>& points) {
+    float extent = 1e-6F;
+    for (std::size_t i = 0; i < points.size(); ++i) low[i % 3] = std::min(low[i % 3], points[i]);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      extent = std::max(extent, points[i] - low[i % 3]);
+    quantum = static_cast<double>(extent) / 65535;
+  }
+  std::uint16_t operator()(const std::vector<float>& points, std::size_t i) const {
+    return static_cast<std::uint16_t>(
+        static_cast<int>((static_cast<double>(points[i]) - low[i % 3]) / quantum + 0.5) - 32768);
+  }
+};
+
+}  // namespace
+
+Page::Page(std::span<const Model> models, std::span<const Moment> moments, const Look& look)
+    : models_(models),
+      moments_(moments),
+      look_(look),
+      view_(make_viewpoint(models, moments, look)),
+      scale_(colour_scale(look, models, moments)) {
+  basis_ = view_.ground ? *view_.ground : Ground{};
+}
+
+std::string Page::of_live(const std::string& live) const {
+  Page start = *this;
+  start.moments_ = moments_.first(1);
+  return start.made(live);
+}
+
+std::string Page::made(const std::string& live) const {
+  std::string data, models, planes;
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    append_structure(models_[m], data);
+    models += (m ? "," : "") + model_json(m, planes);
+  }
+  data += planes;
+  std::vector<double> times;
+  for (const Moment& moment : moments_) times.push_back(moment.front().t);
+  JsonObject head;
+  head.json("models", "[" + models + "]").json("t", numbers(times));
+  head.json("camera", camera_json()).json("light", point(own_axes(view_.light)));
+  head.json("scale", number(view_.scale, 12));
+  head.json("ground", view_.ground ? number(own_axes(view_.ground->origin).y) : "null");
+  head.json("grid", number(view_.grid * view_.scale)).json("live", live);
+  head.text("colour", measured() ? scale_.name : look_.colour == "none" ? "plain" : look_.colour);
+  if (measured())
+    head.json("values", JsonObject()
+                            .text("name", scale_.name)
+                            .text("unit", scale_.unit)
+                            .json("most", number(scale_.most))
+                            .str());
+
+  std::string page = kPage;
+  const std::string packed = base64(deflated(data, 9));
+  page.replace(page.find("H=HEAD"), 6, "H=" + head.str());
+  page.replace(page.find("text=DATA"), 9, "text=\"" + packed + "\"");
+  const std::string_view kHook = "/*LIVE*/";
+  page.replace(page.find(kHook), kHook.size(), live == "null" ? "" : kLive);
+  return page;
+}
+
+std::string Page::frame(const Moment& moment, std::string words) const {
+  words.append((4 - words.size() % 4) % 4, ' ');
+  std::string bytes;
+  append_bytes(bytes, static_cast<std::uint32_t>(words.size()));
+  bytes += words;
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    const auto n = static_cast<std::size_t>(models_[m].particles);
+    const std::vector<float> points = points_of(m, moment);
+    const Box box(points);
+    for (const float low : box.low) append_bytes(bytes, low);
+    append_bytes(bytes, static_cast<float>(box.quantum));
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + (6 * n + 3) / 4 * 4);
+    for (std::size_t i = 0; i < 3 * n; ++i) {
+      const std::uint16_t q = box(points, i);
+      bytes[begin + 2 * i] = static_cast<char>(q & 255U);
+      bytes[begin + 2 * i + 1] = static_cast<char>(q >> 8);
+    }
+  }
+  return bytes;
+}
+
+std::vector<float> Page::points_of(std::size_t m, const Moment& moment) const {
+  std::vector<float> points;
+  points.reserve(3 * static_cast<std::size_t>(models_[m].particles));
+  for (int i = 0; i < models_[m].particles; ++i) {
+    const V3 p = own_axes(view_.point(moment[m].at(i) + view_.offsets[m]));
+    points.insert(points.end(), {p.x, p.y, p.z});
+  }
+  return drawable(std::move(points));
+}
+
+Vec3 Page::units(std::size_t system, const Vec3& x) const {
+  const V3 p = own_axes(view_.point(x + view_.offsets[system]));
+  return {p.x, p.y, p.z};
+}
+
+Vec3 Page::metres(std::size_t system, const Vec3& point) const {
+  const auto wide = [](const V3& v) { return Vec3(v.x, v.y, v.z); };
+  const Vec3 own =
+      point[0] * wide(basis_.u) + point[1] * wide(basis_.up) + point[2] * wide(basis_.w);
+  return own / view_.scale + view_.origin - view_.offsets[system];
+}
+
+std::string Page::solids(const Moment& moment, std::size_t system) const {
+  Page now = *this;
+  now.moments_ = {&moment, 1};
+  return now.solids_json(system);
+}
+
+// In the page y is up, and z is towards the eye.
+V3 Page::own_axes(const V3& p) const {
+  return {dot(p, basis_.u), dot(p, basis_.up), dot(p, basis_.w)};
+}
+
+std::string Page::camera_json() const {
+  const V3 eye = own_axes(view_.eye.at), forward = own_axes(view_.eye.forward);
+  const float distance = std::max(0.05F, -dot(eye, forward));
+  const V3 at = eye + distance * forward;
+  const double flat = std::hypot(forward.x, forward.z);
+  JsonObject camera;
+  camera.json("at", point(at)).json("distance", number(distance));
+  camera.json("yaw", number(std::atan2(-forward.x, -forward.z)));
+  camera.json("pitch", number(std::atan2(-forward.y, flat)));
+  camera.json("focal", number(view_.eye.focal));
+  camera.json("aspect", number(static_cast<double>(look_.width) / look_.height));
+  return camera.str();
+}
+
+std::string Page::model_json(std::size_t m, std::string& planes) const {
+  const Model& model = models_[m];
+  JsonObject json;
+  json.json("name", quoted(model.name)).json("method", quoted(model.method));
+  json.json("h", number(model.h)).integer("particles", model.particles);
+  json.integer("triangles", static_cast<std::int64_t>(model.triangles.size()));
+  const std::vector<int> grid(model.grid.begin(), model.grid.end());
+  json.json("grid", numbers({grid.begin(), grid.end()}));
+  const bool block = std::ranges::min(grid) > 1 && !model.triangles.empty();
+  json.integer("block", block ? grid[0] * grid[1] * grid[2] : 0);
+  json.json("pinned", numbers({model.pinned.begin(), model.pinned.end()}));
+  std::vector<std::string> families;
+  std::int64_t springs = 0;
+  for (const ModelFamily& family : model.families) {
+    const auto count = static_cast<std::int64_t>(family.ends.size());
+    springs += count;
+    families.push_back(
+        JsonObject().json("name", quoted(family.name)).integer("count", count).str());
+  }
+  json.integer("springs", springs).json("families", json_array(families));
+  const Vec3 origin = view_.origin - view_.offsets[m];
+  json.json("origin", numbers(std::vector<double>{origin.x(), origin.y(), origin.z()}));
+  json.json("ball", number(ball_radius(model)));
+  json.integer("trail", trailing(model));
+  json.json("solids", solids_json(m));
+  if (model.second_order) json.json("energy", energy_json(m));
+  positions(m, json, planes);
+  return json.str();
+}
+
+std::string Page::energy_json(std::size_t m) const {
+  std::vector<double> kinetic, potential, total;
+  for (const Moment& moment : moments_) {
+    kinetic.push_back(moment[m].kinetic);
+    potential.push_back(moment[m].potential);
+    total.push_back(moment[m].kinetic + moment[m].potential);
+  }
+  return JsonObject()
+      .json("kinetic", numbers(kinetic, 5))
+      .json("potential", numbers(potential, 5))
+      .json("total", numbers(total, 5))
+      .str();
+}
+
+bool Page::measured() const {
+  return std::ranges::any_of(moments_.front(),
+                             [](const Frame& frame) { return !frame.values.empty(); });
+}
+
+// Where they are in each moment, once if they rest. The ground is drawn as such, and who is in a
+// room sees through its walls.
+std::string Page::solids_json(std::size_t m) const {
+  constexpr double kLevel = 0.999999;
+  const char* const forms[] = {"", "plane", "sphere", "box", "capsule"};
+  using Form = SolidShape::Form;
+  std::vector<std::string> list;
+  const auto& first = moments_.front()[m].solids;
+  for (std::size_t s = 0; s < first.size(); ++s) {
+    const Form form = first[s].form;
+    const bool level = form == Form::kPlane && first[s].axes[1].dot(view_.up) > kLevel;
+    if (form == Form::kNone || first[s].inside || level) continue;
+    std::vector<std::string> places, turns;
+    for (const Moment& moment : moments_) {
+      const SolidShape& solid = moment[m].solids[s];
+      places.push_back(point(own_axes(view_.point(solid.center + view_.offsets[m]))));
+      std::vector<double> turn;
+      for (const Vec3& axis : solid.axes) {
+        const V3 end = own_axes(view_.point(view_.origin + axis));
+        turn.insert(turn.end(), {end.x, end.y, end.z});
+      }
+      turns.push_back(numbers(turn));
+    }
+    for (auto* each : {&places, &turns})
+      if (std::ranges::adjacent_find(*each, std::not_equal_to()) == each->end()) each->resize(1);
+    JsonObject solid;
+    solid.text("form", forms[static_cast<int>(form)])
+        .json("radius", number(first[s].radius * view_.scale))
+        .json("at", json_array(places));
+    if (form != Form::kSphere) solid.json("axes", json_array(turns));
+    list.push_back(solid.str());
+  }
+  return json_array(list);
+}
+
+// What somebody else measured, in 255ths of the scale.
+void Page::append_values(std::size_t m, std::string& planes) const {
+  for (const Moment& moment : moments_)
+    for (int i = 0; i < models_[m].particles; ++i) {
+      const auto& values = moment[m].values;
+      const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / scale_.most;
+      planes += static_cast<char>(
+          static_cast<unsigned char>(value > 0 ? std::min(255.0, 255 * value + 0.5) : 0));
+    }
+}
+
+void Page::positions(std::size_t m, JsonObject& json, std::string& planes) const {
+  std::vector<float> points;
+  for (const Moment& moment : moments_) {
+    const std::vector<float> now = points_of(m, moment);
+    points.insert(points.end(), now.begin(), now.end());
+  }
+  const Box box(points);
+  json.json("low", numbers(std::vector<double>{box.low[0], box.low[1], box.low[2]}, 9))
+      .json("quantum", number(box.quantum, 9));
+  const std::size_t n = 3 * static_cast<std::size_t>(models_[m].particles);
+  std::vector<std::uint16_t> q(points.size());
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] = box(points, i);
+  std::string lows, highs;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const auto d = static_cast<std::uint16_t>(i < n ? q[i] : q[i] - q[i - n]);
+    lows += static_cast<char>(d & 255U);
+    highs += static_cast<char>(d >> 8);
+  }
+  planes += lows + highs;
+  if (measured()) append_values(m, planes);
+}
+
+}  // namespace sim

@@ -1,0 +1,59 @@
+// A page that shows systems in a browser, without a network and without a library: a whole run, or
+// one that goes on, whose frames come through a WebSocket.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/quantity.h"
+#include "core/picture/viewpoint.h"
+
+namespace sim {
+
+class JsonObject;
+
+class Page {
+ public:
+  // The place to look from is found from all moments, of which there is one at least. They and the
+  // models outlive the page.
+  Page(std::span<const Model> models, std::span<const Moment> moments, const Look& look);
+
+  // Positions are whole numbers of 16 bits in the box of what moves, as differences from moment to
+  // moment, low bytes before high ones, deflated.
+  std::string of_run() const { return made("null"); }
+
+  // `live`: JSON that the page finds in H.live.
+  std::string of_live(const std::string& live) const;
+
+  // What of_live() draws next: the length of the words as four bytes, the words (JSON), and for
+  // each system the low corner of its box and a quantum as floats, then positions as whole numbers
+  // of 16 bits. Numbers are little-endian and begin at a multiple of four.
+  std::string frame(const Moment& moment, std::string words) const;
+
+  // A point of the page in metres, and back; in a system of the scene.
+  Vec3 metres(std::size_t system, const Vec3& point) const;
+  Vec3 units(std::size_t system, const Vec3& x) const;
+  std::string solids(const Moment& moment, std::size_t system) const;  // JSON, as they are then
+
+ private:
+  V3 own_axes(const V3& p) const;
+  std::string made(const std::string& live) const;
+  std::string model_json(std::size_t m, std::string& planes) const;
+  std::string camera_json() const;
+  std::string energy_json(std::size_t m) const;
+  std::string solids_json(std::size_t m) const;
+  std::vector<float> points_of(std::size_t m, const Moment& moment) const;
+  void positions(std::size_t m, JsonObject& json, std::string& planes) const;
+  void append_values(std::size_t m, std::string& planes) const;
+  bool measured() const;  // colours are values that the frames bring
+
+  std::span<const Model> models_;
+  std::span<const Moment> moments_;
+  Look look_;
+  Viewpoint view_;
+  ColourScale scale_;
+  Ground basis_;
+};
+
+}  // namespace sim

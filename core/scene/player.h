@@ -1,0 +1,64 @@
+// A scene that somebody plays with: its systems go together, back and forth, and hands act on them.
+// All of it can be recorded.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/scene/recording.h"
+#include "core/scene/timeline.h"
+
+namespace sim {
+
+// The first system is the clock: after each of its steps every other one goes on until its time is
+// not before that. Where a system stands is then a function of the clock alone.
+class Player {
+ public:
+  // The systems outlive it, and nobody else steps them. `world`: their names tell them apart.
+  Player(std::vector<Simulation>& systems, bool world,
+         std::size_t budget = Timeline::kDefaultBudget);
+
+  void record(RecordingWriter* writer) { writer_ = writer; }  // or null; outlives it
+  void end_record();                                          // with the hashes of now
+
+  std::size_t count() const { return systems_->size(); }
+  Simulation& system(std::size_t i = 0) { return (*systems_)[i]; }
+  const Timeline& timeline(std::size_t i = 0) const { return timelines_[i]; }
+  void before_touch(std::size_t i, std::function<void()> look) {
+    timelines_[i].before_touch(std::move(look));
+  }
+  std::int64_t step() const { return systems_->front().step_count(); }
+  std::int64_t known() const { return timelines_.front().last(); }   // as far as it has been
+  std::int64_t first() const { return timelines_.front().first(); }  // as far back as it can go
+
+  // At most so many steps of the clock, at least one; 0: a step failed, see failed().
+  std::int64_t advance(std::int64_t most);
+  // The system whose step failed, if that is where we are; else -1.
+  int failed() const { return failed_; }
+
+  void act(std::size_t system, const Action& action);  // throws as apply()
+  void part();                                         // what is done next is undone by itself
+  void reset();                                        // all; settings stay
+  // To a step of the clock, at least first(), at most known(). False: it could not be reached.
+  bool go_to(std::int64_t step);
+  bool undo();  // the last part, of any system; at the time it began
+  std::int64_t step_at(double t) { return timelines_.front().step_at(system(), t); }
+
+ private:
+  bool follow();
+  bool step_system(std::size_t i);
+  void travelled(const std::vector<std::int64_t>& from);
+  std::vector<std::int64_t> steps() const;
+
+  std::vector<Simulation>* systems_;
+  std::vector<std::string> names_;
+  std::vector<Timeline> timelines_;
+  RecordingWriter* writer_ = nullptr;
+  int failed_ = -1;
+  std::int64_t failed_step_ = -1;
+};
+
+}  // namespace sim

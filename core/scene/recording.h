@@ -1,0 +1,73 @@
+// What hands did to a scene, as text that people can read, edit and run again. A header says which
+// scene it was; then each line says how many steps its system takes first, and what is done then:
+//   scene scenes/cloth.lua
+//   set n=32
+//   +120 grab 27
+//   +0 move 27 0.1 -0.4 0.3 over 4
+//   +31 release 27
+//   +86 end 9c0d5d1e0e2a7f13
+// In a world the name of the system comes before the action: "+120 left: grab 3".
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/scene/action.h"
+
+namespace sim {
+
+struct RecordedAction {
+  std::int64_t step = 0;  // done between this step and the next one
+  Action action;
+  int line = 0;  // of the file
+};
+
+// The way of one system, forwards only: what a reset or a step back left behind is not in it.
+struct RecordedSystem {
+  std::vector<RecordedAction> actions;  // by step; a reset is at step 0 only
+  std::int64_t end = 0;                 // its last step
+  std::optional<std::uint64_t> hash;    // of the state there; none: the recording was cut off
+};
+
+struct Recording {
+  // scene, integrator, dt, seed, tol.. once each; set, off and without as often as there are.
+  std::vector<std::pair<std::string, std::string>> header;
+  std::map<std::string, RecordedSystem> systems;  // by name; of a single scene: ""
+  int lines = 0;
+  bool whole = false;  // it has its end
+};
+
+// Reads a recording. A last line without its end is left out: it may have been cut off. Throws
+// Error{kScene} with FILE:LINE for what is no recording.
+Recording parse_recording(std::string_view text, const std::string& file);
+
+// Writes one, each line at once, so that a program that dies leaves a recording that ends there.
+class RecordingWriter {
+ public:
+  // The stream outlives it; `world`: lines name their system.
+  RecordingWriter(std::ostream& out, const std::vector<std::pair<std::string, std::string>>& header,
+                  bool world);
+
+  // `step`: where the system stands.
+  void action(const std::string& system, std::int64_t step, const Action& action);
+  void reset(const std::string& system, std::int64_t step);
+  void back(const std::string& system, std::int64_t from, std::int64_t to);
+  // So many actions taken back, which leads from one step to another.
+  void undo(const std::string& system, std::size_t actions, std::int64_t from, std::int64_t to);
+  void end(const std::string& system, std::int64_t step, std::uint64_t hash);
+
+ private:
+  void line(const std::string& system, std::int64_t step, const std::string& words);
+
+  std::ostream* out_;
+  bool world_;
+  std::map<std::string, std::int64_t> at_;  // the step of the last line of each system
+};
+
+}  // namespace sim

@@ -1,0 +1,32 @@
+// Does again what a recording says, as its steps come.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/scene/recording.h"
+
+namespace sim {
+
+class Replay {
+ public:
+  // Actions by step, all with their methods.
+  explicit Replay(std::vector<RecordedAction> actions) : actions_(std::move(actions)) {}
+
+  // Steps until something is to be done, at least 1; the largest number: nothing more.
+  std::int64_t due(const Simulation& simulation) const;
+
+  // What the present state asks for, once. The energy that came or went with it, in J; nothing
+  // where nothing was done. Throws as apply(); then line() is that of the action.
+  std::optional<double> perform(Simulation& simulation);
+
+  int line() const { return next_ < actions_.size() ? actions_[next_].line : 0; }
+
+ private:
+  std::vector<RecordedAction> actions_;
+  std::size_t next_ = 0;
+  Moves moves_;
+};
+
+}  // namespace sim

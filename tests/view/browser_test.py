@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""The page in a real browser, headless: it shows something, a drag moves the particle under the
+pointer, keys do what the help says, and a session comes again bit for bit. `browser_test.py SIM`"""
+
+import subprocess
+import sys
+import time
+
+from browser import Browser, find_browser
+from live_client import Server, replay
+
+PROGRAM = sys.argv[1]
+SHIFT, CTRL = 8, 2
+
+# The share of pixels that are neither sky nor ground, which are almost grey.
+COVERED = """(()=>{const g=sim.canvas.getContext("webgl2"),w=g.drawingBufferWidth,
+h=g.drawingBufferHeight,p=new Uint8Array(4*w*h);g.readPixels(0,0,w,h,g.RGBA,g.UNSIGNED_BYTE,p);
+let n=0;for(let i=0;i<p.length;i+=4){const c=[p[i],p[i+1],p[i+2]];
+if(Math.max(...c)-Math.min(...c)>50)++n}return n/(w*h)})()"""
+STEP = "sim.state.systems[0].step"
+
+
+def open_page(browser, server):
+    tab = browser.open(server.address)
+    tab.until("document.body&&(document.body.dataset.ready||document.body.dataset.failed)")
+    assert not tab.js("document.body.dataset.failed"), tab.js("document.body.dataset.failed")
+    tab.until("window.sim&&sim.drawn>2&&sim.state")
+    return tab
+
+
+def exceptions(tab):
+    return [each for each in tab.errors() if each["method"] == "Runtime.exceptionThrown" or
+            each["params"]["entry"]["level"] == "error"]
+
+
+def place(tab, particle):
+    return tab.js(f"sim.pixel(sim.M[0],{particle})")
+
+
+def drag(tab, start, way, modifiers=0, moves=12):
+    tab.mouse("mousePressed", *start, modifiers=modifiers)
+    for k in range(1, moves + 1):
+        tab.mouse("mouseMoved", start[0] + way[0] * k / moves, start[1] + way[1] * k / moves,
+                  modifiers=modifiers)
+        time.sleep(0.02)
+
+
+def test_touch(browser, server):
+    tab = open_page(browser, server)
+    tab.key(" ")
+    tab.until("!sim.state.playing")
+    tab.key("r")
+    tab.until(STEP + "==0")
+    initial = tab.js("sim.state.systems[0].hash")
+    tab.key(" ")
+    tab.until(STEP + ">100")
+    assert tab.js(COVERED) > 0.02, tab.js(COVERED)
+
+    # A drag: what is under the pointer follows it.
+    particle = tab.js("sim.under(...sim.pixel(sim.M[0],200)).i")
+    x, y = place(tab, particle)
+    drag(tab, (x, y), (90, -60))
+    tab.until(f"sim.state.systems[0].held[0]=={particle}")
+    end = (x + 90, y - 60)
+    tab.until(f"(p=>Math.hypot(p[0]-{end[0]},p[1]-{end[1]})<1.5)(sim.pixel(sim.M[0],{particle}))")
+    assert tab.js("sim.picked") == particle
+    tab.mouse("mouseReleased", *end, buttons=0)
+    tab.until("sim.state.systems[0].held.length==0")
+    tab.until(f"(p=>Math.hypot(p[0]-{end[0]},p[1]-{end[1]})>20)(sim.pixel(sim.M[0],{particle}))")
+
+    # Shift: it stays there. Control: it is let go again.
+    x, y = place(tab, particle)
+    drag(tab, (x, y), (-40, -40), SHIFT)
+    particle = tab.js("sim.picked")  # the cloth flies: perhaps a neighbour
+    tab.mouse("mouseReleased", x - 40, y - 40, SHIFT, 0)
+    tab.until(f"sim.state.systems[0].pinned.includes({particle})")
+    tab.until("sim.state.systems[0].kinetic<1")
+    x, y = place(tab, particle)
+    tab.mouse("mousePressed", x, y, CTRL)
+    tab.mouse("mouseReleased", x, y, CTRL, 0)
+    tab.until(f"!sim.state.systems[0].pinned.includes({particle})")
+
+    # Elsewhere a drag turns; nothing is held.
+    yaw = tab.js("sim.cam.yaw")
+    drag(tab, (40, 440), (60, 0))
+    tab.mouse("mouseReleased", 100, 440, buttons=0)
+    assert abs(tab.js("sim.cam.yaw") - yaw) > 0.2
+
+    # One undo a drag; a step back is one step.
+    tab.key(" ")
+    tab.until("!sim.state.playing")
+    step = tab.js(STEP)
+    tab.key("ArrowLeft")
+    tab.until(f"{STEP}=={step - 1}")
+    before = tab.js("sim.state.systems[0].hash")
+    tab.key("ArrowRight")
+    tab.until(f"{STEP}=={step}")
+    tab.key("ArrowLeft")
+    tab.until(f"{STEP}=={step - 1}")
+    assert tab.js("sim.state.systems[0].hash") == before
+    tab.key("u")  # the unpinning
+    tab.until(f"sim.state.systems[0].pinned.includes({particle})")
+    tab.key("u")
+    tab.until(f"!sim.state.systems[0].pinned.includes({particle})")
+
+    for key in "cfscfp?":
+        tab.key(key)
+        drawn = tab.js("sim.drawn")
+        tab.until(f"sim.drawn>{drawn}")
+        assert tab.js(COVERED) > 0.003, (key, tab.js(COVERED))
+    tab.key("r")
+    tab.until(STEP + "==0")
+    assert tab.js("sim.state.systems[0].hash") == initial
+    tab.key(" ")
+    tab.until(STEP + ">20")
+    assert not exceptions(tab), exceptions(tab)
+    tab.close()
+
+
+def test_tabs(browser, server):
+    one, two = open_page(browser, server), open_page(browser, server)
+    one.say = lambda text: one.js(f"sim.say({text!r})")
+    one.say("pause")
+    two.until("!sim.state.playing")
+    one.call("Page.reload")
+    one.until("window.sim&&sim.drawn>2&&sim.strip.t.length>3")
+    one.js("sim.say('play')")
+    two.until("sim.state.playing")
+    step = two.js(STEP)
+    two.until(f"{STEP}>{step + 20}")
+    assert not exceptions(one) and not exceptions(two)
+    server.stop()
+    two.until("sim.lost&&/no connection/.test(sim.said)")
+    one.close()
+    two.close()
+
+
+def test_switches_and_world(browser, server):
+    tab = open_page(browser, server)
+    tab.until("sim.M.length>1")
+    assert not exceptions(tab), exceptions(tab)
+    tab.key("2")
+    tab.key(" ")
+    tab.until("!sim.state.playing")
+    tab.close()
+
+
+def test_wind(browser, server):
+    tab = open_page(browser, server)
+    tab.until("sim.state.systems[0].switches.wind===true")
+    tab.key("w")
+    tab.until("sim.state.systems[0].switches.wind===false")
+    assert not exceptions(tab), exceptions(tab)
+    tab.close()
+
+
+def run(browser, test, *arguments):
+    with Server(PROGRAM, *arguments) as server:
+        test(browser, server)
+        if server.process.poll() is None:
+            assert server.stop() == 130
+        code, words = replay(PROGRAM, server.record)
+        assert code == 0 and "the same bits" in words, words
+    print(test.__name__, "ok", flush=True)
+
+
+if __name__ == "__main__":
+    listed = subprocess.run([PROGRAM, "list", "view"], capture_output=True, text=True, check=False)
+    missing = "libwebsockets-dev" if "web" not in listed.stdout else ""
+    missing = missing or ("" if find_browser() else "chromium-headless-shell")
+    if missing:
+        print("skipped: there is no " + missing)
+        sys.exit(77)
+    chromium = Browser()
+    try:
+        run(chromium, test_touch, "scenes/cloth.lua", "-s", "n=16")
+        run(chromium, test_tabs)
+        run(chromium, test_switches_and_world, "scenes/sample.lua")
+        run(chromium, test_wind, "scenes/flag.lua")
+    finally:
+        chromium.close()

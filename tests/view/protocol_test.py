@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+"""The server behind the page, without a browser: who is let in, what is understood, what it costs,
+and that whatever hands did comes again with the same bits. `protocol_test.py SIM`"""
+
+import subprocess
+import sys
+import time
+
+from live_client import Refused, Server, Socket, replay
+
+PROGRAM = sys.argv[1]
+
+
+def refused(make):
+    try:
+        make()
+    except (Refused, ConnectionError):
+        return True
+    return False
+
+
+def test_who_is_let_in(server):
+    own = "/" + server.token + "/"
+    status, page = server.get(own)
+    assert status == 200 and b"<!doctype html>" in page and b"@SOCKET@" not in page
+    assert server.get(own, host="localhost:9999")[0] == 200  # through a tunnel
+    for path, host in (("/", None), ("/" + "0" * 32 + "/", None), (own + "../etc/passwd", None),
+                       (own[:-2], None), (own, "evil.example"), (own, "127.0.0.1.evil.example")):
+        assert server.get(path, host)[0] in (0, 403, 404), (path, host)
+    for bad in (dict(origin="http://evil.example"), dict(origin=None), dict(origin="null"),
+                dict(host="evil.example"), dict(path="/" + "0" * 32 + "/socket"),
+                dict(path="/socket"), dict(origin="https://127.0.0.1:%d" % server.port)):
+        assert refused(lambda bad=bad: Socket(server, **bad)), bad
+    Socket(server).close()
+
+
+def test_garbage(server):
+    page = Socket(server)
+    page.say("pause")
+    before = page.until(lambda s: not s["playing"])["systems"][0]
+    for text in ("", "x", "grab", "grab -1", "grab 64", "grab 1e9", "grab nan", "pull 3 0 0 0",
+                 "move 3 0 0 0 over 5", "switch wind on", "dt 0", "dt -1", "dt inf", "dt nan",
+                 "integrator nothing", "integrator rk4:x=1", "integrator rk4:", "goto -1", "goto x",
+                 "back 0", "back 1e30", "step 1e9", "step -1", "speed 0", "speed 1e9",
+                 "left: grab 3", ": grab 3", "position 3 0 0 nan", "undo",
+                 "component 0 1", "release 99999999999", "\x00\x01", "gr\u00e4b 3", "grab 3 " * 400,
+                 "'; DROP TABLE", "../../etc/passwd", "<script>alert(1)</script>"):
+        error = page.error_of(text)
+        assert error and len(error) < 600, (text, error)
+    after = page.until(lambda s: True)["systems"][0]
+    assert before["hash"] == after["hash"], "garbage touched the state"
+    # Whoever sends too much, or no text, is shown out; the others stay.
+    for first, payload in ((0x81, b"x" * 5000), (0x81, b"x" * 1000000), (0x82, b"grab 3"),
+                           (0x81, b"\xff\xfe\xfd"), (0x8F, b"grab 3"), (0xF1, b"grab 3")):
+        other = Socket(server)
+
+        def shown_out(other=other, first=first, payload=payload):
+            other.send_raw(first, payload)
+            for _ in range(2000):
+                other.receive()
+
+        assert refused(shown_out), (first, len(payload))
+        other.close()
+    others = [Socket(server) for _ in range(15)]
+    assert refused(lambda: [Socket(server) for _ in range(3)])
+    for each in others:
+        each.close()
+    page.say("play")
+    page.until(lambda s: s["systems"][0]["step"] > after["step"])
+    page.close()
+
+
+def test_each_word(server):
+    page = Socket(server)
+    say, until = page.say, page.until
+
+    def system():
+        return page.state["systems"][0]
+
+    say("pause"), say("reset")
+    start = until(lambda s: s["systems"][0]["step"] == 0)["systems"][0]["hash"]
+    say("step 5")
+    five = until(lambda s: s["systems"][0]["step"] == 5)["systems"][0]["hash"]
+    say("step 1"), until(lambda s: s["systems"][0]["step"] == 6)
+    say("back 1")
+    assert until(lambda s: s["systems"][0]["step"] == 5)["systems"][0]["hash"] == five
+    say("goto 0")
+    assert until(lambda s: s["systems"][0]["step"] == 0)["systems"][0]["hash"] == start
+    say("pin 27"), until(lambda s: 27 in s["systems"][0]["pinned"])
+    say("unpin 27"), until(lambda s: 27 not in s["systems"][0]["pinned"])
+    say("dt 0.002"), until(lambda s: s["systems"][0]["h"] == 0.002)
+    say("integrator verlet"), until(lambda s: s["systems"][0]["method"] == "verlet")
+    assert 0 < system()["share"] < 1
+    say("dt 0.02"), until(lambda s: s["systems"][0]["share"] > 1)
+    assert "largest stable step" in system()["verdict"]
+    say("undo"), until(lambda s: s["systems"][0]["h"] != 0.02)
+    say("reset"), until(lambda s: s["systems"][0]["step"] == 0)
+    say("speed 2"), until(lambda s: s["speed"] == 2)
+    say("grab 63"), until(lambda s: s["systems"][0]["held"] == [63])
+    say("play")
+    for k in range(40):
+        say("pull 63 0.3 %.3f 0.5" % (0.01 * k))
+        time.sleep(0.01)
+    until(lambda s: s["systems"][0]["step"] > 40)
+    gone = Socket(server)  # who goes lets go
+    gone.say("grab 60"), until(lambda s: 60 in s["systems"][0]["held"])
+    gone.close()
+    until(lambda s: s["systems"][0]["held"] == [63])
+    say("release 63"), until(lambda s: s["systems"][0]["held"] == [])
+    say("back 20"), until(lambda s: not s["playing"])
+    now = system()["step"]
+    say("position 12 0.1 0.2 0.3"), say("velocity 20 1 0 0"), say("play")
+    until(lambda s: s["systems"][0]["step"] > now + 5)
+    page.close()
+
+
+def test_cost(server):
+    page = Socket(server)
+    page.until(lambda s: True)
+    assert page.bytes_of_points <= 16 + 6 * 4096, page.bytes_of_points
+    # Somebody who does not read, and one who does not say that it has drawn: nothing piles up.
+    stalled = Socket(server)
+    stalled.say("hello")
+    memory = []
+    for _ in range(3):
+        for _ in range(20):
+            page.receive()
+        with open("/proc/%d/statm" % server.process.pid, encoding="ascii") as file:
+            memory.append(int(file.read().split()[1]))
+    assert memory[-1] - memory[0] < 2000, memory  # pages of 4 KiB
+    stalled.close()
+    page.close()
+
+
+def test_diverges(server):
+    page = Socket(server)
+    page.say("dt 0.2"), page.say("play")
+    failed = page.until(lambda s: s["failure"])
+    assert failed["failure"].startswith("diverged") and "try dt" in failed["failure"]
+    page.say("reset"), page.say("dt 0.005"), page.say("play")
+    page.until(lambda s: not s["failure"] and s["systems"][0]["step"] > 10)
+    page.close()
+
+
+def run(test, *arguments):
+    with Server(PROGRAM, *arguments) as server:
+        test(server)
+        code = server.stop()
+        assert code == 130, code
+        assert not server.process.stderr.read().count("error")
+        code, words = replay(PROGRAM, server.record)
+        assert code == 0 and "the same bits" in words, words
+    print(test.__name__, "ok")
+
+
+if __name__ == "__main__":
+    listed = subprocess.run([PROGRAM, "list", "view"], capture_output=True, text=True, check=False)
+    if "web" not in listed.stdout:
+        print("skipped: this build has no page, for libwebsockets-dev is missing")
+        sys.exit(77)
+    run(test_who_is_let_in)
+    run(test_garbage)
+    run(test_each_word)
+    run(test_cost, "scenes/cloth.lua", "-s", "n=64")
+    run(test_diverges)
