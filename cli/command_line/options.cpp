@@ -41,7 +41,7 @@ constexpr const char* kFooter =
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  6 checkpoint, 7 plugin, 8 a --check failed, 130 or 143 interrupted,\n"
+    "  6 checkpoint, 7 plugin, 8 a --check failed, 129, 130 or 143 a signal,\n"
     "  141 the reader of a pipe has gone\n";
 
 // Everything as text, as CLI11 found it.

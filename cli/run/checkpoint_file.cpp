@@ -35,7 +35,7 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
   }
   Output output({file}, standard_output);
   output.buffer() = encode(saved);
-  output.commit();
+  output.commit_safely();
 }
 
 Checkpoint read_checkpoint(const std::string& file) {
