@@ -1,6 +1,7 @@
 #include "cli/command_line/option_values.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 
@@ -52,6 +53,30 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
   if (*value < low || *value > high)
     bad_value(option, text, "it is out of range", "give an integer " + range);
   return *value;
+}
+
+LuaLimits lua_limits(const std::string& option) {
+  constexpr double kMost = 1e15;
+  LuaLimits limits;
+  const auto read = [&](const std::string& name, const std::string& text) {
+    for (const std::string& word : comma_list(name, text)) {
+      const std::size_t equals = std::min(word.find('='), word.size());
+      const std::string key = word.substr(0, equals);
+      if (key != "time" && key != "memory" && key != "steps")
+        bad_value(name, text, "it limits time (in s), memory (in MB) and steps",
+                  "write it like time=60,memory=4096");
+      const double value =
+          positive_number(name + " " + key, word.substr(std::min(equals + 1, word.size())));
+      if (value > kMost) bad_value(name, text, "it is out of range", "give at most 1e15");
+      if (key == "time") limits.seconds = value;
+      if (key == "memory") limits.memory = static_cast<std::size_t>(std::min(value, 1e12) * 0x1p20);
+      if (key == "steps") limits.steps = static_cast<std::uint64_t>(std::max(1.0, value));
+    }
+  };
+  const char* const variable = std::getenv("SIM_LUA_BUDGET");
+  if (variable && *variable) read("SIM_LUA_BUDGET", variable);
+  if (!option.empty()) read("--lua-budget", option);
+  return limits;
 }
 
 ParticleChoice particle_choice(const std::string& option, const std::string& text) {

@@ -8,6 +8,7 @@
 
 #include "cli/verbs/adjacency.h"
 #include "cli/verbs/tradeoff.h"
+#include "core/lua/limits.h"
 
 namespace sim::cli {
 
@@ -35,6 +36,10 @@ std::string only(const std::string& option, const std::vector<std::string>& text
 std::vector<std::string> command_words(int argc, const char* const* argv);
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
+
+// Of $SIM_LUA_BUDGET, and over it --lua-budget: "time=60,memory=4096,steps=1e9", each if it is
+// there.
+LuaLimits lua_limits(const std::string& option);
 
 // Of --progress: auto, on or off.
 ShowProgress show_progress(const std::string& text);

@@ -38,10 +38,11 @@ constexpr const char* kFooter =
     "  SIM_PATH         folders with scenes/, before the installed ones\n"
     "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path; then those in\n"
     "                   ~/.local/share/sim/plugins\n"
+    "  SIM_LUA_BUDGET   as --lua-budget, for what that does not say\n"
     "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  6 checkpoint, 7 plugin, 8 a --check failed, 130 or 143 interrupted,\n"
+    "  6 checkpoint, 7 plugin, 8 a --check failed, 129, 130 or 143 a signal,\n"
     "  141 the reader of a pipe has gone\n";
 
 // Everything as text, as CLI11 found it.
@@ -50,7 +51,7 @@ struct Texts {
   std::vector<std::string> integrator, dt;  // several to compare
   std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
       every;
-  std::string snap, resume, replay, check;
+  std::string snap, resume, replay, check, lua_budget;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
   OutTexts out;
@@ -163,6 +164,9 @@ Parser::Parser() {
   value("--seed", t.seed, "N", "of random numbers in the scene");
   value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
   app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
+  value("--lua-budget", t.lua_budget, "LIMITS",
+        "of a scene's Lua: time=10,memory=1024 (s, MB) if\n"
+        "not given; also steps=N");
   values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");
   app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
@@ -239,6 +243,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   request.settings = settings(texts_.set);
   request.off = texts_.off;
   request.without = texts_.without;
+  request.lua = lua_limits(texts_.lua_budget);
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));

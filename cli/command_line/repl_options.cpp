@@ -29,7 +29,7 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
-      history, mode, resume, record, init;
+      history, mode, resume, record, init, lua_budget;
   std::vector<std::string> set, off, plugin_path, load, codes, files;
   bool version = false, man = false;
   CLI::App app{kAbout, "simrepl"};
@@ -67,6 +67,9 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   value("--history", history, "MB", "of snapshots to go back to; 64 if not given");
   value("--seed", seed, "N", "of random numbers in the scene and at the prompt");
   value("-j,--threads", threads, "N", "1 if not given; the bits do not depend on it");
+  value("--lua-budget", lua_budget, "LIMITS",
+        "of the scene's Lua and of each line:\ntime=10,memory=1024 (s, MB) if not given; also "
+        "steps=N");
   values("--plugin-path", plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", load, "FILE.so", "one plugin library; repeatable");
   app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
@@ -94,6 +97,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
   request.off = off;
+  request.lua = lua_limits(lua_budget);
   request.integrator = parse_integrator(once(integrator, integrator_word));
   add_options(request.integrator, tol, precision, false);
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);

@@ -77,7 +77,7 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
       const bool complete = take_lines(session, *text, "prompt");
       if (!complete) continue;
     } catch (const Interrupted&) {
-      if (SessionSignals::caught() == SIGTERM) return 128 + SIGTERM;
+      if (SessionSignals::caught() != SIGINT) return 128 + SessionSignals::caught();
       session.forget_unfinished();
       if (running) session.tell("\r\x1b[Kstopped\n");
       session.tell_position();

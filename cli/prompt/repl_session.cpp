@@ -12,6 +12,7 @@
 #include "cli/prompt/repl_help.h"
 #include "cli/terminal/signals.h"
 #include "cli/verbs/describe.h"
+#include "cli/terminal/console.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 
@@ -25,7 +26,9 @@ SceneOptions lua_options(const SessionRequest& request, const Environment& envir
   SceneOptions options;
   options.search_path = environment.scene_folders;
   options.seed = request.scene.seed;
+  options.limits = request.scene.lua;
   options.interrupted = SessionSignals::any;
+  options.overrun = end_overrun;
   return options;
 }
 

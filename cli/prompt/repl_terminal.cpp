@@ -125,7 +125,7 @@ class SignalsBlocked {
   SignalsBlocked() {
     sigset_t ours;
     sigemptyset(&ours);
-    for (const int signal : {SIGINT, SIGTERM, SIGWINCH, SIGCONT}) sigaddset(&ours, signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGWINCH, SIGCONT}) sigaddset(&ours, signal);
     sigprocmask(SIG_BLOCK, &ours, &before_);
   }
   ~SignalsBlocked() { sigprocmask(SIG_SETMASK, &before_, nullptr); }

@@ -13,6 +13,8 @@
 namespace sim::cli {
 namespace {
 
+constexpr std::size_t kHead = 64;  // bytes
+
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {
   throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
@@ -33,7 +35,7 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
   }
   Output output({file}, standard_output);
   output.buffer() = encode(saved);
-  output.commit();
+  output.commit_safely();
 }
 
 Checkpoint read_checkpoint(const std::string& file) {
@@ -43,8 +45,13 @@ Checkpoint read_checkpoint(const std::string& file) {
   if (!stream || folder)
     throw Error(ErrorKind::kIo, {"cannot read", file, folder ? "it is a folder" : strerror(errno),
                                  "give a file that --snap or .snap wrote"});
+  // What is no checkpoint is not read to its end, which it may not have.
+  std::string head(kHead, '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  if (!looks_like_checkpoint(head)) return decode(head, file);
   std::ostringstream bytes;
-  bytes << stream.rdbuf();
+  bytes << head << stream.rdbuf();
   return decode(bytes.str(), file);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <set>
 #include <vector>
 
 #include "cli/run/checkpoint_file.h"
@@ -14,6 +16,7 @@
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
 
@@ -108,6 +111,18 @@ void print_notes(LoadedScene& scene, Console& console) {
       }
 }
 
+// What killed processes left where this run will write.
+void collect_leftovers_of(const RunRequest& request) {
+  std::vector<std::string> files = request.out.files;
+  for (const auto& [option, table] : tables_of(request)) files.push_back(table->file);
+  if (request.snap) files.push_back(*request.snap);
+  std::set<std::filesystem::path> folders;
+  for (const std::string& file : files)
+    if (file != "-" && !file.starts_with("/dev/"))
+      folders.insert(std::filesystem::absolute(file).parent_path());
+  for (const auto& folder : folders) collect_leftovers(folder);
+}
+
 class Run {
  public:
   // From where the drift of each system counts; empty = from here.
@@ -141,6 +156,7 @@ class Run {
   Report report_;
   Progress progress_;
   double seconds_ = 0;
+  std::vector<std::string> written_;           // files that were replaced
   std::string explanation_;                    // of what diverged, for people
   std::vector<std::string> explanation_json_;  // ... for machines, one a system
 };
@@ -264,7 +280,16 @@ int Run::go() {
     measure(each, true);
     if (caught && !each.stuck()) each.mark_interrupted();
   }
-  return conclude(caught);
+  try {
+    return conclude(caught);
+  } catch (const Error& error) {
+    // A run that fails has replaced nothing, or says what.
+    if (written_.empty() || error.kind() == ErrorKind::kCheck) throw;
+    ErrorText text = error.text();
+    text.remedy += (text.remedy.empty() ? "written before that: " : "; written before that: ") +
+                   join(written_, ", ");
+    throw Error(error.kind(), text);
+  }
 }
 
 // Short runs are always made once more with half the step, and first-order ones, which are small;
@@ -335,19 +360,24 @@ void Run::print_verdicts() {
 
 // Tables first, then the report, then the error of a divergence, then the verdict.
 int Run::conclude(int caught) {
-  if (dump_) dump_->commit();
-  if (energy_) energy_->commit();
-  if (observe_) observe_->commit();
+  const auto wrote = [this](const std::string& file) {
+    if (file != "-") written_.push_back(file);
+  };
+  if (dump_) dump_->commit(), wrote(request_.dump->file);
+  if (energy_) energy_->commit(), wrote(request_.energy->file);
+  if (observe_) observe_->commit(), wrote(request_.observe->file);
   if (recorder_) {
     // A signal that ended the run lets the files be made; another one does not.
     SessionSignals::clear();
     recorder_->commit(SessionSignals::any);
+    for (const std::string& file : request_.out.files) wrote(file);
   }
   if (request_.snap) {
     std::vector<Account> accounts;
     for (const Track& track : tracks_)
       accounts.push_back({track.start_energy().total(), track.work_memory()});
     save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
+    wrote(*request_.snap);
   }
   verify(caught);
   report_.footer(tracks_, seconds_);
@@ -387,6 +417,7 @@ int Run::conclude(int caught) {
 int run(const RunRequest& asked, const Environment& environment, Registry& registry,
         Console& console) {
   check_request(asked);
+  collect_leftovers_of(asked);
   RunRequest request = asked;
   std::optional<Checkpoint> saved;
   if (asked.resume) {

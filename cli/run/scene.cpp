@@ -4,6 +4,7 @@
 #include <cctype>
 #include <string_view>
 
+#include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -113,7 +114,9 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
                           {.search_path = environment.scene_folders,
                            .settings = request.settings,
                            .seed = request.seed,
-                           .interrupted = SessionSignals::any});
+                           .limits = request.lua,
+                           .interrupted = SessionSignals::any,
+                           .overrun = end_overrun});
   for (const std::string& name : request.without) leave_out(scene.spec, name);
   for (const std::string& name : request.off) turn_off(name, scene.spec);
   for (const SystemSpec& system : scene.spec.systems)

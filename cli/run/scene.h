@@ -9,6 +9,7 @@
 #include "cli/command_line/integrator_choice.h"
 #include "cli/run/environment.h"
 #include "core/base/error.h"
+#include "core/lua/limits.h"
 #include "core/scene/simulation.h"
 
 namespace sim::cli {
@@ -25,6 +26,7 @@ struct SceneRequest {
   MethodChoice integrator;
   double dt = 0;  // s; 0 = the scene's own
   int threads = 1;
+  LuaLimits lua = {};
 };
 
 // The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <iostream>
 #include <new>
+#include <sstream>
 #include <string>
 
 namespace sim::cli {
@@ -50,6 +51,15 @@ void print_error(std::ostream& err, std::string_view message) {
     }
   }
   err << line << '\n' << std::flush;
+}
+
+// What other threads do meanwhile cannot be waited for: neither destructors nor buffers.
+void end_overrun(const ErrorText& why) {
+  std::ostringstream line;
+  print_error(line, Error(ErrorKind::kScene, why).what());
+  const std::string text = line.str();
+  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) {}
+  ::_exit(static_cast<int>(ErrorKind::kScene));
 }
 
 int report_exception(std::ostream& err) {

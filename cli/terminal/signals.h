@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM during a run: remembered, so that the run ends after its current step.
+// SIGINT, SIGTERM and SIGHUP during a run: remembered, so that the run ends after its current step.
 #pragma once
 
 #include <csignal>
@@ -17,15 +17,15 @@ class Interrupts {
   int caught() const;  // the signal, or 0
 
  private:
-  struct sigaction before_int_, before_term_;
+  struct sigaction before_[3];
 };
 
 // Thrown by what stops because of a signal.
 struct Interrupted : std::exception {};
 
-// The same for a session: none restarts a system call, and none ends the program but the third
-// since clear(), and SIGTERM when nothing has heard it for 2 s: a call into a library cannot be
-// stopped.
+// The same for a session: none restarts a system call. What does not hear the first one (a plugin
+// that loops) is ended by the second, some moments later, or the third; and by SIGTERM and SIGHUP
+// after 2 s.
 class SessionSignals {
  public:
   SessionSignals();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/run/recorder.h"
 #include "cli/run/replay_file.h"
 #include "cli/run/summary.h"
 #include "cli/run/track.h"
@@ -84,7 +85,7 @@ Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry)
     accounts_.emplace_back(player_, i);
     player_.before_touch(i, [this, i] { accounts_[i].look(); });
   }
-  page_ = std::make_unique<Page>(models_, preview_, sim::Look{});
+  page_ = std::make_unique<Page>(models_, preview_, look_of(scene.spec, {}));
   measure_limits();
 }
 

@@ -1,7 +1,5 @@
 #include "core/lua/lua_state.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -10,17 +8,9 @@
 namespace sim {
 namespace {
 
-constexpr int kInstructions = 1000;  // between two questions whether to stop
 constexpr const char* kErrorType = "sim.error";
 constexpr const char* kMemoryRemedy = "use sim.grid for large regular scenes";
 constexpr const char* kFields[] = {"what", "where", "why", "remedy"};
-
-// Half of the memory of this machine, in bytes.
-std::size_t half_of_machine() {
-  const auto pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  if (pages <= 0 || page <= 0) return std::size_t{1} << 30;
-  return static_cast<std::size_t>(pages) * static_cast<std::size_t>(page) / 2;
-}
 
 std::string raw_text(lua_State* L, int table, const char* key) {
   lua_pushstring(L, key);
@@ -85,6 +75,22 @@ Place lua_place(const char* source, int line) {
   return line > 0 ? file + ":" + std::to_string(line) : file;
 }
 
+// The compiler gets the text in pieces: no piece takes long.
+bool load_chunk(lua_State* L, std::string_view text, const std::string& chunk) {
+  constexpr std::size_t kPiece = 4096;
+  const auto next = [](lua_State* state, void* data, std::size_t* size) -> const char* {
+    std::string_view& rest = *static_cast<std::string_view*>(data);
+    const std::string_view piece = rest.substr(0, kPiece);
+    LuaBudget::of(state).charge(state, piece.size());
+    rest.remove_prefix(piece.size());
+    *size = piece.size();
+    return piece.data();
+  };
+  const int status = lua_load(L, next, &text, chunk.c_str(), "t");
+  LuaBudget::of(L).check(L);
+  return status == LUA_OK;
+}
+
 std::string one_line_text(std::string_view text) {
   constexpr std::size_t kLongest = 2000;
   std::string line(text.substr(0, kLongest));
@@ -123,9 +129,9 @@ void raise(lua_State* L, ErrorKind kind, const ErrorText& text) {
   std::abort();  // lua_error does not return
 }
 
-LuaState::LuaState(std::size_t memory_limit, bool (*interrupted)()) : interrupted_(interrupted) {
-  memory_.limit = std::min(memory_limit, half_of_machine());
-  lua_ = lua_newstate(allocate, &memory_);
+LuaState::LuaState(const LuaLimits& limits, bool (*interrupted)(), LuaOverrun overrun)
+    : budget_(limits, interrupted) {
+  lua_ = lua_newstate(LuaBudget::allocate, &budget_);
   if (!lua_) throw std::bad_alloc();
   *static_cast<LuaState**>(lua_getextraspace(lua_)) = this;
   protect({}, [](lua_State* L) {
@@ -135,39 +141,23 @@ LuaState::LuaState(std::size_t memory_limit, bool (*interrupted)()) : interrupte
     lua_pushstring(L, kErrorType);
     lua_setfield(L, -2, "__metatable");
   });
+  if (overrun) watchdog_.emplace(budget_, overrun);
 }
 
-// From then on every instruction is stopped, so that no pcall around it can go on.
-void LuaState::check_interrupt(lua_State* L, lua_Debug* /*event*/) {
-  if (!(*static_cast<LuaState**>(lua_getextraspace(L)))->interrupted_()) return;
-  lua_sethook(L, check_interrupt, LUA_MASKCOUNT, 1);
-  luaL_error(L, "%s", kInterrupted);
+LuaState::~LuaState() {
+  watchdog_.reset();
+  lua_close(lua_);
 }
-
-LuaState::~LuaState() { lua_close(lua_); }
 
 void LuaState::release(int reference) {
   const std::lock_guard lock(mutex_);
   luaL_unref(lua_, LUA_REGISTRYINDEX, reference);
 }
 
-void* LuaState::allocate(void* memory, void* block, std::size_t old_size, std::size_t new_size) {
-  Memory& budget = *static_cast<Memory*>(memory);
-  if (!block) old_size = 0;  // Lua then passes the kind of object
-  if (new_size == 0) {
-    std::free(block);
-    budget.used -= old_size;
-    return nullptr;
-  }
-  if (new_size > old_size && new_size - old_size > budget.limit - budget.used) return nullptr;
-  void* moved = std::realloc(block, new_size);
-  if (moved) budget.used += new_size - old_size;
-  return moved;
-}
-
 // Runs where the error is raised, while the stack can still be read.
 int LuaState::handle_message(lua_State* L) {
   LuaState& self = **static_cast<LuaState**>(lua_getextraspace(L));
+  if (self.budget_.ended() != LuaBudget::End::kNone) return 1;
   Caught caught{ErrorKind::kScene, {}};
   if (lua_type(L, 1) == LUA_TSTRING) {
     std::size_t size = 0;
@@ -214,7 +204,7 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
 
   const std::lock_guard lock(mutex_);
   caught_.reset();
-  if (interrupted_) lua_sethook(lua_, check_interrupt, LUA_MASKCOUNT, kInstructions);
+  budget_.begin(lua_);
   // Not empty inside a function that Lua has called, as at the prompt.
   const int top = lua_gettop(lua_);
   lua_pushcfunction(lua_, handle_message);
@@ -222,7 +212,10 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
   lua_pushlightuserdata(lua_, &call);
   const int status = lua_pcall(lua_, 1, 0, top + 1);
   lua_settop(lua_, top);
+  budget_.end();
 
+  if (budget_.ended() != LuaBudget::End::kNone)
+    throw Error(ErrorKind::kScene, budget_.error(place));
   if (call.error) std::rethrow_exception(call.error);
   if (status == LUA_OK) return;
   if (status == LUA_ERRRUN && caught_) {
@@ -235,9 +228,7 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
                 {"Lua error", place, "the stack overflowed while an error was handled",
                  "look for a function that calls itself without end"});
   throw Error(ErrorKind::kScene,
-              {"out of memory", place,
-               "the scene needs more than " + std::to_string(memory_.limit >> 20) + " MB in Lua",
-               kMemoryRemedy});
+              {"out of memory", place, "the machine has no more for Lua", kMemoryRemedy});
 }
 
 }  // namespace sim

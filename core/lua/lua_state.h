@@ -1,8 +1,7 @@
-// A Lua state with a memory limit, entered only through protect().
+// A Lua state with a budget, entered only through protect().
 #pragma once
 
 #include <lua.hpp>
-
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,6 +10,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/lua/lua_budget.h"
+#include "core/lua/watchdog.h"
 #include "core/plugin/params.h"
 
 namespace sim {
@@ -22,16 +23,17 @@ inline constexpr const char* kInterrupted = "interrupted";
 
 class LuaState {
  public:
-  // memory_limit in bytes, at most half the machine's. `interrupted`, if any, is asked every
-  // thousand instructions; a yes ends what runs with the error "interrupted".
-  explicit LuaState(std::size_t memory_limit, bool (*interrupted)() = nullptr);
+  // `interrupted`, if any, is asked every thousand instructions; a yes ends what runs with the
+  // error "interrupted". `overrun`, if any, is called where the budget cannot stop Lua.
+  explicit LuaState(const LuaLimits& limits, bool (*interrupted)() = nullptr,
+                    LuaOverrun overrun = nullptr);
   ~LuaState();
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;
 
   // Calls body(lua_State*) on an empty stack in Lua's protected mode, one thread at a time. A Lua
   // error becomes Error{kScene} at the line it came from, or at `place` when no line is known; what
-  // the body throws passes through. Not to be nested.
+  // the body throws passes through; so does the end of the budget. Not to be nested.
   template <class Body>
   void protect(const Place& place, Body body) {
     run(
@@ -39,26 +41,22 @@ class LuaState {
   }
 
   void release(int reference);  // of luaL_ref
+  LuaBudget& budget() { return budget_; }
 
  private:
   struct Caught {
     ErrorKind kind;
     ErrorText text;
   };
-  struct Memory {
-    std::size_t used = 0, limit = 0;  // bytes
-  };
 
-  static void* allocate(void* memory, void* block, std::size_t old_size, std::size_t new_size);
   static int handle_message(lua_State* L);
-  static void check_interrupt(lua_State* L, lua_Debug* event);
   void run(const Place& place, void (*body)(void*, lua_State*), void* data);
 
-  Memory memory_;
-  bool (*interrupted_)();
+  LuaBudget budget_;
   std::optional<Caught> caught_;
   std::recursive_mutex mutex_;  // functions may be released inside protect()
   lua_State* lua_ = nullptr;
+  std::optional<Watchdog> watchdog_;
 };
 
 // Raises a Lua error that protect() turns into Error{kind, text}.
@@ -75,6 +73,10 @@ int guarded(lua_State* L) {
     raise(L, ErrorKind::kInternal, {"internal error", "", error.what(), ""});
   }
 }
+
+// Pushes the text as a function and is true, or else the message of the error. Never accepts
+// bytecode. Raises an error of Lua when the budget ends meanwhile.
+bool load_chunk(lua_State* L, std::string_view text, const std::string& chunk);
 
 // "@scenes/cloth.lua" and 12 as "scenes/cloth.lua:12".
 Place lua_place(const char* source, int line);

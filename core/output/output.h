@@ -1,5 +1,7 @@
 // The file (or stream) a table is written to. A regular file is replaced as a whole at the end: the
-// rows go to a new file beside it first, so that a run that fails leaves the old one as it was.
+// rows go to a new file in its folder first, so that a run that fails leaves the old one as it was.
+// That file has no name until then, where the system can, so that nothing is left of a process that
+// is killed; where it cannot, the next file in that folder takes away what dead processes left.
 #pragma once
 
 #include <filesystem>
@@ -27,6 +29,14 @@ Target parse_target(std::string_view option, const std::string& text, bool plots
 // True when two tables would be written over each other.
 bool same_target(const Target& a, const Target& b);
 
+// A name for a new file in a folder, which no other has: the open file, and its path; -1 and errno
+// if there can be none. The file is locked as long as it is open: its writer is alive.
+int open_temporary(const std::filesystem::path& folder, const std::string& ending,
+                   std::filesystem::path& path);
+
+// Removes what open_temporary made in a folder and nobody holds open.
+void collect_leftovers(const std::filesystem::path& folder);
+
 class Output {
  public:
   // Throws Error{kIo}: no such folder, a folder of that name, no permission, ...
@@ -40,13 +50,15 @@ class Output {
   void flush_if_full() {
     if (buffer_.size() >= kChunk) write();
   }
-  void write();   // throws Error{kIo} or ClosedPipe
-  void commit();  // the rest of the rows, then the new file takes its name
+  void write();          // throws Error{kIo} or ClosedPipe
+  void commit();         // the rest of the rows, then the new file takes its name
+  void commit_safely();  // the same; and it is there even if the machine stops right after
 
  private:
   static constexpr std::size_t kChunk = std::size_t{1} << 20;
 
   void create_beside(const std::filesystem::path& file);
+  void take_name(bool durable);
   [[noreturn]] void fail(int error) const;
 
   std::string name_;  // as the user wrote it

@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/output/output.h"
 
 namespace sim {
 namespace {
@@ -104,25 +105,16 @@ FileBeside::FileBeside(const std::string& file) : name_(file) {
   if (fs::exists(whole) && ::access(whole.c_str(), W_OK) != 0)
     fail_process("cannot write", file, errno);
   final_ = whole.string();
-  for (int attempt = 0;; ++attempt) {
-    temporary_ =
-        (whole.parent_path() / (".sim-" + std::to_string(::getpid()) + "-" +
-                                std::to_string(attempt) + ".tmp" + whole.extension().string()))
-            .string();
-    const int made = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (made >= 0) {
-      ::close(made);
-      return;
-    }
-    if (errno == EEXIST && attempt < 100) continue;
-    const int why = errno;
-    temporary_.clear();
-    fail_process("cannot write", file, why);
-  }
+  collect_leftovers(whole.parent_path());
+  fs::path made;
+  held_ = open_temporary(whole.parent_path(), whole.extension().string(), made);
+  if (held_ < 0) fail_process("cannot write", file, errno);
+  temporary_ = made.string();
 }
 
 FileBeside::~FileBeside() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (held_ >= 0) ::close(held_);
 }
 
 void FileBeside::commit() {

@@ -42,6 +42,7 @@ class FileBeside {
 
  private:
   std::string name_, final_, temporary_;
+  int held_ = -1;  // the file, locked: its writer is alive
 };
 
 }  // namespace sim

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/base/error.h"
 #include "core/base/hash.h"
@@ -234,11 +235,15 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
   if (saved.identity != scene_identity(spec) || saved.x.size() != simulation.state().size())
     refuse(where, "the checkpoint is of another scene, or of one that was changed since",
            "give the scene and the --set it was made with");
-  const bool ordered = std::ranges::is_sorted(saved.pinned) &&
+  constexpr std::int64_t kMostSteps = std::int64_t{1} << 53;  // counted exactly in a double
+  const bool ordered = std::ranges::is_sorted(saved.pinned, std::ranges::less_equal{}) &&
                        (saved.pinned.empty() || (saved.pinned.front() >= 0 &&
                                                  saved.pinned.back() < simulation.particles()));
-  if (!ordered || !(saved.h > 0) || !std::isfinite(saved.h) || !std::isfinite(saved.t0) ||
-      saved.step < 0 || saved.n0 < 0 || saved.n0 > saved.step || !all_finite(saved.x))
+  const bool timed = saved.h > 0 && std::isfinite(saved.h) && saved.t0 >= 0 && saved.n0 >= 0 &&
+                     saved.n0 <= saved.step && saved.step < kMostSteps &&
+                     std::isfinite(saved.t0 + static_cast<double>(saved.step - saved.n0) * saved.h);
+  if (!ordered || !timed || !all_finite(saved.x) || !all_finite(saved.memory) ||
+      !all_finite(saved.work))
     refuse(where, "its contents are inconsistent", "make the checkpoint again");
   if (!saved.pinned.empty() && !simulation.second_order())
     refuse(where, "its contents are inconsistent", "make the checkpoint again");
@@ -250,7 +255,12 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
            "give the scene it was made with");
   const auto settings = std::make_shared<const Settings>(
       Settings{Method(registry, saved.integrator), saved.h, saved.pinned, saved.off});
+  const Snapshot before = simulation.snapshot();
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
+  if (simulation.snapshot().memory == saved.memory) return;
+  simulation.restore(before);
+  refuse(where, "its integrator does not take what it says of the last steps",
+         "make the checkpoint again");
 }
 
 std::string encode(const Checkpoint& checkpoint) {
@@ -290,8 +300,10 @@ std::string encode(const Checkpoint& checkpoint) {
   return std::move(out.bytes());
 }
 
+bool looks_like_checkpoint(std::string_view bytes) { return bytes.starts_with(kMagic); }
+
 Checkpoint decode(std::string_view bytes, const std::string& file) {
-  if (!bytes.starts_with(kMagic))
+  if (!looks_like_checkpoint(bytes))
     refuse(file, "it is not a checkpoint file", "give a file that --snap or .snap wrote");
   Reader head(bytes.substr(kMagic.size()), file);
   if (const std::uint64_t version = head.integer(); version != kVersion)
@@ -323,8 +335,12 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
     for (double* number : {&system.h, &system.t0, &system.start_energy}) *number = in.number();
     for (std::int64_t* number : {&system.step, &system.n0})
       *number = static_cast<std::int64_t>(in.integer());
-    for (std::size_t left = in.length(8); left > 0; --left)
-      system.pinned.push_back(static_cast<int>(in.integer()));
+    for (std::size_t left = in.length(8); left > 0; --left) {
+      const std::uint64_t id = in.integer();
+      if (id > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
+        refuse(file, "the file is damaged", "make it again");
+      system.pinned.push_back(static_cast<int>(id));
+    }
     for (std::size_t left = in.length(8); left > 0; --left) system.off.push_back(in.text());
     system.x = in.numbers();
     system.memory = in.numbers();

@@ -45,6 +45,9 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
 // Little-endian: magic, version, contents, hash of all before it.
 std::string encode(const Checkpoint& checkpoint);
 
+// By its first bytes.
+bool looks_like_checkpoint(std::string_view bytes);
+
 // Throws Error{kCheckpoint} for what is no checkpoint, cut off, damaged or of another version.
 Checkpoint decode(std::string_view bytes, const std::string& file);
 

@@ -94,15 +94,26 @@ class Automatic final : public sim::Integrator {
     return memory;
   }
 
+  // Takes nothing that it cannot have said itself.
   void recall(std::span<const double> memory) override {
-    take(static_cast<Choice>(memory[0]));
+    constexpr std::size_t kOwn = 7;
+    if (memory.size() < kOwn) return;
+    const double last = static_cast<int>(kClassic);
+    const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
+    const bool known = choice != kNone && choice == memory[0] &&
+                       (splits_ || (choice != kVerlet && choice != kPefrl));
+    const bool lengths = memory[1] > 0 && memory[2] > 0;
+    const auto counts = memory.subspan(3, 4);
+    if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))
+      return;
+    take(static_cast<Choice>(choice));
     longest_ = memory[1];
     own_ = memory[2];
     rate_ = memory[3];
     spent_ = memory[4];
     hold_ = memory[5];
     short_ = memory[6];
-    method_->recall(memory.subspan(7));
+    method_->recall(memory.subspan(kOwn));
   }
 
   sim::Effort effort() const override {
@@ -130,7 +141,9 @@ class Automatic final : public sim::Integrator {
   enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff, kClassic };
 
   std::int64_t steps_in(double h) const {
-    return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(h / longest_ - 1e-9)));
+    constexpr double kMost = 1e15;
+    return std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(std::min(kMost, std::ceil(h / longest_ - 1e-9))));
   }
   double step_of(double h) const { return h / static_cast<double>(steps_in(h)); }
   double cost_of(double h) const {  // evaluations of a step of h in equal steps

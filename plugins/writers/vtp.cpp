@@ -102,13 +102,20 @@ class ParaView final : public sim::Writer {
     if (!series_) return;
     folder_ = fs::path(task.file).replace_extension();
     std::error_code error;
-    fs::create_directories(folder_, error);
+    new_folder_ = fs::create_directories(folder_, error);
     if (!fs::is_directory(folder_))
       throw sim::Error(sim::ErrorKind::kIo, {"no folder for the series", folder_.string(),
                                              error.message(), "another name for the .pvd"});
     output_->buffer() +=
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
         "byte_order=\"LittleEndian\">\n<Collection>\n";
+  }
+
+  // Of a series that was not finished nothing is left; files that were there before stay replaced.
+  ~ParaView() override {
+    std::error_code ignored;
+    for (const fs::path& file : made_) fs::remove(file, ignored);
+    if (new_folder_) fs::remove(folder_, ignored);
   }
 
   sim::Pace pace() const override { return series_ ? sim::Pace::kFilm : sim::Pace::kLast; }
@@ -123,7 +130,10 @@ class ParaView final : public sim::Writer {
       if (number.size() < 5) number.insert(0, 5 - number.size(), '0');
       const std::string name = (task_.world ? task_.models[m].name : folder_.filename().string()) +
                                "_" + number + ".vtp";
-      sim::Output file({(folder_ / name).string()}, std::cout);
+      const fs::path path = folder_ / name;
+      std::error_code ignored;
+      if (!fs::exists(path, ignored)) made_.push_back(path);
+      sim::Output file({path.string()}, std::cout);
       Vtp(task_.models[m], moment[m]).write(file);
       output_->buffer() += "<DataSet timestep=\"" + sim::shortest(moment.front().t) + "\" part=\"" +
                            std::to_string(m) + "\" file=\"" + folder_.filename().string() + "/" +
@@ -139,12 +149,15 @@ class ParaView final : public sim::Writer {
     }
     output_->buffer() += "</Collection>\n</VTKFile>\n";
     output_->commit();
+    made_.clear();
+    new_folder_ = false;
   }
 
  private:
   sim::WriterTask task_;
-  bool series_;
+  bool series_, new_folder_ = false;
   fs::path folder_;
+  std::vector<fs::path> made_;  // of the series, that were not there before
   std::size_t count_ = 0;
   std::optional<sim::Output> output_;
   sim::Moment last_;

@@ -94,3 +94,9 @@ TEST_CASE("an interrupted run can be gone on with") {
   CHECK(outcome.code == 130);
   CHECK(run_sim({"--resume", snap, "-T", "1000", "-q"}).code == 0);
 }
+
+TEST_CASE("a file without an end is no checkpoint") {
+  const Outcome outcome = run_sim({"--resume", "/dev/zero"});
+  CHECK(outcome.code == 6);
+  CHECK(outcome.err.find("it is not a checkpoint file") != std::string::npos);
+}

@@ -1,8 +1,12 @@
 // Checkpoints: bit for bit, and refused when they are not what they should be.
 #include "core/scene/checkpoint.h"
 
+#include <bit>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <random>
+
+#include "core/base/hash.h"
 
 #include "core/base/error.h"
 #include "tests/support/scenes.h"
@@ -103,5 +107,107 @@ TEST_CASE("damaged files are refused") {
     std::string spoilt = bytes;
     spoilt[random() % spoilt.size()] ^= static_cast<char>(1 + random() % 255);
     CHECK(kind_of(spoilt) == sim::ErrorKind::kCheckpoint);
+  }
+}
+
+namespace {
+
+// The bytes with one word changed, and a checksum that fits.
+std::string forged(std::string bytes, std::size_t at, std::uint64_t word) {
+  std::memcpy(bytes.data() + at, &word, 8);
+  bytes.resize(bytes.size() - 8);
+  sim::StateHash hash;
+  for (std::size_t i = 0; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t each;
+    std::memcpy(&each, bytes.data() + i, 8);
+    hash.add(each);
+  }
+  for (std::size_t i = bytes.size() / 8 * 8; i < bytes.size(); ++i)
+    hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[i])));
+  const std::uint64_t sum = hash.value();
+  bytes.append(reinterpret_cast<const char*>(&sum), 8);
+  return bytes;
+}
+
+// Reads it, goes on from it and takes some steps; what is wrong is an error.
+bool survives(const std::string& bytes, const sim::SystemSpec& spec, sim::Registry& registry) {
+  try {
+    const sim::Checkpoint read = sim::decode(bytes, "file");
+    if (read.systems.size() != 1) return false;
+    Simulation simulation(spec, registry);
+    sim::resume(simulation, spec, read.systems[0], registry);
+    int looks = 0;
+    simulation.stop_when([&looks] { return ++looks > 1000; });
+    for (int i = 0; i < 3 && simulation.step(); ++i) {}
+    return true;
+  } catch (const sim::Error& error) {
+    CHECK(error.kind() != sim::ErrorKind::kInternal);
+    return false;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a checkpoint with a right checksum and wrong contents is an error, or a state") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec cloth = make_cloth(3), circle = make_circle();
+  const struct {
+    const sim::SystemSpec& spec;
+    const char* integrator;
+  } cases[] = {{cloth, "rk4"},    {cloth, "auto"},  {cloth, "bdf2"},
+               {cloth, "dopri5"}, {circle, "auto"}, {circle, "dop853"}};
+  const std::uint64_t words[] = {0,
+                                 1,
+                                 7,
+                                 0xffffffff,
+                                 0x100000001,
+                                 std::uint64_t{1} << 40,
+                                 std::uint64_t{1} << 62,
+                                 ~std::uint64_t{0} >> 1,
+                                 ~std::uint64_t{0},
+                                 std::bit_cast<std::uint64_t>(-1.0),
+                                 std::bit_cast<std::uint64_t>(3.0),
+                                 std::bit_cast<std::uint64_t>(1e300),
+                                 std::bit_cast<std::uint64_t>(5e-324),
+                                 std::bit_cast<std::uint64_t>(HUGE_VAL),
+                                 std::bit_cast<std::uint64_t>(std::nan(""))};
+  for (const auto& [spec, integrator] : cases) {
+    INFO(integrator);
+    Simulation simulation(spec, registry, sim::RunOptions{.integrator = integrator, .dt = 1e-3});
+    REQUIRE(run(simulation, 5));
+    const std::string bytes = encode(checkpoint_of(simulation, spec));
+    CHECK(survives(bytes, spec, registry));
+    for (std::size_t at = 16; at + 16 <= bytes.size(); at += 8)
+      for (const std::uint64_t word : words) {
+        INFO("word " << word << " at " << at);
+        survives(forged(bytes, at, word), spec, registry);
+      }
+  }
+}
+
+TEST_CASE("an integrator takes only a memory that it can have written") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec cloth = make_cloth(3);
+  for (const char* integrator : {"auto", "bdf2", "dopri5", "rk4"}) {
+    INFO(integrator);
+    Simulation from(cloth, registry, sim::RunOptions{.integrator = integrator, .dt = 1e-3});
+    REQUIRE(run(from, 5));
+    const sim::Checkpoint::System saved = sim::checkpoint(from, cloth, 0);
+    std::vector<std::vector<double>> wrong{{1}, {99, 1, 1, 1, 1, 1, 1}, saved.memory};
+    wrong.back().push_back(0);
+    if (std::string(integrator) == "auto")
+      for (const double choice : {0.0, 0.5, 7.0, -1.0, 1e300}) {
+        wrong.push_back(saved.memory);
+        wrong.back()[0] = choice;
+      }
+    for (const std::vector<double>& memory : wrong) {
+      sim::Checkpoint::System spoilt = saved;
+      spoilt.memory = memory;
+      Simulation simulation(cloth, registry);
+      const std::uint64_t hash = simulation.hash();
+      CHECK_THROWS_AS(sim::resume(simulation, cloth, spoilt, registry), sim::Error);
+      CHECK(simulation.hash() == hash);
+      CHECK(simulation.step());
+    }
   }
 }

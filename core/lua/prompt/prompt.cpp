@@ -29,11 +29,6 @@ bool ends_too_early(lua_State* L) {
   return message.ends_with("<eof>");
 }
 
-// Pushes the function, or else the message of the error; never accepts bytecode.
-bool load(lua_State* L, const std::string& text, const std::string& name) {
-  return luaL_loadbufferx(L, text.data(), text.size(), name.c_str(), "t") == LUA_OK;
-}
-
 }  // namespace
 
 struct Prompt::Impl {
@@ -60,7 +55,10 @@ struct Prompt::Impl {
   // Lua, entered from outside or from a host function.
   template <class Body>
   void enter(const Place& place, Body body) {
-    if (inside) return body(inside);
+    if (inside) {
+      session->lua().budget().fresh();
+      return body(inside);
+    }
     pending = nullptr;
     try {
       session->lua().protect(place, body);
@@ -91,6 +89,7 @@ int Prompt::Impl::call_host(lua_State* L) {
   Data result;
   {
     const Inside inside{self.inside, std::exchange(self.inside, L)};
+    const LuaBudget::Aside aside(self.session->lua().budget());
     try {
       result = host(arguments);
     } catch (const Error& error) {
@@ -101,6 +100,7 @@ int Prompt::Impl::call_host(lua_State* L) {
       failed = ErrorText{"stopped", "", "", ""};
     }
   }
+  self.session->lua().budget().check(L);
   if (failed) {
     const Place caller = chunk_place(calling_place(L));
     failed->where = failed->where.empty() ? caller : caller + ": " + failed->where;
@@ -222,9 +222,9 @@ void Prompt::Impl::open(lua_State* L) {
 }
 
 void Prompt::Impl::load_chunk(lua_State* L, const std::string& chunk, const std::string& name) {
-  if (load(L, "return " + chunk, name)) return;
+  if (sim::load_chunk(L, "return " + chunk, name)) return;
   lua_pop(L, 1);
-  if (load(L, chunk, name)) return;
+  if (sim::load_chunk(L, chunk, name)) return;
   if (lua_type(L, -1) != LUA_TSTRING) lua_error(L);
   const std::string message(lua_tostring(L, -1), lua_rawlen(L, -1));
   lua_Debug info;  // of a function of the same name, for the short form of it in the message
@@ -273,7 +273,7 @@ bool Prompt::is_complete(const std::string& chunk) {
   impl_->enter({}, [&](lua_State* L) {
     for (const char* prefix : {"return ", ""}) {
       // The newline keeps an open "text" from looking like one that goes on.
-      if (load(L, prefix + chunk + "\n", "=prompt")) {
+      if (load_chunk(L, prefix + chunk + "\n", "=prompt")) {
         complete = true;
         return;
       }

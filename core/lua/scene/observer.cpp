@@ -162,6 +162,7 @@ class LuaObserver {
       ErrorText text = error.text();
       if (text.why == kInterrupted) throw;
       if (text.what == "Lua error") text.what = "error in observer '" + name_ + "'";
+      if (text.what == "Lua takes too long") text.what += " in observer '" + name_ + "'";
       throw Error(error.kind(), text);
     }
     return value;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/text.h"
+#include "core/lua/library/library.h"
 
 namespace sim {
 namespace {
@@ -41,9 +42,13 @@ struct Key {
   std::string_view text;  // kept alive by the table of keys
   lua_Integer index;      // in the table of keys, from 1
 
-  bool operator<(const Key& other) const {
+  bool before(const Key& other, lua_State* L) const {
+    charge(L, 2);
     if (rank != other.rank) return rank < other.rank;
-    return rank == 0 ? number < other.number : rank == 1 && text < other.text;
+    if (rank == 0) return number < other.number;
+    if (rank != 1) return index < other.index;
+    charge(L, std::min(text.size(), other.text.size()) / 64);
+    return text < other.text;
   }
 };
 
@@ -73,27 +78,35 @@ int ordered_pairs(lua_State* L) {
   luaL_checktype(L, 1, LUA_TTABLE);
   lua_settop(L, 1);
   lua_newtable(L);
-  std::vector<Key> keys;
+  lua_Integer count = 0;
   for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
-    Key key{2, 0, {}, static_cast<lua_Integer>(keys.size()) + 1};
-    if (lua_type(L, 3) == LUA_TNUMBER) {
-      key.rank = 0;
-      key.number = lua_tonumber(L, 3);
-    } else if (lua_type(L, 3) == LUA_TSTRING) {
-      std::size_t size = 0;
-      const char* text = lua_tolstring(L, 3, &size);
-      key.rank = 1;
-      key.text = {text, size};
-    }
+    charge(L, 4);
     lua_pushvalue(L, 3);
-    lua_rawseti(L, 2, key.index);
-    keys.push_back(key);
+    lua_rawseti(L, 2, ++count);
   }
-  std::stable_sort(keys.begin(), keys.end());
-  lua_createtable(L, static_cast<int>(std::min<std::size_t>(keys.size(), 1 << 20)), 0);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
+  // In memory of Lua, which counts.
+  const auto size = static_cast<std::size_t>(count);
+  auto* const keys = static_cast<Key*>(lua_newuserdatauv(L, size * sizeof(Key) + 1, 0));
+  for (lua_Integer i = 1; i <= count; ++i) {
+    Key& key = *new (keys + i - 1) Key{2, 0, {}, i};
+    const int type = lua_rawgeti(L, 2, i);
+    if (type == LUA_TNUMBER) {
+      key.rank = 0;
+      key.number = lua_tonumber(L, -1);
+    } else if (type == LUA_TSTRING) {
+      std::size_t length = 0;
+      const char* const text = lua_tolstring(L, -1, &length);
+      key.rank = 1;
+      key.text = {text, length};
+    }
+    lua_pop(L, 1);
+  }
+  const auto before = [L](const Key& a, const Key& b) { return a.before(b, L); };
+  if (!std::is_sorted(keys, keys + size, before)) std::sort(keys, keys + size, before);
+  lua_createtable(L, static_cast<int>(std::min<std::size_t>(size, 1 << 20)), 0);
+  for (std::size_t i = 0; i < size; ++i) {
     lua_rawgeti(L, 2, keys[i].index);
-    lua_rawseti(L, 3, static_cast<lua_Integer>(i) + 1);
+    lua_rawseti(L, 4, static_cast<lua_Integer>(i) + 1);
   }
   lua_pushinteger(L, 0);
   lua_pushcclosure(L, next_in_order, 2);
@@ -127,10 +140,7 @@ int unknown_global(lua_State* L) {
   if (lua_type(L, 2) != LUA_TSTRING) return 0;
   const std::string name = lua_tostring(L, 2);
   if (std::find(std::begin(kAbsent), std::end(kAbsent), name) != std::end(kAbsent)) return 0;
-  std::vector<std::string> known;
-  for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1))
-    if (lua_type(L, -2) == LUA_TSTRING) known.emplace_back(lua_tostring(L, -2));
-  std::sort(known.begin(), known.end());
+  const std::vector<std::string> known = names_in(L, 1);
   ErrorText text{"unknown name '" + one_line_text(name) + "'", "", "no such local or global", ""};
   const std::string near = nearest(name, known);
   text.remedy = near.empty() ? "declare it with local" : "did you mean '" + near + "'?";
@@ -153,6 +163,21 @@ void remove(lua_State* L, const char* library, std::initializer_list<const char*
 
 }  // namespace
 
+std::vector<std::string> names_in(lua_State* L, int table) {
+  constexpr std::size_t kLongest = 64, kMost = 500;
+  constexpr std::uint64_t kWork = 100'000;  // of comparing them with a name
+  table = lua_absindex(L, table);
+  std::vector<std::string> names;
+  for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
+    charge(L, 4);
+    if (lua_type(L, -2) == LUA_TSTRING && lua_rawlen(L, -2) <= kLongest && names.size() < kMost)
+      names.emplace_back(lua_tostring(L, -2), lua_rawlen(L, -2));
+  }
+  if (names.size() > 100) charge(L, kWork);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 void open_sandbox(lua_State* L, std::uint64_t seed) {
   constexpr luaL_Reg kLibraries[] = {
       {LUA_GNAME, luaopen_base},        {LUA_TABLIBNAME, luaopen_table},
@@ -164,6 +189,10 @@ void open_sandbox(lua_State* L, std::uint64_t seed) {
   }
   remove(L, LUA_GNAME, {"load", "dofile", "loadfile", "collectgarbage", "warn"});
   remove(L, LUA_STRLIBNAME, {"dump"});
+  bound_basics(L);
+  bound_strings(L);
+  bound_tables(L);
+  bound_coroutines(L);
 
   lua_register(L, "print", print);
   lua_register(L, "pairs", ordered_pairs);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/lua/lua_state.h"
 
@@ -11,6 +13,10 @@ namespace sim {
 // processes, bytecode or the state's inside. `print` writes to stderr, `pairs` visits keys in a
 // fixed order, and reading an unknown global is an error with the nearest known name.
 void open_sandbox(lua_State* L, std::uint64_t seed);
+
+// The keys of a table that are text and short enough to be a name somebody meant, sorted; the first
+// few hundred of them that are found.
+std::vector<std::string> names_in(lua_State* L, int table);
 
 // math.random while another file runs: starts at `seed`, and gets its old state back at the end.
 class RandomScope {

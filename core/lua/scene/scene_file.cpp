@@ -65,6 +65,7 @@ SceneSpec load_scene(const std::string& name, Registry& registry, const SceneOpt
   session->lua().protect(file.string(), [&](lua_State* L) {
     session->run(L);
     session->check_settings();
+    const LuaBudget::Aside reading(session->lua().budget());
     spec = SceneReader(session, registry).read(L);
   });
   return spec;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/lua/limits.h"
 #include "core/plugin/registry.h"
 #include "core/scene/scene_spec.h"
 
@@ -17,8 +18,9 @@ struct SceneOptions {
   std::vector<std::filesystem::path> search_path;  // folders that hold sim/ and scenes/
   std::map<std::string, std::string> settings;     // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
-  std::size_t memory = std::size_t{4} << 30;       // bytes for Lua; at most half the machine's
-  bool (*interrupted)() = nullptr;                 // a yes ends Lua with an error
+  LuaLimits limits = {};
+  bool (*interrupted)() = nullptr;  // a yes ends Lua with an error
+  LuaOverrun overrun = nullptr;     // told when Lua cannot be ended
 };
 
 // Finds `name` as given, then below each folder of the search path. Throws Error{kIo} listing the

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "core/base/text.h"
+#include "core/lua/library/library.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/sandbox.h"
 
@@ -15,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestFile = std::size_t{64} << 20;  // bytes
+constexpr std::uint64_t kFileWork = 10'000;                  // of looking for a file, in steps
 constexpr const char* kLanguage = "sim.language";            // registry: what require "sim" gives
 constexpr const char* kModules = "sim.modules";              // registry: canonical file -> value
 
@@ -41,7 +43,7 @@ std::string read_file(const fs::path& file, const Place& asked_at) {
 void load_text(lua_State* L, std::string_view text, const std::string& chunk) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.starts_with('#')) text.remove_prefix(std::min(text.find('\n'), text.size()));
-  if (luaL_loadbufferx(L, text.data(), text.size(), chunk.c_str(), "t") == LUA_OK) return;
+  if (load_chunk(L, text, chunk)) return;
   if (lua_type(L, -1) != LUA_TSTRING) lua_error(L);
   const std::string message = lua_tostring(L, -1);
   const std::string name = chunk.substr(1);
@@ -103,7 +105,7 @@ SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& regist
       file_name_(file_.string()),
       options_(std::move(options)),
       registry_(registry),
-      lua_(options_.memory, options_.interrupted) {}
+      lua_(options_.limits, options_.interrupted, options_.overrun) {}
 
 SceneSession& SceneSession::of(lua_State* L) {
   return *static_cast<SceneSession*>(lua_touserdata(L, lua_upvalueindex(1)));
@@ -223,6 +225,7 @@ int SceneSession::require(lua_State* L) {
     push_language(L);
     return 1;
   }
+  charge(L, kFileWork);
   const fs::path file = self.find_module(L, name);
   const std::string key = canonical_name(file);
   lua_getfield(L, LUA_REGISTRYINDEX, kModules);

@@ -6,12 +6,14 @@
 
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
+#include "core/lua/scene/sandbox.h"
 #include "core/lua/scene/session.h"
 
 namespace sim {
 namespace {
 
 constexpr lua_Integer kLineBits = 32;
+constexpr std::size_t kMostArgs = 1000;
 
 std::string type_of(const Value& value) {
   if (std::holds_alternative<bool>(value)) return "true or false";
@@ -88,10 +90,7 @@ int SceneSession::fail(lua_State* L) {
 int SceneSession::suggest(lua_State* L) {
   lua_settop(L, 2);
   luaL_checktype(L, 2, LUA_TTABLE);
-  std::vector<std::string> known;
-  for (lua_pushnil(L); lua_next(L, 2); lua_pop(L, 1))
-    if (lua_type(L, 3) == LUA_TSTRING) known.emplace_back(lua_tostring(L, 3));
-  std::sort(known.begin(), known.end());
+  const std::vector<std::string> known = names_in(L, 2);
   const std::string name = lua_type(L, 1) == LUA_TSTRING ? lua_tostring(L, 1) : show(L, 1);
   lua_pushstring(L, suggestion(one_line_text(name), known).c_str());
   return 1;
@@ -178,6 +177,8 @@ int SceneSession::arg(lua_State* L) {
       self.declared_.begin(), self.declared_.end(),
       [&](const Declared& other) { return other.arg.name == arg.name && other.scope == scope; });
   if (before == self.declared_.end()) {
+    if (self.declared_.size() == kMostArgs)
+      scene_error(place, "too many parameters", "a scene has at most " + std::to_string(kMostArgs));
     self.declared_.push_back({arg, place, scope});
   } else if (!same_value(before->arg.default_value, arg.default_value)) {
     scene_error(place, what + " has two defaults",

@@ -29,6 +29,9 @@ void EmbeddedRungeKutta::prepare(OdeSystem& system) {
 
 Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
                                     const double* x, double* x_next) {
+  // What was recalled has to be of this time.
+  if (phase_ == Phase::kRecalled && !(t_ <= t && t <= t_ + h_ + 0.01 * (h + h_)))
+    phase_ = Phase::kFresh;
   if (phase_ == Phase::kFresh && !begin(system, t, x)) {
     const double euler[] = {1};
     combine(x, h, euler, x_next);  // shows where f is not finite
@@ -188,6 +191,7 @@ std::vector<double> EmbeddedRungeKutta::memory() const {
 void EmbeddedRungeKutta::recall(std::span<const double> memory) {
   phase_ = Phase::kFresh;
   if (memory.size() != kMemoryHead + x_.size()) return;
+  if (!std::ranges::all_of(memory.subspan(1, 3), [](double number) { return number > 0; })) return;
   t_ = memory[0];
   h_ = memory[1];
   controller_.state = {memory[2], memory[3], memory[4] != 0};

@@ -131,7 +131,8 @@ std::string Page::made(const std::string& live) const {
   head.json("scale", number(view_.scale, 12));
   head.json("ground", view_.ground ? number(own_axes(view_.ground->origin).y) : "null");
   head.json("grid", number(view_.grid * view_.scale)).json("live", live);
-  head.text("colour", measured() ? scale_.name : look_.colour == "none" ? "plain" : look_.colour);
+  const bool own = look_.colour == "strain" || look_.colour == "speed";
+  head.text("colour", measured() ? scale_.name : own ? look_.colour : "plain");
   if (measured())
     head.json("values", JsonObject()
                             .text("name", scale_.name)

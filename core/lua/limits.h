@@ -1,0 +1,22 @@
+// How much Lua may take at a time, for those who may not see Lua.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/error.h"
+
+namespace sim {
+
+// For loading a scene, for each call of one of its functions, and for each line at a prompt.
+struct LuaLimits {
+  double seconds = 10;                        // of processor time
+  std::size_t memory = std::size_t{1} << 30;  // bytes; at most half the machine's
+  std::uint64_t steps = 0;  // instructions, or work in libraries that costs about as much; 0 = any
+};
+
+// Told from another thread that Lua is beyond its budget and cannot be ended: who hears it ends the
+// process.
+using LuaOverrun = void (*)(const ErrorText& why);
+
+}  // namespace sim

@@ -1,0 +1,258 @@
+#include "core/lua/lua_budget.h"
+
+#include <unistd.h>
+#include <ctime>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/base/text.h"
+#include "core/lua/lua_state.h"
+
+namespace sim {
+namespace {
+
+constexpr double kFirstLook = 0.1;  // s; the clock of the processor is asked after them only
+constexpr double kGrace = 2;        // s beyond the budget, until what is stuck is given up
+constexpr std::size_t kLongString = 100'000;          // bytes
+constexpr std::size_t kStepBytes = 64;                // that cost as much as an instruction
+constexpr std::size_t kBatch = std::size_t{1} << 20;  // bytes allocated between two looks
+
+// Half of the memory of this machine, in bytes.
+std::size_t half_of_machine() {
+  const auto pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  if (pages <= 0 || page <= 0) return std::size_t{1} << 30;
+  return static_cast<std::size_t>(pages) * static_cast<std::size_t>(page) / 2;
+}
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// The innermost line of a scene that runs in a thread.
+std::string running_line(lua_State* L) {
+  lua_Debug frame;
+  for (int level = 0; level < 200 && lua_getstack(L, level, &frame); ++level) {
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline > 0 && std::strcmp(frame.source, kLanguageSource) != 0)
+      return lua_place(frame.source, frame.currentline);
+  }
+  return {};
+}
+
+}  // namespace
+
+LuaBudget::LuaBudget(const LuaLimits& limits, bool (*interrupted)())
+    : limits_(limits), interrupted_(interrupted) {
+  limits_.memory = std::min(limits.memory, half_of_machine());
+}
+
+LuaBudget& LuaBudget::of(lua_State* L) {
+  return (*static_cast<LuaState**>(lua_getextraspace(L)))->budget();
+}
+
+void LuaBudget::begin(lua_State* main) {
+  main_ = running_ = main;
+  ended_ = End::kNone;
+  refused_ = 0;
+  fresh();
+  arm(main, interval_);
+  thread_.store(pthread_self(), std::memory_order_relaxed);
+  entries_.store(entries_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void LuaBudget::end() {
+  entries_.store(entries_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void LuaBudget::fresh() {
+  steps_ = pending_ = allocated_ = 0;
+  before_ = 0;
+  timed_ = clocked_ = false;
+}
+
+LuaBudget::Aside::Aside(LuaBudget& budget)
+    : budget_(budget), used_(budget.used()), steps_(budget.steps_ + budget.pending_) {
+  budget_.end();
+  budget_.fresh();
+}
+
+LuaBudget::Aside::~Aside() {
+  budget_.fresh();
+  budget_.before_ = used_;
+  budget_.steps_ = steps_;
+  budget_.end();  // odd again
+}
+
+LuaBudget::Thread::Thread(lua_State* L) : budget_(of(L)), before_(budget_.running_) {
+  budget_.running_ = L;
+}
+
+LuaBudget::Thread::~Thread() { budget_.running_ = before_; }
+
+void LuaBudget::arm(lua_State* L, int count) const { lua_sethook(L, hook, LUA_MASKCOUNT, count); }
+
+bool LuaBudget::spoiled(lua_State* thread) {
+  const int status = lua_status(thread);
+  return status != LUA_OK && status != LUA_YIELD && lua_gethookcount(thread) == 1;
+}
+
+// Some threads were armed before the interval changed, or stopped with an earlier account.
+void LuaBudget::hook(lua_State* L, lua_Debug* /*event*/) {
+  LuaBudget& self = of(L);
+  if (self.ended_ == End::kNone) self.take(L, kTick);
+  self.check(L);
+  if (lua_gethookcount(L) != self.interval_) self.arm(L, self.interval_);
+}
+
+void LuaBudget::settle(lua_State* L) {
+  const std::uint64_t units = std::exchange(pending_, 0);
+  if (ended_ == End::kNone) take(L, units);
+  check(L);
+}
+
+void LuaBudget::take(lua_State* L, std::uint64_t units) {
+  steps_ += units;
+  if (interrupted_ && interrupted_()) return stop(L, End::kInterrupted);
+  if (limits_.steps > 0 && steps_ > limits_.steps) return stop(L, End::kSteps);
+  look_at_clock(L);
+}
+
+double LuaBudget::used() const {
+  return before_ + (clocked_ ? seconds_of(CLOCK_THREAD_CPUTIME_ID) - start_ : 0);
+}
+
+// The time of day first, which costs less to ask. Where instructions take long (they compare long
+// strings, or pass a million values) there are fewer of them between two looks.
+void LuaBudget::look_at_clock(lua_State* L) {
+  constexpr double kSlow = 0.03, kQuick = 0.001, kAim = 0.01;  // s
+  const auto seconds = [](double s) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+  };
+  const Clock::time_point now = Clock::now();
+  const double passed = timed_ ? std::chrono::duration<double>(now - last_).count() : kQuick;
+  last_ = now;
+  if (passed > kSlow && interval_ > 1) {
+    interval_ = std::max(1, static_cast<int>(interval_ * kAim / passed));
+    arm(L, interval_);
+  } else if (passed < kQuick && interval_ < longest_interval_) {
+    interval_ = std::min(longest_interval_, 2 * interval_);
+  }
+  if (!timed_) {
+    timed_ = true;
+    deadline_ = now + seconds(std::min(kFirstLook, limits_.seconds / 2));
+  } else if (now >= deadline_) {
+    if (!clocked_) {
+      clocked_ = true;
+      start_ = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+      before_ += std::min(kFirstLook, limits_.seconds / 2);
+    }
+    const double left = limits_.seconds - used();
+    if (left <= 0) return stop(L, End::kTime);
+    deadline_ = now + seconds(left);
+  }
+}
+
+void LuaBudget::stop(lua_State* L, End end) {
+  if (ended_ != End::kNone) return;
+  ended_ = end;
+  place_ = running_line(L);
+  if (place_.empty() && main_ && L != main_) place_ = running_line(main_);
+  arm(L, 1);
+}
+
+// The error is a pointer: making it allocates nothing.
+void LuaBudget::raise_end(lua_State* L) const {
+  arm(L, 1);
+  lua_pushlightuserdata(L, const_cast<LuaBudget*>(this));
+  lua_error(L);
+  std::abort();  // lua_error does not return
+}
+
+// Lua asks again for what was refused, after it has collected all garbage.
+void* LuaBudget::allocate(void* budget, void* block, std::size_t old_size, std::size_t new_size) {
+  LuaBudget& self = *static_cast<LuaBudget*>(budget);
+  const bool string = !block && old_size == LUA_TSTRING;  // Lua then passes the kind of object
+  if (!block) old_size = 0;
+  if (new_size == 0) {
+    std::free(block);
+    self.memory_ -= old_size;
+    return nullptr;
+  }
+  const std::size_t more = new_size > old_size ? new_size - old_size : 0;
+  if (more > self.limits_.memory - self.memory_) {
+    if (self.running_ && (self.refused_ == new_size || more > self.limits_.memory))
+      self.stop(self.running_, End::kMemory);
+    self.refused_ = new_size;
+    return nullptr;
+  }
+  void* const moved = std::realloc(block, new_size);
+  if (!moved) return nullptr;
+  self.memory_ += new_size - old_size;
+  if (more > 0) self.refused_ = 0;
+  if (string && new_size > kLongString) self.note_string(new_size);
+  if ((self.allocated_ += more) > kBatch && self.running_ && self.ended_ == End::kNone)
+    self.take(self.running_, std::exchange(self.allocated_, 0) / kStepBytes);
+  return moved;
+}
+
+// An instruction may go through all of a string.
+void LuaBudget::note_string(std::size_t size) {
+  constexpr std::size_t kBytes = 100'000'000;  // between two looks
+  longest_interval_ =
+      std::min(longest_interval_, static_cast<int>(std::max<std::size_t>(1, kBytes / size)));
+  if (interval_ <= longest_interval_) return;
+  interval_ = longest_interval_;
+  if (running_ && ended_ == End::kNone) arm(running_, interval_);
+}
+
+ErrorText LuaBudget::time_error(const std::string& where) const {
+  const std::string allow = brief(std::max(60.0, 6 * limits_.seconds));
+  return {"Lua takes too long", where, "it has run for " + brief(limits_.seconds) + " s",
+          "look for a loop without end, or allow more: --lua-budget time=" + allow};
+}
+
+ErrorText LuaBudget::error(const std::string& place) const {
+  const std::string& where = place_.empty() ? place : place_;
+  switch (ended_) {
+    case End::kInterrupted:
+      return {"Lua error", where, kInterrupted, ""};
+    case End::kSteps:
+      return {"Lua takes too long", where,
+              "it has made " + brief(static_cast<double>(limits_.steps)) + " steps",
+              "look for a loop without end, or allow more: --lua-budget steps=" +
+                  brief(10 * static_cast<double>(limits_.steps))};
+    case End::kMemory: {
+      const std::size_t mega = std::max<std::size_t>(1, limits_.memory >> 20);
+      return {"out of memory", where,
+              "the scene needs more than " + std::to_string(mega) + " MB in Lua",
+              "use sim.grid for large regular scenes, or allow more: --lua-budget memory=" +
+                  std::to_string(4 * mega)};
+    }
+    default:
+      return time_error(where);
+  }
+}
+
+bool LuaBudget::stuck() {
+  const std::uint64_t entry = entries_.load(std::memory_order_relaxed);
+  clockid_t clock;
+  if (entry % 2 == 0 ||
+      pthread_getcpuclockid(thread_.load(std::memory_order_relaxed), &clock) != 0) {
+    seen_ = 0;
+    return false;
+  }
+  const double now = seconds_of(clock);
+  if (entry != seen_) {
+    seen_ = entry;
+    seen_at_ = now;
+  }
+  return now - seen_at_ > limits_.seconds + kGrace;
+}
+
+ErrorText LuaBudget::stuck_error() const { return time_error(running_line(running_)); }
+
+}  // namespace sim

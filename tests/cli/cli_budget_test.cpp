@@ -1,0 +1,78 @@
+// The budget of Lua, as the command line, the environment and the prompt have it.
+#include <catch2/catch.hpp>
+
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+using namespace sim_test;
+
+namespace {
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::string scene_of(const TemporaryFolder& folder, const std::string& text) {
+  const std::string file = (folder.path() / "hostile.lua").string();
+  write_text(file, text);
+  return file;
+}
+
+}  // namespace
+
+TEST_CASE("a scene that does not end is ended, and the line named", "[cli][budget]") {
+  const TemporaryFolder folder;
+  const std::string loop = scene_of(folder, "local x\nwhile true do end\n");
+  for (const char* limit : {"time=0.2", "steps=1e6"}) {
+    INFO(limit);
+    const Outcome outcome = run_sim({loop, "--lua-budget", limit});
+    CHECK(outcome.code == 3);
+    CHECK(has(outcome.err, "sim: error: Lua takes too long: " + loop + ":2: "));
+    CHECK(has(outcome.err, "or allow more: --lua-budget "));
+  }
+  ProgramOptions environment;
+  environment.environment = {{"SIM_LUA_BUDGET", "steps=1e6"}};
+  CHECK(run_sim({loop}, environment).code == 3);
+
+  const std::string large = scene_of(folder, "local s = ('x'):rep(3e7)\nreturn s\n");
+  const Outcome outcome = run_sim({large, "--lua-budget", "memory=20"});
+  CHECK(outcome.code == 3);
+  CHECK(has(outcome.err, "hostile.lua:1: the scene needs more than 20 MB in Lua"));
+}
+
+// No instruction ends, and none of the library's functions runs: only the watchdog sees it.
+TEST_CASE("one instruction that does not end is ended", "[cli][budget]") {
+  const TemporaryFolder folder;
+  const std::string chain = scene_of(folder,
+                                     "local t = print\n"
+                                     "for i = 1, 9e5 do t = setmetatable({}, {__call = t}) end\n"
+                                     "t()\n");
+  const Outcome outcome = run_sim({chain, "--lua-budget", "time=1"});
+  CHECK(outcome.code == 3);
+  CHECK(has(outcome.err, "sim: error: Lua takes too long: " + chain + ":"));
+}
+
+TEST_CASE("a budget that makes no sense is a usage error", "[cli][budget]") {
+  for (const char* wrong : {"time", "time=", "time=0", "time=nan", "memory=-1", "speed=3",
+                            "time=1;", "steps=1e99", "time=1,,steps=2"}) {
+    INFO(wrong);
+    CHECK(run_sim({"--lua-budget", wrong}).code == 2);
+    ProgramOptions environment;
+    environment.environment = {{"SIM_LUA_BUDGET", wrong}};
+    CHECK(run_sim({"-n", "0"}, environment).code == 2);
+  }
+}
+
+TEST_CASE("the prompt has a budget for each line", "[cli][budget]") {
+  ProgramOptions repl;
+  repl.program = SIM_REPL_BINARY;
+  const Outcome outcome =
+      run_sim({"--lua-budget", "steps=1e6", "-e", "x = 5", "-e", "while true do end"}, repl);
+  CHECK(outcome.code == 3);
+  CHECK(has(outcome.err, "Lua takes too long"));
+  // What the kernel does meanwhile is no time of Lua.
+  const Outcome run = run_sim(
+      {"--lua-budget", "time=0.05", "-e", "for i = 1, 20 do step(1000) end", "-e", "t()"}, repl);
+  CHECK(run.code == 0);
+  CHECK(has(run.out, "100"));
+}
