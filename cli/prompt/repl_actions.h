@@ -55,6 +55,9 @@ Answer order(Call& call);
 Answer record(Call& call);
 Answer plot(Call& call);
 
+// repl_picture.cpp
+Answer show(Call& call);
+
 // repl_setup.cpp
 Answer integrator(Call& call);
 Answer dt(Call& call);

@@ -54,6 +54,8 @@ const std::array kCommands = std::to_array<Command>({
     {"state", "forces", "forces", "I", "the shares of the force on particle I, in N",
      actions::forces},
     {"state", "dump", "dump", "[FILE]", "the state as a table, .csv or .jsonl", actions::dump},
+    {"state", "show", "show", "[FILE]", "draws the scene as it is here, or into a .png, .ply, ..",
+     actions::show},
     {"state", "hash", "hash", "", "of the bits of the state", actions::hash},
 
     {"accuracy", "verdict", "verdict", "", "the verdict on the last run", actions::verdict},

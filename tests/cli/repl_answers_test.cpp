@@ -105,6 +105,18 @@ TEST_CASE("repl: records and plots") {
   CHECK(session(".record x t() every 0\n").code == 2);
 }
 
+TEST_CASE("repl: the scene is drawn as it is now") {
+  const TemporaryFolder folder;
+  output(".show a.png\n.step 50\n.show b.png\n.show b.ply\n", {}, folder.path());
+  const std::string start = read_text(folder.path() / "a.png"),
+                    later = read_text(folder.path() / "b.png");
+  CHECK(start.size() > 10'000);
+  CHECK(start != later);
+  CHECK(read_text(folder.path() / "b.ply").rfind("ply\n", 0) == 0);
+  CHECK(says(session(".show\n").err, "give a file"));  // a pipe is no terminal
+  CHECK(says(session(".show a.xxx\n").err, "nothing writes .xxx"));
+}
+
 TEST_CASE("repl: changes are taken back one by one, and t stays") {
   const std::string start = output(".step 9\n.hash\n");
   CHECK(output(".step 9\n.set_velocity 9 1 0 0\n.set_velocity 10 1 0 0\n.undo\n.undo\n.hash\n") ==
