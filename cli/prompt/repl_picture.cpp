@@ -49,7 +49,9 @@ Answer show(Call& call) {
     return words(in_cells(task.models, moment, task.look));
   }
   task.file = call.text(0, "a file");
-  check_files({.files = {task.file}}, call.session.registry());
+  OutRequest request;
+  request.files = {task.file};
+  check_files(request, call.session.registry());
   const std::unique_ptr<Writer> writer = make_writer(task, call.session.registry());
   writer->add(moment);
   writer->commit();

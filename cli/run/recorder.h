@@ -27,7 +27,7 @@ struct OutRequest {
 };
 
 // Of the first system that says something, and over it what the user says.
-Look look_of(const SceneSpec& scene, const LookSpec& asked);
+sim::Look look_of(const SceneSpec& scene, const LookSpec& asked);
 
 // Throws Error{kUsage} for an ending that no writer knows and for two of one name; opens nothing.
 void check_files(const OutRequest& request, Registry& registry);
@@ -54,7 +54,7 @@ class Recorder {
 
   void measure(std::size_t system, const Simulation& simulation, Frame& frame);
 
-  Look look_;
+  sim::Look look_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<study::Companion> companions_;  // of each system, to colour errors
   std::vector<std::vector<double>> modes_;    // of each system, to colour its fastest mode
