@@ -15,6 +15,8 @@ CLI::App* add_view_options(CLI::App& app, ViewTexts& texts) {
       ->type_name("N");
   view->add_flag("--no-open", texts.no_open, "print the address, open no browser")
       ->disable_flag_override();
+  view->add_flag("--terminal", texts.terminal, "in this terminal instead, with its mouse")
+      ->disable_flag_override();
   view->add_option("--record", texts.record,
                    "what hands do, line by line; sim --replay FILE\nrepeats it with the same bits")
       ->type_name("FILE");

@@ -59,9 +59,8 @@ class LiveScene {
   // Choices that outlast a reload.
   void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
-
-  // Reads the file again, with one parameter changed if there is one, and runs it to the same time:
-  // what is different then. As before when it throws. Other branches keep their scene.
+  // Reads the file again, with a parameter changed if there is one, and runs it to the same time:
+  // what is different then. As before when it throws; other branches keep their scene.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
   void open(const std::string& scene);  // another one, at its start
 

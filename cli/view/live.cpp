@@ -110,7 +110,7 @@ void Live::run(double seconds) {
   }
   const double longest = kLongestDebt * speed_;
   debt_ += passed * speed_;
-  pull();
+  move_hands();
   const double start = player_.system().t();
   const auto begin = Clock::now();
   bool slow = false;
@@ -194,7 +194,7 @@ std::string Live::failure() {
 // --- Hands ------------------------------------------------------------------------------------
 
 // What is held goes to where the pointer is, along a line until the next look at the pointer.
-void Live::pull() {
+void Live::move_hands() {
   for (Hand& hand : hands_) {
     if (!hand.pulled) continue;
     hand.pulled = false;
@@ -280,9 +280,13 @@ void Live::pull_to(std::size_t system, std::string arguments) {
   Vec3 point;
   for (std::size_t axis = 0; axis < 3; ++axis)
     point[axis] = number_in(word_of(arguments), -1e6, 1e6);
+  pull(system, particle, page_->metres(system, point));
+}
+
+void Live::pull(std::size_t system, int particle, const Vec3& to) {
   for (Hand& hand : hands_)
     if (hand.system == system && hand.particle == particle) {
-      hand.to = page_->metres(system, point);
+      hand.to = to;
       hand.pulled = true;
       return;
     }
@@ -301,7 +305,7 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
     speed_ = number_in(argument, 0.001, kFastest);
   } else if (word == "step") {
     playing_ = false;
-    pull();
+    move_hands();
     const auto target = player_.step() + static_cast<std::int64_t>(number_in(argument, 1, 1000));
     while (player_.step() < target && player_.advance(target - player_.step()) > 0)
       for (EnergyAccount& each : accounts_) each.stepped();
@@ -361,15 +365,25 @@ std::string Live::words() {
   return all.str();
 }
 
-std::string Live::frame() {
+Moment Live::moment() const {
   Moment moment;
   for (const Simulation& each : scene_.systems) moment.push_back(take_frame(each));
+  return moment;
+}
+
+std::string Live::verdict(std::size_t i) {
+  if (!failure_.empty()) return failure_;
+  return live_verdict(accounts_[i].sample(), accounts_[i].samples(), shares_[i], player_.system(i));
+}
+
+std::string Live::frame() {
+  const Moment now = moment();
   std::string text = words();
   std::vector<std::string> solids;
-  for (std::size_t i = 0; i < moment.size(); ++i) solids.push_back(page_->solids(moment, i));
+  for (std::size_t i = 0; i < now.size(); ++i) solids.push_back(page_->solids(now, i));
   text.pop_back();
   text += ",\"solids\":" + json_array(solids) + "}";
-  return page_->frame(moment, text);
+  return page_->frame(now, text);
 }
 
 std::string Live::strip() const {

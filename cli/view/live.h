@@ -33,6 +33,16 @@ class Live {
   std::string strip() const;  // the energies so far, JSON
   Player& player() { return player_; }
 
+  // For a front that draws by itself.
+  bool world() const { return scene_.spec.world; }
+  const std::vector<Model>& models() const { return models_; }
+  const std::vector<Moment>& preview() const { return preview_; }
+  Moment moment() const;
+  void pull(std::size_t system, int particle, const Vec3& to);  // what is held; m
+  double real() const { return real_; }                         // of real time
+  double share(std::size_t system) const { return shares_[system]; }
+  std::string verdict(std::size_t system);
+
  private:
   using Clock = std::chrono::steady_clock;
   struct Hand {
@@ -48,7 +58,7 @@ class Live {
   void pull_to(std::size_t system, std::string arguments);
   static std::string word_of(std::string& line);
   void act(std::uint64_t from, std::size_t system, Action action);
-  void pull();
+  void move_hands();
   void let_go(std::uint64_t from);
   void go_to(std::int64_t step);
   void settle();  // after anything but steps

@@ -1,5 +1,6 @@
 #include "cli/view/view.h"
 
+#include <poll.h>
 #include <sys/random.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,11 +12,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 #include <optional>
 
 #include "cli/run/replay_file.h"
+#include "cli/terminal/cells.h"
 #include "cli/terminal/signals.h"
 #include "cli/view/live.h"
+#include "cli/view/terminal.h"
 #include "core/base/error.h"
 #include "core/output/view.h"
 
@@ -24,6 +28,12 @@ namespace {
 
 constexpr double kFrame = 1.0 / 60;  // s between two frames
 constexpr double kShare = 0.75;      // of it, for steps
+
+using Clock = std::chrono::steady_clock;
+
+Clock::duration span(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
 
 std::string random_token() {
   unsigned char bytes[16];
@@ -63,11 +73,70 @@ void open_browser(const std::string& address) {
   ::_exit(0);
 }
 
+// Until a signal: served, stepped and shown.
+int serve(Live& live, const Plugin<View>& plugin, const ViewRequest& request,
+          const Interrupts& interrupts, Console& console) {
+  const ViewTask task{live.page(), random_token(), request.port};
+  const auto server =
+      made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+  const std::string address = server->address();
+  const std::size_t colon = address.find(':', 6) + 1;
+  const std::string port = address.substr(colon, address.find('/', colon) - colon);
+  console.out << address << '\n';
+  console.err << "from elsewhere: ssh -L " << port << ":127.0.0.1:" << port
+              << " HOST, then that address; Ctrl-C ends\n";
+  flush_or_throw(console.out, "standard output");
+  if (request.open) open_browser(address);
+  auto next = Clock::now();
+  while (!interrupts.caught()) {
+    const double left = std::chrono::duration<double>(next - Clock::now()).count();
+    for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
+      const std::string answer = live.take(message.from, message.text);
+      if (!answer.empty()) server->answer(message.from, answer);
+    }
+    if (Clock::now() < next) continue;
+    next = std::max(next + span(kFrame), Clock::now());
+    live.run(kShare * kFrame);
+    if (server->wants_frame()) server->show(live.frame());
+  }
+  return 128 + interrupts.caught();
+}
+
+// Until Q or a signal.
+int play_in_terminal(Live& live, const Interrupts& interrupts) {
+  const Takeover takeover;
+  TerminalFront front(live);
+  std::string input;
+  auto next = Clock::now(), next_picture = next;
+  while (!interrupts.caught() && !front.closed()) {
+    const double left = std::chrono::duration<double>(next - Clock::now()).count();
+    pollfd keys{0, POLLIN, 0};
+    if (::poll(&keys, 1, static_cast<int>(std::max(0.0, 1000 * left))) > 0) {
+      char bytes[4096];
+      const ssize_t count = ::read(0, bytes, sizeof bytes);
+      if (count <= 0) break;  // the terminal has gone
+      input.append(bytes, static_cast<std::size_t>(count));
+      for (const TerminalEvent& event : take_events(input)) front.take(event);
+    }
+    if (Clock::now() < next) continue;
+    next = std::max(next + span(kFrame), Clock::now());
+    live.run(kShare * kFrame);
+    if (Clock::now() < next_picture) continue;
+    next_picture = Clock::now() + span(2 * kFrame);
+    put(std::cout, front.picture());
+    std::cout.flush();
+  }
+  return interrupts.caught() ? 128 + interrupts.caught() : 0;
+}
+
 }  // namespace
 
 int view(const ViewRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
-  const Plugin<View>& plugin = page_plugin(registry);
+  const Plugin<View>* const plugin = request.terminal ? nullptr : &page_plugin(registry);
+  if (const std::string why = no_pictures(); request.terminal && !why.empty())
+    throw Error(ErrorKind::kIo, {"no pictures in this terminal", "sim view --terminal", why,
+                                 "leave out --terminal"});
   LoadedScene scene = load(request.scene, environment, registry);
   Live live(scene, request.scene, registry);
 
@@ -81,34 +150,11 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
     live.player().record(&*writer);
   }
 
-  ViewTask task{live.page(), random_token(), request.port};
-  const auto server =
-      made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
-  const std::string port = server->address().substr(17, server->address().find('/', 17) - 17);
-  console.out << server->address() << '\n';
-  console.err << "from elsewhere: ssh -L " << port << ":127.0.0.1:" << port
-              << " HOST, then that address; Ctrl-C ends\n";
-  flush_or_throw(console.out, "standard output");
-  if (request.open) open_browser(server->address());
-
-  using Clock = std::chrono::steady_clock;
   const Interrupts interrupts;
-  auto next = Clock::now();
-  while (!interrupts.caught()) {
-    const double left = std::chrono::duration<double>(next - Clock::now()).count();
-    for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
-      const std::string answer = live.take(message.from, message.text);
-      if (!answer.empty()) server->answer(message.from, answer);
-    }
-    if (Clock::now() < next) continue;
-    next = std::max(
-        next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kFrame)),
-        Clock::now());
-    live.run(kShare * kFrame);
-    if (server->wants_frame()) server->show(live.frame());
-  }
+  const int code = plugin ? serve(live, *plugin, request, interrupts, console)
+                          : play_in_terminal(live, interrupts);
   live.player().end_record();
-  return 128 + interrupts.caught();
+  return code;
 }
 
 }  // namespace sim::cli

@@ -1,0 +1,73 @@
+// The same in a terminal: half blocks for the picture, its reports for the mouse.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/terminal/cells.h"
+#include "cli/view/live.h"
+#include "core/picture/scenery.h"
+
+namespace sim::cli {
+
+// The terminal as it is needed, and as it was again on every way out: when this ends, and on
+// signals that end the program.
+class Takeover {
+ public:
+  Takeover();  // throws Error{kIo} where standard input or output is no terminal
+  ~Takeover();
+  Takeover(const Takeover&) = delete;
+  Takeover& operator=(const Takeover&) = delete;
+};
+
+// What a terminal sends: keys, and where the mouse is, in cells from 0.
+struct TerminalEvent {
+  enum class What { kKey, kPress, kMove, kRelease, kWheel } what = What::kKey;
+  std::string key;  // "q", "Left", "Space", ...
+  int x = 0, y = 0, button = 0;
+  bool shift = false, control = false;
+};
+
+// Takes whole events from the text and leaves what may go on. Never fails.
+std::vector<TerminalEvent> take_events(std::string& text);
+
+class TerminalFront {
+ public:
+  explicit TerminalFront(Live& live);
+
+  void take(const TerminalEvent& event);
+  bool closed() const { return closed_; }
+  std::string picture();  // what is to be written now
+
+ private:
+  struct Spot {
+    std::size_t system = 0;
+    int particle = -1;
+  };
+  void key(const std::string& key);
+  void say(const std::string& line);
+  void turn(Viewpoint& view) const;
+  Spot under(int x, int y) const;
+  std::string name(std::size_t system) const;
+  void pull(int x, int y);
+  std::string status() const;
+
+  Live& live_;
+  CellSize size_;
+  Cells cells_;
+  std::unique_ptr<Raster> raster_;
+  sim::Look look_;
+  Viewpoint base_, view_;
+  double yaw_ = 0, pitch_ = 0, distance_ = 1;
+  V3 at_;
+  Moment moment_;
+  Spot held_, picked_;
+  bool pinning_ = false, turning_ = false, closed_ = false, help_ = false;
+  int x_ = 0, y_ = 0;  // of the mouse, in cells
+  float depth_ = 0;
+  std::string said_;
+};
+
+}  // namespace sim::cli
