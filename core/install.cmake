@@ -14,7 +14,7 @@ configure_package_config_file(core/sim-config.cmake.in ${PROJECT_BINARY_DIR}/sim
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/sim-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/sim-config.cmake ${PROJECT_BINARY_DIR}/sim-config-version.cmake
-  plugins/sim_add_plugin.cmake DESTINATION ${package})
+  plugins/sim_add_plugin.cmake plugins/seal.cmake DESTINATION ${package})
 
 # pkg-config --cflags --libs sim
 configure_file(core/sim.pc.in ${PROJECT_BINARY_DIR}/sim.pc @ONLY)

@@ -72,7 +72,10 @@ int report_exception(std::ostream& err) {
     print_error(err, error.what());
     return static_cast<int>(error.kind());
   } catch (const std::bad_alloc&) {
-    print_error(err, "out of memory: the scene does not fit; make it smaller");
+    print_error(err,
+                "out of memory: the machine has no more for this; make the scene smaller, or "
+                "write fewer frames");
+    return static_cast<int>(ErrorKind::kIo);
   } catch (const std::exception& error) {
     print_error(err, std::string("internal: ") + error.what() + "; please report this");
   } catch (...) {

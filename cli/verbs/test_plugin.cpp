@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/stream.h"
+#include "core/plugin/library.h"
 #include "core/simd/simd_targets.h"
 #include "core/study/contract/contract.h"
 
@@ -139,6 +140,13 @@ int test_plugin(const TestRequest& request, Registry& registry, Console& console
     contract.checks.push_back({name, all, Outcome::kOk, std::string("up to ") + simd_name(best)});
   else
     contract.checks.push_back({name, all, Outcome::kFailed, "others with " + other});
+
+  const bool sealed = check_seal(library) == Seal::kWhole;
+  contract.checks.push_back({name, "carries a checksum of its file",
+                             sealed ? Outcome::kOk : Outcome::kSkipped,
+                             sealed ? ""
+                                    : "it has none: damage will not be noticed; sim_add_plugin "
+                                      "of CMake makes one"});
 
   long failed = 0;
   std::vector<std::string> objects;

@@ -1,10 +1,13 @@
 #include "core/base/team.h"
 
 #include <algorithm>
+#include <exception>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
+
+#include "core/base/float_control.h"
 
 namespace sim {
 namespace {
@@ -37,18 +40,34 @@ Team::~Team() {
   for (std::thread& thread : threads_) thread.join();
 }
 
+// What a member throws is thrown by the caller when all have finished; the first of several.
 void Team::run_erased(Call call, const void* body) {
-  call_ = call;
-  body_ = body;
+  struct Guarded {
+    Call call;
+    const void* body;
+    std::atomic_flag failed{};
+    std::exception_ptr error{};
+  } guarded{call, body};
+  call_ = [](const void* data, int rank) {
+    auto& inner = *static_cast<Guarded*>(const_cast<void*>(data));
+    try {
+      inner.call(inner.body, rank);
+    } catch (...) {
+      if (!inner.failed.test_and_set()) inner.error = std::current_exception();
+    }
+  };
+  body_ = &guarded;
   running_.store(static_cast<int>(threads_.size()), std::memory_order_relaxed);
   const std::uint32_t next = generation_.load(std::memory_order_relaxed) + 1;
   generation_.store(next == kQuit ? 0 : next, std::memory_order_release);
   generation_.notify_all();
-  call(body, 0);
+  call_(body_, 0);
   for (int spin = 0; running_.load(std::memory_order_acquire) != 0; ++spin) wait_a_little(spin);
+  if (guarded.error) std::rethrow_exception(guarded.error);
 }
 
 void Team::work(int rank) {
+  const FloatControl control;
   std::uint32_t seen = 0;
   for (;;) {
     std::uint32_t now = seen;
@@ -63,6 +82,7 @@ void Team::work(int rank) {
     if (now == kQuit) return;
     seen = now;
     call_(body_, rank);
+    control.restore();
     running_.fetch_sub(1, std::memory_order_release);
   }
 }

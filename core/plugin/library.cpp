@@ -7,9 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include "core/base/float_control.h"
+#include "core/base/md5.h"
 
 namespace sim {
 namespace {
@@ -94,15 +93,27 @@ std::vector<CardName> card_names(const PluginCard& card) {
   return names;
 }
 
+Seal check_seal(const std::filesystem::path& file) {
+  constexpr std::string_view kMark = "SIM-PLUGIN-MD5 ";
+  constexpr std::size_t kLength = kMark.size() + 32 + 1;
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  const std::string bytes = text.str();
+  if (bytes.size() < kLength) return Seal::kNone;
+  const std::string_view all = bytes, seal = all.substr(all.size() - kLength);
+  // One that was cut, or has something behind it, is broken too.
+  if (!seal.starts_with(kMark)) return all.rfind(kMark) == all.npos ? Seal::kNone : Seal::kBroken;
+  return md5(all.substr(0, all.size() - kLength)) == seal.substr(kMark.size(), 32) ? Seal::kWhole
+                                                                                   : Seal::kBroken;
+}
+
 void open_library(const std::filesystem::path& file, Registrar& registrar) {
-#if defined(__x86_64__)
+  if (check_seal(file) == Seal::kBroken)
+    refuse(file, "the file is damaged: its checksum is another", "build it again");
   // A library built with -ffast-math makes the whole process flush denormals when it is opened.
-  const unsigned int rounding = _mm_getcsr();
-#endif
+  const FloatControl control;
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-#if defined(__x86_64__)
-  _mm_setcsr(rounding);
-#endif
   if (!library) {
     const char* const reason = dlerror();
     refuse(file, reason ? reason : "it cannot be opened");

@@ -21,8 +21,13 @@ struct CardName {
 };
 std::vector<CardName> card_names(const PluginCard& card);
 
+// What the checksum that sim_add_plugin appends says of the file.
+enum class Seal { kNone, kWhole, kBroken };
+Seal check_seal(const std::filesystem::path& file);
+
 // Opens the library and lets it register. The library stays open for the life of the process, for
-// objects of its classes may outlive any owner. Throws Error{kPlugin}.
+// objects of its classes may outlive any owner. Throws Error{kPlugin}, before anything of it runs
+// where its seal is broken.
 void open_library(const std::filesystem::path& file, Registrar& registrar);
 
 }  // namespace sim

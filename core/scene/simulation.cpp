@@ -9,6 +9,7 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
+#include "core/scene/foreign.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -72,7 +73,7 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
   const Params params(plugin.title(), plugin.params, first.field.given, place);
   system = placed(place, [&] {
     return std::make_unique<FieldSystem>(first.state.size(), first.dimension,
-                                         made(plugin.make(params), plugin));
+                                         made_by(plugin, place, params));
   });
   team = std::make_unique<Team>(1);
 }
@@ -90,7 +91,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     check_elements(part.elements, plugin, params, n, part.place);
     check_surfaces(part, n);
     auto force =
-        placed(part.place, [&] { return made(plugin.make(params, part.elements), plugin); });
+        placed(part.place, [&] { return made_by(plugin, part.place, params, part.elements); });
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
@@ -112,7 +113,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
     placed(part.place, [&] {
-      particles->add_collider(made(plugin.make(params), plugin), plugin.name, x.data());
+      particles->add_collider(made_by(plugin, part.place, params), plugin.name, x.data());
     });
     collider_switches.push_back(part.switch_name);
   }
@@ -137,13 +138,17 @@ std::vector<double> Simulation::Impl::masses() const {
 }
 
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
-  auto method = wanted.method.make();
+  const FloatControl control;
+  const PluginInfo& plugin = wanted.method.plugin();
   try {
+    auto method = wanted.method.make();
     method->prepare(*system);
+    integrator = std::move(method);
   } catch (const Error& error) {
     throw blaming_force(error, place);
+  } catch (...) {
+    rethrow_foreign(plugin.title() + " of " + plugin.file, place, "while it was made");
   }
-  integrator = std::move(method);
 }
 
 // A method that does not fit is told at the line of the force that it cannot take, if it is one.
@@ -247,7 +252,13 @@ int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
   ContactLedger* const ledger = s.system->confined() ? &s.particles->contacts().ledger() : nullptr;
   if (ledger) ledger->take();  // of steps that others tried
-  Advance now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
+  const FloatControl control;
+  Advance now;
+  try {
+    now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
+  } catch (...) {
+    s.rethrow_in_step();
+  }
   if (now.status != StepStatus::kDone) {
     if (s.find_divergence(now.status)) {
       if (now.status != StepStatus::kStopped) s.restart();
@@ -263,6 +274,38 @@ int Simulation::steps(std::int64_t most) {
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   return now.taken;
+}
+
+// Which force it was is found by asking each at the state before; else it is the method.
+void Simulation::Impl::rethrow_in_step() {
+  try {
+    throw;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {
+    const double begin = t(step_count), h = settings->h;
+    const std::string what =
+        "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
+    if (!particles)
+      rethrow_foreign("integrator '" + settings->method.name() + "' or field", "", what);
+    const auto n = static_cast<std::size_t>(initial.count());
+    Array sums(3 * n);
+    for (const double at : {begin, begin + 0.5 * h, begin + h})
+      for (Force* const force : particles->other_forces()) {
+        const ParticleView view = particles->seen_by(*force, particles->view(at, x.data()));
+        try {
+          force->prepare(view, *team);
+          force->accumulate(view, {0, view.n}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
+        } catch (...) {
+          rethrow_foreign("force '" + particles->name_of(*force) + "'", "", what);
+        }
+      }
+    const bool alone = particles->other_forces().empty();
+    rethrow_foreign("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
+                    what);
+  }
 }
 
 // A method that chooses its steps answers for any time between them; the others begin anew.

@@ -68,6 +68,9 @@ struct Simulation::Impl {
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);
 
+  // The exception of a step, as the error of the plugin that threw it.
+  [[noreturn]] void rethrow_in_step();
+
   // Why the step failed, and where the next state is not finite; false when all of it is finite.
   bool find_divergence(StepStatus status);
 };

@@ -282,3 +282,25 @@ TEST_CASE("an empty registry has no plugins") {
   registry.load(fixture("noticed"));
   CHECK(registry.names<sim::Force>() == std::vector<std::string>{"noticed"});
 }
+
+TEST_CASE("a damaged library is refused before it is opened") {
+  const sim_test::TemporaryFolder folder;
+  const std::string whole = bytes_of(fixture("attraction"));
+  const fs::path file = folder.path() / "attraction.so";
+  unsetenv("SIM_FIXTURE_RAN");
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    std::string damaged = whole;
+    damaged[(whole.size() - 60) * i / 100] ^= static_cast<char>(1 << i % 8);
+    write(file, damaged);
+    refused += refusal(file).empty() ? 0 : 1;
+  }
+  CHECK(refused == 100);
+  write(file, whole + "x");
+  CHECK_THAT(refusal(file), Contains("checksum"));
+  // One without a checksum is as good as it ever was.
+  write(file, whole.substr(0, whole.rfind("SIM-PLUGIN-MD5")));
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  registry.load(file);
+  CHECK(registry.get<sim::Force>("attraction").name == "attraction");
+}
