@@ -14,6 +14,7 @@
 #include "core/fields/field.h"
 #include "core/ode/integrator.h"
 #include "core/particles/collider.h"
+#include "core/particles/constraint.h"
 #include "core/particles/force.h"
 #include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
@@ -52,6 +53,12 @@ struct Kind<Collider> {
 };
 
 template <>
+struct Kind<Constraint> {
+  static constexpr std::string_view name = "constraint", folder = "constraints";
+  using Make = std::function<std::unique_ptr<Constraint>(const Params&, const Elements&)>;
+};
+
+template <>
 struct Kind<RigidMotion> {
   static constexpr std::string_view name = "motion", folder = "motions";
   using Make = std::function<std::unique_ptr<RigidMotion>(const Params&)>;
@@ -87,7 +94,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, Constraint>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>
