@@ -127,7 +127,8 @@ std::vector<std::string> command_words(int argc, const char* const* argv) {
   for (int i = asks ? 2 : 1; i < argc; ++i) {
     std::string word = argv[i];
     options_end = options_end || word == "--";
-    if (!options_end && (word == "--energy" || word == "--dump" || word == "--observe"))
+    if (!options_end &&
+        (word == "--energy" || word == "--dump" || word == "--observe" || word == "--tension"))
       word += "=-";
     if (!options_end && word.starts_with("--") && word.find('=') == word.size() - 1)
       usage_error("empty value", word, "nothing follows the =", "give a value");

@@ -31,6 +31,9 @@ constexpr const char* kFooter =
     "            its components under particle and their values under x.\n"
     "  --energy  step,t,kinetic,potential,total,work,drift in J; second order only\n"
     "  --observe step,t,NAME,..: observe = { NAME = function(s) .. end } of the scene\n"
+    "  --tension step,t,constraint,a,b,tension,fx,fy,fz in N: the forces of constraints,\n"
+    "            on a, of rods between a and b; where there are some --dump has cx,cy,cz,\n"
+    "            their force on each particle\n"
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
     "Verdict\n"
     "  the last line, on standard error; in the report too where that goes elsewhere\n"
@@ -50,7 +53,7 @@ struct Texts {
   std::string scene, integrator_word, dt_word;
   std::vector<std::string> integrator, dt;  // several to compare
   std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
-      every;
+      tension, every;
   std::string snap, resume, replay, check, lua_budget;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
@@ -139,6 +142,7 @@ Parser::Parser() {
             "table of energies, or .svg; no FILE = standard output"),
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--observe", t.observe, "[=FILE]", "table of what the scene observes"),
+      value("--tension", t.tension, "[=FILE]", "table of the forces of constraints"),
       value("--every", t.every, "N", "frames of the files: each N-th step"),
       value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
       value("--resume", t.resume, "FILE",
@@ -178,7 +182,8 @@ Parser::Parser() {
   adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
   list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
   list_
-      ->add_option("WHAT", t.list_what, "integrators, forces, fields, colliders, motions or scenes")
+      ->add_option("WHAT", t.list_what,
+                   "integrators, forces, fields, colliders, motions,\nconstraints or scenes")
       ->type_name("");
   list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
       ->disable_flag_override();
@@ -256,7 +261,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
 RunRequest Parser::run_request() const {
   const Texts& t = texts_;
   for (const std::string& word : {t.scene, t.integrator_word, t.dt_word})
-    if ((!t.energy.empty() || !t.dump.empty() || !t.observe.empty()) &&
+    if ((!t.energy.empty() || !t.dump.empty() || !t.observe.empty() || !t.tension.empty()) &&
         (word.ends_with(".csv") || word.ends_with(".jsonl")))
       usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
                   "write --dump=" + word + " or --energy=" + word);
@@ -280,6 +285,7 @@ RunRequest Parser::run_request() const {
   if (!t.energy.empty()) request.energy = parse_target("--energy", t.energy, true);
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
   if (!t.observe.empty()) request.observe = parse_target("--observe", t.observe);
+  if (!t.tension.empty()) request.tension = parse_target("--tension", t.tension);
   if (t.snap == "-")
     usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
   if (!t.snap.empty()) request.snap = t.snap;

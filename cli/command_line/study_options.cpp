@@ -27,8 +27,8 @@ constexpr const char* kTradeoffFooter =
     "  reference: {how, error}, growth, omega_max, complete,\n"
     "  recommended, cheapest: {integrator, dt or tol, error, evaluations, command},\n"
     "  integrators: [name, order, observed, limit, points: [dt, tol, status, error,\n"
-    "  relative, error_end, max_end, worst, energy, steps, evaluations, newton,\n"
-    "  factorisations, linear, cost, seconds, spread, front]]\n"
+    "  relative, error_end, max_end, worst, energy, phi and phi_rate (of constraints),\n"
+    "  steps, evaluations, newton, factorisations, linear, cost, seconds, spread,\n  front]]\n"
     "  error: rms over what is compared, the largest of all steps.\n";
 
 constexpr const char* kMinimalFooter =

@@ -36,12 +36,13 @@ std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& r
   if (request.dump) tables.emplace_back("--dump", &*request.dump);
   if (request.energy) tables.emplace_back("--energy", &*request.energy);
   if (request.observe) tables.emplace_back("--observe", &*request.observe);
+  if (request.tension) tables.emplace_back("--tension", &*request.tension);
   return tables;
 }
 
 bool table_on_standard_output(const RunRequest& request) {
   return takes_standard_output(request.dump) || takes_standard_output(request.energy) ||
-         takes_standard_output(request.observe);
+         takes_standard_output(request.observe) || takes_standard_output(request.tension);
 }
 
 // Words leave standard output to a table that goes there.
@@ -63,10 +64,10 @@ void check_request(const RunRequest& request) {
            "give one of them another file"});
     }
   if (request.json && table_on_standard_output(request))
-    throw Error(
-        ErrorKind::kUsage,
-        {"two kinds of data for standard output", "--json with --dump, --energy or --observe",
-         "the summary and the table would mix", "give the table a file, as in --dump=run.csv"});
+    throw Error(ErrorKind::kUsage, {"two kinds of data for standard output",
+                                    "--json with --dump, --energy, --observe or --tension",
+                                    "the summary and the table would mix",
+                                    "give the table a file, as in --dump=run.csv"});
   for (const auto& [option, table] : tables)
     if (request.snap && same_target({*request.snap}, *table))
       throw Error(ErrorKind::kUsage,
@@ -152,6 +153,7 @@ class Run {
   std::optional<DumpTable> dump_;
   std::optional<EnergyTable> energy_;
   std::optional<ObserveTable> observe_;
+  std::optional<TensionTable> tension_;
   std::optional<Recorder> recorder_;
   Report report_;
   Progress progress_;
@@ -203,6 +205,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   if (request.dump) dump_.emplace(*request.dump, console.out, scope);
   if (request.energy) energy_.emplace(*request.energy, console.out, scope);
   if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
+  if (request.tension) tension_.emplace(*request.tension, console.out, scope);
   if (request.out.any()) recorder_.emplace(request.out, scene, registry);
 }
 
@@ -225,6 +228,7 @@ void Run::measure(Track& track, bool last) {
     if (energy_ && system.second_order() && track.energy_is_finite())
       energy_->row(system, track.energy(), track.work(), track.drift());
     if (observe_) observe_->row(system, track.observers(), track.observed());
+    if (tension_) tension_->rows(system);
   }
   if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
     progress_.clear();
@@ -366,6 +370,7 @@ int Run::conclude(int caught) {
   if (dump_) dump_->commit(), wrote(request_.dump->file);
   if (energy_) energy_->commit(), wrote(request_.energy->file);
   if (observe_) observe_->commit(), wrote(request_.observe->file);
+  if (tension_) tension_->commit(), wrote(request_.tension->file);
   if (recorder_) {
     // A signal that ended the run lets the files be made; another one does not.
     SessionSignals::clear();
@@ -443,6 +448,10 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",
                  "leave --energy out; --dump writes the state"});
+  const auto held = [](const SystemSpec& system) { return !system.constraints.empty(); };
+  if (request.tension && std::ranges::none_of(scene.spec.systems, held))
+    throw Error(ErrorKind::kUsage, {"no tensions", "--tension", "the scene has no constraints",
+                                    "the forces of springs are those of --debug-particle"});
   const auto observes = [](const SystemSpec& system) { return !system.observers.empty(); };
   if (request.observe && std::ranges::none_of(scene.spec.systems, observes))
     throw Error(ErrorKind::kUsage,

@@ -23,7 +23,7 @@ struct RunRequest {
   std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
   std::optional<std::int64_t> steps;
   std::optional<ParticleChoice> debug_particle;
-  std::optional<Target> energy, dump, observe;
+  std::optional<Target> energy, dump, observe, tension;
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
   std::optional<std::string> snap, resume;  // files of checkpoints
   std::optional<std::string> replay;        // a recording; the run is as long as that

@@ -137,6 +137,66 @@ return sim.scene {
   integrator = "NAME", dt = 0.01, duration = 10,
 }
 )--"},
+    {"constraint", R"--(// Pairs of particles at one height: y_a - y_b = 0.
+#include "core/plugin/constraint_params.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class CLASS final : public sim::Constraint {
+ public:
+  explicit CLASS(const sim::Elements& pairs) : ids_(pairs.ids) {}
+
+  // Which particles each equation joins.
+  sim::RowPattern pattern() const override {
+    sim::RowPattern pattern;
+    for (std::size_t k = 0; k < ids_.size(); k += 2) pattern.add({ids_[k], ids_[k + 1]});
+    return pattern;
+  }
+
+  // phi, its gradient for each of them, d phi / dt at rest, and J'v.
+  void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
+    for (std::size_t r = 0; r < ids_.size() / 2; ++r) {
+      rows.phi[r] = p.y[ids_[2 * r]] - p.y[ids_[2 * r + 1]];
+      rows.gradient[2 * r] = {0, 1, 0};
+      rows.gradient[2 * r + 1] = {0, -1, 0};
+      rows.drive[r] = rows.bias[r] = 0;
+    }
+  }
+
+ private:
+  std::vector<int> ids_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Constraint, "NAME") {
+  registrar.add(sim::Plugin<sim::Constraint>{
+      {.name = "NAME",
+       .summary = "pairs of particles at one height",
+       .formula = "y_a - y_b = 0",
+       .params = sim::constraint_params({}),
+       .elements = {.arity = 2, .name = "pair"}},
+      [](const auto&, const sim::Elements& pairs) { return std::make_unique<CLASS>(pairs); }});
+}
+)--",
+     R"--(-- Two weights at one height, on springs of different stiffness; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+for x = 0, 1 do
+  particles:pin(particles:add { x, 0, 0 })
+  particles:add { x, -1, 0 }
+end
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.gravity { g = {0, -9.81, 0} },
+    sim.force.spring { stiffness = 40 }:tie(0, 1), sim.force.spring { stiffness = 60 }:tie(2, 3) },
+  constraints = { sim.constraint.NAME { ties = { {1, 3} } } },
+  integrator = "rk4", dt = 0.01, duration = 5,
+}
+)--"},
 };
 
 }  // namespace

@@ -91,13 +91,21 @@ std::string error_text(const WorkPrecision& study, const Point& point) {
   return point.rms > floor ? brief(point.rms, 3) : "<" + brief(floor, 2);
 }
 
+// It has constraints, of which the methods leave some.
+bool drifts(const WorkPrecision& study) {
+  return std::ranges::any_of(study.curves, [](const Curve& curve) {
+    return !curve.points.empty() && curve.points.front().drift;
+  });
+}
+
 std::string table_text(const WorkPrecision& study) {
   std::size_t width = 13;
   for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 2);
   std::string text = "  " + left("integrator", width - 2) + right("order", 7) +
                      right("dt, tol", 9) + right("cost", 9) +
                      right(study.unit.empty() ? "error" : "error [m]", 10) + right("of size", 9) +
-                     right("energy", 8) + right("ms", 7) + '\n';
+                     right("energy", 8) + right("ms", 7) +
+                     (drifts(study) ? right("|phi| [m]", 10) + right("[m/s]", 8) : "") + '\n';
   for (const PlaceOf place : rows(study)) {
     const Curve& curve = curve_of(study, place);
     const Point& point = study.at(place);
@@ -107,7 +115,11 @@ std::string table_text(const WorkPrecision& study) {
             right(brief(study.cost(place), 5), 9) + right(error_text(study, point), 10) +
             right(brief(point.rms / study.size, 2), 9) +
             right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 8) +
-            right(brief(1e3 * point.seconds, 2), 7) + '\n';
+            right(brief(1e3 * point.seconds, 2), 7) +
+            (point.drift ? right(brief(point.drift->position, 2), 10) +
+                               right(brief(point.drift->velocity, 2), 8)
+                         : "") +
+            '\n';
   }
   for (const Curve& curve : study.curves)
     if (std::none_of(curve.points.begin(), curve.points.end(),
@@ -119,7 +131,10 @@ std::string table_text(const WorkPrecision& study) {
          "evaluations of f; implicit methods and single precision at what their time is\n"
          "worth. error: rms of " +
          std::string(study.unit.empty() ? "the numbers" : "positions") +
-         ", the largest of all steps.\n";
+         ", the largest of all steps.\n" +
+         (drifts(study)
+              ? "|phi|, [m/s]: how far the constraints and their rates are off at the end\n"
+              : "");
 }
 
 std::string with_unit(const WorkPrecision& study, double value, int digits) {
@@ -184,6 +199,8 @@ JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
       .number("max_end", point.finished ? point.most_end : std::nan(""))
       .integer("worst", point.worst)
       .number("energy", point.energy)
+      .number("phi", point.drift ? point.drift->position : std::nan(""))
+      .number("phi_rate", point.drift ? point.drift->velocity : std::nan(""))
       .integer("steps", point.steps)
       .integer("evaluations", point.effort.evaluations)
       .integer("newton", point.effort.newton)

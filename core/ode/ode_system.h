@@ -77,6 +77,10 @@ class OdeSystem {
   // True where some states are not allowed, as a particle within an obstacle. Steppers of the
   // system then keep to the allowed ones by themselves; what cannot is refused when it is made.
   virtual bool confined() const noexcept { return false; }
+  // Puts a state that is nearly allowed among those that are, where these are a surface in the
+  // space of states, as of particles on rods: methods without steppers of the system call it at
+  // their ends. False where it cannot.
+  virtual bool settle(double /*t*/, double* /*x*/) { return true; }
   // Why the last step found no allowed state; empty where it did.
   virtual std::string refusal() const { return {}; }
 

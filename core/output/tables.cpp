@@ -8,6 +8,7 @@
 
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/particles/constraints/holding.h"
 
 namespace sim {
 namespace {
@@ -58,6 +59,21 @@ std::vector<StateNumber> columns_of(const StateShape& shape) {
   return columns;
 }
 
+std::vector<HoldingForce> holding_forces(const Simulation& system) {
+  if (!system.holding()) return {};
+  return system.holding()->forces(system.t(), system.state().data());
+}
+
+// Of constraints, on each; empty where a system has none.
+std::vector<Vec3> forces_on_particles(const Simulation& system) {
+  std::vector<Vec3> sums(system.holding() ? static_cast<std::size_t>(system.particles()) : 0);
+  for (const HoldingForce& each : holding_forces(system)) {
+    sums[static_cast<std::size_t>(each.a)] += each.force;
+    if (each.b >= 0) sums[static_cast<std::size_t>(each.b)] -= each.force;
+  }
+  return sums;
+}
+
 }  // namespace
 
 DumpTable::DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope)
@@ -67,12 +83,14 @@ DumpTable::DumpTable(const Target& target, std::ostream& standard_output, const 
     if (auto columns = columns_of(system->shape()); columns.size() > widest.size())
       widest = columns;
   columns_ = widest.size();
+  for (const Simulation* system : scope.systems) forces_ = forces_ || system->holding();
   if (format_ != TableFormat::kCsv) return;
   std::string& out = output_.buffer();
   out += world_ ? "system,step,t" : "step,t";
   out += columns_ == 1 ? ",component,value" : ",particle";
   for (const StateNumber& column : widest)
     if (columns_ > 1) out += "," + column.name();
+  if (forces_) out += ",cx,cy,cz";
   out += '\n';
 }
 
@@ -81,6 +99,7 @@ void DumpTable::frame(const Simulation& system) {
   const std::string prefix = csv ? csv_prefix(system, world_) : json_prefix(system, world_);
   const std::vector<StateNumber> columns = columns_of(system.shape());
   const std::span<const double> x = system.state();
+  const std::vector<Vec3> held = forces_ ? forces_on_particles(system) : std::vector<Vec3>();
   std::string& out = output_.buffer();
   for (std::size_t i = 0; i < columns.front().part->count; ++i) {
     out += prefix;
@@ -93,10 +112,18 @@ void DumpTable::frame(const Simulation& system) {
       else
         append_json(out, system.flat() ? "value" : column.name(), value);
     }
-    if (csv)
-      out.append(columns_ - columns.size(), ',');
-    else
-      out += '}';
+    if (csv) out.append(columns_ - columns.size(), ',');
+    if (forces_ && csv) {
+      if (held.empty())
+        out += ",,,";
+      else
+        append_csv(out, {held[i].x(), held[i].y(), held[i].z()});
+    } else if (!held.empty()) {
+      append_json(out, "cx", held[i].x());
+      append_json(out, "cy", held[i].y());
+      append_json(out, "cz", held[i].z());
+    }
+    if (!csv) out += '}';
     out += '\n';
     output_.flush_if_full();
   }
@@ -181,6 +208,41 @@ void ObserveTable::row(const Simulation& system, std::span<const ObserverSpec> o
   }
   out += csv ? "\n" : "}\n";
   output_.flush_if_full();
+}
+
+TensionTable::TensionTable(const Target& target, std::ostream& standard_output,
+                           const TableScope& scope)
+    : output_(target, standard_output), format_(target.format), world_(scope.world) {
+  if (format_ != TableFormat::kCsv) return;
+  output_.buffer() += world_ ? "system," : "";
+  output_.buffer() += "step,t,constraint,a,b,tension,fx,fy,fz\n";
+}
+
+void TensionTable::rows(const Simulation& system) {
+  const bool csv = format_ == TableFormat::kCsv;
+  const std::string prefix = csv ? csv_prefix(system, world_) : json_prefix(system, world_);
+  std::string& out = output_.buffer();
+  for (const HoldingForce& each : holding_forces(system)) {
+    out += prefix;
+    if (csv) {
+      out += "," + csv_field(each.constraint) + "," + std::to_string(each.a) + ",";
+      if (each.b >= 0) out += std::to_string(each.b);
+      append_csv(out, {each.tension, each.force.x(), each.force.y(), each.force.z()});
+    } else {
+      JsonObject pair;
+      pair.text("constraint", each.constraint).integer("a", each.a);
+      if (each.b >= 0) pair.integer("b", each.b);
+      const std::string text = pair.str();
+      out += "," + text.substr(1, text.size() - 2);
+      append_json(out, "tension", each.tension);
+      append_json(out, "fx", each.force.x());
+      append_json(out, "fy", each.force.y());
+      append_json(out, "fz", each.force.z());
+      out += '}';
+    }
+    out += '\n';
+    output_.flush_if_full();
+  }
 }
 
 void EnergyTable::commit() {

@@ -23,7 +23,8 @@ struct TableScope {
 // has no velocities: without v columns, or with these cells empty where another system of the world
 // has them. A flat state is step,t,component,value; beside particles in one world the component
 // stands under `particle` and its value under x. What forces remember is in no row. JSON lines name
-// what each row has.
+// what each row has. Where a system has constraints their force on each particle follows, as
+// cx,cy,cz in N.
 class DumpTable {
  public:
   DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
@@ -36,6 +37,7 @@ class DumpTable {
   TableFormat format_;
   bool world_;
   std::size_t columns_ = 1;  // of numbers, for the widest system
+  bool forces_ = false;      // of constraints
 };
 
 // step,t,kinetic,potential,total,work,drift in s and J: work is what drag and other forces that do
@@ -71,6 +73,21 @@ class ObserveTable {
   TableFormat format_;
   bool world_;
   std::vector<std::string> names_;
+};
+
+// step,t,constraint,a,b,tension,fx,fy,fz: what constraints hold with, in N; of a rod how much it
+// pulls its ends together and its force on a; of all others, with b empty, |f| and f on a.
+class TensionTable {
+ public:
+  TensionTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
+
+  void rows(const Simulation& system);
+  void commit() { output_.commit(); }
+
+ private:
+  Output output_;
+  TableFormat format_;
+  bool world_;
 };
 
 }  // namespace sim

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/plain_split_stepper.h"
@@ -25,7 +26,8 @@ void check_single(const ParticleSystem& system) {
   };
   if (!system.nets().empty())
     refuse("springs that are not in runs of equal id differences are double precision only");
-  if (system.confined()) refuse("colliders are double precision only");
+  if (!system.contacts().empty()) refuse("colliders are double precision only");
+  if (system.holding()) refuse("constraints are double precision only");
   for (const Force* force : system.other_forces())
     refuse("force '" + system.name_of(*force) + "' is double precision only");
 
@@ -56,6 +58,74 @@ void check_single(const ParticleSystem& system) {
                "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
 
+[[noreturn]] void refuse_constraints(const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kScene,
+              {"integrator does not fit", "", "this scene has constraints, and " + why, remedy});
+}
+
+// A stepper that evaluates the system alone, whose steps end among the states that constraints
+// allow.
+class HeldStepper final : public Stepper {
+ public:
+  HeldStepper(ParticleSystem& system, std::unique_ptr<Stepper> stepper)
+      : system_(&system), stepper_(std::move(stepper)) {}
+
+  bool step(double t, double h, int count, const double* x, double* x_next) override {
+    system_->holding()->refuse({});
+    const bool done = stepper_->step(t, h, count, x, x_next);
+    if (!done && !system_->holding()->refusal().empty()) std::copy_n(x, system_->size(), x_next);
+    return done && system_->end_step(t + h, x, x_next);
+  }
+  void restart() override { stepper_->restart(); }
+
+ private:
+  ParticleSystem* system_;
+  std::unique_ptr<Stepper> stepper_;
+};
+
+class HeldEmbeddedStepper final : public EmbeddedStepper {
+ public:
+  HeldEmbeddedStepper(ParticleSystem& system, std::unique_ptr<EmbeddedStepper> stepper)
+      : system_(&system), stepper_(std::move(stepper)) {}
+
+  bool start(double t, const double* x) override { return stepper_->start(t, x); }
+  bool step(double t, double h, const double* x, double* x_next) override {
+    return stepper_->step(t, h, x, x_next) && system_->end_step(t + h, x, x_next);
+  }
+  bool close(double t, const double* x) override { return stepper_->close(t, x); }
+  void extend(double t, double h, const double* x) override { stepper_->extend(t, h, x); }
+  void combine(const double* x, double h, std::span<const double> weights, const double* base,
+               double* out) override {
+    stepper_->combine(x, h, weights, base, out);
+  }
+  void shift() override { stepper_->shift(); }
+
+ private:
+  ParticleSystem* system_;
+  std::unique_ptr<EmbeddedStepper> stepper_;
+};
+
+// Where each part drifts once between two kicks: SHAKE and RATTLE, and what is composed of it.
+// Three leapfrog steps that begin with drifts become three that begin with kicks.
+SplitPlan begun_with_kicks(const SplitPlan& plan) {
+  if (plan.drift.front() == 0) return plan;
+  SplitPlan other = plan;
+  other.drift = {0};
+  other.drift.insert(other.drift.end(), plan.kick.begin(), plan.kick.end());
+  other.drift.push_back(0);
+  other.kick = plan.drift;
+  return other;
+}
+
+bool composed_of_leapfrogs(const SplitPlan& plan) {
+  double last = 0;
+  for (std::size_t i = 0; i < plan.kick.size(); ++i) {
+    if (std::fabs(plan.drift[i] - 0.5 * (last + plan.kick[i])) > 1e-12) return false;
+    last = plan.kick[i];
+  }
+  return std::fabs(plan.drift.back() - 0.5 * last) <= 1e-12;
+}
+
 }  // namespace
 
 StateShape ParticleSystem::shape() const {
@@ -80,25 +150,71 @@ StateShape ParticleSystem::shape() const {
                      .count = memory.size,
                      .begin = layout().size() + memory.begin});
   }
+  static const RowList kNone;
+  const RowList& rows = holding_ ? holding_->constraints().rows() : kNone;
+  for (const RowList::Part& curve : rows.parts)
+    if (curve.memory_size > 0)
+      parts.push_back(
+          {.name = "place of particle " +
+                   std::to_string(rows.pattern.ids[static_cast<std::size_t>(curve.entry)]) +
+                   " on '" + holding_->constraints().title(curve) + "'",
+           .item = "place",
+           .components = {"s"},
+           .count = curve.memory_size,
+           .begin = holding_->memory_begin() + curve.memory});
   return {size(), std::move(parts)};
 }
 
 std::string ParticleSystem::refusal() const {
   const int i = contacts().empty() ? -1 : contacts().ledger().squeezed();
-  if (i < 0) return {};
+  if (i < 0) return holding_ ? holding_->refusal() : std::string();
   return "particle " + std::to_string(i) + " is squeezed between colliders and has no room left";
+}
+
+std::vector<std::string> ParticleSystem::notes() const {
+  std::vector<std::string> all = contacts().notes();
+  if (holding_) all.insert(all.end(), holding_->notes().begin(), holding_->notes().end());
+  return all;
+}
+
+Holding& ParticleSystem::hold() {
+  if (!holding_) holding_ = std::make_unique<Holding>(*this);
+  return *holding_;
+}
+
+void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
+  Particles::set_masses(masses, pinned);
+  if (holding_) holding_->begin();
+}
+
+bool ParticleSystem::settle(double t, double* x) {
+  return !holding_ || holding_->constraints().feedback() > 0 || holding_->settle(t, x, false);
+}
+
+// Where there is no such state the numbers stay finite, so that refusal() is heard.
+bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
+  holding_->refuse({});
+  if (holding_->constraints().feedback() > 0) return true;
+  const bool near = true;
+  if (holding_->settle(t, x_next, near)) return true;
+  if (all_finite({x_next, size()})) std::copy_n(x, size(), x_next);
+  return false;
 }
 
 void ParticleSystem::combine(const Stage& stage, double* out) {
   for_ranges(6,
              [&](std::size_t begin, std::size_t end) { combine_range_(stage, out, begin, end); });
-  if (memory_size() > 0) combine_range_(stage, out, layout().size(), size());
+  if (size() > layout().size()) combine_range_(stage, out, layout().size(), size());
 }
 
 void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt) {
   combine(stage, y);
   double* const a[3] = {layout().block(dydt, 3), layout().block(dydt, 4), layout().block(dydt, 5)};
   accelerate(view(t, y), a);
+  if (holding_) {
+    if (!holding_->constrain(view(t, y), y + holding_->memory_begin(), a)) a[0][0] = std::nan("");
+    std::fill_n(dydt + holding_->memory_begin(), holding_->memory_size(), 0.0);
+  }
   derive(view(t, y), dydt + layout().size());
   for (int axis = 0; axis < 3; ++axis)
     std::copy_n(layout().block(y, 3 + axis), layout().n(), layout().block(dydt, axis));
@@ -110,6 +226,7 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
+  if (holding_) return std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan));
   if (memory_size() == 0) return std::make_unique<RkStepper<double>>(*this, plan);
   auto stepper = OdeSystem::explicit_stepper(plan);
   if (!confined()) return stepper;
@@ -117,7 +234,9 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
-  if (confined()) refuse_contact("an adaptive method does not end its steps at a touch");
+  if (!contacts().empty()) refuse_contact("an adaptive method does not end its steps at a touch");
+  if (holding_)
+    return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
   if (memory_size() > 0) return OdeSystem::embedded_stepper(plan);
   return std::make_unique<EmbeddedRkStepper>(*this, plan);
 }
@@ -128,23 +247,32 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     check_single(*this);
     return std::make_unique<SplitStepper<float>>(*this, plan);
   }
+  if (holding_) {
+    if (plan.drift.front() != 0 && !composed_of_leapfrogs(plan))
+      refuse_constraints("this method splits its steps in another way than into leapfrog steps",
+                         "use verlet, yoshida4, rk4 or an adaptive method");
+    return std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get());
+  }
   if (memory_size() > 0) return std::make_unique<PlainSplitStepper>(*this, plan);
   return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
-  if (confined()) refuse_contact("an implicit method does not know of contact in its equations");
+  if (!contacts().empty())
+    refuse_contact("an implicit method does not know of contact in its equations");
   const auto asked = [this] { return stopped(); };
-  if (options.method == StageOptions::Method::kLocalGlobal)
-    return std::make_unique<LocalGlobalSolver>(*this, options, asked);
-  if (memories_follow_particles()) return OdeSystem::stage_solver(options);
+  const bool local_global = options.method == StageOptions::Method::kLocalGlobal;
+  if (local_global && holding_)
+    refuse_constraints("projective dynamics knows springs alone", "use implicit_euler or rk4");
+  if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
+  if (memories_follow_particles() || holding_) return OdeSystem::stage_solver(options);
   auto solver = std::make_unique<NewtonSolver>(*this, options, asked);
   if (memory_size() == 0) return solver;
   return std::make_unique<MemoryFirst>(*this, std::move(solver), options);
 }
 
 std::unique_ptr<Jacobian> ParticleSystem::jacobian() {
-  if (memory_size() > 0) return OdeSystem::jacobian();
+  if (memory_size() > 0 || holding_) return OdeSystem::jacobian();
   return std::make_unique<ParticleJacobian>(*this);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/ode/ode_system.h"
+#include "core/particles/constraints/holding.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -10,11 +11,22 @@ class ParticleSystem final : public OdeSystem, public Particles {
  public:
   using Particles::Particles;
 
-  std::size_t size() const noexcept override { return layout().size() + memory_size(); }
+  std::size_t size() const noexcept override {
+    return layout().size() + memory_size() + (holding_ ? holding_->memory_size() : 0);
+  }
   StateShape shape() const override;
-  bool confined() const noexcept override { return !contacts().empty(); }
+
+  // Makes room for constraints, which may then be added; null where there are none.
+  Holding& hold();
+  Holding* holding() const noexcept { return holding_.get(); }
+  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
+
+  bool confined() const noexcept override { return !contacts().empty() || holding_; }
+  bool settle(double t, double* x) override;
+  // The end of a step of a method that evaluates the system alone.
+  bool end_step(double t, const double* x, double* x_next);
   std::string refusal() const override;
-  std::vector<std::string> notes() const override { return contacts().notes(); }
+  std::vector<std::string> notes() const override;
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
@@ -24,6 +36,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
+  std::unique_ptr<Holding> holding_;  // where there are constraints
   CombineRange combine_range_ = combine_range();
 };
 

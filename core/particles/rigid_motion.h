@@ -43,6 +43,7 @@ class RigidMotion {
   // True where at() is asked at the ends of steps only and on one thread, as for a function of a
   // scene: inside a step the center goes along a cubic between them.
   virtual bool sampled() const { return false; }
+  virtual bool rests() const { return false; }  // at one place, not turned, at all times
   // What a user should know of it; may be empty.
   virtual const char* note() const { return ""; }
 };

@@ -1,4 +1,5 @@
-// What a force joins: pairs, triples or quadruples of particles, as a scene lists them.
+// What a force or constraint joins: pairs, triples or quadruples of particles, or single ones, as a
+// scene lists them.
 #pragma once
 
 #include <array>
@@ -19,7 +20,7 @@ struct PluginInfo;
 // What a plugin says of the elements it takes. Which of its parameters an element may give for
 // itself, Param::per_tie says.
 struct ElementKind {
-  int arity = 0;             // particles that one joins, 2 to 4; 0: the plugin takes none
+  int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
   std::string name = "tie";  // what one is called
 };
 
@@ -81,6 +82,7 @@ struct Elements {
 // neither does. The elements outlive it.
 class ElementValues {
  public:
+  ElementValues() = default;
   ElementValues(const Elements& elements, const Params& params, const std::string& name);
 
   double operator()(const Element& element) const {

@@ -14,6 +14,7 @@
 #include "core/fields/field.h"
 #include "core/ode/integrator.h"
 #include "core/particles/collider.h"
+#include "core/particles/constraint.h"
 #include "core/particles/force.h"
 #include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
@@ -51,6 +52,12 @@ template <>
 struct Kind<Collider> {
   static constexpr std::string_view name = "collider", folder = "colliders";
   using Make = std::function<std::unique_ptr<Collider>(const Params&)>;
+};
+
+template <>
+struct Kind<Constraint> {
+  static constexpr std::string_view name = "constraint", folder = "constraints";
+  using Make = std::function<std::unique_ptr<Constraint>(const Params&, const Elements&)>;
 };
 
 template <>
@@ -95,7 +102,7 @@ struct KindList {
   }
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View>;
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/particles/rigid_motion.h"
 
 namespace sim {
 namespace {
@@ -31,8 +32,10 @@ ParamType type_of(const Value& value) {
       return ParamType::kSurface;
     case 9:
       return ParamType::kMotion;
-    default:
+    case 10:
       return ParamType::kCollider;
+    default:
+      return ParamType::kCurve;
   }
 }
 
@@ -44,6 +47,7 @@ std::string shown(const Value& value) {
   if (type == ParamType::kSurface) return "a surface";
   if (type == ParamType::kMotion) return "a motion";
   if (type == ParamType::kCollider) return "a collider";
+  if (type == ParamType::kCurve) return "a function";
   return to_text(value);
 }
 
@@ -51,9 +55,25 @@ bool is_number(const Value& value) {
   return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
 }
 
+// A path of one point.
+class AtRest final : public RigidMotion {
+ public:
+  explicit AtRest(const Vec3& place) : place_(place) {}
+  Pose at(double /*t*/, const Vec3& /*center*/) const override { return {.center = place_}; }
+  bool rests() const override { return true; }
+
+ private:
+  Vec3 place_;
+};
+
 // The value as the declared type; integers pass as numbers, whole numbers as integers.
 bool convert(Value& value, ParamType type) {
   if (type_of(value) == type) return true;
+  if (type == ParamType::kPath && type_of(value) == ParamType::kMotion) return true;
+  if (type == ParamType::kPath && type_of(value) == ParamType::kVector) {
+    value = std::make_shared<const AtRest>(std::get<Vec3>(value));
+    return true;
+  }
   if (type == ParamType::kNumber && std::holds_alternative<std::int64_t>(value)) {
     value = static_cast<double>(std::get<std::int64_t>(value));
     return true;
@@ -110,6 +130,10 @@ const char* type_name(ParamType type) {
       return "motion (sim.motion) or function(t)";
     case ParamType::kCollider:
       return "collider (sim.collider)";
+    case ParamType::kCurve:
+      return "function(s) or function(s, t)";
+    case ParamType::kPath:
+      return "vector {x, y, z} or function(t)";
   }
   return "";
 }
@@ -131,7 +155,10 @@ std::string to_text(const Value& value) {
     }
     std::string operator()(const OdeFunction&) const { return "function"; }
     std::string operator()(const std::shared_ptr<const TriangleMesh>&) const { return "surface"; }
-    std::string operator()(const std::shared_ptr<const RigidMotion>&) const { return "motion"; }
+    std::string operator()(const std::shared_ptr<const RigidMotion>& motion) const {
+      return motion->rests() ? (*this)(motion->at(0, Vec3::Zero()).center) : "motion";
+    }
+    std::string operator()(const std::shared_ptr<const Curve>&) const { return "function"; }
     std::string operator()(const std::shared_ptr<const ColliderMaker>& collider) const {
       return collider->text;
     }
@@ -211,5 +238,6 @@ template const std::shared_ptr<const TriangleMesh>& Params::get(const std::strin
 template const ParticleFunction& Params::get(const std::string&) const;
 template const std::shared_ptr<const ColliderMaker>& Params::get(const std::string&) const;
 template const std::shared_ptr<const RigidMotion>& Params::get(const std::string&) const;
+template const std::shared_ptr<const Curve>& Params::get(const std::string&) const;
 
 }  // namespace sim

@@ -69,6 +69,9 @@ class Params {
   const std::shared_ptr<const ColliderMaker>& collider(const std::string& name) const {
     return get<std::shared_ptr<const ColliderMaker>>(name);
   }
+  const std::shared_ptr<const Curve>& curve(const std::string& name) const {
+    return get<std::shared_ptr<const Curve>>(name);
+  }
   const ParticleFunction& particle_function(const std::string& name) const {
     return get<ParticleFunction>(name);
   }

@@ -14,6 +14,7 @@
 namespace sim {
 
 class Collider;
+class Curve;
 class RigidMotion;
 class TriangleMesh;
 
@@ -33,10 +34,10 @@ struct ColliderMaker {
 };
 
 // monostate: no value given.
-using Value =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
-                 ParticleFunction, std::shared_ptr<const TriangleMesh>,
-                 std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>>;
+using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
+                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
+                           std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
+                           std::shared_ptr<const Curve>>;
 
 enum class ParamType {
   kFlag,
@@ -48,7 +49,9 @@ enum class ParamType {
   kParticleFunction,
   kSurface,
   kMotion,
-  kCollider
+  kCollider,
+  kCurve,
+  kPath  // a vector, or one that changes with time: held as a motion
 };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...

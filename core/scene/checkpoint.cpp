@@ -197,6 +197,7 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
     }
     for (const PartSpec& force : spec.forces) add_part(hash, force);
     for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
+    for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);
   }
   if (spec.first_order) {
     hash.add(static_cast<std::uint64_t>(spec.first_order->dimension));

@@ -88,7 +88,7 @@ struct ObserverSpec {
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
-  std::vector<PartSpec> forces, colliders;
+  std::vector<PartSpec> forces, colliders, constraints;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;

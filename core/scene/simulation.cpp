@@ -117,8 +117,33 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     });
     collider_switches.push_back(part.switch_name);
   }
+  compile_constraints(spec, registry);
   apply_switches(*settings);
   system = std::move(compiled);
+}
+
+void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
+  if (spec.constraints.empty()) return;
+  for (const PartSpec& part : spec.constraints) {
+    const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    check_elements(part.elements, plugin, params, initial.count(), part.place);
+    if (part.elements.empty())
+      throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
+                                      plugin.elements.arity == 1 ? "give particles = { ids }"
+                                                                 : "give ties = { {a, b}, ... }"});
+    placed(part.place, [&] {
+      particles->hold().add(made(plugin.make(params, part.elements), plugin), plugin.name,
+                            part.place, params.has("feedback") ? params.number("feedback") : 0.0,
+                            x.data());
+    });
+  }
+  particles->holding()->begin();
+  if (!spec.colliders.empty())
+    throw Error(ErrorKind::kScene, {"colliders and constraints", spec.colliders.front().place,
+                                    "a scene cannot have both",
+                                    "use contact as a force: sim.force.contact { collider "
+                                    "= ..., stiffness = ... }"});
 }
 
 void Simulation::Impl::apply_switches(const Settings& wanted) {
@@ -186,6 +211,8 @@ void Simulation::Impl::place_particles() {
   if (particles) particles->start_memories(x.data());
   for (const int i : settings->pinned)
     for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
+  const bool complete = system && x.size() == system->size();
+  if (complete && particles && particles->holding()) particles->holding()->start(x.data());
 }
 
 bool Simulation::Impl::find_divergence(StepStatus status) {
@@ -250,7 +277,8 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  ContactLedger* const ledger = s.system->confined() ? &s.particles->contacts().ledger() : nullptr;
+  ContactLedger* const ledger =
+      s.particles && !s.particles->contacts().empty() ? &s.particles->contacts().ledger() : nullptr;
   if (ledger) ledger->take();  // of steps that others tried
   const FloatControl control;
   Advance now;
@@ -398,7 +426,8 @@ std::vector<SolidShape> Simulation::shapes() const {
 }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && impl_->particles->conserves_energy();
+  return impl_->particles && impl_->particles->conserves_energy() &&
+         !(holding() && holding()->constraints().move());
 }
 
 Energy Simulation::energy() const {

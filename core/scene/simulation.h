@@ -45,8 +45,7 @@ class Simulation {
   // that way. Returns the number taken, 0 if the first fails.
   int steps(std::int64_t most);
   bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
-  // Asked during long steps: true ends them with kStopped, and the next call takes the same step.
-  void stop_when(std::function<bool()> stop);
+  void stop_when(std::function<bool()> stop);  // asked in long steps: true ends them, kStopped
   const Divergence& divergence() const;
 
   void reset();  // to t = 0 with the initial bits; changed settings stay, but hands let go
@@ -98,8 +97,9 @@ class Simulation {
   void set_dt(double new_h);                                   // t goes on from where it is
   void set_integrator(const Method& method);
 
-  std::vector<ForceShare> forces_on(int particle) const;       // a pinned one feels them too
-  std::vector<Link> links(int particle) const;                 // in order of families
+  std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
+  class Holding* holding() const;               // of constraints; null where there are none
+  std::vector<Link> links(int particle) const;  // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 
  private:

@@ -76,14 +76,28 @@ void Simulation::restore(const Snapshot& snapshot) {
   if (!snapshot.memory.empty()) s.integrator->recall(snapshot.memory);
 }
 
+// A change by hand that breaks constraints moves the others, too, or is refused.
+void Simulation::Impl::change(const std::function<void()>& make) {
+  const std::vector<double> before(x.data(), x.data() + x.size());
+  make();
+  if (!system->settle(t(step_count), x.data())) {
+    const std::string why = system->refusal();
+    std::ranges::copy(before, x.data());
+    restart();
+    refuse_change("no such state", why, "");
+  }
+  restart();
+}
+
 void Simulation::set_position(int i, const Vec3& x) {
   check_particle(*this, i);
   check_finite(x, "position");
   Impl& s = *impl_;
   // A position of -0 of a particle becomes 0: adding 0 to it would change its bits.
-  for (int axis = 0; axis < 3; ++axis)
-    s.number("position", i, axis) = s.particles ? x[axis] + 0.0 : x[axis];
-  s.restart();
+  s.change([&] {
+    for (int axis = 0; axis < 3; ++axis)
+      s.number("position", i, axis) = s.particles ? x[axis] + 0.0 : x[axis];
+  });
 }
 
 void Simulation::set_velocity(int i, const Vec3& v) {
@@ -94,8 +108,9 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   if (pinned(i) && !std::ranges::binary_search(s.settings->held, i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
                   "unpin it first");
-  for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = v[axis] + 0.0;
-  s.restart();
+  s.change([&] {
+    for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = v[axis] + 0.0;
+  });
 }
 
 void Simulation::set_component(int i, double value) {
@@ -123,8 +138,9 @@ void Simulation::set_pinned(int i, bool hold) {
     std::erase(wanted->pinned, i);
   const bool in_hand = std::ranges::binary_search(wanted->held, i);
   s.adopt(std::move(wanted));
-  for (int axis = 0; axis < 3 && !in_hand; ++axis) s.number("velocity", i, axis) = 0;
-  s.restart();
+  s.change([&] {
+    for (int axis = 0; axis < 3 && !in_hand; ++axis) s.number("velocity", i, axis) = 0;
+  });
 }
 
 void Simulation::set_held(int i, bool hold) {
@@ -138,9 +154,9 @@ void Simulation::set_held(int i, bool hold) {
   else
     std::erase(wanted->held, i);
   s.adopt(std::move(wanted));
-  if (hold || pinned(i))
-    for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = 0;
-  s.restart();
+  s.change([&] {
+    for (int axis = 0; axis < 3 && (hold || pinned(i)); ++axis) s.number("velocity", i, axis) = 0;
+  });
 }
 
 void Simulation::set_switch(const std::string& name, bool on) {
@@ -186,6 +202,10 @@ void Simulation::set_integrator(const Method& method) {
   impl_->restart();
 }
 
+Holding* Simulation::holding() const {
+  return impl_->particles ? impl_->particles->holding() : nullptr;
+}
+
 const Settings& Simulation::settings() const { return *impl_->settings; }
 
 // Springs are told apart by their families, everything else by its plugin.
@@ -227,6 +247,15 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
     }
     if (!force.springs() || accumulates) shares.push_back({s.particles->name_of(force), sum});
+  }
+  if (!holding()) return shares;
+  for (const HoldingForce& each : holding()->forces(t(), s.x.data())) {
+    if (each.a != i && each.b != i) continue;
+    const Vec3 force = each.a == i ? each.force : -each.force;
+    if (!shares.empty() && shares.back().name == each.constraint)
+      shares.back().force += force;
+    else
+      shares.push_back({each.constraint, force});
   }
   return shares;
 }

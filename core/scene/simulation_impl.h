@@ -1,6 +1,7 @@
 // The inside of a Simulation, shared by the files that build, step and change it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,7 @@ struct Simulation::Impl {
 
   void compile_field(const SystemSpec& spec, Registry& registry);
   void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
+  void compile_constraints(const SystemSpec& spec, Registry& registry);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
   void apply_switches(const Settings& wanted);
@@ -70,6 +72,8 @@ struct Simulation::Impl {
 
   // The exception of a step, as the error of the plugin that threw it.
   [[noreturn]] void rethrow_in_step();
+  // Changes x between two steps. Throws Error{kUsage} where constraints cannot be met then.
+  void change(const std::function<void()>& make);
 
   // Why the step failed, and where the next state is not finite; false when all of it is finite.
   bool find_divergence(StepStatus status);

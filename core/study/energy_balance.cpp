@@ -10,9 +10,10 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   const ParticleSystem& particles = *particles_of(system);
   for (Force* force : particles.other_forces())
     if (!force->conservative() && !force->springs()) working_.push_back(force);
-  damped_ = particles.has_damping() || !working_.empty();
+  driven_ = system.holding() && system.holding()->constraints().move();
+  damped_ = particles.has_damping() || !working_.empty() || driven_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  confined_ = particles.confined();
+  confined_ = !particles.contacts().empty();
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
@@ -77,6 +78,7 @@ double EnergyBalance::power() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
   double power = particles.damping_power(t, system_->state().data(), sums_);
+  if (driven_) power -= system_->holding()->driving_power(t, system_->state().data());
   const ParticleView p = particles.view(t, system_->state().data());
   for (Force* force : working_) {
     if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off

@@ -32,7 +32,7 @@ class EnergyBalance {
   void look(const Energy& now);             // ... whose energy is known
 
   bool has_drag() const { return damped_; }  // of particles or of springs, or forces do work
-  bool has_work() const { return !working_.empty(); }  // of other forces
+  bool has_work() const { return driven_ || !working_.empty(); }  // of other forces
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // What is needed to go on with W later, bit for bit.
   std::vector<double> memory() const;
@@ -50,7 +50,7 @@ class EnergyBalance {
   double potential() const;  // that such forces add to E all the same, J
 
   Simulation* system_;
-  bool damped_ = false, confined_ = false, has_held_ = false;
+  bool damped_ = false, confined_ = false, has_held_ = false, driven_ = false;
   mutable Array sums_;  // scratch of power()
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J

@@ -276,7 +276,8 @@ local tied = {}  -- forces that join something, in order: each belongs into a sc
 -- The key ties = { {a, b, NAME = number}, ... } of the force does the same for a list.
 -- Returns the force.
 function Force:tie(a, b, c, d, options)
-  local record = record_of(self, "force", "tie")
+  local record = records[self]
+  if not record or record.kind ~= "constraint" then record = record_of(self, "force", "tie") end
   a, b = id_of_tie(a), id_of_tie(b)
   if c == nil or type(c) == "table" then
     c, d, options = nil, nil, c
@@ -359,7 +360,7 @@ end
 
 local part_class = {}
 for _, kind in ipairs(host.kinds) do
-  part_class[kind] = class(kind, kind == "force" and Force or {})
+  part_class[kind] = class(kind, (kind == "force" or kind == "constraint") and Force or {})
 end
 
 -- Lists inside the options are taken as they are now: changing them later changes nothing.
@@ -371,17 +372,17 @@ local function copy(value, depth)
 end
 
 -- part = sim.KIND.NAME { ... }
--- KIND is a kind of plugin: force, field, integrator, collider, motion. NAME is any plugin that `sim list`
+-- KIND is a kind of plugin: force, field, integrator, collider, motion, constraint. NAME is any plugin that `sim list`
 -- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
 -- positional; it can then be written without its name, first in the table.
--- Forces that join particles also take ties = { {a, b}, ... }, see force:tie; and those that act
--- between pairs a grid of pairs:
+-- Forces and constraints that join particles also take ties = { {a, b}, ... }, see force:tie; and
+-- those that act between pairs a grid of pairs:
 --   grid      the sim.grid that is the scene's particles
 --   offsets   list of {di, dj}, whole numbers, not all 0: each ties (i, j) to (i + di, j + dj)
 --             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given;
 --             {di, dj, dk} in a grid of three directions
 -- Forces that act on each particle by itself, such as gravity, can be kept to some:
---   particles   list of ids; default: all
+--   particles   list of ids; default: all. Constraints on single particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
 local function constructors(kind)
@@ -409,7 +410,7 @@ local function constructors(kind)
           count = 0, arity = 2, ids = {}, places = {}, values = {},
         }
         records[handle] = record
-        if kind == "force" and options.ties ~= nil then
+        if (kind == "force" or kind == "constraint") and options.ties ~= nil then
           record.given.ties = nil
           add_ties(record, options.ties)
           if record.count > 0 then tied[#tied + 1] = handle end
@@ -461,6 +462,7 @@ end
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
+--   constraints  optional list of sim.constraint.NAME{...}: what particles must obey
 --   switches     optional { NAME = PART, ... }: forces and colliders that can be turned on and off
 --                while the scene runs, by .toggle NAME, or left off by --off NAME
 -- First order (no masses, no velocities):
@@ -483,9 +485,11 @@ local function top_constructor(kind, written)
     end
     local result = {}
     for key, entry in next, entries do result[key] = entry end
-    if type(result.forces) == "table" then
-      for _, force in next, result.forces do
-        if records[force] then records[force].used = true end
+    for _, parts in next, { result.forces, result.constraints } do
+      if type(parts) == "table" then
+        for _, part in next, parts do
+          if records[part] then records[part].used = true end
+        end
       end
     end
     records[result] = { kind = kind, place = place }

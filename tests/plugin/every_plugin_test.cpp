@@ -49,7 +49,9 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kSurface:
         given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
-      case sim::ParamType::kMotion:    // no force has one yet
+      case sim::ParamType::kMotion:  // no force has one yet
+      case sim::ParamType::kPath:
+      case sim::ParamType::kCurve:
       case sim::ParamType::kCollider:  // an example has one
         break;
       case sim::ParamType::kFunction:

@@ -6,6 +6,7 @@
 
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
+#include "core/particles/constraint.h"
 #include "core/particles/rigid_motion.h"
 
 namespace sim {
@@ -18,7 +19,8 @@ class LuaFunction {
       : session_(std::move(session)), dimension_(dimension) {
     lua_Debug info;
     lua_pushvalue(L, index);
-    lua_getinfo(L, ">S", &info);
+    lua_getinfo(L, ">Su", &info);
+    parameters_ = info.isvararg ? 2 : info.nparams;
     place_ = lua_place(info.source, info.linedefined);
     lua_pushvalue(L, index);
     reference_ = luaL_ref(L, LUA_REGISTRYINDEX);
@@ -45,7 +47,11 @@ class LuaFunction {
   // f(t) as a place and, where it returns two values, a velocity. False for one value.
   bool call(double t, Vec3& x, Vec3& v, const std::string& what) const;
 
+  // f(s, t)
+  Vec3 call(double s, double t, const std::string& what) const;
+
   const Place& place() const { return place_; }
+  bool takes_two() const { return parameters_ >= 2; }
 
  private:
   void call_one(lua_State* L, const ParticleView& view, int i, std::span<double> out,
@@ -56,7 +62,7 @@ class LuaFunction {
   [[noreturn]] void wrong(const std::string& got, std::size_t size) const;
 
   std::shared_ptr<SceneSession> session_;
-  int dimension_, reference_ = LUA_NOREF;
+  int dimension_, reference_ = LUA_NOREF, parameters_ = 0;
   Place place_;
 };
 
@@ -195,7 +201,32 @@ bool LuaFunction::call(double t, Vec3& x, Vec3& v, const std::string& what) cons
   return both;
 }
 
+Vec3 LuaFunction::call(double s, double t, const std::string& what) const {
+  Vec3 x;
+  session_->lua().protect(place_, [&](lua_State* L) {
+    lua_rawgeti(L, LUA_REGISTRYINDEX, reference_);
+    lua_pushnumber(L, s);
+    lua_pushnumber(L, t);
+    lua_call(L, 2, 1);
+    x = read_vector(L, -1, place_, "result of " + what + " at s = " + brief(s));
+  });
+  return x;
+}
+
 namespace {
+
+class LuaCurve final : public Curve {
+ public:
+  LuaCurve(std::shared_ptr<LuaFunction> function, std::string what)
+      : function_(std::move(function)), what_(std::move(what)) {}
+
+  Vec3 at(double s, double t) const override { return function_->call(s, t, what_); }
+  bool moves() const override { return function_->takes_two(); }
+
+ private:
+  std::shared_ptr<LuaFunction> function_;
+  std::string what_;
+};
 
 class LuaMotion final : public RigidMotion {
  public:
@@ -236,6 +267,11 @@ std::shared_ptr<const RigidMotion> make_motion_function(
     const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
     const std::string& what) {
   return std::make_shared<LuaMotion>(std::make_shared<LuaFunction>(session, L, index, 1), what);
+}
+
+std::shared_ptr<const Curve> make_curve_function(const std::shared_ptr<SceneSession>& session,
+                                                 lua_State* L, int index, const std::string& what) {
+  return std::make_shared<LuaCurve>(std::make_shared<LuaFunction>(session, L, index, 1), what);
 }
 
 OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,

@@ -10,6 +10,7 @@
 
 namespace sim {
 
+class Curve;
 class RigidMotion;
 
 // The Lua function at `index` as dxdt := f(t, x). Lua gets and gives the state in the form of the
@@ -30,6 +31,11 @@ ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& ses
 // Error{kScene} at the line of the function.
 std::shared_ptr<const RigidMotion> make_motion_function(
     const std::shared_ptr<SceneSession>& session, lua_State* L, int index, const std::string& what);
+
+// The function(s) or function(s, t) as a curve; what is no vector of finite numbers throws
+// Error{kScene} at the line of the function.
+std::shared_ptr<const Curve> make_curve_function(const std::shared_ptr<SceneSession>& session,
+                                                 lua_State* L, int index, const std::string& what);
 
 // As make_ode_function for an exact solution of `size` numbers, which must be finite.
 std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,

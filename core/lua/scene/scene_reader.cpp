@@ -14,8 +14,8 @@ namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",  "particles", "forces",  "surfaces",   "colliders", "switches", "state",
-    "field", "exact",     "observe", "integrator", "dt",        "duration", "look"};
+    "name",  "particles", "forces",  "surfaces",   "colliders", "constraints", "switches", "state",
+    "field", "exact",     "observe", "integrator", "dt",        "duration",    "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -107,8 +107,11 @@ void SceneReader::check_ties(lua_State* L) const {
     const int record = lua_absindex(L, -1);
     if (push_field(L, record, "used") == LUA_TNIL) {
       push_field(L, record, "plugin");
-      scene_error(place_of(L, record), std::string("unused force '") + lua_tostring(L, -1) + "'",
-                  "it is tied, but no scene has it", "put it into forces = { ... }");
+      const std::string name = lua_tostring(L, -1);
+      push_field(L, record, "kind");
+      const std::string kind = lua_tostring(L, -1);
+      scene_error(place_of(L, record), "unused " + kind + " '" + name + "'",
+                  "it is tied, but no scene has it", "put it into " + kind + "s = { ... }");
     }
     lua_settop(L, list);
   }
@@ -175,15 +178,17 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   lua_pop(L, 4);
 
   // Either particles with forces or a state with a field.
-  const bool second = has("particles") || has("forces") || has("surfaces") || has("colliders"),
+  const bool second = has("particles") || has("forces") || has("surfaces") || has("colliders") ||
+                      has("constraints"),
              first = has("state") || has("field");
   if (second && first)
     scene_error(place, "a scene of two kinds",
                 std::string("it has ") +
-                    (has("particles")  ? "particles"
-                     : has("forces")   ? "forces"
-                     : has("surfaces") ? "surfaces"
-                                       : "colliders") +
+                    (has("particles")   ? "particles"
+                     : has("forces")    ? "forces"
+                     : has("surfaces")  ? "surfaces"
+                     : has("colliders") ? "colliders"
+                                        : "constraints") +
                     " and " + (has("state") ? "state" : "field"),
                 "give particles and forces (second order), or state and field (first order)");
   if (!second && !first)
@@ -275,6 +280,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     spec.forces.push_back(std::move(part_spec));
     lua_settop(L, forces);
   }
+  constraints(L, scene, body, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);
   const std::vector<const void*> solids = colliders(L, scene, spec);
@@ -342,6 +348,36 @@ std::vector<const void*> SceneReader::colliders(lua_State* L, int scene, SystemS
   }
   lua_settop(L, list - 1);
   return handles;
+}
+
+void SceneReader::constraints(lua_State* L, int scene, Body& body, SystemSpec& spec) const {
+  if (push_field(L, scene, "constraints") == LUA_TNIL) {
+    lua_pop(L, 1);
+    return;
+  }
+  const int list = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, list); !got.empty())
+    scene_error(spec.place, "bad constraints", "expected a list, got a sim." + got,
+                "write constraints = { sim.constraint.NAME { ... } }");
+  lua_pop(L, 1);
+  const std::size_t count = read_length(L, list, spec.place, "constraints");
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
+    const int constraint = lua_absindex(L, -1);
+    if (const std::string got = session_->push_record(L, constraint); got != "constraint")
+      scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of constraints",
+                  "expected a sim.constraint.NAME { ... }, got " + shown_part(L, constraint, got));
+    const int record = lua_absindex(L, -1);
+    lua_pushboolean(L, 1);
+    lua_setfield(L, record, "used");
+    push_field(L, record, "plugin");
+    const auto& plugin = registry_.get<Constraint>(lua_tostring(L, -1), place_of(L, record));
+    PartSpec part_spec = part(L, record, plugin, 1, &body);
+    part_spec.elements = elements(L, record, plugin, body, part_spec.place);
+    spec.constraints.push_back(std::move(part_spec));
+    lua_settop(L, list);
+  }
+  lua_settop(L, list - 1);
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {

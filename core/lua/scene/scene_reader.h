@@ -25,6 +25,8 @@ class SceneReader {
   void integrator(lua_State* L, SystemSpec& spec) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
   std::vector<const void*> colliders(lua_State* L, int scene, SystemSpec& spec) const;
+  struct Body;
+  void constraints(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
   // `parts`: by their handles.
   void switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                 SystemSpec& spec) const;

@@ -59,6 +59,21 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
   Elements elements;
   elements.arity = static_cast<int>(arity);
   if (plugin.elements.arity == 2) grid_pairs(L, index, body, place, elements.grids);
+  if (plugin.elements.arity == 1) {
+    elements.arity = 1;
+    if (count > 0)
+      scene_error(place, plugin.title(), "it takes no ties between particles",
+                  "write particles = { ids }");
+    if (const auto ids = group(L, index, body, place)) {
+      elements.ids = *ids;
+    } else {
+      const LuaTable given = record.table("given");
+      const bool all = push_field(L, given.index(), "particles") != LUA_TNIL;
+      lua_pop(L, 1);
+      for (int i = 0; all && i < body.particles.count(); ++i) elements.ids.push_back(i);
+    }
+    return elements;
+  }
   if (count == 0) {
     elements.arity = std::max(plugin.elements.arity, 2);
     return elements;
@@ -66,7 +81,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
 
   const LuaTable places = record.table("places");
   const auto place_of_tie = [&](lua_Integer i) { return session_->place(places.integer(i)); };
-  const std::string owner = "force '" + plugin.name + "'";
+  const std::string owner = plugin.title();
   if (plugin.elements.arity == 0)
     scene_error(place_of_tie(1), owner, "it takes no ties between particles");
   if (plugin.elements.arity != arity)

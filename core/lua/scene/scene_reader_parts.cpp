@@ -18,7 +18,7 @@ constexpr double kBytesPerParticle = 100;  // at least, of a running simulation
 // Keys of a force that are no parameters: they say what it joins or acts on.
 bool names_particles(const PluginInfo& plugin, const std::string& key) {
   return (plugin.elements.arity == 2 && (key == "grid" || key == "offsets")) ||
-         (plugin.pointwise && key == "particles");
+         ((plugin.pointwise || plugin.elements.arity == 1) && key == "particles");
 }
 
 // Whether it takes the key `on`, which is for the scene and no parameter.
@@ -46,7 +46,9 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
       if (lua_iscfunction(L, index)) break;
       if (type == ParamType::kParticleFunction)
         return make_particle_function(session, L, index, what);
-      if (type == ParamType::kMotion) return make_motion_function(session, L, index, what);
+      if (type == ParamType::kCurve) return make_curve_function(session, L, index, what);
+      if (type == ParamType::kMotion || type == ParamType::kPath)
+        return make_motion_function(session, L, index, what);
       return make_ode_function(session, L, index, dimension);
     default:
       break;

@@ -49,6 +49,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
     if (const StepStatus status = next_step(x_next); status != StepStatus::kDone) return {status};
   }
   interpolate(t + h, x_next);
+  if (!system.settle(t + h, x_next)) return {StepStatus::kNotFinite};
   if (!all_finite({x_next, x_.size()})) return {StepStatus::kNotFinite};
   return {StepStatus::kDone, 1};
 }

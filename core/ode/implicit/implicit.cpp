@@ -73,7 +73,9 @@ Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::
   const bool last_is_next = std::equal(plan_.b.begin(), plan_.b.end(),
                                        plan_.a.end() - static_cast<std::ptrdiff_t>(plan_.stages));
   if (!last_is_next) system.combine(form(plan_.b.data(), plan_.stages), x_next);
-  return one(judged(StepStatus::kDone, {x_next, system.size()}));
+  const bool settled = system.settle(t + h, x_next);
+  return one(
+      judged(settled ? StepStatus::kDone : StepStatus::kNotConverged, {x_next, system.size()}));
 }
 
 Effort DiagonallyImplicit::effort() const {
@@ -119,6 +121,8 @@ Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most
     ++steps_;
     std::copy_n(x, system.size(), x_next);
     status = solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
+    if (status == StepStatus::kDone && !system.settle(t + h, x_next))
+      status = StepStatus::kNotConverged;
   }
   status = judged(status, {x_next, system.size()});
   if (status == StepStatus::kDone) {

@@ -7,8 +7,9 @@
 
 namespace sim {
 
-PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan)
+PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan, Holding* holding)
     : particles_(&particles),
+      holding_(holding),
       plan_(plan),
       half_(particles.layout().n(), 3),
       one_(particles.layout().n(), 1),
@@ -18,6 +19,10 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
       a_(half_.size()),
       memory_(particles.memory_size()) {
   if (!particles.contacts().empty()) settling_.emplace(particles);
+  if (holding) {
+    solver_.emplace(holding->constraints());
+    weights_.resize(plan.kick.size(), std::vector<double>(static_cast<std::size_t>(one_.n())));
+  }
   if (midpoint_kicks()) v_half_ = Array(half_.size());
   for (std::size_t slot = 0; slot < (midpoint_kicks() ? 2 : 1) * plan.kick.size(); ++slot) {
     keeps_.emplace_back(one_.size());
@@ -40,9 +45,13 @@ void PlainSplitStepper::set_step_size(double h) {
       const Damping own = damping(motion.damping * inverse, tau);
       keeps[j] = own.keep;
       gains[j] = own.gain;
+      if (solver_ && slot < kicks)
+        weights_[slot][static_cast<std::size_t>(j)] =
+            holding_->constraints().weights()[static_cast<std::size_t>(j)] * (own.gain / tau);
     }
   }
   h_ = h;
+  held_ = false;
 }
 
 void PlainSplitStepper::drift(double t, double tau, double* state) {
@@ -82,6 +91,18 @@ void PlainSplitStepper::change(std::size_t slot, const std::array<double*, 3>& v
   });
 }
 
+// The accelerations at hand, which have drag, with what constraints make of them, but without drag.
+void PlainSplitStepper::constrain(const ParticleView& view, const double* memory) {
+  const std::array<double*, 3> a = half_.axes(a_.data());
+  const double* const v[3] = {view.vx, view.vy, view.vz};
+  holding_->constrain(view, memory, a.data());
+  const Motion& motion = particles_->motion();
+  for (int j = 0; j < half_.n(); ++j) {
+    const double inverse = motion.inverse_masses ? motion.inverse_masses[j] : motion.inverse_mass;
+    for (int axis = 0; axis < 3; ++axis) a[axis][j] += motion.damping * inverse * v[axis][j];
+  }
+}
+
 // Drag is in the kick itself.
 void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
   constexpr bool kDrag = false;
@@ -90,7 +111,8 @@ void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
   ParticleView view = particles_->view(t, state);
   if (midpoint_kicks()) {
     const std::array<double*, 3> v_half = half_.axes(v_half_.data());
-    particles_->accelerate(view, a.data(), kDrag);
+    particles_->accelerate(view, a.data(), solver_.has_value());
+    if (solver_) constrain(view, state + holding_->memory_begin());
     change(plan_.kick.size() + i, v, v_half);
     view.vx = v_half[0], view.vy = v_half[1], view.vz = v_half[2];
   }
@@ -100,19 +122,47 @@ void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
 
 bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x, double* x_next) {
   set_step_size(h);
+  const Layout& layout = particles_->layout();
   if (settling_) settling_->begin(t, t + h);
-  const std::size_t size = particles_->layout().size() + particles_->memory_size();
+  if (solver_) holding_->refuse({});
+  const std::size_t size = particles_->layout().size() + particles_->memory_size() +
+                           (holding_ ? holding_->memory_size() : 0);
   std::copy_n(x, size, x_next);
   double start = plan_.drift.front();  // how far the drifts so far have led, in steps
   drift(t, start * h, x_next);
   for (std::size_t i = 0; i < plan_.kick.size(); ++i) {
     kick(i, t + start * h, x_next);
-    drift(t + start * h, plan_.drift[i + 1] * h, x_next);
+    const double d = plan_.drift[i + 1] * h;
+    if (solver_ && d != 0) {
+      const bool factorised = held_ && i == 0;
+      if (!solver_->lead(t + start * h, d, particles_->view(t, x_next), layout.axes(x_next),
+                         layout.axes(x_next, 3), x_next + holding_->memory_begin(), weights_[i],
+                         factorised))
+        return refuse(x, x_next);
+    }
+    drift(t + start * h, d, x_next);
     start += plan_.drift[i + 1];
     if (settling_) settle(t, h, i, x, x_next);
   }
   known_ = closes_;
+  if (solver_) {
+    const ParticleView view = particles_->view(t + h, x_next);
+    double* const memory = x_next + holding_->memory_begin();
+    if (!solver_->hold(t + h, view, layout.axes(x_next), layout.axes(x_next, 3), memory,
+                       weights_.back()))
+      return refuse(x, x_next);
+    holding_->constraints().follow(view, memory);
+    held_ = plan_.kick.front() == plan_.kick.back();
+  }
   return all_finite({x_next, size}) && (!settling_ || settling_->succeeded());
+}
+
+// No allowed state is in reach: the numbers stay finite, so that the reason is heard.
+bool PlainSplitStepper::refuse(const double* x, double* x_next) const {
+  const std::size_t size = holding_->memory_begin() + holding_->memory_size();
+  if (all_finite({x_next, size})) std::copy_n(x, size, x_next);
+  holding_->refuse(solver_->refusal());
+  return false;
 }
 
 // Behind kick i and the drift after it.

@@ -8,6 +8,7 @@
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
+#include "core/particles/constraints/holding.h"
 #include "core/particles/explicit/settling.h"
 #include "core/particles/particles.h"
 
@@ -16,13 +17,16 @@ namespace sim {
 // The memories m of forces belong to the drifts, with q and t: a kick finds q, m and t at rest.
 //   drift by tau:  q := q + tau v,  m along m' = g(t, m) by the classical Runge-Kutta method
 // so that methods up to the fourth order keep it. Where there are colliders, a method of one drift
-// between two kicks (verlet) is settled after both, any other at its end.
+// between two kicks (verlet) is settled after both, any other at its end. Where there are
+// constraints the velocities are led before each drift and held after the last kick: RATTLE
+// (Andersen (1983), J. Comput. Phys. 52, 24-34), with the gains of damped particles for masses.
 class PlainSplitStepper final : public Stepper {
  public:
-  PlainSplitStepper(Particles& particles, const SplitPlan& plan);
+  // holding: null where there are no constraints.
+  PlainSplitStepper(Particles& particles, const SplitPlan& plan, Holding* holding = nullptr);
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;
-  void restart() override { known_ = false; }
+  void restart() override { known_ = held_ = false; }
   bool midpoint_kicks() const override { return particles_->needs_velocities(); }
 
  private:
@@ -30,9 +34,12 @@ class PlainSplitStepper final : public Stepper {
   void drift(double t, double tau, double* state);
   void kick(std::size_t i, double t, double* state);
   void settle(double t, double h, std::size_t i, const double* x, double* x_next);
+  bool refuse(const double* x, double* x_next) const;
+  void constrain(const ParticleView& view, const double* memory);
   void change(std::size_t slot, const std::array<double*, 3>& v, const std::array<double*, 3>& to);
 
   Particles* particles_;
+  Holding* holding_;
   SplitPlan plan_;
   Layout half_, one_;
   std::optional<Settling> settling_;
@@ -40,9 +47,12 @@ class PlainSplitStepper final : public Stepper {
   bool closes_;         // the last acceleration of a step is the first of the next
   bool known_ = false;  // ... and is in a_
   double h_ = 0;
-  Array a_, v_half_;                  // accelerations; velocities in the middle of a kick
-  std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
-  Array k_[4], memory_;               // of memories
+  Array a_, v_half_;                          // accelerations; velocities in the middle of a kick
+  std::vector<Array> keeps_, gains_;          // of each kick and its first half, of every particle
+  Array k_[4], memory_;                       // of memories
+  std::optional<ConstraintSolver> solver_;    // where there are constraints
+  std::vector<std::vector<double>> weights_;  // of each kick: gain / (tau m), 1/kg
+  bool held_ = false;                         // the last factors are those of the first drift
 };
 
 }  // namespace sim

@@ -120,6 +120,7 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   point.tolerance = tolerance;
   point.finished = run.finished && std::isfinite(point.rms);
   point.energy = run.energy_error;
+  point.drift = run.drift;
   point.seconds = run.seconds;
   point.steps = run.effort.steps > 0 ? run.effort.steps : run.steps;
   point.effort = run.effort;

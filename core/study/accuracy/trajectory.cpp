@@ -118,6 +118,8 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   if (result.effort.evaluations == 0)
     result.effort.evaluations = result.steps * system.integrator_info().evaluations;
   if (balance && !good) result.energy_error = HUGE_VAL;
+  if (Holding* holding = system.holding(); holding && plan.energy)
+    result.drift = holding->drift(system.t(), system.state().data());
   // Between the states of an adaptive run drag is not looked at.
   const bool seen = balance && !(method.info.adaptive && balance->has_drag());
   if (seen && good && balance->in_play() > 0 &&

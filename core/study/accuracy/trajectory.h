@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "core/particles/constraints/holding_force.h"
 #include "core/study/problem.h"
 
 namespace sim::study {
@@ -18,7 +20,8 @@ struct Trajectory {
   // Largest |E + W - E0| over the energy in play; not a number in a first-order system, or where W
   // is not known well enough to tell.
   double energy_error = std::nan("");
-  double seconds = 0;  // of stepping alone
+  std::optional<ConstraintDrift> drift;  // at the end, where there are constraints
+  double seconds = 0;                    // of stepping alone
   bool finished = false;
 };
 

@@ -16,6 +16,12 @@ class Still final : public RigidMotion {
   Pose at(double, const Vec3& center) const override { return {.center = center}; }
 };
 
+class Parabola final : public ::sim::Curve {
+ public:
+  Vec3 at(double s, double t) const override { return {s, s * s + 0.3 * t, 0.5 * s - t * s}; }
+  bool moves() const override { return true; }
+};
+
 Value example_of(const Param& param) {
   switch (param.type) {
     case ParamType::kFlag:
@@ -42,7 +48,10 @@ Value example_of(const Param& param) {
     case ParamType::kSurface:  // of a block of particles
       return std::make_shared<const TriangleMesh>(12, grid_triangles({2, 2, 3}, false));
     case ParamType::kMotion:
+    case ParamType::kPath:
       return std::make_shared<const Still>();
+    case ParamType::kCurve:
+      return std::make_shared<const Parabola>();
     default:
       return {};
   }
@@ -182,6 +191,8 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
     contract::check_field(static_cast<const FieldPlugin&>(plugin), contract);
   else if (plugin.kind == kind_of<Integrator>)
     contract::check_integrator(registry, static_cast<const IntegratorPlugin&>(plugin), contract);
+  else if (plugin.kind == kind_of<Constraint>)
+    contract::check_constraint(static_cast<const Plugin<Constraint>&>(plugin), contract);
   else
     contract.checks.push_back({plugin.title(), "registers", Outcome::kOk,
                                "there are no checks of this kind of plugin yet"});

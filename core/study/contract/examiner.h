@@ -51,6 +51,7 @@ class Examiner {
 
 void check_force(const ForcePlugin& plugin, Contract& contract);
 void check_field(const FieldPlugin& plugin, Contract& contract);
+void check_constraint(const Plugin<Constraint>& plugin, Contract& contract);
 void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contract& contract);
 
 Params example_params(const PluginInfo& plugin);

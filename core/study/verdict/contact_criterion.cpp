@@ -42,7 +42,7 @@ class ContactCriterion final : public Criterion {
 }  // namespace
 
 std::unique_ptr<Criterion> watch_contact(const Watched& run) {
-  if (!run.system.second_order() || !run.system.ode().confined()) return nullptr;
+  if (!run.system.second_order() || particles_of(run.system)->contacts().empty()) return nullptr;
   return std::make_unique<ContactCriterion>(run);
 }
 

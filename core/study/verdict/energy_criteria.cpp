@@ -80,7 +80,7 @@ Finding EnergyCriterion::finding() const {
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
-  const bool drag = balance_.has_drag(), contact = system_->ode().confined();
+  const bool drag = balance_.has_drag(), contact = !particles_of(*system_)->contacts().empty();
   const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
   const std::string damping = balance_.has_work() ? "forces" : "drag";
   const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
@@ -145,7 +145,8 @@ std::unique_ptr<Criterion> watch_energy(const Watched& run) {
 }
 
 std::unique_ptr<Criterion> watch_momentum(const Watched& run) {
-  if (!run.system.conserves_energy() || run.system.pinned_count() > 0) return nullptr;
+  if (!run.system.conserves_energy() || run.system.pinned_count() > 0 || run.system.holding())
+    return nullptr;
   return std::make_unique<MomentumCriterion>(run);
 }
 

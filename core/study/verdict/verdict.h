@@ -32,6 +32,8 @@ struct Figures {
   StrainedSpring strain;             // the worst seen
   double step_error = std::nan("");  // m, of one step, by doubling it
   double momentum = std::nan("");    // change over the momentum in play, where it must hold
+  ConstraintDrift constraints;       // the worst seen
+  std::int64_t crossings = 0;        // of surfaces, the most seen
   Parting shadow;                    // from a run with half the step
 };
 

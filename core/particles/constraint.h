@@ -1,0 +1,68 @@
+// What particles must obey: equations phi(t, x) = 0, which forces without work of their own hold.
+#pragma once
+
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/particles/view.h"
+
+namespace sim {
+
+// The particles that each equation joins, one row an equation.
+struct RowPattern {
+  std::vector<int> begin{0}, ids;  // those of row r: ids[begin[r]] .. before ids[begin[r + 1]]
+
+  int rows() const { return static_cast<int>(begin.size()) - 1; }
+  void add(std::initializer_list<int> particles) {
+    ids.insert(ids.end(), particles);
+    begin.push_back(static_cast<int>(ids.size()));
+  }
+};
+
+// The equations of one constraint at one state, where evaluate() puts them.
+struct Rows {
+  double* phi;     // of each row, best in m, or the tolerances mean something else
+  Vec3* gradient;  // d phi / d x of each particle of each row, in the order of the pattern
+  double* drive;   // d phi / d t of each row, with x at rest
+  double* bias;    // d2 phi / d t2 of each row, without accelerations: J' v of a constraint at rest
+};
+
+// A constraint is a pure function of (t, X), as forces are; asked on one thread.
+class Constraint {
+ public:
+  virtual ~Constraint() = default;
+
+  // Called once with the initial state; may allocate and may throw Error.
+  virtual void bind(const ParticleView& /*initial*/) {}
+
+  virtual RowPattern pattern() const = 0;                                       // after bind()
+  virtual void evaluate(const ParticleView& view, const Rows& rows) const = 0;  // all of them
+
+  // True where phi depends on t: such a constraint may do work.
+  virtual bool moves() const { return false; }
+
+  // Numbers of X of its own (its view has them as `memory`), which say no more than the positions
+  // do, as a place on a curve: their values at the start, and at a state that obeys the equations.
+  virtual int memory_size() const { return 0; }
+  virtual void start(std::span<double> /*memory*/) const {}
+  virtual void follow(const ParticleView& /*view*/, std::span<double> /*memory*/) const {}
+
+  // "rod 3-7", in errors and tables.
+  virtual std::string name(int row) const { return "equation " + std::to_string(row); }
+  // Why evaluate() gave numbers that are not finite just now; may be empty.
+  virtual std::string complaint() const { return {}; }
+  // What a user should know of it, one sentence; may be empty.
+  virtual std::string note() const { return {}; }
+};
+
+// A curve in space, which may move: a point for each s and t. May throw Error{kScene}.
+class Curve {
+ public:
+  virtual ~Curve() = default;
+  virtual Vec3 at(double s, double t) const = 0;
+  virtual bool moves() const = 0;  // it depends on t
+};
+
+}  // namespace sim

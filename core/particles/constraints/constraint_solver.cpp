@@ -1,0 +1,186 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/text.h"
+#include "core/particles/constraints/constraints.h"
+
+namespace sim {
+namespace {
+
+// Of the size of the scene: what roundings of coordinates leave of phi.
+constexpr double kRoundings = 1e-15;
+// What is left of phi, of the size, where iterations gain no more, and is small enough.
+constexpr double kGoodEnough = 1e-10;
+
+double largest_of(std::span<const double> values) {
+  double most = 0;
+  for (const double value : values) most = std::max(most, std::fabs(value));
+  return most;
+}
+
+}  // namespace
+
+ConstraintSolver::ConstraintSolver(const Constraints& constraints)
+    : constraints_(&constraints),
+      values_(constraints.rows()),
+      other_(constraints.rows()),
+      matrix_(constraints.rows().pattern, constraints.weights()),
+      lambda_(static_cast<std::size_t>(constraints.rows().rows())),
+      rest_(lambda_.size()),
+      led_(3 * constraints.weights().size()) {}
+
+bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, const Axes& v,
+                                const double* memory, RowValues& values) {
+  like.t = t;
+  like.x = q[0], like.y = q[1], like.z = q[2];
+  like.vx = v[0], like.vy = v[1], like.vz = v[2];
+  return values.evaluate(like, memory) || fail(Failure::kNotFinite, values);
+}
+
+bool ConstraintSolver::fail(Failure failure, const RowValues& values) {
+  failure_ = failure;
+  missed_ = 0;
+  for (std::size_t r = 0; r < lambda_.size(); ++r) {
+    const double phi = std::fabs(values.phi()[r]);
+    if (phi <= missed_) continue;
+    missed_ = phi;
+    worst_ = static_cast<int>(r);
+    if (std::isnan(phi)) break;
+  }
+  return false;
+}
+
+std::string ConstraintSolver::refusal() const {
+  if (failure_ == Failure::kNone) return {};
+  const RowList& list = constraints_->rows();
+  const RowList::Part& part = list.part_of(worst_);
+  const std::string who =
+      "constraint '" + constraints_->title(part) + "', " + list.name(worst_) + ": ";
+  if (failure_ == Failure::kNotFinite) {
+    const std::string why = part.constraint->complaint();
+    return who + (why.empty() ? "its equations are not finite" : why);
+  }
+  return who + "no allowed state is in reach, it is off by " + brief(missed_, 3) + " m";
+}
+
+bool ConstraintSolver::accelerate(const ParticleView& view, const double* memory, const Axes& a) {
+  failure_ = Failure::kNone;
+  if (!values_.evaluate(view, memory)) return fail(Failure::kNotFinite, values_);
+  matrix_.factorise(values_.gradient(), constraints_->weights());
+  values_.times(a.data(), lambda_.data());
+  for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] = -lambda_[r] - values_.bias()[r];
+  if (const double c = constraints_->feedback(); c > 0) {
+    const double* const v[3] = {view.vx, view.vy, view.vz};
+    values_.times(v, rest_.data());
+    for (std::size_t r = 0; r < lambda_.size(); ++r)
+      lambda_[r] -= 2 * c * (rest_[r] + values_.drive()[r]) + c * c * values_.phi()[r];
+  }
+  matrix_.solve(lambda_.data());
+  values_.add_transposed(lambda_.data(), constraints_->weights().data(), a.data());
+  return true;
+}
+
+// from -= W J^T A^-1 rest_
+void ConstraintSolver::remove(std::span<const double> weights, const RowValues& values,
+                              const Axes& from) {
+  matrix_.solve(rest_.data());
+  for (double& each : rest_) each = -each;
+  values.add_transposed(rest_.data(), weights.data(), from.data());
+}
+
+// exact: the factors are those of `values`.
+bool ConstraintSolver::settle_velocities(std::span<const double> weights, const RowValues& values,
+                                         const Axes& v, bool exact) {
+  constexpr int kMost = 20;
+  double before = HUGE_VAL;
+  for (int turn = 0; turn < kMost; ++turn) {
+    values.times(v.data(), rest_.data());
+    for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] += values.drive()[r];
+    const double now = largest_of(rest_);
+    if (!std::isfinite(now)) return fail(Failure::kNotFinite, values);
+    // Roundings of the velocities; where the factors are not good enough they are made anew.
+    if (now == 0 || (turn > 0 && !(now < 0.1 * before))) {
+      if (exact || !(now > 1e-13 * before)) break;
+      matrix_.factorise(values.gradient(), weights);
+      exact = true;
+    }
+    if (turn > 0 && now <= 1e-12 * before) break;
+    before = now;
+    remove(weights, values, v);
+  }
+  return true;
+}
+
+bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                              double* memory, bool near) {
+  constexpr int kMost = 60;
+  failure_ = Failure::kNone;
+  const std::span<const double> weights = constraints_->weights();
+  double before = HUGE_VAL;
+  bool exact = false;
+  for (int turn = 0;; ++turn) {
+    if (!evaluate(t, like, q, v, memory, values_)) return false;
+    const double now = values_.largest_phi();
+    exact = false;
+    if (now <= kRoundings * constraints_->size()) {
+      if (turn == 0 && !near) matrix_.factorise(values_.gradient(), weights), exact = true;
+      break;
+    }
+    const bool slow = turn > 0 && !(now < 0.1 * before);
+    if (slow && now <= kGoodEnough * constraints_->size() && !(now < 0.5 * before)) break;
+    if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, values_);
+    if ((turn == 0 && !near) || slow) matrix_.factorise(values_.gradient(), weights);
+    before = now;
+    std::ranges::copy(values_.phi(), rest_.begin());
+    remove(weights, values_, q);
+  }
+  return settle_velocities(weights, values_, v, exact);
+}
+
+bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const Axes& q,
+                            const Axes& v, const double* memory, std::span<const double> weights,
+                            bool factorised) {
+  constexpr int kMost = 60;
+  failure_ = Failure::kNone;
+  if (!evaluate(t, like, q, v, memory, values_)) return false;
+  if (!factorised) matrix_.factorise(values_.gradient(), weights);
+
+  // To second order phi(t + d) = d (J v + drive) + d^2/2 bias.
+  values_.times(v.data(), rest_.data());
+  for (std::size_t r = 0; r < rest_.size(); ++r)
+    rest_[r] += values_.drive()[r] + 0.5 * d * values_.bias()[r];
+  remove(weights, values_, v);
+
+  const std::size_t n = weights.size();
+  const Axes led = {led_.data(), led_.data() + n, led_.data() + 2 * n};
+  double before = HUGE_VAL;
+  bool exact = true;
+  for (int turn = 0;; ++turn) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t i = 0; i < n; ++i) led[axis][i] = q[axis][i] + d * v[axis][i];
+    if (!evaluate(t + d, like, led, v, memory, other_)) return false;
+    const double now = other_.largest_phi();
+    if (now <= kRoundings * constraints_->size()) break;
+    const bool slow = turn > 0 && !(now < 0.5 * before);
+    if (slow && now <= kGoodEnough * constraints_->size()) break;
+    if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, other_);
+    if (slow && exact) {  // the way is long: factors from its end may serve better
+      matrix_.factorise(other_.gradient(), weights);
+      exact = false;
+    }
+    before = now;
+    for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] = other_.phi()[r] / d;
+    remove(weights, values_, v);
+  }
+  return true;
+}
+
+bool ConstraintSolver::hold(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                            const double* memory, std::span<const double> weights) {
+  failure_ = Failure::kNone;
+  if (!evaluate(t, like, q, v, memory, values_)) return false;
+  matrix_.factorise(values_.gradient(), weights);
+  return settle_velocities(weights, values_, v, true);
+}
+
+}  // namespace sim

@@ -1,0 +1,62 @@
+#include "core/particles/constraints/constraints.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+
+void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string& name,
+                      const std::string& place, double feedback, const ParticleView& initial) {
+  constexpr std::size_t kLine = 8;
+  constraint->bind(initial);
+  if (const std::string note = constraint->note(); !note.empty())
+    notes_.push_back("constraint '" + name + "': " + note);
+  const RowPattern pattern = constraint->pattern();
+  const auto memory = static_cast<std::size_t>(constraint->memory_size());
+  RowPattern& all = rows_.pattern;
+  rows_.parts.push_back({constraint.get(), all.rows(), all.begin.back(), memory_, memory});
+  for (std::size_t r = 1; r < pattern.begin.size(); ++r)
+    all.begin.push_back(rows_.parts.back().entry + pattern.begin[r]);
+  all.ids.insert(all.ids.end(), pattern.ids.begin(), pattern.ids.end());
+  memory_ += (memory + kLine - 1) / kLine * kLine;
+  feedback_ = std::max(feedback_, feedback);
+  parts_.push_back({std::move(constraint), name, place});
+  for (int i = 0; i < initial.n; ++i)
+    size_ = std::max(size_, initial.position(i).cwiseAbs().maxCoeff());
+}
+
+void Constraints::set_masses(std::span<const double> masses) {
+  weights_.assign(masses.size(), 0);
+  for (std::size_t i = 0; i < masses.size(); ++i)
+    if (masses[i] < HUGE_VAL) weights_[i] = 1 / masses[i];
+}
+
+bool Constraints::move() const {
+  return std::ranges::any_of(parts_, [](const Entry& each) { return each.constraint->moves(); });
+}
+
+const std::string& Constraints::title(const RowList::Part& part) const {
+  return parts_[static_cast<std::size_t>(&part - rows_.parts.data())].title;
+}
+
+const std::string& Constraints::place(const RowList::Part& part) const {
+  return parts_[static_cast<std::size_t>(&part - rows_.parts.data())].place;
+}
+
+void Constraints::start(double* memory) const {
+  std::fill_n(memory, memory_, 0.0);
+  for (const RowList::Part& part : rows_.parts)
+    part.constraint->start({memory + part.memory, part.memory_size});
+}
+
+void Constraints::follow(const ParticleView& view, double* memory) const {
+  for (const RowList::Part& part : rows_.parts) {
+    if (part.memory_size == 0) continue;
+    const std::span<double> own(memory + part.memory, part.memory_size);
+    ParticleView seen = view;
+    seen.memory = own;
+    part.constraint->follow(seen, own);
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,37 @@
+// A vector that changes with time, and its derivatives.
+#pragma once
+
+#include <memory>
+
+#include "core/math/differences.h"
+#include "core/particles/rigid_motion.h"
+
+namespace sim {
+
+// Where the center of a motion is. Derivatives come from nine of its values.
+class Driven {
+ public:
+  struct At {
+    Vec3 x, v, a;
+  };
+
+  explicit Driven(std::shared_ptr<const RigidMotion> motion) : motion_(std::move(motion)) {
+    if (moves())
+      points_ = NinePoints::best([&](double t) { return place(t); }, 0.5,
+                                 [](const Vec3& d) { return d.norm(); });
+  }
+
+  bool moves() const { return !motion_->rests(); }
+  Vec3 place(double t) const { return motion_->at(t, Vec3::Zero()).center; }
+  At at(double t) const {
+    if (!moves()) return {place(t), Vec3::Zero(), Vec3::Zero()};
+    const auto f = [&](double s) { return place(s); };
+    return {place(t), points_.first(f, t), points_.second(f, t)};
+  }
+
+ private:
+  std::shared_ptr<const RigidMotion> motion_;
+  NinePoints points_;
+};
+
+}  // namespace sim

@@ -1,0 +1,60 @@
+// What keeps the particles of a system to their constraints.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/holding_force.h"
+#include "core/particles/particles.h"
+
+namespace sim {
+
+// States are those of the particles, behind which lie the numbers of the constraints.
+class Holding {
+ public:
+  explicit Holding(Particles& particles) : particles_(&particles) {}
+
+  // One by one, and then, and whenever the masses or pins are others, begin().
+  void add(std::unique_ptr<Constraint> constraint, const std::string& name,
+           const std::string& place, double feedback, const double* initial);
+  void begin();
+
+  const Constraints& constraints() const noexcept { return constraints_; }
+  // Where their numbers lie in a state, and how many these are.
+  std::size_t memory_begin() const noexcept {
+    return particles_->layout().size() + particles_->memory_size();
+  }
+  std::size_t memory_size() const noexcept { return constraints_.memory_size(); }
+
+  // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
+  void start(double* state);
+
+  // a += what the constraints make of it; `memory` theirs. False where that is not finite.
+  bool constrain(const ParticleView& view, const double* memory, double* const a[3]);
+  // Puts a state among those allowed; near: it is the end of a step whose last evaluation was near.
+  bool settle(double t, double* state, bool near);
+
+  // Why the last step found no allowed state; empty where it did.
+  const std::string& refusal() const noexcept { return refusal_; }
+  void refuse(std::string why) { refusal_ = std::move(why); }
+
+  // Of any state; they leave nothing behind.
+  std::vector<HoldingForce> forces(double t, const double* state);
+  double driving_power(double t, const double* state);  // of constraints that move, W
+  ConstraintDrift drift(double t, const double* state) const;
+
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  bool observe(const ParticleView& now, const double* state);
+
+  Particles* particles_;
+  Constraints constraints_;
+  std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
+  std::string refusal_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace sim

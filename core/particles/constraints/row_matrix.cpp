@@ -1,0 +1,268 @@
+#include "core/particles/constraints/row_matrix.h"
+
+#include <Eigen/OrderingMethods>
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace sim {
+namespace {
+
+using Graph = std::vector<std::vector<int>>;  // of each row those before it that it meets
+
+// The columns of each row of L, ascending (the elimination tree, Liu (1990)).
+Graph rows_of_factor(const Graph& columns) {
+  const int n = static_cast<int>(columns.size());
+  std::vector<int> parent(columns.size(), -1), seen(columns.size(), -1);
+  Graph rows(columns.size());
+  for (int k = 0; k < n; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    seen[at] = k;
+    for (int i : columns[at])
+      for (; seen[static_cast<std::size_t>(i)] != k; i = parent[static_cast<std::size_t>(i)]) {
+        const auto on_way = static_cast<std::size_t>(i);
+        if (parent[on_way] < 0) parent[on_way] = k;
+        seen[on_way] = k;
+        rows[at].push_back(i);
+      }
+    std::ranges::sort(rows[at]);
+  }
+  return rows;
+}
+
+std::size_t count(const Graph& rows) {
+  std::size_t sum = 0;
+  for (const auto& row : rows) sum += row.size();
+  return sum;
+}
+
+// The same graph with row r at place place[r].
+Graph renumbered(const Graph& columns, const std::vector<int>& place) {
+  Graph result(columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    for (const int i : columns[k]) {
+      const auto [low, high] = std::minmax(place[k], place[static_cast<std::size_t>(i)]);
+      result[static_cast<std::size_t>(high)].push_back(low);
+    }
+  for (auto& column : result) std::ranges::sort(column);
+  return result;
+}
+
+std::vector<int> little_fill(const Graph& columns) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const int n = static_cast<int>(columns.size());
+  for (int k = 0; k < n; ++k) {
+    entries.emplace_back(k, k, 1.0);
+    for (const int i : columns[static_cast<std::size_t>(k)]) {
+      entries.emplace_back(i, k, 1.0);
+      entries.emplace_back(k, i, 1.0);
+    }
+  }
+  Eigen::SparseMatrix<double> graph(n, n);
+  graph.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(graph, order);
+  std::vector<int> place(columns.size());
+  for (int k = 0; k < n; ++k) place[static_cast<std::size_t>(order.indices()[k])] = k;
+  return place;
+}
+
+}  // namespace
+
+RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
+    : size_(pattern.rows()) {
+  const auto n = static_cast<std::size_t>(size_);
+  // Who meets whom, and where.
+  std::vector<std::vector<std::pair<int, int>>> at_particle(weights.size());  // row, entry
+  for (int r = 0; r < size_; ++r)
+    for (int e = pattern.begin[static_cast<std::size_t>(r)];
+         e < pattern.begin[static_cast<std::size_t>(r) + 1]; ++e) {
+      const auto i = static_cast<std::size_t>(pattern.ids[static_cast<std::size_t>(e)]);
+      if (weights[i] > 0) at_particle[i].emplace_back(r, e);
+    }
+  Graph columns(n);
+  for (const auto& here : at_particle)
+    for (const auto& [r, e] : here)
+      for (const auto& [s, f] : here)
+        if (s < r) columns[static_cast<std::size_t>(r)].push_back(s);
+  for (auto& column : columns) {
+    std::ranges::sort(column);
+    column.erase(std::unique(column.begin(), column.end()), column.end());
+  }
+
+  // The order: as given, unless another has less fill.
+  std::vector<int> place(n);
+  for (int r = 0; r < size_; ++r) place[static_cast<std::size_t>(r)] = r;
+  if (const std::size_t least = count(columns); count(rows_of_factor(columns)) > least) {
+    std::vector<int> other = little_fill(columns);
+    if (count(rows_of_factor(renumbered(columns, other))) < count(rows_of_factor(columns)))
+      place = std::move(other);
+  }
+  columns = renumbered(columns, place);
+  row_at_.resize(n);
+  for (int r = 0; r < size_; ++r)
+    row_at_[static_cast<std::size_t>(place[static_cast<std::size_t>(r)])] = r;
+
+  // The entries of A and what each is the sum of.
+  entry_begin_.push_back(0);
+  for (int k = 0; k < size_; ++k) {
+    for (const int i : columns[static_cast<std::size_t>(k)]) entry_row_.push_back(i);
+    entry_row_.push_back(k);
+    entry_begin_.push_back(static_cast<int>(entry_row_.size()));
+  }
+  std::vector<std::tuple<int, int, int, int>> parts;  // entry, particle, a, b
+  for (std::size_t i = 0; i < at_particle.size(); ++i)
+    for (const auto& [r, e] : at_particle[i])
+      for (const auto& [s, f] : at_particle[i]) {
+        const int low = place[static_cast<std::size_t>(s)],
+                  high = place[static_cast<std::size_t>(r)];
+        if (low > high || (r == s && f != e)) continue;
+        const auto begin = entry_row_.begin() + entry_begin_[static_cast<std::size_t>(high)];
+        const auto end = entry_row_.begin() + entry_begin_[static_cast<std::size_t>(high) + 1];
+        const auto entry = std::lower_bound(begin, end, low) - entry_row_.begin();
+        parts.emplace_back(static_cast<int>(entry), static_cast<int>(i), f, e);
+      }
+  std::ranges::sort(parts);
+  product_begin_.assign(entry_row_.size() + 1, 0);
+  for (const auto& [entry, i, a, b] : parts) {
+    products_.push_back({a, b, i});
+    ++product_begin_[static_cast<std::size_t>(entry) + 1];
+  }
+  for (std::size_t k = 1; k < product_begin_.size(); ++k)
+    product_begin_[k] += product_begin_[k - 1];
+  entries_.resize(entry_row_.size());
+  analyse(columns);
+}
+
+void RowMatrix::analyse(const std::vector<std::vector<int>>& columns) {
+  const auto n = static_cast<std::size_t>(size_);
+  const Graph rows = rows_of_factor(columns);
+  column_begin_.assign(n + 1, 0);
+  for (const auto& row : rows)
+    for (const int column : row) ++column_begin_[static_cast<std::size_t>(column) + 1];
+  for (std::size_t k = 1; k <= n; ++k) column_begin_[k] += column_begin_[k - 1];
+  std::vector<int> next(column_begin_.begin(), column_begin_.end());
+  rows_.resize(static_cast<std::size_t>(column_begin_.back()));
+  place_begin_.push_back(0);
+  for (int k = 0; k < size_; ++k) {
+    for (const int column : rows[static_cast<std::size_t>(k)]) {
+      const int slot = next[static_cast<std::size_t>(column)]++;
+      rows_[static_cast<std::size_t>(slot)] = k;
+      places_.push_back({column, slot});
+    }
+    place_begin_.push_back(static_cast<int>(places_.size()));
+  }
+  values_.resize(rows_.size());
+  for (std::vector<double>* each : {&inverse_, &work_, &x_, &rest_, &found_}) each->assign(n, 0);
+  empty_.assign(n, 0);
+}
+
+void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights) {
+  for (std::size_t e = 0; e < entries_.size(); ++e) {
+    double sum = 0;
+    for (int p = product_begin_[e]; p < product_begin_[e + 1]; ++p) {
+      const Product& product = products_[static_cast<std::size_t>(p)];
+      sum += weights[static_cast<std::size_t>(product.particle)] *
+             gradient[static_cast<std::size_t>(product.a)].dot(
+                 gradient[static_cast<std::size_t>(product.b)]);
+    }
+    entries_[e] = sum;
+  }
+  constexpr double kShift = 1e-9;
+  dependent_ = 0;
+  first_dependent_ = -1;
+  shifted_ = !eliminate(0);
+  if (shifted_) eliminate(kShift);
+}
+
+// False when a pivot is so small that its row seems to follow from those before.
+bool RowMatrix::eliminate(double shift) {
+  constexpr double kLeastPivot = 1e-11;
+  bool regular = true;
+  for (int k = 0; k < size_; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    for (int e = entry_begin_[at]; e < entry_begin_[at + 1]; ++e)
+      work_[static_cast<std::size_t>(entry_row_[static_cast<std::size_t>(e)])] =
+          entries_[static_cast<std::size_t>(e)];
+    const double diagonal = work_[at];
+    double d = diagonal * (1 + shift);
+    work_[at] = 0;
+    for (int p = place_begin_[at]; p < place_begin_[at + 1]; ++p) {
+      const auto [column, slot] = places_[static_cast<std::size_t>(p)];
+      const auto c = static_cast<std::size_t>(column);
+      const double y = work_[c];
+      work_[c] = 0;
+      for (int q = column_begin_[c]; q < slot; ++q)
+        work_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(q)])] -=
+            values_[static_cast<std::size_t>(q)] * y;
+      const double l = y * inverse_[c];
+      d -= l * y;
+      values_[static_cast<std::size_t>(slot)] = l;
+    }
+    empty_[at] = !(diagonal > 0 || diagonal < 0 || diagonal != diagonal);
+    if (empty_[at]) {
+      d = 1;
+    } else if (shift == 0 && d <= kLeastPivot * diagonal) {
+      ++dependent_;
+      if (first_dependent_ < 0) first_dependent_ = row_at_[at];
+      regular = false;
+      d = diagonal;  // the rows that follow are looked at all the same
+    }
+    inverse_[at] = 1 / d;
+  }
+  return regular;
+}
+
+// By the factors, in their order.
+void RowMatrix::substitute(double* x) const {
+  for (int k = 0; k < size_; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const double y = x[k];
+    for (int q = column_begin_[at]; q < column_begin_[at + 1]; ++q)
+      x[rows_[static_cast<std::size_t>(q)]] -= values_[static_cast<std::size_t>(q)] * y;
+  }
+  for (int k = size_ - 1; k >= 0; --k) {
+    const auto at = static_cast<std::size_t>(k);
+    double sum = x[k] * inverse_[at];
+    for (int q = column_begin_[at]; q < column_begin_[at + 1]; ++q)
+      sum -= values_[static_cast<std::size_t>(q)] * x[rows_[static_cast<std::size_t>(q)]];
+    x[k] = sum;
+  }
+}
+
+// out := A x, in the order of the factors.
+void RowMatrix::multiply(const double* x, double* out) const {
+  std::fill_n(out, size_, 0.0);
+  for (int k = 0; k < size_; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    for (int e = entry_begin_[at]; e < entry_begin_[at + 1]; ++e) {
+      const int i = entry_row_[static_cast<std::size_t>(e)];
+      const double value = entries_[static_cast<std::size_t>(e)];
+      out[i] += value * x[k];
+      if (i != k) out[k] += value * x[i];
+    }
+  }
+}
+
+void RowMatrix::solve(double* x) {
+  const auto n = static_cast<std::size_t>(size_);
+  for (std::size_t k = 0; k < n; ++k)
+    x_[k] = empty_[k] ? 0.0 : x[static_cast<std::size_t>(row_at_[k])];
+  if (!shifted_) {
+    substitute(x_.data());
+  } else {
+    constexpr int kRefinements = 4;
+    rest_ = x_;
+    std::ranges::fill(found_, 0.0);
+    for (int turn = 0; turn < kRefinements; ++turn) {
+      substitute(rest_.data());
+      for (std::size_t k = 0; k < n; ++k) found_[k] += rest_[k];
+      multiply(found_.data(), rest_.data());
+      for (std::size_t k = 0; k < n; ++k) rest_[k] = empty_[k] ? 0.0 : x_[k] - rest_[k];
+    }
+    x_ = found_;
+  }
+  for (std::size_t k = 0; k < n; ++k) x[static_cast<std::size_t>(row_at_[k])] = x_[k];
+}
+
+}  // namespace sim

@@ -1,0 +1,71 @@
+#include "core/particles/constraints/row_values.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+
+const RowList::Part& RowList::part_of(int row) const {
+  const auto after = std::ranges::upper_bound(parts, row, {}, &Part::row);
+  return *(after - 1);
+}
+
+std::string RowList::name(int row) const {
+  const Part& part = part_of(row);
+  return part.constraint->name(row - part.row);
+}
+
+RowValues::RowValues(const RowList& list)
+    : list_(&list),
+      phi_(static_cast<std::size_t>(list.rows())),
+      drive_(phi_.size()),
+      bias_(phi_.size()),
+      gradient_(list.pattern.ids.size()) {}
+
+bool RowValues::evaluate(ParticleView view, const double* memory) {
+  for (const RowList::Part& part : list_->parts) {
+    view.memory = {memory + part.memory, part.memory_size};
+    part.constraint->evaluate(view, {phi_.data() + part.row, gradient_.data() + part.entry,
+                                     drive_.data() + part.row, bias_.data() + part.row});
+  }
+  double poison = 0;
+  for (std::size_t r = 0; r < phi_.size(); ++r) poison += 0 * (phi_[r] + drive_[r] + bias_[r]);
+  for (const Vec3& each : gradient_) poison += 0 * (each.x() + each.y() + each.z());
+  return poison == 0;
+}
+
+double RowValues::largest_phi() const {
+  double most = 0;
+  for (const double phi : phi_) most = std::max(most, std::fabs(phi));
+  return most;
+}
+
+void RowValues::times(const double* const v[3], double* out) const {
+  const RowPattern& pattern = list_->pattern;
+  for (std::size_t r = 0; r < phi_.size(); ++r) {
+    double sum = 0;
+    for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
+      const auto at = static_cast<std::size_t>(e);
+      const int i = pattern.ids[at];
+      const Vec3& g = gradient_[at];
+      sum += g.x() * v[0][i] + g.y() * v[1][i] + g.z() * v[2][i];
+    }
+    out[r] = sum;
+  }
+}
+
+void RowValues::add_transposed(const double* lambda, const double* weights,
+                               double* const v[3]) const {
+  const RowPattern& pattern = list_->pattern;
+  for (std::size_t r = 0; r < phi_.size(); ++r)
+    for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
+      const auto at = static_cast<std::size_t>(e);
+      const int i = pattern.ids[at];
+      const double s = weights[i] * lambda[r];
+      v[0][i] += s * gradient_[at].x();
+      v[1][i] += s * gradient_[at].y();
+      v[2][i] += s * gradient_[at].z();
+    }
+}
+
+}  // namespace sim

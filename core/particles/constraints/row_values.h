@@ -1,0 +1,53 @@
+// All equations of a system side by side, and their values at one state.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/particles/constraint.h"
+
+namespace sim {
+
+// The equations of all constraints that act, in their order: what does not change.
+struct RowList {
+  struct Part {
+    const Constraint* constraint;
+    int row = 0, entry = 0;  // its first
+    std::size_t memory = 0, memory_size = 0;
+  };
+  std::vector<Part> parts;
+  RowPattern pattern;
+
+  int rows() const { return pattern.rows(); }
+  const Part& part_of(int row) const;
+  std::string name(int row) const;  // of the equation
+};
+
+// phi, J = d phi / d x, d phi / d t and the bias of all rows at one state.
+class RowValues {
+ public:
+  explicit RowValues(const RowList& list);
+
+  // memory: of all constraints. False where a number is not finite.
+  bool evaluate(ParticleView view, const double* memory);
+
+  std::span<const double> phi() const { return phi_; }
+  std::span<const double> drive() const { return drive_; }
+  std::span<const double> bias() const { return bias_; }
+  std::span<const Vec3> gradient() const { return gradient_; }
+  double largest_phi() const;
+
+  // out := J v
+  void times(const double* const v[3], double* out) const;
+  // v += W J^T lambda
+  void add_transposed(const double* lambda, const double* weights, double* const v[3]) const;
+
+ private:
+  const RowList* list_;
+  std::vector<double> phi_, drive_, bias_;
+  std::vector<Vec3> gradient_;
+};
+
+}  // namespace sim

@@ -1,0 +1,35 @@
+// How often surfaces pass through each other or themselves.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/view.h"
+
+namespace sim::study {
+
+class Crossings {
+ public:
+  // All of them together, on the same particles.
+  explicit Crossings(std::span<const std::shared_ptr<const TriangleMesh>> surfaces);
+
+  // Pairs of an edge and a triangle without a common corner that meet; what only touches, to
+  // rounding, does not count.
+  std::int64_t count(const ParticleView& view);
+  std::size_t triangles() const { return triangles_.size(); }
+
+ private:
+  struct Box {
+    double least[3], most[3];
+    int of;
+  };
+
+  std::vector<TriangleMesh::Triangle> triangles_;
+  std::vector<std::array<int, 2>> edges_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace sim::study
