@@ -182,8 +182,9 @@ Holding& ParticleSystem::hold() {
   return *holding_;
 }
 
-void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned) {
-  Particles::set_masses(masses, pinned);
+void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
+                                bool some_move) {
+  Particles::set_masses(masses, pinned, some_move);
   if (holding_) holding_->begin();
 }
 

@@ -19,7 +19,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // Makes room for constraints, which may then be added; null where there are none.
   Holding& hold();
   Holding* holding() const noexcept { return holding_.get(); }
-  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned);
+  void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
+                  bool some_move = false);
 
   bool confined() const noexcept override { return !contacts().empty() || holding_; }
   bool settle(double t, double* x) override;
