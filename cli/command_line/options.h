@@ -12,6 +12,7 @@
 #include "cli/verbs/minimal.h"
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
+#include "cli/verbs/rest.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
@@ -26,7 +27,7 @@ struct Message {
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ListRequest, DescribeRequest, DoctorRequest,
                StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest, TestRequest,
-               NewPluginRequest>
+               NewPluginRequest, RestRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
