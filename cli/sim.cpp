@@ -59,6 +59,9 @@ struct Dispatch {
   int verb(const TradeoffRequest& request, const Environment& env, sim::Registry& registry) const {
     return tradeoff(request, env, registry, console);
   }
+  int verb(const RestRequest& request, const Environment& env, sim::Registry& registry) const {
+    return rest(request, env, registry, console);
+  }
   int verb(const MinimalRequest& request, const Environment& env, sim::Registry& registry) const {
     return minimal(request, env, registry, console);
   }

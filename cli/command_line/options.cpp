@@ -60,8 +60,8 @@ struct Texts {
   OutTexts out;
   ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
-       verify = false, no_verify = false, man = false;
-  std::string adjacency_scene, adjacency_particle, list_what, describe_name;
+       verify = false, no_verify = false, from_rest = false, man = false;
+  std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene;
   std::string test_library;
   std::string plugin_words[3];
   PlotRequest plot;
@@ -86,6 +86,7 @@ class Parser {
   SceneRequest scene_request(const std::string& scene) const;
   RunRequest run_request() const;
   AdjacencyRequest adjacency_request() const;
+  RestRequest rest_request() const;
   StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
   PlotRequest plot_request() const;
@@ -93,7 +94,7 @@ class Parser {
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
 };
@@ -150,6 +151,9 @@ Parser::Parser() {
             "count from the start of the first run"),
       value("--replay", t.replay, "FILE",
             "repeats what hands did, with the same bits:\na file of sim view --record"),
+      app_.add_flag("--from-rest", t.from_rest,
+                    "starts where the scene comes to rest, see sim rest")
+          ->disable_flag_override(),
       value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
       app_.add_flag("--verify", t.verify,
                     "run it again with half the step, however long\n"
@@ -180,6 +184,8 @@ Parser::Parser() {
   adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
   adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
   adjacency_->add_option("I", t.adjacency_particle, "particle; NAME:I in a world")->type_name("");
+  rest_ = verb("rest", "SCENE: where it comes to rest, and what force is left");
+  rest_->add_option("SCENE", t.rest_scene, "Lua file; takes --dump[=FILE]")->type_name("");
   list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
   list_
       ->add_option("WHAT", t.list_what,
@@ -234,6 +240,8 @@ void Parser::check_verb(const CLI::App& chosen) const {
     if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt" ||
                              option->get_name() == "--tol"))
       continue;
+    const bool of_rest = option->get_name() == "--dump" || option->get_name() == "--quiet";
+    if (&chosen == rest_ && of_rest) continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -297,6 +305,7 @@ RunRequest Parser::run_request() const {
       usage_error("no length of its own", "--replay with --time, --steps, --resume or the like",
                   "a replay is as long as its recording", "leave the other out");
   }
+  request.from_rest = t.from_rest;
   if (t.verify && t.no_verify)
     usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");
   request.verify = t.verify ? Verify::kAlways : t.no_verify ? Verify::kNever : Verify::kQuick;
@@ -358,6 +367,15 @@ AdjacencyRequest Parser::adjacency_request() const {
           particle_choice("sim adjacency", texts_.adjacency_particle), texts_.json};
 }
 
+RestRequest Parser::rest_request() const {
+  RestRequest request{.scene = scene_request(texts_.rest_scene),
+                      .dump = {},
+                      .json = texts_.json,
+                      .quiet = texts_.quiet};
+  if (!texts_.dump.empty()) request.dump = parse_target("--dump", texts_.dump);
+  return request;
+}
+
 CommandLine Parser::parse(int argc, const char* const* argv) {
   try {
     app_.parse(command_words(argc, argv));
@@ -386,6 +404,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   check_verb(*chosen.front());
   if (chosen.front() == adjacency_) {
     line.request = adjacency_request();
+  } else if (chosen.front() == rest_) {
+    line.request = rest_request();
   } else if (chosen.front() == list_) {
     line.request = ListRequest{texts_.list_what, texts_.json, texts_.luacats};
   } else if (chosen.front() == describe_) {

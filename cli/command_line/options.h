@@ -14,6 +14,7 @@
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/plot_table.h"
+#include "cli/verbs/rest.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/sweep.h"
 #include "cli/verbs/test_plugin.h"
@@ -30,7 +31,8 @@ struct Message {
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
                DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
-               CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest>
+               CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest,
+               RestRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

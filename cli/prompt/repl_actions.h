@@ -13,6 +13,7 @@ Answer reset(Call& call);
 Answer back(Call& call);
 Answer go_to(Call& call);
 Answer undo(Call& call);
+Answer rest(Call& call);
 Answer t(Call& call);
 Answer taken(Call& call);
 Answer branch(Call& call);

@@ -20,6 +20,7 @@ const std::array kCommands = std::to_array<Command>({
     {"time", "back", "back", "[N]", "N steps back, or one, bit for bit", actions::back},
     {"time", "goto", "goto_time", "T", "to the step nearest to T s, back or on", actions::go_to},
     {"time", "undo", "undo", "", "takes back the last change by hand; t stays", actions::undo},
+    {"time", "rest", "rest", "", "to where the scene comes to rest; t stays", actions::rest},
     {"time", "reset", "reset", "", "to t = 0; integrator, dt and pins stay", actions::reset},
     {"time", "t", "t", "", "the time in s", actions::t},
     {"time", "taken", "taken", "", "the number of steps taken", actions::taken},

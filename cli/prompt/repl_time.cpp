@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "cli/prompt/repl_actions.h"
+#include "cli/terminal/signals.h"
+#include "cli/verbs/rest.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 
@@ -54,6 +56,19 @@ Answer reset(Call& call) {
   call.take(0, 0);
   call.session.live().reset();
   return {};
+}
+
+Answer rest(Call& call) {
+  call.take(0, 0);
+  study::Rest found;
+  call.session.live().edit([&](Simulation& system) {
+    found = study::come_to_rest(system, SessionSignals::any);
+    if (found.why == "interrupted") SessionSignals::check();
+    if (!found.found)
+      throw Error(ErrorKind::kUsage,
+                  {"no rest was found", system.name(), found.why, "pin a particle"});
+  });
+  return words(rest_text(found), found.force);
 }
 
 Answer back(Call& call) {

@@ -15,6 +15,7 @@
 #include "cli/run/summary.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
+#include "cli/verbs/rest.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
@@ -443,6 +444,10 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     resume_all(scene, request.scene, *saved, *asked.resume, registry);
     for (const auto& system : saved->systems)
       accounts.push_back({system.start_energy, system.work});
+  }
+  if (request.from_rest) {
+    const Interrupts interrupts;
+    bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,

@@ -27,6 +27,7 @@ struct RunRequest {
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
   std::optional<std::string> snap, resume;  // files of checkpoints
   std::optional<std::string> replay;        // a recording; the run is as long as that
+  bool from_rest = false;                   // starts where the scene comes to rest
   std::optional<Checks> checks;
   OutRequest out;  // pictures, films and files for other programs
   bool json = false, quiet = false;

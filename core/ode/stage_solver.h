@@ -9,12 +9,16 @@
 namespace sim {
 
 struct StageOptions {
-  double tolerance = 1e-8;  // of the residual, relative to the one at the guess
-  int newton_steps = 500;   // at most; 1: one linearised step, taken as it is
+  // Of the residual, relative to the one at the guess; 0: by what the step itself can be off, so
+  // that a method of this order loses a small part of its accuracy.
+  double tolerance = 0;
+  int order = 1;
+  int newton_steps = 10000;  // at most; 1: one linearised step, taken as it is
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
   // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.
   enum class Method { kNewton, kLocalGlobal } method = Method::kNewton;
-  // Where the exact Hessian is not positive definite: never use it, or only there do not.
+  // What compressed springs push across their length: as it is where that leaves the Hessian
+  // positive definite, else less; or never.
   enum class Hessian { kExact, kClamped } hessian = Hessian::kExact;
 };
 

@@ -21,8 +21,10 @@ constexpr double kShareOfLimit = 0.5;
 // one whose own steps come down to a quarter of that is not.
 constexpr double kStiffest = 200, kNotStiff = 50;
 constexpr int kShortSteps = 10;  // one after the other, until it is given up
-// An implicit method of order 2 takes too many steps below this tolerance.
-constexpr double kImplicit = 1e-7;
+// An implicit method of order 4 takes too many steps below this tolerance.
+constexpr double kImplicit = 1e-10;
+// What is stiff has numbers far below its tolerance that decide all the same.
+constexpr double kLoosest = 1e-5;
 // A splitting with steps backwards in time multiplies rounding errors by e^(gamma h) in them.
 constexpr double kMostDamping = 1;
 // Below this h omega nothing that is fast now tells what will be.
@@ -38,9 +40,7 @@ class Automatic final : public sim::Integrator {
       : tol_(params.number("tol")), other_(std::move(other)) {}
 
   sim::IntegratorInfo info() const noexcept override {
-    sim::IntegratorInfo info = method_ ? method_->info() : sim::IntegratorInfo{};
-    info.adaptive = info.adaptive || choice_ == kStiff;
-    return info;
+    return method_ ? method_->info() : sim::IntegratorInfo{};
   }
 
   void prepare(sim::OdeSystem& system) override {
@@ -52,7 +52,6 @@ class Automatic final : public sim::Integrator {
 
   void restart(double t, double h, const double* x) override {
     spent_ = hold_ = short_ = 0;
-    own_ = h;
     choose(t, h, x);
     method_->restart(t, step_of(h), x);
   }
@@ -62,9 +61,7 @@ class Automatic final : public sim::Integrator {
     if (spent_ >= kLook) look_again(t, h, x);
     const sim::Effort before = method_->effort();
     sim::Advance now;
-    if (choice_ == kStiff)
-      now = controlled(system, t, h, x, x_next);
-    else if (method_->info().adaptive)
+    if (method_->info().adaptive)
       now = method_->advance(system, t, h, 1, x, x_next);
     else
       now = equal_steps(system, t, h, most, x, x_next);
@@ -73,12 +70,13 @@ class Automatic final : public sim::Integrator {
       if (!hard || tol_ < kImplicit || system.confined()) return now;
       // What stops explicit steps within h may be stiffness that was not there at its start.
       take(kStiff);
-      own_ = h;
-      reason_ = "auto: trbdf2, steps of its own: explicit ones failed";
+      method_->restart(t, h, x);
+      reason_ = "auto: esdirk43, steps of its own: explicit ones failed";
       return advance(system, t, h, most, x, x_next);
     }
     // However many equal steps were taken at once, the next look comes at the same time.
-    const bool equal = choice_ != kStiff && !method_->info().adaptive;
+    const bool equal = !method_->info().adaptive;
+    if (choice_ == kStiff) watch_steps(h, method_->effort().steps - before.steps);
     spent_ += equal ? static_cast<double>(now.taken) * cost_of(h)
                     : static_cast<double>(method_->effort().evaluations - before.evaluations);
     hold_ = std::max(0.0, hold_ - now.taken);
@@ -88,7 +86,7 @@ class Automatic final : public sim::Integrator {
   // What was chosen depends on where the run was started and has been, so it is kept.
   std::vector<double> memory() const override {
     std::vector<double> memory{
-        static_cast<double>(choice_), longest_, own_, rate_, spent_, hold_, short_};
+        static_cast<double>(choice_), longest_, rate_, spent_, hold_, short_};
     const std::vector<double> inner = method_->memory();
     memory.insert(memory.end(), inner.begin(), inner.end());
     return memory;
@@ -96,23 +94,22 @@ class Automatic final : public sim::Integrator {
 
   // Takes nothing that it cannot have said itself.
   void recall(std::span<const double> memory) override {
-    constexpr std::size_t kOwn = 7;
+    constexpr std::size_t kOwn = 6;
     if (memory.size() < kOwn) return;
     const double last = static_cast<int>(kClassic);
     const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
     const bool known = choice != kNone && choice == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl));
-    const bool lengths = memory[1] > 0 && memory[2] > 0;
-    const auto counts = memory.subspan(3, 4);
+    const bool lengths = memory[1] > 0;
+    const auto counts = memory.subspan(2, 4);
     if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))
       return;
     take(static_cast<Choice>(choice));
     longest_ = memory[1];
-    own_ = memory[2];
-    rate_ = memory[3];
-    spent_ = memory[4];
-    hold_ = memory[5];
-    short_ = memory[6];
+    rate_ = memory[2];
+    spent_ = memory[3];
+    hold_ = memory[4];
+    short_ = memory[5];
     method_->recall(memory.subspan(kOwn));
   }
 
@@ -120,7 +117,7 @@ class Automatic final : public sim::Integrator {
     if (!method_) return past_;
     sim::Effort sum = past_;
     const sim::Effort now = method_->effort();
-    sum.steps += choice_ == kStiff ? 0 : now.steps;
+    sum.steps += now.steps;
     sum.rejected += now.rejected;
     sum.evaluations += now.evaluations;
     sum.newton += now.newton;
@@ -153,13 +150,21 @@ class Automatic final : public sim::Integrator {
   void take(Choice choice) {
     if (choice == choice_) return;
     past_ = effort();
-    constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "trbdf2", "rk4"};
+    constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "esdirk43", "rk4"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
+    if (choice == kStiff) given["tol"] = std::min(tol_, kLoosest);
     method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
     name_ = kNames[choice];
     choice_ = choice;
+  }
+
+  // Implicit steps that come down to where explicit ones are cheaper ask for another look.
+  void watch_steps(double h, std::int64_t steps) {
+    const bool shorter = steps > 1 && h / static_cast<double>(steps) * rate_ < kNotStiff;
+    short_ = shorter ? short_ + static_cast<double>(steps) : 0;
+    if (short_ >= kShortSteps) spent_ = kLook;
   }
 
   // The error of a step against two of half its size, over what is allowed of it: tol + tol |x| in
@@ -184,46 +189,6 @@ class Automatic final : public sim::Integrator {
       if (!(error <= most)) most = error;
     }
     return std::isnan(most) ? HUGE_VAL : most;
-  }
-
-  // Implicit steps of its own size, by step doubling: Hairer, Norsett & Wanner (1993), II.4.
-  sim::Advance controlled(sim::OdeSystem& system, double t, double h, const double* x,
-                          double* x_next) {
-    constexpr double kSafe = 0.9, kLeast = 0.2, kMost = 3, kSmallest = 1e-12;
-    const double own = own_, shorts = short_;
-    const auto stop = [&](sim::StepStatus status) {
-      own_ = own;
-      short_ = shorts;
-      std::copy(x, x + between_.size(), x_next);
-      return sim::Advance{status};
-    };
-    std::copy(x, x + between_.size(), between_.data());
-    for (double done = 0; done < h;) {
-      if (system.stopped()) return stop(sim::StepStatus::kStopped);
-      const bool last = own_ > 0.999 * (h - done);
-      const double s = last ? h - done : own_;
-      sim::StepStatus status;
-      const double error = error_of(system, t + done, s, between_.data(), status);
-      if (status == sim::StepStatus::kStopped) return stop(status);
-      const double order = method_->info().order + 1.0;
-      const double factor =
-          std::isinf(error) ? kLeast : kSafe * sim::power(std::max(error, 1e-6), -1 / order);
-      if (!(error <= 1)) {
-        ++past_.rejected;
-        own_ = s * std::clamp(factor, kLeast, kSafe);
-        if (own_ < kSmallest * h) return stop(sim::StepStatus::kStepTooSmall);
-        continue;
-      }
-      ++past_.steps;
-      short_ = s * rate_ < kNotStiff && !last ? short_ + 1 : 0;
-      if (!last || factor < 1) own_ = s * std::clamp(factor, kLeast, kMost);
-      own_ = std::max(own_, last ? std::min(own, h) : 0.0);
-      done = last ? h : done + s;
-      std::swap(between_, fine_);
-    }
-    std::copy(between_.data(), between_.data() + between_.size(), x_next);
-    if (short_ >= kShortSteps) spent_ = kLook;  // look again before the next
-    return {sim::StepStatus::kDone, 1};
   }
 
   // Equal steps, of which the method may take more than were asked for: then as many as end where a
@@ -267,7 +232,6 @@ class Automatic final : public sim::Integrator {
     short_ = 0;
     choose(t, h, x);
     if (choice_ != before || longest_ != longest) {
-      own_ = h;
       method_->restart(t, step_of(h), x);
     }
   }
@@ -340,10 +304,10 @@ class Automatic final : public sim::Integrator {
   std::unique_ptr<sim::Integrator> method_;
   Choice choice_ = kNone;
   std::string name_, reason_;
-  double longest_ = 0;                     // equal step of the method, s
-  double own_ = 0, rate_ = 0, short_ = 0;  // implicit step, s; fastest mode, 1/s; short steps
-  double spent_ = 0, hold_ = 0;            // evaluations since a look; steps without implicit ones
-  sim::Effort past_;                       // of methods before
+  double longest_ = 0;           // equal step of the method, s
+  double rate_ = 0, short_ = 0;  // fastest mode, 1/s; short implicit steps
+  double spent_ = 0, hold_ = 0;  // evaluations since a look; steps without implicit ones
+  sim::Effort past_;             // of methods before
   sim::Array between_, coarse_, half_, fine_;
 };
 
@@ -356,8 +320,8 @@ SIM_PLUGIN(Integrator, "auto") {
   plugin.formula =
       "omega, gamma: of the fastest mode, at the start and every 2000 evaluations\n"
       "colliders:                verlet; rk4 with forces of velocity\n"
-      "stiff (h omega > 200):    trbdf2 in steps of its own, to tol by step doubling,\n"
-      "                          until those come below 50 / omega\n"
+      "stiff (h omega > 200):    esdirk43 to tol, or 1e-5 where tol is more,\n"
+      "                          until its steps come below 50 / omega\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"
       "  tol >= 1e-7:            pefrl; verlet where h gamma > 1\n"

@@ -30,26 +30,28 @@ constexpr sim::Tableau<3> kTrBdf2{.a = {{{0, 0, 0}, {kG / 2, kG / 2, 0}, {kW, kW
 static_assert(sim::order_conditions(kTrBdf2) == 2);
 
 std::vector<sim::Param> params() {
-  return {{.name = "tol",
-           .default_value = 1e-8,
-           .doc = "residual of the equations at the end, relative to the one at the start",
-           .min = 0,
-           .max = 0.5},
-          {.name = "newton_steps",
-           .type = sim::ParamType::kInteger,
-           .default_value = std::int64_t{500},
-           .doc = "at most so many; 1 = one linearised step, taken as it is (Baraff & Witkin 1998)",
-           .min = 1,
-           .max = 10000},
-          {.name = "solver",
-           .type = sim::ParamType::kText,
-           .default_value = std::string("auto"),
-           .doc = "of the linear equations: auto (by size), cg (matrix-free) or ldlt (sparse)"},
-          {.name = "hessian",
-           .type = sim::ParamType::kText,
-           .default_value = std::string("exact"),
-           .doc = "of compressed springs: exact (and clamped where that is not positive definite) "
-                  "or clamped"}};
+  return {
+      {.name = "tol",
+       .default_value = 0.0,
+       .doc = "residual of the equations at the end, relative to the one at the start; 0: small "
+              "enough that the error of the method stays what it is",
+       .min = 0,
+       .max = 0.5},
+      {.name = "newton_steps",
+       .type = sim::ParamType::kInteger,
+       .default_value = std::int64_t{10000},
+       .doc = "at most so many; 1 = one linearised step, taken as it is (Baraff & Witkin 1998)",
+       .min = 1,
+       .max = 10000},
+      {.name = "solver",
+       .type = sim::ParamType::kText,
+       .default_value = std::string("auto"),
+       .doc = "of the linear equations: auto (by size), cg (matrix-free) or ldlt (sparse)"},
+      {.name = "hessian",
+       .type = sim::ParamType::kText,
+       .default_value = std::string("exact"),
+       .doc = "of compressed springs: exact (and less of it where that is not positive "
+              "definite) or clamped"}};
 }
 
 template <class T>
@@ -64,10 +66,11 @@ T choice(const sim::Params& given, const std::string& name,
                                             "it is '" + given.text(name) + "'", "known: " + known});
 }
 
-sim::StageOptions options(const sim::Params& given) {
+sim::StageOptions options(const sim::Params& given, int order) {
   using Solver = sim::StageOptions::Solver;
   using Hessian = sim::StageOptions::Hessian;
   return {.tolerance = given.number("tol"),
+          .order = order,
           .newton_steps = static_cast<int>(given.integer("newton_steps")),
           .solver = choice<Solver>(
               given, "solver",
@@ -86,7 +89,7 @@ SIM_PLUGIN(Integrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .source = "Baraff & Witkin (1998), SIGGRAPH; Martin et al. (2011), ACM TOG 30(4) 72",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kImplicitEuler, 1, options(given));
+        return std::make_unique<sim::DiagonallyImplicit>(kImplicitEuler, 1, options(given, 1));
       }});
   registrar.add(sim::IntegratorPlugin{
       {.name = "implicit_midpoint",
@@ -95,7 +98,7 @@ SIM_PLUGIN(Integrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .source = "Hairer, Lubich & Wanner (2006), Geometric Numerical Integration, section II.1",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kImplicitMidpoint, 2, options(given),
+        return std::make_unique<sim::DiagonallyImplicit>(kImplicitMidpoint, 2, options(given, 2),
                                                          true);
       }});
   registrar.add(sim::IntegratorPlugin{
@@ -109,7 +112,7 @@ SIM_PLUGIN(Integrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
                  "Numer. Math. 20, 21-37",
        .params = params()},
       [](const sim::Params& given) {
-        return std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given));
+        return std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given, 2));
       }});
   registrar.add(sim::IntegratorPlugin{
       {.name = "bdf2",
@@ -120,6 +123,7 @@ SIM_PLUGIN(Integrator, "implicit_euler/i implicit_midpoint trbdf2 bdf2") {
        .params = params()},
       [](const sim::Params& given) {
         return std::make_unique<sim::Bdf2>(
-            options(given), std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given)));
+            options(given, 2),
+            std::make_unique<sim::DiagonallyImplicit>(kTrBdf2, 2, options(given, 2)));
       }});
 }

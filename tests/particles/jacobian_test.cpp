@@ -139,7 +139,7 @@ TEST_CASE("the matrix of a stage is that of the Jacobian, its diagonal too", "[p
       const double tau = 0.3;
       const ParticleView view = scene.system->view(0.3, scene.x.data());
       StageMatrix matrix(*scene.system);
-      matrix.at(view, tau, false);
+      matrix.at(view, tau, {});
       const auto jacobian = scene.system->jacobian();
       jacobian->at(0.3, scene.x.data());
 
@@ -187,7 +187,7 @@ TEST_CASE("every spring is visited once with its stiffness", "[particles]") {
   const ParticleView view = scene.system->view(0, scene.x.data());
   const double* const q[3] = {view.x, view.y, view.z};
   Stiffness stiffness(*scene.system);
-  stiffness.at(q, false);
+  stiffness.at(q, {});
   // The sums of |K| over the springs of each particle, against those of the springs themselves.
   std::vector<double> found(Scene::kParticles), expected(Scene::kParticles);
   const auto size = [](const SpringStiffness& s) { return s.along * s.along + std::abs(s.across); };

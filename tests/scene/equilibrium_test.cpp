@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/error.h"
+#include "core/study/rest.h"
 #include "tests/support/scenes.h"
 #include "tests/support/table.h"
 
@@ -91,4 +93,45 @@ TEST_CASE("the cloth comes to rest where the reference says") {
   CHECK(simulation.energy().potential == Approx(-4.554761629319607).epsilon(1e-13));
   CHECK(simulation.energy().kinetic <= 1e-26);
   CHECK(largest_force(moved_to(cloth, rest), 1.0 / 64, registry) <= 1e-12);
+}
+
+TEST_CASE("come_to_rest finds what a long damped run ends in") {
+  sim::Registry registry = make_registry();
+  SECTION("a vertical chain") {
+    std::vector<sim::Vec3> start;
+    for (int i = 0; i <= 10; ++i) start.emplace_back(0.02 * i, -0.25 * i, 0.01 * i * i);
+    sim::Simulation simulation(make_chain(start, {0}, 0), registry, {.dt = 0.005});
+    const sim::study::Rest rest = sim::study::come_to_rest(simulation);
+    CHECK(rest.found);
+    CHECK(rest.force <= 1e-10);
+    CHECK(largest_distance(simulation, vertical_chain()) <= 1e-10);
+    CHECK(simulation.velocity(5) == sim::Vec3::Zero());
+    CHECK(simulation.t() == 0);
+  }
+  SECTION("a catenary") {
+    std::vector<sim::Vec3> start;
+    for (int i = 0; i <= 10; ++i)
+      start.emplace_back(0.15 * i, -std::sin(i * std::numbers::pi / 10), 0.01 * i * (10 - i));
+    start.back().y() = 0;
+    sim::Simulation simulation(make_chain(start, {0, 10}, 0), registry, {.dt = 0.01});
+    CHECK(sim::study::come_to_rest(simulation).found);
+    CHECK(largest_distance(simulation, points_of("catenary.csv")) <= 1e-10);
+  }
+  SECTION("a cloth, from flat") {
+    sim::Simulation simulation(make_cloth(8), registry, {.dt = 0.01});
+    const sim::study::Rest rest = sim::study::come_to_rest(simulation);
+    CHECK(rest.found);
+    CHECK(rest.potential == Approx(-4.554761629319607).epsilon(1e-12));
+    CHECK(largest_distance(simulation, points_of("cloth8_rest.csv")) <= 1e-9);
+  }
+  SECTION("what falls has none") {
+    sim::Simulation simulation(make_falling(1, 0), registry, {.dt = 0.01});
+    const sim::study::Rest rest = sim::study::come_to_rest(simulation);
+    CHECK(!rest.found);
+    CHECK_THAT(rest.why, Catch::Contains("held"));
+  }
+  SECTION("a field has no forces") {
+    sim::Simulation simulation(make_circle(), registry, {.dt = 0.01});
+    CHECK_THROWS_WITH(sim::study::come_to_rest(simulation), Catch::Contains("first-order"));
+  }
 }

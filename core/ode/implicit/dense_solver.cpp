@@ -84,10 +84,10 @@ void DenseSolver::find_step(const double* y) {
 
 StepStatus DenseSolver::solve(double t, double tau, const double* r, double* y) {
   constexpr int kHalvings = 40;
-  constexpr double kLeastFall = 1e-4;
+  constexpr double kLeastFall = 1e-4, kTolerance = 1e-8;  // the factors are there, steps are cheap
   const bool single = options_.newton_steps == 1;
   double norm = residual(t, tau, r, y);
-  const double first = norm;
+  const double first = norm, tolerance = options_.tolerance > 0 ? options_.tolerance : kTolerance;
   int step = 0;
   for (;; ++step) {
     if (!std::isfinite(norm)) return StepStatus::kNotFinite;
@@ -96,7 +96,7 @@ StepStatus DenseSolver::solve(double t, double tau, const double* r, double* y) 
     for (std::size_t i = 0; i < size_; ++i)
       size += std::fabs(y[i]) + std::fabs(r[i]) + std::fabs(tau * f_[i]);
     const double rounding = 4 * std::numeric_limits<double>::epsilon() * size;
-    if (norm <= std::max(options_.tolerance * first, rounding) || (single && step == 1)) break;
+    if (norm <= std::max(tolerance * first, rounding) || (single && step == 1)) break;
     if (step == options_.newton_steps) return StepStatus::kNotConverged;
 
     linearise(t, tau, y);

@@ -36,6 +36,7 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
     const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
     if (!(curvature > 0)) {
       result.definite = false;
+      result.downward = p_.data();
       return result;
     }
     const double next =

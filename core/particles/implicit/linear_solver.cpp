@@ -5,9 +5,9 @@
 namespace sim {
 namespace {
 
-constexpr int kDirectUpTo = 8;      // particles; more are faster with conjugate gradients
-constexpr int kDirectAtAll = 4096;  // particles whose factor may stand by
-constexpr int kPatience = 500;      // iterations until the factor is faster, whatever the size
+constexpr int kDirectUpTo = 8;     // particles; more are faster with conjugate gradients
+constexpr int kDirectAtAll = 512;  // particles whose factor may stand by: more take long to analyse
+constexpr int kPatience = 500;     // iterations until the factor is faster, whatever the size
 
 // Conjugate gradients, and the factor where they do not get there.
 class Either final : public LinearSolver {

@@ -16,6 +16,7 @@ struct LinearResult {
   bool solved = true;    // to the accuracy asked for
   int iterations = 0;    // of an iterative solver
   int factorisations = 0;
+  const double* downward = nullptr;  // p with p.A p <= 0 where one was found; until the next solve
 };
 
 class LinearSolver {

@@ -4,6 +4,18 @@
 #include <cmath>
 
 namespace sim {
+namespace {
+
+// How exactly the linear equations are worth solving: Eisenstat & Walker (1996), SIAM J. Sci.
+// Comput. 17(1), choice 2.
+double forcing_term(double now, double previous) {
+  const double contraction = now / previous;
+  return std::min(0.1, 0.9 * contraction * contraction);
+}
+
+constexpr double kExact = HUGE_VAL, kSafe = 0.9;  // shares of StageMatrix::Model
+
+}  // namespace
 
 NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
                            std::function<bool()> stopped)
@@ -12,104 +24,298 @@ NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
       equation_(system),
       matrix_(system, std::move(stopped)),
       linear_(make_linear_solver(matrix_, system, options)),
-      z_(equation_.layout().size()) {}
+      z_(equation_.layout().size()),
+      before_(equation_.layout().size()),
+      best_(equation_.layout().size()),
+      guess_(equation_.layout().size()),
+      first_gradient_(equation_.layout().size()) {}
 
 double NewtonSolver::norm() {
   const double squared = matrix_.precondition(equation_.gradient().data(), z_.data());
   return std::sqrt(std::max(squared, 0.0));
 }
 
-void NewtonSolver::linearise(bool clamped) {
-  matrix_.at(equation_.view(), equation_.tau(), clamped);
+double NewtonSolver::goal_from(double first, double tolerance) {
+  return std::max(tolerance * first, 4 * matrix_.rounding(equation_.view()));
 }
 
-// d := -A^-1 g, with the Hessian clamped where the exact one is not positive definite.
-void NewtonSolver::find_direction(double eta) {
-  Array &g = equation_.gradient(), &d = equation_.direction();
-  for (double& value : g.span()) value = -value;
-  const auto attempt = [&] {
-    const LinearResult result = linear_->solve(matrix_, g.data(), d.data(), eta);
-    effort_.linear += result.iterations;
-    effort_.factorisations += result.factorisations;
-    return result.definite;
-  };
-  bool done = attempt();
-  if (!done && options_.hessian == StageOptions::Hessian::kExact) {
-    linearise(true);
-    done = attempt();
-  }
-  // By rounding errors alone: down the gradient.
-  if (!done) matrix_.precondition(g.data(), d.data());
-  for (double& value : g.span()) value = -value;
-  slope_ = dot(g, d);
+// The error of a step of order p is about the p-th power of what the acceleration changes in it.
+double NewtonSolver::tolerance() const {
+  constexpr double kPart = 1e-3, kLeast = 1e-10;
+  if (options_.tolerance > 0) return options_.tolerance;
+  const double surprise = std::min(1.0, equation_.surprise(guess_, first_gradient_));
+  double power = 1;
+  for (int i = 0; i < options_.order; ++i) power *= surprise;
+  return std::max(kPart * power, kLeast);
 }
 
-// Shortens the step until Phi falls as it should (Armijo), or without Phi the residual. Where Phi
-// falls along the whole step, as it does near a saddle, the step is lengthened.
-bool NewtonSolver::search(double before) {
-  constexpr int kTrials = 40;
-  constexpr double kLeastFall = 1e-4, kStraight = 0.75, kRounding = 1e-14;
-  double s = 1;
-  if (!matrix_.symmetric()) {
-    for (int trial = 0; trial < kTrials; ++trial, s *= 0.5) {
-      equation_.place(s);
-      equation_.evaluate();
-      if (norm() <= (1 - kLeastFall * s) * before) return true;
-    }
-    return false;
-  }
+void NewtonSolver::linearise(double share, bool predicted) {
+  const bool clamped = options_.hessian == StageOptions::Hessian::kClamped;
+  const auto before = equation_.layout().axes(std::as_const(before_).data());
+  matrix_.at(equation_.view(), equation_.tau(), {clamped, share},
+             predicted ? before.data() : nullptr);
+}
 
-  const auto phi_at = [&](double length) {
-    equation_.place(length);
-    return equation_.phi();
-  };
-  const double start = phi_at(0), slope = slope_;
-  const auto accept = [&](double length) {
-    equation_.place(length);
-    equation_.evaluate();
-    return true;
-  };
-  for (int trial = 0; trial < kTrials; ++trial) {
-    double fall = phi_at(s) - start;
-    if (fall <= kLeastFall * s * slope + kRounding * std::fabs(start)) {
-      while (trial == 0 && fall < kStraight * s * slope) {
-        const double further = phi_at(4 * s) - start;
-        if (!(further < fall)) break;
-        fall = further;
-        s *= 4;
-      }
-      return accept(s);
-    }
-    // The lowest point of the parabola through what is known.
-    const double parabola = -slope * s * s / (2 * (fall - slope * s));
-    s = std::isfinite(parabola) ? std::clamp(parabola, 0.1 * s, 0.5 * s) : 0.1 * s;
-  }
-  return false;
+LinearResult NewtonSolver::find_direction(double eta) {
+  Array& g = equation_.gradient();
+  for (double& value : g.span()) value = -value;
+  const LinearResult result = linear_->solve(matrix_, g.data(), equation_.direction().data(), eta);
+  effort_.linear += result.iterations;
+  effort_.factorisations += result.factorisations;
+  for (double& value : g.span()) value = -value;
+  return result;
+}
+
+StepStatus NewtonSolver::ended(double first, double last) {
+  if (first > 0) effort_.residual = std::max(effort_.residual, last / first);
+  return StepStatus::kDone;
 }
 
 StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y) {
-  const bool single = options_.newton_steps == 1;
-  const bool clamped = options_.hessian == StageOptions::Hessian::kClamped;
   equation_.begin(t, tau, r, y);
   equation_.evaluate();
-  linearise(clamped);
+  if (options_.newton_steps == 1) return linearised();
+  return matrix_.symmetric() ? minimise() : reduce();
+}
 
-  double now = norm(), previous = now, eta = 0.1;
-  bool searched = false;
+// One step, taken as it is: Baraff & Witkin (1998).
+StepStatus NewtonSolver::linearised() {
+  const double tolerance = options_.tolerance > 0 ? options_.tolerance : 1e-6;
+  linearise(kExact);
+  const double first = norm();
+  if (!std::isfinite(first)) return StepStatus::kNotFinite;
+  if (first <= goal_from(first, tolerance)) return ended(first, first);
+  if (!find_direction(tolerance).definite) {
+    matrix_.at(equation_.view(), equation_.tau(), {.clamped = true});
+    find_definite_direction(tolerance);
+  }
+  if (matrix_.stopped()) return StepStatus::kStopped;
+  ++effort_.newton;
+  equation_.place(1);
+  equation_.evaluate();
+  const double last = norm();
+  return std::isfinite(last) ? ended(first, last) : StepStatus::kNotFinite;
+}
+
+StepStatus NewtonSolver::minimise() {
+  constexpr int kSoon = 10;     // steps that are taken whole
+  constexpr int kPatience = 5;  // steps that find nothing lower
+  constexpr int kHold = 3;      // steps after A was not positive definite
+  constexpr int kMany = 40;     // steps that are more than most stages take
+  constexpr int kIdle = 100;    // steps that lower Phi by rounding alone
+  constexpr int kStalled = 3;   // sure searches without progress: rounding is all there is
+  constexpr double kMore = 3, kLess = 0.1, kMost = 1e12;  // changes of the share, and its largest
+  constexpr double kSlow = 0.3;                           // contraction above which the share grows
+  constexpr double kSaddle = 1e-3;  // residual below which a saddle may be near
+  double share = kSafe;
+  choose_start();
+  linearise(share);
+  double now = norm(), previous = now, lowest = now;
   const double first = now;
+  if (!std::isfinite(now)) return StepStatus::kNotFinite;
+  std::ranges::copy(equation_.start().span(), guess_.data());
+  std::ranges::copy(equation_.gradient().span(), first_gradient_.data());
+  keep_best();
+  int since = 0, hold = 0, stalled = 0, idle = 0;
+  double settled = best_phi_;  // the lowest before steps that found no more than rounding
+  for (int step = 0;; ++step) {
+    const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
+    if (now <= goal) break;
+    if (step == options_.newton_steps) return StepStatus::kNotConverged;
+    ++effort_.newton;
+
+    if (step > 0 && hold <= 0 && now > kSlow * previous) share = std::min(kMore * share, kMost);
+    --hold;
+    const bool daring = share > kSafe;
+    if (step > 0) linearise(share, true);
+    // Where steps are many, better directions are worth more.
+    const double loosest = step < kMany ? 0.1 : step < 2 * kMany ? 1e-3 : 1e-6;
+    const double eta =
+        std::max(std::min(loosest, step > 0 ? forcing_term(now, previous) : 0.1), 0.5 * goal / now);
+    const LinearResult result = find_direction(eta);
+    double length = 1;
+    if (!result.definite) {
+      share = std::max(kSafe, kLess * share);
+      hold = kHold;
+      length = now < kSaddle * first && result.downward ? descend(result.downward) : 0;
+      if (length == 0) {
+        linearise(kSafe, true);
+        find_definite_direction(eta);
+        length = 1;
+      }
+    }
+    if (matrix_.stopped()) return StepStatus::kStopped;
+
+    keep_before();
+    const double slope = dot(equation_.gradient(), equation_.direction());
+    equation_.place(length);
+    equation_.evaluate();
+    if (since == 0 && (daring || step > kSoon)) stretch(length, slope);
+    const double phi = equation_.phi();
+    previous = now;
+    now = norm();
+    const bool sound = std::isfinite(now) && std::isfinite(phi);
+    const bool lower =
+        sound && (phi < best_phi_ - noise_ || (phi <= best_phi_ + noise_ && now < lowest));
+    since = lower ? 0 : since + 1;
+    if (!sound || since > kPatience) {
+      // Back to the best point, and from there surely down.
+      equation_.start_at(best_);
+      equation_.evaluate();
+      linearise(kSafe);
+      const bool fell = search_surely();
+      now = norm();
+      stalled = fell || now < 0.9 * lowest ? 0 : stalled + 1;
+      since = 0;
+      share = kSafe;
+      hold = kHold;
+      keep_before();
+    } else if (daring && !lower && now > previous) {
+      share = std::max(kSafe, kLess * share);
+      hold = kHold;
+      now = previous;
+      equation_.place(0);
+      equation_.evaluate();
+    }
+    equation_.start_here();
+    if (since == 0) {
+      keep_best();
+      lowest = now;
+    }
+    idle = phi < settled - noise_ ? 0 : idle + 1;
+    if (idle == 0) settled = phi;
+    if (stalled == kStalled || idle == kIdle) break;
+  }
+  return ended(first, now);
+}
+
+// The guess, or rest where Phi is lower there. From rest at a state of energy E backward Euler has
+// Phi = E, and ends below that.
+void NewtonSolver::choose_start() {
+  std::ranges::copy(equation_.start().span(), best_.data());
+  const double guess = equation_.phi();
+  std::ranges::fill(z_.span(), 0.0);
+  equation_.start_at(z_);
+  if (!(equation_.phi() < guess)) equation_.start_at(best_);
+  equation_.evaluate();
+}
+
+void NewtonSolver::keep_best() {
+  best_phi_ = equation_.phi();
+  noise_ = equation_.phi_rounding();
+  std::ranges::copy(equation_.start().span(), best_.data());
+}
+
+void NewtonSolver::keep_before() {
+  const ParticleView view = equation_.view();
+  const auto before = equation_.layout().axes(before_.data());
+  const double* const q[3] = {view.x, view.y, view.z};
+  for (int axis = 0; axis < 3; ++axis) std::copy_n(q[axis], view.n, before[axis]);
+}
+
+// Where rounding errors alone make the definite model fail: down the gradient.
+void NewtonSolver::find_definite_direction(double eta) {
+  if (find_direction(eta).definite) return;
+  matrix_.precondition(equation_.gradient().data(), equation_.direction().data());
+  for (double& value : equation_.direction().span()) value = -value;
+}
+
+// From the best point: a step that does not lower Phi is shortened a few times, and one at whose
+// end Phi falls nearly as steeply as at its start is lengthened until it does not.
+void NewtonSolver::stretch(double& length, double slope) {
+  constexpr int kShorter = 4, kLonger = 20;
+  constexpr double kSteep = 0.5;
+  const Array &g = equation_.gradient(), &d = equation_.direction();
+  const auto move = [&](double s) {
+    equation_.place(s);
+    equation_.evaluate();
+  };
+  if (!(equation_.phi() < best_phi_ + noise_)) {
+    double trial = length;
+    for (int i = 0; i < kShorter; ++i) {
+      equation_.place(trial *= 0.25);
+      if (!(equation_.phi() < best_phi_ - noise_)) continue;
+      length = trial;
+      break;
+    }
+    return move(length);
+  }
+  for (int i = 0; i < kLonger && dot(g, d) < kSteep * slope; ++i) {
+    move(2 * length);
+    if (!(dot(g, d) < 0) || !(equation_.phi() < best_phi_ + noise_)) return move(length);
+    length *= 2;
+  }
+}
+
+// Along a direction in which Phi curves downwards, it falls with the gradient and then as far as it
+// does: how far, in units of the direction; 0 where it does not. The first trial turns no spring by
+// more than a degree.
+double NewtonSolver::descend(const double* direction) {
+  constexpr double kTurn = 0.02;
+  constexpr int kShorter = 8, kLonger = 20;
+  Array& d = equation_.direction();
+  std::copy_n(direction, d.size(), d.data());
+  const double turn = matrix_.largest_turn(d.data());
+  if (!(turn > 0) || std::isinf(turn)) return 0;
+  const double start = equation_.phi();
+  const auto fall_at = [&](double length) {
+    equation_.place(length);
+    return equation_.phi() - start;
+  };
+  double s = (dot(d, equation_.gradient()) > 0 ? -kTurn : kTurn) / turn;
+  double fall = fall_at(s);
+  for (int trial = 0; trial < kShorter && !(fall < 0); ++trial) fall = fall_at(s *= 0.5);
+  for (int trial = 0; trial < kLonger && fall < 0; ++trial) {
+    const double further = fall_at(2 * s);
+    if (!(further < fall)) break;
+    fall = further;
+    s *= 2;
+  }
+  equation_.place(0);
+  return fall < -noise_ ? s : 0;
+}
+
+// From the best point, with a definite model: shortens the step until Phi falls as it should
+// (Armijo), or to where the majorant says that it does. False when it does not by more than
+// rounding.
+bool NewtonSolver::search_surely() {
+  constexpr int kTrials = 30;
+  constexpr double kLeastFall = 1e-4;
+  find_definite_direction(0.1);
+  ++effort_.newton;
+  const Array &g = equation_.gradient(), &d = equation_.direction();
+  const double slope = dot(g, d), sure = -slope / matrix_.majorant(d.data());
+  double s = 1, fall = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    equation_.place(s);
+    fall = equation_.phi() - best_phi_;
+    if (fall <= kLeastFall * s * slope || s <= sure) break;
+    // The lowest point of the parabola through what is known.
+    const double parabola = -slope * s * s / (2 * (fall - slope * s));
+    s = std::isfinite(parabola) ? std::clamp(parabola, 0.1 * s, 0.5 * s) : 0.1 * s;
+    s = std::max(s, std::min(sure, 1.0));
+  }
+  equation_.evaluate();
+  return fall < -noise_;
+}
+
+// With forces that have no Phi.
+StepStatus NewtonSolver::reduce() {
+  linearise(kExact);
+  double now = norm(), previous = now;
+  const double first = now;
+  std::ranges::copy(equation_.start().span(), guess_.data());
+  std::ranges::copy(equation_.gradient().span(), first_gradient_.data());
+  bool searched = false;
+  double eta = 0.1;
   for (int step = 0;; ++step) {
     if (!std::isfinite(now)) return StepStatus::kNotFinite;
-    const double goal =
-        std::max(options_.tolerance * first, 4 * matrix_.rounding(equation_.view()));
-    if (now <= goal || (single && step == 1)) break;
+    const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
+    if (now <= goal) break;
     if (step == options_.newton_steps) return StepStatus::kNotConverged;
-
-    // How exactly the linear equations are worth solving: Eisenstat & Walker (1996), SIAM J. Sci.
-    // Comput. 17(1), choice 2.
     // Where steps had to be shortened, a better direction is worth more.
-    if (step > 0)
-      eta = std::min(searched ? 0.1 * eta : 0.1, 0.9 * (now / previous) * (now / previous));
-    eta = single ? options_.tolerance : std::max(eta, 0.5 * goal / now);
+    if (step > 0) eta = std::min(searched ? 0.1 * eta : 0.1, forcing_term(now, previous));
+    eta = std::max(eta, 0.5 * goal / now);
     find_direction(eta);
     if (matrix_.stopped()) return StepStatus::kStopped;
     ++effort_.newton;
@@ -117,16 +323,26 @@ StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y)
     equation_.place(1);
     equation_.evaluate();
     now = norm();
-    searched = !single && !(now <= 0.5 * previous);
-    if (searched && !search(previous)) return StepStatus::kNotConverged;
-    if (single) continue;
+    searched = !(now <= 0.5 * previous);
+    if (searched && !search_residual(previous)) return StepStatus::kNotConverged;
     equation_.start_here();
     if (norm() <= goal) continue;
-    linearise(clamped);
+    linearise(kExact);
     now = norm();
   }
-  if (first > 0) effort_.residual = std::max(effort_.residual, now / first);
-  return StepStatus::kDone;
+  return ended(first, now);
+}
+
+bool NewtonSolver::search_residual(double before) {
+  constexpr int kTrials = 40;
+  constexpr double kLeastFall = 1e-4;
+  double s = 1;
+  for (int trial = 0; trial < kTrials; ++trial, s *= 0.5) {
+    equation_.place(s);
+    equation_.evaluate();
+    if (norm() <= (1 - kLeastFall * s) * before) return true;
+  }
+  return false;
 }
 
 Effort NewtonSolver::effort() const {

@@ -12,8 +12,19 @@
 
 namespace sim {
 
-// A d = -g, v := v + s d. A full step is taken when it halves the residual; otherwise the potential
-// Phi of the stage must fall enough. With forces that have no Phi the residual must fall.
+// A d = -g, v := v + s d.
+//
+// Springs and affine forces alone: the least potential Phi of the stage is looked for, and a point
+// where its gradient is nothing is always found, for Phi is bounded below. Tensions are predicted,
+// and steps are whole: Phi may rise on the way, but if a few steps find nothing lower than the best
+// point so far, the next starts there with a model that is known to lower Phi, in a step that is
+// short enough for a majorant of Phi. What compressed springs push is taken in parts at first, for
+// which A is positive definite, and in greater ones where convergence is slow, up to the exact
+// Hessian. Where A is then not positive definite, it is less again, or near a saddle Phi falls
+// along the direction in which it is not.
+//
+// With other forces the residual |g| must fall in each step.
+//
 // Residuals are measured in the norm |g|^2 = g.D^-1 g, D the 3 x 3 blocks on the diagonal of A, in
 // which light and heavy particles count alike.
 class NewtonSolver final : public StageSolver {
@@ -26,18 +37,32 @@ class NewtonSolver final : public StageSolver {
   std::vector<std::string> notes() const override;
 
  private:
+  StepStatus linearised();
+  StepStatus minimise();
+  StepStatus reduce();
+  StepStatus ended(double first, double last);
   double norm();  // of the gradient
-  void linearise(bool clamped);
-  void find_direction(double eta);
-  bool search(double before);
+  double goal_from(double first, double tolerance);
+  double tolerance() const;  // of the stage, after a first step
+  void linearise(double share, bool predicted = false);
+  LinearResult find_direction(double eta);  // d := -A^-1 g
+  void find_definite_direction(double eta);
+  double descend(const double* direction);
+  void stretch(double& length, double slope);
+  bool search_surely();
+  bool search_residual(double before);
+  void choose_start();
+  void keep_best();
+  void keep_before();
 
   Particles* system_;
   StageOptions options_;
   StageEquation equation_;
   StageMatrix matrix_;
   std::unique_ptr<LinearSolver> linear_;
-  Array z_;
-  double slope_ = 0;  // g.d
+  Array z_, before_, best_;       // positions before the last step; velocities of the lowest Phi
+  Array guess_, first_gradient_;  // velocities at the start and g there
+  double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
   Effort effort_;
 };
 

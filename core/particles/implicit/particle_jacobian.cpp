@@ -13,7 +13,7 @@ ParticleJacobian::ParticleJacobian(Particles& system)
 void ParticleJacobian::at(double t, const double* x) {
   view_ = system_->view(t, x);
   const double* const q[3] = {view_.x, view_.y, view_.z};
-  stiffness_.at(q, false);
+  stiffness_.at(q, {});
   others_.at(view_);
 }
 

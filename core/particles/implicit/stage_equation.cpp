@@ -1,6 +1,7 @@
 #include "core/particles/implicit/stage_equation.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/simd/lanes.h"
 
@@ -40,6 +41,11 @@ void StageEquation::start_here() {
   for (int axis = 0; axis < 3; ++axis) std::copy_n(v[axis], half_.n(), start[axis]);
 }
 
+void StageEquation::start_at(const Array& velocities) {
+  std::ranges::copy(velocities.span(), start_.data());
+  place(0);
+}
+
 void StageEquation::evaluate() {
   const ParticleView at = view();
   const auto g = half_.axes(g_.data());
@@ -52,19 +58,42 @@ void StageEquation::evaluate() {
       g[axis][i] = at.free(i) ? at.mass[i] * ((v[axis][i] - rv[axis][i]) - tau_ * g[axis][i]) : 0.0;
 }
 
-double StageEquation::phi() const {
+double StageEquation::phi() {
   const ParticleView at = view();
   const Motion& motion = system_->motion();
   const auto rv = system_->layout().axes(r_, 3);
   const Vec3 gravity(motion.gravity[0], motion.gravity[1], motion.gravity[2]);
-  double sum = 0;
+  double sum = 0, size = 0;
   for (int i = 0; i < at.n; ++i) {
     if (!at.free(i)) continue;
     const Vec3 v = at.velocity(i), change = v - Vec3(rv[0][i], rv[1][i], rv[2][i]);
-    sum += at.mass[i] * (0.5 * change.squaredNorm() - tau_ * gravity.dot(v)) +
+    const double weight = tau_ * at.mass[i] * gravity.dot(v);
+    sum += at.mass[i] * 0.5 * change.squaredNorm() - weight +
            0.5 * tau_ * motion.damping * v.squaredNorm();
+    size += std::fabs(weight);
   }
-  return sum + system_->elastic_energy(t_, y_);
+  const double elastic = system_->elastic_energy(t_, y_);
+  phi_rounding_ = 1e-14 * (std::fabs(sum) + size + elastic);
+  return sum + elastic;
+}
+
+// g(guess) = M (guess - r_v) - tau (..), so guess - g/m is r_v + tau a there.
+double StageEquation::surprise(const Array& guess, const Array& g) const {
+  const ParticleView at = view();
+  const auto rv = system_->layout().axes(r_, 3);
+  const auto from = half_.axes(guess.data()), slope = half_.axes(g.data());
+  const double* const v[3] = {at.vx, at.vy, at.vz};
+  double change = 0, all = 0;
+  for (int i = 0; i < at.n; ++i) {
+    if (!at.free(i)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double own = v[axis][i] - from[axis][i] + slope[axis][i] / at.mass[i];
+      const double whole = v[axis][i] - rv[axis][i];
+      change += at.mass[i] * own * own;
+      all += at.mass[i] * whole * whole;
+    }
+  }
+  return all > 0 ? std::sqrt(change / all) : 0;
 }
 
 double dot(const Array& a, const Array& b) {

@@ -30,13 +30,21 @@ class StageEquation {
   void place(double s);  // v := start + s d, q := r_q + tau v
   void start_here();     // start := v
   void evaluate();       // gradient() := g(v)
-  double phi() const;    // J, with springs and affine forces alone
+  double phi();          // J, with springs and affine forces alone
+  double phi_rounding() const noexcept { return phi_rounding_; }  // of the last, J
+  // Trials begin at `velocities`, in layout(); start() are those they begin at now.
+  void start_at(const Array& velocities);
+  const Array& start() const noexcept { return start_; }
+
+  // How much the acceleration of the stage has changed from what it is at the velocities `guess`
+  // with the gradient `g`, as a share of itself, masses weighing: |v - guess + g/m| / |v - r_v|.
+  double surprise(const Array& guess, const Array& g) const;
 
  private:
   Particles* system_;
   Layout half_;
   Array g_, d_, start_;
-  double t_ = 0, tau_ = 0;
+  double t_ = 0, tau_ = 0, phi_rounding_ = 0;
   const double* r_ = nullptr;
   double* y_ = nullptr;
   std::int64_t evaluations_ = 0;

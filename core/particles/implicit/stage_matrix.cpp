@@ -55,10 +55,11 @@ double StageMatrix::over_tiles(const Body& body) {
   return total;
 }
 
-void StageMatrix::at(const ParticleView& view, double tau, bool clamped) {
+void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
+                     const double* const* before) {
   tau_ = tau;
   const double* const q[3] = {view.x, view.y, view.z};
-  stiffness_.at(q, clamped);
+  stiffness_.at(q, {model.clamped, before});
   others_.at(view);
   const int n = half_.n();
   const double damping = tau * system_->motion().damping;
@@ -67,6 +68,10 @@ void StageMatrix::at(const ParticleView& view, double tau, bool clamped) {
   const SixBlocks inverses(system_->layout(), inverses_.data());
   system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
+  });
+  if (!model.clamped && std::isfinite(model.share))
+    stiffness_.soften(shift, tau * tau, system_->motion().free, model.share);
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
   });
   // The symmetric part of what other forces have on the diagonal.
@@ -148,6 +153,30 @@ Mat3 StageMatrix::diagonal(int i) const {
     for (int col = row; col < 3; ++col)
       block(row, col) = block(col, row) = system_->layout().block(blocks_.data(), entry++)[i];
   return block;
+}
+
+double StageMatrix::majorant(const double* p) const {
+  const auto v = half_.axes(p);
+  const auto at = [&](int i) { return Vec3(v[0][i], v[1][i], v[2][i]); };
+  const double* const shift = Layout(half_.n(), 1).block(shift_.data(), 0);
+  double sum = 0, springs = 0;
+  for (int i = 0; i < half_.n(); ++i) sum += shift[i] * at(i).squaredNorm();
+  stiffness_.for_each([&](int a, int b, const SpringStiffness& spring) {
+    const double square = (stiffness_.position(a) - stiffness_.position(b)).squaredNorm();
+    springs += (spring.along + spring.across * square) * (at(a) - at(b)).squaredNorm();
+  });
+  return sum + tau_ * tau_ * springs;
+}
+
+double StageMatrix::largest_turn(const double* p) const {
+  const auto v = half_.axes(p);
+  double most = 0;
+  stiffness_.for_each([&](int a, int b, const SpringStiffness&) {
+    const Vec3 e(v[0][a] - v[0][b], v[1][a] - v[1][b], v[2][a] - v[2][b]);
+    const Vec3 d = stiffness_.position(a) - stiffness_.position(b);
+    most = std::max(most, e.squaredNorm() / d.squaredNorm());
+  });
+  return tau_ * std::sqrt(most);
 }
 
 double StageMatrix::rounding(const ParticleView& view) const {

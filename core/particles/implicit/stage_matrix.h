@@ -1,6 +1,7 @@
 // The matrix of a Newton step for an implicit stage, known by what it does to a vector.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -46,13 +47,30 @@ class StageMatrix {
   bool stopped() const { return stopped_ && stopped_(); }
   Mat3 diagonal(int i) const;  // the block of D
 
-  // Chooses the point; the arrays of the view must stay as they are until the last use.
-  void at(const ParticleView& view, double tau, bool clamped);
+  // What compressed springs push across their length: nothing, or with others at a particle at most
+  // `share` of what half its shift holds. A is positive definite where share < 1, and exact where
+  // it is infinite.
+  struct Model {
+    bool clamped = false;
+    double share = HUGE_VAL;
+  };
+
+  // Chooses the point; the arrays of the view must stay as they are until the last use. With
+  // `before`, other positions, tensions are predicted from there (predicted_stiffness).
+  void at(const ParticleView& view, double tau, const Model& model,
+          const double* const* before = nullptr);
 
   double apply(const double* p, double* out);       // out := A p, returns p.out
   double precondition(const double* r, double* z);  // z := D^-1 r, returns r.z
   double turn_and_apply(double beta, const double* z, double* p, double* out);  // p := z + beta p
   double advance(double alpha, const double* p, const double* ap, double* d, double* r, double* z);
+
+  // p.B p with B = M + tau c + tau^2 L, L the springs without their rest lengths: B - A is positive
+  // semidefinite wherever A is taken.
+  double majorant(const double* p) const;
+
+  // The largest |change of a spring's vector| over its length, when velocities change by p.
+  double largest_turn(const double* p) const;
 
   // The norm sqrt(v.D v) of what velocities lose when they and q = .. + tau v are rounded.
   double rounding(const ParticleView& view) const;

@@ -34,6 +34,16 @@ class StiffNet {
     });
   }
 
+  // stiffness := change(to, k, stiffness) for every end at particle i.
+  template <class Change>
+  void change(int i, Change change) {
+    Slot* slot = slots_.data() + first_[static_cast<std::size_t>(i / 8)];
+    net_->at(i, [&](int to, double k, double) {
+      SpringStiffness& stiffness = (slot++)->stiffness[i % 8];
+      stiffness = change(to, k, stiffness);
+    });
+  }
+
   // Calls visit(to, stiffness) for every end at particle i.
   template <class Visit>
   void at(int i, Visit visit) const {

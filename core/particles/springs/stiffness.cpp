@@ -20,13 +20,45 @@ SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clam
   return {k - pull, (pull * inverse) * inverse};
 }
 
-void linearise_carefully(const StiffRun& run, const double* const q[3], bool clamped, int i,
-                         int lanes) {
+SpringStiffness predicted_stiffness(const Vec3& d, const Vec3& before, double k, double rest,
+                                    bool clamped) {
+  const double square = square_of(d[0], d[1], d[2]);
+  const double square_before = square_of(before[0], before[1], before[2]);
+  const double inverse = inverse_sqrt(square), inverse_before = inverse_sqrt(square_before);
+  const double reach = d.dot(before) * inverse_before;
+  if (rest == 0 || !(reach * inverse > 0.5)) return spring_stiffness(d, k, rest, clamped);
+  double along = (k * reach - k * rest) * inverse;
+  if (clamped) along = along > 0 ? along : 0;
+  return {along, ((k - along) * inverse) * inverse};
+}
+
+namespace {
+
+Vec3 difference_of(const double* const q[3], std::int64_t a, std::int64_t b) {
+  return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
+}
+
+SpringStiffness stiffness_of(const double* const q[3], std::int64_t a, std::int64_t b, double k,
+                             double rest, const SpringModel& model) {
+  const Vec3 d = difference_of(q, a, b);
+  if (!model.before) return spring_stiffness(d, k, rest, model.clamped);
+  return predicted_stiffness(d, difference_of(model.before, a, b), k, rest, model.clamped);
+}
+
+// k = along + across |d|^2 stays.
+SpringStiffness softer(const SpringStiffness& spring, double share, double k) {
+  const double along = spring.along * share;
+  return {along, spring.across * ((k - along) / (k - spring.along))};
+}
+
+}  // namespace
+
+void linearise_carefully(const StiffRun& run, const double* const q[3], const SpringModel& model,
+                         int i, int lanes) {
   for (int a = i; a < i + lanes; ++a) {
     if (!bit(run.owners, a)) continue;
-    const std::int64_t b = a + run.stride;
-    const Vec3 d(q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]);
-    const auto [along, across] = spring_stiffness(d, run.k_of(a), run.rest_of(a), clamped);
+    const auto [along, across] =
+        stiffness_of(q, a, a + run.stride, run.k_of(a), run.rest_of(a), model);
     run.along[a] = along;
     run.across[a] = across;
   }
@@ -41,16 +73,45 @@ Stiffness::Stiffness(const Particles& system) : system_(&system), kernels_(stiff
                      layout.block(memory_.data(), 2 * r), layout.block(memory_.data(), 2 * r + 1)});
   }
   for (const Net* net : system.nets()) nets_.emplace_back(*net, system.layout().n());
+  shares_ = Array(Layout(system.layout().n(), 1).size());
 }
 
-void Stiffness::at(const double* const q[3], bool clamped) {
+void Stiffness::at(const double* const q[3], const SpringModel& model) {
   std::copy_n(q, 3, q_);
   system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
-    for (const StiffRun& run : runs_) kernels_.linearise(run, q, clamped, begin, end);
+    for (const StiffRun& run : runs_) kernels_.linearise(run, q, model, begin, end);
     for (StiffNet& net : nets_)
       for (int i = begin; i < end; ++i)
         net.linearise(i, [&](int to, double k, double rest) {
-          return spring_stiffness(position(i) - position(to), k, rest, clamped);
+          return stiffness_of(q, i, to, k, rest, model);
+        });
+  });
+}
+
+void Stiffness::soften(const double* shift, double scale, const std::uint8_t* free,
+                       double most_share) {
+  double* const shares = Layout(system_->layout().n(), 1).block(shares_.data(), 0);
+  Team& team = system_->team();
+  team.run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+    std::fill(shares + begin, shares + end, 0.0);
+    kernels_.pushes(runs_, shares, begin, end);
+    for (int i = begin; i < end; ++i) {
+      double& share = shares[i];
+      if (!nets_.empty())
+        net_at(i, [&](int, const SpringStiffness& spring) {
+          if (spring.along < 0) share -= spring.along;
+        });
+      const double most = most_share * shift[i], push = 2 * scale * share;
+      share = bit(free, i) && push > most ? most / push : 1.0;
+    }
+  });
+  team.run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+    for (const StiffRun& run : runs_) kernels_.soften(run, shares, begin, end);
+    for (StiffNet& net : nets_)
+      for (int i = begin; i < end; ++i)
+        net.change(i, [&](int to, double k, const SpringStiffness& spring) {
+          const double share = std::min(shares[i], shares[to]);
+          return spring.along < 0 && share < 1 ? softer(spring, share, k) : spring;
         });
   });
 }

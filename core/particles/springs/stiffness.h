@@ -28,9 +28,19 @@ struct StiffProduct {
   bool before = false;  // K p of what else there is stands in out already
 };
 
+// Where springs are linearised, and how.
+struct SpringModel {
+  bool clamped = false;                   // no spring pushes across its length
+  const double* const* before = nullptr;  // positions from which tensions are predicted, if any
+};
+
 struct StiffKernels {
-  void (*linearise)(const StiffRun& run, const double* const q[3], bool clamped, int begin,
-                    int end);
+  void (*linearise)(const StiffRun& run, const double* const q[3], const SpringModel& model,
+                    int begin, int end);
+  // sums[i] += what the springs at i push across, the sum of their -along > 0.
+  void (*pushes)(std::span<const StiffRun> runs, double* sums, int begin, int end);
+  // along < 0 becomes along times the smaller share of both ends.
+  void (*soften)(const StiffRun& run, const double* shares, int begin, int end);
   void (*product)(std::span<const StiffRun> runs, const StiffProduct& product, int begin, int end,
                   double (&sums)[8]);
   void (*diagonal)(std::span<const StiffRun> runs, const double* const q[3], const double* shift,
@@ -41,15 +51,20 @@ StiffKernels stiff_kernels();  // for this machine
 
 // What linearise does for particles [i, i + lanes), one spring at a time: where some distance is
 // too large or too small for the fast path.
-void linearise_carefully(const StiffRun& run, const double* const q[3], bool clamped, int i,
-                         int lanes);
+void linearise_carefully(const StiffRun& run, const double* const q[3], const SpringModel& model,
+                         int i, int lanes);
 
 class Stiffness {
  public:
   explicit Stiffness(const Particles& system);
 
   // Chooses the point; q must stay as it is until the last use.
-  void at(const double* const q[3], bool clamped);
+  void at(const double* const q[3], const SpringModel& model);
+
+  // Lessens what compressed springs push across their length, -along |p_a - p_b|^2 <= -2 along
+  // (|p_a|^2 + |p_b|^2), until the sum of these at a particle is no more than `share` of its shift:
+  // with share < 1, shift I + scale K is positive definite. Where that holds nothing changes.
+  void soften(const double* shift, double scale, const std::uint8_t* free, double share);
 
   // out on the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
   void apply(StiffProduct product, int begin, int end, double (&sums)[8]) const;
@@ -73,7 +88,7 @@ class Stiffness {
   StiffKernels kernels_;
   std::vector<StiffRun> runs_;
   std::vector<StiffNet> nets_;
-  Array memory_;
+  Array memory_, shares_;
   const double* q_[3] = {};
 };
 

@@ -12,23 +12,74 @@ namespace sim::SIM_TARGET {
 namespace {
 
 // The stiffness of the springs of a run that particles [begin, end) own.
-void linearise_run(const StiffRun& run, const double* const q[3], bool clamped, int begin,
-                   int end) {
+void linearise_run(const StiffRun& run, const double* const q[3], const SpringModel& model,
+                   int begin, int end) {
+  const Doubles zero{};
   for (int i = begin; i < end; i += kDoubles) {
     const unsigned bits = block_bits<double>(run.owners, i);
     if (!bits) continue;
     const Constants<double> spring(run, i);
-    const Doubles square = squared(difference(run, q, i));
+    const V3<double> d = difference(run, q, i);
+    const Doubles square = squared(d);
     const Doubles r = seed(square), e = seed_error(square, r);
-    if (any_above(add_square(bits, e, Doubles{}), kSeedError)) {
-      linearise_carefully(run, q, clamped, i, kDoubles);
+    Doubles errors = add_square(bits, e, Doubles{});
+    const Doubles inverse = refined(r, e);
+    Doubles along, across;
+    if (model.before) {
+      const V3<double> d0 = difference(run, model.before, i);
+      const Doubles square0 = squared(d0), r0 = seed(square0), e0 = seed_error(square0, r0);
+      errors = add_square(bits, e0, errors);
+      const Doubles dot = fma(d.z, d0.z, fma(d.y, d0.y, d.x * d0.x));
+      const Doubles reach = dot * refined(r0, e0);
+      // Turned by more than 60 degrees, or without a rest length: as it is.
+      const Doubles predicted = fma(spring.k, reach, -spring.k_rest) * inverse;
+      const Doubles cosine = spring.k_rest > zero ? reach * inverse : zero;
+      along = cosine > splat<double>(0.5) ? predicted : spring.k - spring.k_rest * inverse;
+      if (model.clamped) along = along > zero ? along : zero;
+      across = ((spring.k - along) * inverse) * inverse;
+    } else {
+      Doubles pull = spring.k_rest * inverse;
+      if (model.clamped) pull = pull < spring.k ? pull : spring.k;
+      along = spring.k - pull;
+      across = (pull * inverse) * inverse;
+    }
+    if (any_above(errors, kSeedError)) {
+      linearise_carefully(run, q, model, i, kDoubles);
       continue;
     }
-    const Doubles inverse = refined(r, e);
-    Doubles pull = spring.k_rest * inverse;
-    if (clamped) pull = pull < spring.k ? pull : spring.k;
-    store(run.along + i, keep(bits, spring.k - pull));
-    store(run.across + i, keep(bits, (pull * inverse) * inverse));
+    store(run.along + i, keep(bits, along));
+    store(run.across + i, keep(bits, across));
+  }
+}
+
+SIM_INLINE Doubles push_of(Doubles along) {
+  const Doubles zero{};
+  return along < zero ? -along : zero;
+}
+
+void add_pushes(std::span<const StiffRun> runs, double* sums, int begin, int end) {
+  for (int i = begin; i < end; i += kDoubles) {
+    Doubles sum = load(sums + i);
+    for (const StiffRun& run : runs) {
+      if (block_bits<double>(run.owners, i)) sum += push_of(load(run.along + i));
+      if (i + kDoubles > run.stride) sum += push_of(load(run.along + i - run.stride));
+    }
+    store(sums + i, sum);
+  }
+}
+
+void soften_run(const StiffRun& run, const double* shares, int begin, int end) {
+  const Doubles zero{}, one = splat<double>(1);
+  for (int i = begin; i < end; i += kDoubles) {
+    const unsigned bits = block_bits<double>(run.owners, i);
+    if (!bits) continue;
+    const Doubles here = load(shares + i), there = load(shares + i + run.stride);
+    const Doubles least = here < there ? here : there;
+    const Doubles along = load(run.along + i), share = along < zero ? least : one;
+    const Doubles k = Constants<double>(run, i).k, softer = along * share;
+    const Doubles factor = share < one ? (k - softer) / (k - along) : one;
+    store(run.along + i, keep(bits, softer));
+    store(run.across + i, keep(bits, load(run.across + i) * factor));
   }
 }
 
@@ -112,7 +163,7 @@ void stiff_diagonal(std::span<const StiffRun> runs, const double* const q[3], co
   }
 }
 
-constexpr StiffKernels kStiff{linearise_run, stiff_product, stiff_diagonal};
+constexpr StiffKernels kStiff{linearise_run, add_pushes, soften_run, stiff_product, stiff_diagonal};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

@@ -1,0 +1,29 @@
+// Where a scene comes to rest: `sim rest SCENE` and --from-rest.
+#pragma once
+
+#include <optional>
+
+#include "cli/run/scene.h"
+#include "cli/terminal/console.h"
+#include "core/output/output.h"
+#include "core/study/rest.h"
+
+namespace sim::cli {
+
+struct RestRequest {
+  SceneRequest scene;
+  std::optional<Target> dump;
+  bool json = false, quiet = false;
+};
+
+// "at rest: the largest force left is ..", one line.
+std::string rest_text(const study::Rest& rest);
+
+// Brings every system to rest and says so, one line each. Throws Error{kDiverged} where there is
+// no rest.
+void bring_to_rest(LoadedScene& scene, std::ostream* words);
+
+int rest(const RestRequest& request, const Environment& environment, Registry& registry,
+         Console& console);
+
+}  // namespace sim::cli

@@ -1,0 +1,85 @@
+// Diagonally implicit methods that choose their steps, for stiff systems.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/explicit/embedded_rk.h"
+#include "core/ode/explicit/step_controller.h"
+#include "core/ode/implicit/implicit.h"
+#include "core/ode/integrator.h"
+
+namespace sim {
+
+// An ESDIRK pair: the first stage is explicit, the others have the same a_ii = gamma, and the last
+// is the next state. Error of a step: h sum_i (b_i - embedded_i) k_i.
+template <int S>
+struct ImplicitPair {
+  Tableau<S> method;
+  std::array<double, S> embedded;
+};
+
+template <int S>
+constexpr int embedded_order(const ImplicitPair<S>& pair) {
+  Tableau<S> other = pair.method;
+  other.b = pair.embedded;
+  return order_conditions(other);
+}
+
+// Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|; the last before a state
+// that is asked for ends there. A step whose equations are not solved is made shorter. The first
+// slope of a step is the last one of the step before, which was solved for: f of a state that is
+// off by some delta is off by lambda delta. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
+class AdaptiveImplicit final : public Integrator {
+ public:
+  template <int S>
+  AdaptiveImplicit(const ImplicitPair<S>& pair, int order, const Tolerance& tolerance,
+                   const StageOptions& options)
+      : plan_(plan_of(pair.method)),
+        order_(order),
+        tolerance_(tolerance),
+        options_(options),
+        controller_(order),
+        fixed_(pair.method, order, options) {
+    for (int i = 0; i < S; ++i) error_weights_.push_back(pair.method.b[i] - pair.embedded[i]);
+  }
+
+  IntegratorInfo info() const noexcept override {
+    return {.order = order_, .adaptive = true, .implicit = true};
+  }
+  void prepare(OdeSystem& system) override;
+  Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
+                  double* x_next) override;
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { fresh_ = true; }
+  std::vector<double> memory() const override;
+  void recall(std::span<const double> memory) override;
+  Effort effort() const override;
+  std::vector<std::string> notes() const override { return solver_->notes(); }
+  // Of a step of its own of size h.
+  double amplification(double h_omega, double h_gamma) const override {
+    return fixed_.amplification(h_omega, h_gamma);
+  }
+
+ private:
+  double starting_step(OdeSystem& system, double t, const double* x);
+  double try_step(OdeSystem& system, double t, double h, StepStatus& status);
+  double scaled_norm(const double* values, const double* x, const double* y) const;
+  Stage from(const double* x, double h, const double* weights, int count);
+
+  ExplicitPlan plan_;
+  int order_;
+  Tolerance tolerance_;
+  StageOptions options_;
+  StepController controller_;
+  DiagonallyImplicit fixed_;  // for its amplification
+  std::vector<double> error_weights_;
+  std::unique_ptr<StageSolver> solver_;
+  bool fresh_ = true;
+  std::vector<Array> change_;  // gamma h k_i
+  Array x_, y_, r_, error_, slope_, slope_before_;
+  std::vector<Stage::Term> terms_;
+  Effort own_;
+};
+
+}  // namespace sim

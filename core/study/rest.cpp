@@ -1,0 +1,104 @@
+#include "core/study/rest.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace sim::study {
+namespace {
+
+// A part of X: numbers by item and component.
+template <class Visit>
+void each_number(const StateShape& shape, const std::string& name, const Visit& visit) {
+  for (const StatePart& part : shape.parts())
+    if (part.name == name)
+      for (std::size_t component = 0; component < part.components.size(); ++component)
+        for (std::size_t i = 0; i < part.count; ++i) visit(part.at(i, component));
+}
+
+double largest_acceleration(Simulation& simulation, const double* x, Array& at, Array& slope) {
+  simulation.ode().eval(simulation.t(), {x, {}}, at.data(), slope.data());
+  double most = 0;
+  each_number(simulation.shape(), "velocity", [&](std::size_t i) {
+    const double size = std::fabs(slope[i]);
+    if (!(size <= most)) most = size;
+  });
+  return most;
+}
+
+void measure_forces(const Simulation& simulation, Rest& rest) {
+  for (int i = 0; i < simulation.particles(); ++i) {
+    if (simulation.pinned(i)) continue;
+    Vec3 sum = Vec3::Zero();
+    for (const ForceShare& share : simulation.forces_on(i)) {
+      rest.in_play = std::max(rest.in_play, share.force.norm());
+      sum += share.force;
+    }
+    rest.force = std::max(rest.force, sum.norm());
+  }
+}
+
+}  // namespace
+
+Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
+  constexpr int kSteps = 200, kIdle = 4;
+  constexpr double kGrow = 2, kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
+  if (!simulation.second_order())
+    throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
+                                    "a first-order scene has no forces that could balance",
+                                    "run it for long instead"});
+  OdeSystem& system = simulation.ode();
+  const std::size_t size = system.size();
+  const auto solver = system.stage_solver({.tolerance = 1e-12});
+  Snapshot snapshot = simulation.snapshot();
+  Array x(size), next(size), best(size), at(size), slope(size);
+  std::ranges::copy(snapshot.x, x.data());
+  const auto halt = [&](Array& state) {
+    each_number(simulation.shape(), "velocity", [&](std::size_t i) { state[i] = 0; });
+  };
+  halt(x);
+  std::ranges::copy(x.span(), best.data());
+
+  Rest rest;
+  double least = largest_acceleration(simulation, x.data(), at, slope), scale = least;
+  double h = 10 * simulation.h();
+  int idle = 0;
+  for (int step = 0; step < kSteps && least > kEnough * scale && idle < kIdle; ++step) {
+    if (stop && stop()) {
+      rest.why = "interrupted";
+      break;
+    }
+    std::ranges::copy(x.span(), next.data());
+    const StepStatus status = solver->solve(simulation.t(), h, x.data(), next.data());
+    if (status != StepStatus::kDone) {
+      h *= kShrink;
+      ++idle;
+      continue;
+    }
+    halt(next);
+    std::swap(x, next);
+    const double now = largest_acceleration(simulation, x.data(), at, slope);
+    scale = std::max(scale, now);
+    idle = now < 0.9 * least || least > kNearly * scale ? 0 : idle + 1;
+    if (now < least) {
+      least = now;
+      std::ranges::copy(x.span(), best.data());
+    }
+    h *= kGrow;
+    ++rest.effort.steps;
+  }
+  std::copy(best.data(), best.data() + size, snapshot.x.begin());
+  snapshot.memory.clear();
+  simulation.restore(snapshot);
+  const std::int64_t steps = rest.effort.steps;
+  rest.effort = solver->effort();
+  rest.effort.steps = steps;
+  rest.potential = simulation.energy().potential;
+  measure_forces(simulation, rest);
+  rest.found = rest.why.empty() && rest.force <= kNearly * rest.in_play;
+  if (!rest.found && rest.why.empty()) rest.why = "forces do not vanish: is everything held?";
+  return rest;
+}
+
+}  // namespace sim::study

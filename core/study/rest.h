@@ -1,0 +1,29 @@
+// Static equilibrium: where a damped scene comes to rest.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "core/ode/outcome.h"
+#include "core/scene/simulation.h"
+
+namespace sim::study {
+
+struct Rest {
+  bool found = false;
+  double force = 0;      // N, the largest that is left on a free particle
+  double in_play = 0;    // N, the largest of a single kind of force on one
+  double potential = 0;  // J
+  Effort effort;         // steps: of growing length, each from rest
+  std::string why;       // where it was not found
+};
+
+// Brings a scene of particles to rest at its present time: steps of backward Euler from rest, each
+// longer than the one before. Each lowers the potential U by at least |dx|^2_M / 2 h^2, so that the
+// scene goes where friction would lead it, and the limit is a minimum of U, not just a place
+// without forces (the proximal point method: Rockafellar 1976, SIAM J. Control Optim. 14, 877-898).
+// Ends when forces are rounding, or 1e-10 of those in play. Velocities become 0; the time stays.
+// Throws Error{kUsage} for a first-order scene, and what a stage solver throws.
+Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop = {});
+
+}  // namespace sim::study

@@ -1,0 +1,48 @@
+// ESDIRK 4(3): adaptive steps on stiff systems, to a tolerance.
+#include "core/ode/implicit/adaptive_implicit.h"
+#include "core/plugin/embedded_plugin.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+// The implicit part of ARK4(3)6L[2]SA, Kennedy & Carpenter (2003), appendix C.
+constexpr sim::ImplicitPair<6> kPair{
+    .method = {.a = {{{},
+                      {0.25, 0.25},
+                      {8611.0 / 62500, -1743.0 / 31250, 0.25},
+                      {5012029.0 / 34652500, -654441.0 / 2922500, 174375.0 / 388108, 0.25},
+                      {15267082809.0 / 155376265600, -71443401.0 / 120774400,
+                       730878875.0 / 902184768, 2285395.0 / 8070912, 0.25},
+                      {82889.0 / 524892, 0, 15625.0 / 83664, 69875.0 / 102672, -2260.0 / 8211,
+                       0.25}}},
+               .b = {82889.0 / 524892, 0, 15625.0 / 83664, 69875.0 / 102672, -2260.0 / 8211, 0.25},
+               .c = {0, 0.5, 83.0 / 250, 31.0 / 50, 17.0 / 20, 1}},
+    .embedded = {4586570599.0 / 29645900160, 0, 178811875.0 / 945068544, 814220225.0 / 1159782912,
+                 -3700637.0 / 11593932, 61727.0 / 225920}};
+static_assert(sim::order_conditions(kPair.method) == 4);
+static_assert(sim::embedded_order(kPair) == 3);
+
+}  // namespace
+
+SIM_PLUGIN(Integrator, "esdirk43") {
+  registrar.add(sim::IntegratorPlugin{
+      {.name = "esdirk43",
+       .summary = "ESDIRK 4(3): adaptive and stiff; steps to a tolerance, stable with any",
+       .formula = "Y_i = x + h sum_{j<i} a_ij k_j + h/4 k_i,  k_i = f(t + c_i h, Y_i),  6 stages\n"
+                  "x_next = Y_6;  R(z) -> 0 as z -> -infinity\n"
+                  "error = h sum_i (b_i - b'_i) k_i",
+       .source = "Kennedy & Carpenter (2003), Appl. Numer. Math. 44, 139-181: implicit part of "
+                 "ARK4(3)6L[2]SA",
+       .params = sim::embedded_params()},
+      [](const sim::Params& given) -> std::unique_ptr<sim::Integrator> {
+        // The equations of a stage a hundred times better than its error may be.
+        constexpr double kPart = 1e-2, kMost = 1e-4, kLeast = 1e-12;
+        const sim::Tolerance tolerance = sim::tolerance_of(given);
+        sim::StageOptions options{.order = 4};
+        if (given.flag("fixed_step"))
+          return std::make_unique<sim::DiagonallyImplicit>(kPair.method, 4, options);
+        options.tolerance =
+            std::clamp(kPart * std::min(tolerance.atol, tolerance.rtol), kLeast, kMost);
+        return std::make_unique<sim::AdaptiveImplicit>(kPair, 4, tolerance, options);
+      }});
+}
