@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <set>
 #include <vector>
 
 #include "cli/run/checkpoint_file.h"
 #include "cli/run/postmortem.h"
 #include "cli/run/replay_file.h"
 #include "cli/run/report.h"
+#include "cli/run/run_files.h"
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
 #include "cli/terminal/signals.h"
@@ -26,61 +25,6 @@ namespace {
 
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
-
-bool takes_standard_output(const std::optional<Target>& target) {
-  return target && target->standard_output();
-}
-
-// The tables asked for, with their options.
-std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& request) {
-  std::vector<std::pair<const char*, const Target*>> tables;
-  if (request.dump) tables.emplace_back("--dump", &*request.dump);
-  if (request.energy) tables.emplace_back("--energy", &*request.energy);
-  if (request.observe) tables.emplace_back("--observe", &*request.observe);
-  if (request.tension) tables.emplace_back("--tension", &*request.tension);
-  return tables;
-}
-
-bool table_on_standard_output(const RunRequest& request) {
-  return takes_standard_output(request.dump) || takes_standard_output(request.energy) ||
-         takes_standard_output(request.observe) || takes_standard_output(request.tension);
-}
-
-// Words leave standard output to a table that goes there.
-std::ostream& words(const RunRequest& request, Console& console) {
-  return table_on_standard_output(request) ? console.err : console.out;
-}
-
-void check_request(const RunRequest& request) {
-  const auto tables = tables_of(request);
-  for (std::size_t i = 0; i < tables.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      if (!same_target(*tables[j].second, *tables[i].second)) continue;
-      throw Error(
-          ErrorKind::kUsage,
-          {"two tables for one place", std::string(tables[j].first) + " and " + tables[i].first,
-           "both would be written to " + (tables[i].second->standard_output()
-                                              ? std::string("standard output")
-                                              : tables[i].second->file),
-           "give one of them another file"});
-    }
-  if (request.json && table_on_standard_output(request))
-    throw Error(ErrorKind::kUsage, {"two kinds of data for standard output",
-                                    "--json with --dump, --energy, --observe or --tension",
-                                    "the summary and the table would mix",
-                                    "give the table a file, as in --dump=run.csv"});
-  for (const auto& [option, table] : tables)
-    if (request.snap && same_target({*request.snap}, *table))
-      throw Error(ErrorKind::kUsage,
-                  {"a table and a checkpoint for one place", "--snap",
-                   "both would be written to " + *request.snap, "give one another file"});
-  const bool runs = request.time || request.steps;
-  if (request.debug_particle && !runs && !tables.empty())
-    throw Error(
-        ErrorKind::kUsage,
-        {"no run to write a table of", std::string("--debug-particle with ") + tables.front().first,
-         "--debug-particle alone stops before the first step", "add --time or --steps"});
-}
 
 std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
   if (request.steps) return *request.steps;
@@ -111,18 +55,6 @@ void print_notes(LoadedScene& scene, Console& console) {
         said.push_back(note);
         console.err << "sim: note: " << note << '\n';
       }
-}
-
-// What killed processes left where this run will write.
-void collect_leftovers_of(const RunRequest& request) {
-  std::vector<std::string> files = request.out.files;
-  for (const auto& [option, table] : tables_of(request)) files.push_back(table->file);
-  if (request.snap) files.push_back(*request.snap);
-  std::set<std::filesystem::path> folders;
-  for (const std::string& file : files)
-    if (file != "-" && !file.starts_with("/dev/"))
-      folders.insert(std::filesystem::absolute(file).parent_path());
-  for (const auto& folder : folders) collect_leftovers(folder);
 }
 
 class Run {

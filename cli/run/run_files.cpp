@@ -1,0 +1,78 @@
+#include "cli/run/run_files.h"
+
+#include <filesystem>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/output/output.h"
+
+namespace sim::cli {
+namespace {
+
+bool takes_standard_output(const std::optional<Target>& target) {
+  return target && target->standard_output();
+}
+
+}  // namespace
+
+std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& request) {
+  std::vector<std::pair<const char*, const Target*>> tables;
+  if (request.dump) tables.emplace_back("--dump", &*request.dump);
+  if (request.energy) tables.emplace_back("--energy", &*request.energy);
+  if (request.observe) tables.emplace_back("--observe", &*request.observe);
+  if (request.tension) tables.emplace_back("--tension", &*request.tension);
+  return tables;
+}
+
+bool table_on_standard_output(const RunRequest& request) {
+  return takes_standard_output(request.dump) || takes_standard_output(request.energy) ||
+         takes_standard_output(request.observe) || takes_standard_output(request.tension);
+}
+
+std::ostream& words(const RunRequest& request, Console& console) {
+  return table_on_standard_output(request) ? console.err : console.out;
+}
+
+void check_request(const RunRequest& request) {
+  const auto tables = tables_of(request);
+  for (std::size_t i = 0; i < tables.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!same_target(*tables[j].second, *tables[i].second)) continue;
+      throw Error(
+          ErrorKind::kUsage,
+          {"two tables for one place", std::string(tables[j].first) + " and " + tables[i].first,
+           "both would be written to " + (tables[i].second->standard_output()
+                                              ? std::string("standard output")
+                                              : tables[i].second->file),
+           "give one of them another file"});
+    }
+  if (request.json && table_on_standard_output(request))
+    throw Error(ErrorKind::kUsage, {"two kinds of data for standard output",
+                                    "--json with --dump, --energy, --observe or --tension",
+                                    "the summary and the table would mix",
+                                    "give the table a file, as in --dump=run.csv"});
+  for (const auto& [option, table] : tables)
+    if (request.snap && same_target({*request.snap}, *table))
+      throw Error(ErrorKind::kUsage,
+                  {"a table and a checkpoint for one place", "--snap",
+                   "both would be written to " + *request.snap, "give one another file"});
+  const bool runs = request.time || request.steps;
+  if (request.debug_particle && !runs && !tables.empty())
+    throw Error(
+        ErrorKind::kUsage,
+        {"no run to write a table of", std::string("--debug-particle with ") + tables.front().first,
+         "--debug-particle alone stops before the first step", "add --time or --steps"});
+}
+
+void collect_leftovers_of(const RunRequest& request) {
+  std::vector<std::string> files = request.out.files;
+  for (const auto& [option, table] : tables_of(request)) files.push_back(table->file);
+  if (request.snap) files.push_back(*request.snap);
+  std::set<std::filesystem::path> folders;
+  for (const std::string& file : files)
+    if (file != "-" && !file.starts_with("/dev/"))
+      folders.insert(std::filesystem::absolute(file).parent_path());
+  for (const auto& folder : folders) collect_leftovers(folder);
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,25 @@
+// The files that a run is asked for: which, whether they go together, and what earlier ones left.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "cli/run/run.h"
+
+namespace sim::cli {
+
+// The tables asked for, with their options.
+std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& request);
+
+bool table_on_standard_output(const RunRequest& request);
+
+// Words leave standard output to a table that goes there.
+std::ostream& words(const RunRequest& request, Console& console);
+
+// Throws Error{kUsage} for files that would be written over each other, and for tables of no run.
+void check_request(const RunRequest& request);
+
+// Removes what killed processes left where this run will write.
+void collect_leftovers_of(const RunRequest& request);
+
+}  // namespace sim::cli
