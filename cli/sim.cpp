@@ -21,6 +21,8 @@ struct Dispatch {
     return doctor(request, find_environment(line.plugin_path), console);
   }
 
+  int operator()(const ImportRequest& request) const { return import_mesh(request, console); }
+
   int operator()(const PlotRequest& request) const { return plot_table(request, console); }
 
   int operator()(const NewPluginRequest& request) const { return new_plugin(request, console); }

@@ -34,6 +34,7 @@ struct Texts {
   std::string test_library;
   std::string plugin_words[3];
   PlotRequest plot;
+  ImportRequest import;
   std::vector<std::string> without;
 };
 
@@ -59,11 +60,13 @@ class Parser {
   StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
   PlotRequest plot_request() const;
+  ImportRequest import_request() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_,
+      *import_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
 };
@@ -179,6 +182,9 @@ Parser::Parser() {
   plot_->add_option("-x", t.plot.x, "column")->type_name("NAME");
   plot_->add_option("-y", t.plot.y, "column")->type_name("NAME");
   plot_->add_option("--by", t.plot.by, "a curve for each value of this column")->type_name("NAME");
+  import_ = verb("import", "MESH: a mesh (.obj, .ply) as a scene to edit");
+  import_->footer("Example: sim import bunny.obj --out bunny.lua; without --out it is printed\n");
+  import_->add_option("MESH", t.import.mesh, "of another program; units are metres")->type_name("");
   view_ = add_view_options(app_, t.view);
 }
 
@@ -205,7 +211,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
-    if (&chosen == plot_ && option->get_name() == "--out") continue;
+    if ((&chosen == plot_ || &chosen == import_) && option->get_name() == "--out") continue;
     if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt" ||
                              option->get_name() == "--tol"))
       continue;
@@ -328,6 +334,18 @@ PlotRequest Parser::plot_request() const {
   return request;
 }
 
+ImportRequest Parser::import_request() const {
+  ImportRequest request = texts_.import;
+  if (request.mesh.empty())
+    usage_error("argument missing", "sim import", "it needs a mesh", "as in: sim import bunny.obj");
+  if (texts_.out.files.size() > 1)
+    usage_error("given twice", "--out " + texts_.out.files[1], "it makes one scene", "keep one");
+  if (!texts_.out.files.empty()) request.out = texts_.out.files.front();
+  if (!request.out.empty() && !request.out.ends_with(".lua"))
+    usage_error("bad value", "--out '" + request.out + "'", "a scene is .lua", "as in bunny.lua");
+  return request;
+}
+
 AdjacencyRequest Parser::adjacency_request() const {
   if (texts_.adjacency_scene.empty() || texts_.adjacency_particle.empty())
     usage_error("argument missing", "sim adjacency", "it needs a scene and a particle",
@@ -391,6 +409,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = new_plugin_request();
   } else if (chosen.front() == plot_) {
     line.request = plot_request();
+  } else if (chosen.front() == import_) {
+    line.request = import_request();
   } else if (chosen.front() == view_) {
     SceneRequest scene = scene_request(texts_.view.scene);
     scene.integrator = parse_integrator(only("--integrator", texts_.integrator));

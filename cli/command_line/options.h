@@ -9,6 +9,7 @@
 #include "cli/verbs/compare.h"
 #include "cli/verbs/describe.h"
 #include "cli/verbs/doctor.h"
+#include "cli/verbs/import_mesh.h"
 #include "cli/verbs/list.h"
 #include "cli/verbs/minimal.h"
 #include "cli/verbs/new_plugin.h"
@@ -32,7 +33,7 @@ struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
                DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
                CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest,
-               RestRequest>
+               RestRequest, ImportRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
