@@ -121,7 +121,8 @@ Parser::Parser() {
       app_.add_option("INTEGRATOR", t.integrator_word, "as --integrator")->type_name(""),
       app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
       value("-i,--integrator", t.integrator, "NAME",
-            "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
+            "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE")
+          ->join(),
       value("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
       value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
       value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
@@ -212,8 +213,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
-    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt" ||
-                             option->get_name() == "--tol"))
+    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt"))
       continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
@@ -247,6 +247,8 @@ RunRequest Parser::run_request() const {
                   "write --dump=" + word + " or --energy=" + word);
   RunRequest request;
   request.scene = scene_request(t.scene);
+  if (t.integrator.find('\n') != std::string::npos)
+    usage_error("two integrators", "--integrator", "a run has one", "compare them with sim view");
   request.scene.integrator = parse_integrator(once(t.integrator, t.integrator_word));
   add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
   if (const std::string dt = once(t.dt, t.dt_word); !dt.empty())
@@ -361,10 +363,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = new_plugin_request();
   } else if (chosen.front() == view_) {
     SceneRequest scene = scene_request(texts_.view.scene);
-    scene.integrator = parse_integrator(texts_.integrator);
-    add_options(scene.integrator, texts_.tol, "", false);
     if (!texts_.dt.empty()) scene.dt = positive_number("--dt", texts_.dt);
-    line.request = view_request(texts_.view, std::move(scene));
+    line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
   } else if (studies_.has(chosen.front())) {
     const CLI::App* study = chosen.front();
     const StudyBase base = study_base();

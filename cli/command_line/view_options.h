@@ -19,7 +19,7 @@ struct ViewTexts {
 
 CLI::App* add_view_options(CLI::App& app, ViewTexts& texts);
 
-// Throws Error{kUsage}.
-ViewRequest view_request(const ViewTexts& texts, SceneRequest scene);
+// Methods: one a line. Throws Error{kUsage}.
+ViewRequest view_request(const ViewTexts& texts, SceneRequest scene, const std::string& methods);
 
 }  // namespace sim::cli
