@@ -212,8 +212,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
     if ((&chosen == plot_ || &chosen == import_) && option->get_name() == "--out") continue;
-    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt" ||
-                             option->get_name() == "--tol"))
+    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt"))
       continue;
     const bool of_rest = option->get_name() == "--dump" || option->get_name() == "--quiet";
     if (&chosen == rest_ && of_rest) continue;
@@ -413,11 +412,9 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = import_request();
   } else if (chosen.front() == view_) {
     SceneRequest scene = scene_request(texts_.view.scene);
-    scene.integrator = parse_integrator(only("--integrator", texts_.integrator));
-    add_options(scene.integrator, texts_.tol, "", false);
     if (const std::string dt = only("--dt", texts_.dt); !dt.empty())
       scene.dt = positive_number("--dt", dt);
-    line.request = view_request(texts_.view, std::move(scene));
+    line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
   } else if (studies_.has(chosen.front())) {
     const CLI::App* study = chosen.front();
     const StudyBase base = study_base();

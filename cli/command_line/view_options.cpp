@@ -21,12 +21,28 @@ CLI::App* add_view_options(CLI::App& app, ViewTexts& texts) {
                    "what hands do, line by line; sim --replay FILE\nrepeats it with the same bits")
       ->type_name("FILE");
   view->footer(
-      "It takes -i, -d, --tol, --set, --off, --without, --seed, --threads, --plugin-path\n"
-      "and --load, as in sim --help. The page shows its keys when ? is pressed.\n");
+      "It takes -i (several: side by side, under the same hands), -d, --set, --off,\n"
+      "--without, --seed, --threads, --plugin-path and --load, as in sim --help. The\n"
+      "page shows its keys when ? is pressed.\n");
   return view;
 }
 
-ViewRequest view_request(const ViewTexts& texts, SceneRequest scene) {
+// -i more than once: side by side.
+std::vector<MethodChoice> panels(const std::vector<std::string>& methods,
+                                 const std::string& record) {
+  std::vector<MethodChoice> list;
+  for (const std::string& method : methods) list.push_back(parse_integrator(method));
+  constexpr std::size_t kMostPanels = 6;
+  if (list.size() > kMostPanels)
+    usage_error("too many panels", "--integrator", "six fit side by side", "leave some out");
+  if (list.size() > 1 && !record.empty())
+    usage_error("several systems of one name", "--record",
+                "a recording is of a scene, not of a comparison", "give one --integrator");
+  return list;
+}
+
+ViewRequest view_request(const ViewTexts& texts, SceneRequest scene,
+                         const std::vector<std::string>& methods) {
   constexpr std::int64_t kMostPort = 65535;
   ViewRequest request;
   request.scene = std::move(scene);
@@ -35,6 +51,11 @@ ViewRequest view_request(const ViewTexts& texts, SceneRequest scene) {
   request.open = !texts.no_open;
   request.terminal = texts.terminal;
   if (!texts.record.empty()) request.record = texts.record;
+  request.compare = panels(methods, texts.record);
+  if (request.compare.size() == 1) {
+    request.scene.integrator = request.compare.front();
+    request.compare.clear();
+  }
   return request;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cli/view/view.h"
 
@@ -19,7 +20,8 @@ struct ViewTexts {
 
 CLI::App* add_view_options(CLI::App& app, ViewTexts& texts);
 
-// Throws Error{kUsage}.
-ViewRequest view_request(const ViewTexts& texts, SceneRequest scene);
+// Methods: as they were given, one or several. Throws Error{kUsage}.
+ViewRequest view_request(const ViewTexts& texts, SceneRequest scene,
+                         const std::vector<std::string>& methods);
 
 }  // namespace sim::cli

@@ -116,7 +116,11 @@ void Live::run(double seconds) {
   bool slow = false;
   while (debt_ > 0 && player_.failed() < 0) {
     const double h = player_.system().h(), before = player_.system().t();
-    const auto most = static_cast<std::int64_t>(std::clamp(debt_ / h, 1.0, 64.0));
+    // No more than there is time for.
+    const double left = seconds - seconds_since(begin);
+    const double fit = step_cost_ > 0 ? std::min(64.0, left / step_cost_) : 64.0;
+    const auto most = static_cast<std::int64_t>(std::clamp(debt_ / h, 1.0, std::max(1.0, fit)));
+    const auto start_of_steps = Clock::now();
     const std::int64_t steps = player_.advance(std::min(most, accounts_.front().due()));
     if (steps == 0) {
       failure_ = failure();
@@ -124,6 +128,8 @@ void Live::run(double seconds) {
       break;
     }
     taken_ += steps;
+    fresh_ = true;
+    step_cost_ = seconds_since(start_of_steps) / static_cast<double>(steps);
     debt_ -= player_.system().t() - before;
     for (EnergyAccount& each : accounts_) each.stepped();
     if (seconds_since(begin) > seconds) {
@@ -178,8 +184,12 @@ void Live::settle() {
 }
 
 void Live::measure_limits() {
-  limits_ = Clock::now();
+  constexpr double kLeast = 1, kTimes = 50;  // s, of what it costs: until the next look
+  const auto begin = Clock::now();
   for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i] = stable_share(player_.system(i));
+  limits_ = Clock::now() +
+            std::chrono::duration_cast<Clock::duration>(
+                std::chrono::duration<double>(std::max(kLeast, kTimes * seconds_since(begin))));
 }
 
 // In the words of a run.
@@ -233,12 +243,14 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
   if (grabs && !held) hands_.push_back({system, action.particle, from});
   if (action.what == Action::What::kRelease) std::erase_if(hands_, same);
   settle();
-  if (action.changes_settings()) measure_limits();
+  const bool pins = action.what == Action::What::kPin || action.what == Action::What::kUnpin;
+  if (action.changes_settings() && !pins) measure_limits();
 }
 
 // --- What is said -----------------------------------------------------------------------------
 
 std::string Live::take(std::uint64_t from, const std::string& line) {
+  fresh_ = true;
   try {
     return obey(from, line);
   } catch (const Error& error) {
@@ -270,7 +282,11 @@ std::string Live::obey(std::uint64_t from, const std::string& line) {
   if (word == "pull") {
     pull_to(system, arguments);
   } else if (!control(word, arguments, from)) {
-    act(from, system, parse_action(rest));
+    const Action action = parse_action(rest);
+    // The method is what panels differ in.
+    const bool each = all_ && action.what != Action::What::kIntegrator;
+    for (std::size_t i = each ? 0 : system; i < (each ? player_.count() : system + 1); ++i)
+      act(from, i, action);
   }
   return "";
 }
@@ -284,12 +300,13 @@ void Live::pull_to(std::size_t system, std::string arguments) {
 }
 
 void Live::pull(std::size_t system, int particle, const Vec3& to) {
+  bool any = false;
   for (Hand& hand : hands_)
-    if (hand.system == system && hand.particle == particle) {
+    if ((all_ || hand.system == system) && hand.particle == particle) {
       hand.to = to;
-      hand.pulled = true;
-      return;
+      hand.pulled = any = true;
     }
+  if (any) return;
   refuse_word("nothing to pull", "particle " + std::to_string(particle) + " is not held");
 }
 
@@ -338,8 +355,7 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
 // --- What is shown ----------------------------------------------------------------------------
 
 std::string Live::words() {
-  constexpr double kLimits = 1;  // s between two looks at the largest stable step
-  if (playing_ && seconds_since(limits_) > kLimits) measure_limits();
+  if (playing_ && Clock::now() > limits_) measure_limits();
   std::vector<std::string> systems;
   for (std::size_t i = 0; i < player_.count(); ++i) {
     Simulation& system = player_.system(i);
@@ -377,6 +393,7 @@ std::string Live::verdict(std::size_t i) {
 }
 
 std::string Live::frame() {
+  fresh_ = false;
   const Moment now = moment();
   std::string text = words();
   std::vector<std::string> solids;

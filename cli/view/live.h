@@ -28,10 +28,13 @@ class Live {
   // nothing. Never throws for what is said.
   std::string take(std::uint64_t from, const std::string& line);
 
-  std::string page() const;   // the whole page
-  std::string frame();        // what it draws next
-  std::string strip() const;  // the energies so far, JSON
+  std::string page() const;              // the whole page
+  std::string frame();                   // what it draws next
+  bool fresh() const { return fresh_; }  // something changed since the last one
+  std::string strip() const;             // the energies so far, JSON
   Player& player() { return player_; }
+
+  void act_on_all() { all_ = true; }  // every action is done to all systems alike
 
   // For a front that draws by itself.
   bool world() const { return scene_.spec.world; }
@@ -80,6 +83,8 @@ class Live {
   bool playing_ = true, was_slow_ = false;
   double speed_ = 1, debt_ = 0;  // of real time; s of the scene
   Clock::time_point last_, limits_;
+  double step_cost_ = 0;  // s
+  bool fresh_ = true, all_ = false;
   double spent_ = 0, wall_ = 0, simulated_ = 0;  // s, since the last measurement
   std::int64_t taken_ = 0;
   double us_ = 0, real_ = 0;

@@ -26,10 +26,31 @@
 namespace sim::cli {
 namespace {
 
+constexpr double kQuiet = 0.2;       // s between frames where nothing changes
 constexpr double kFrame = 1.0 / 60;  // s between two frames
 constexpr double kShare = 0.75;      // of it, for steps
 
 using Clock = std::chrono::steady_clock;
+
+// The first system of the scene once with each method.
+LoadedScene side_by_side(const LoadedScene& scene, const ViewRequest& request, Registry& registry) {
+  LoadedScene panels;
+  panels.spec = scene.spec;
+  panels.spec.world = true;
+  panels.spec.systems.clear();
+  for (const MethodChoice& choice : request.compare) {
+    SystemSpec spec = scene.spec.systems.front();
+    SceneRequest own = request.scene;
+    own.integrator = choice;
+    spec.integrator = run_options(own, spec, registry).integrator;
+    spec.name = Method(registry, spec.integrator).label();
+    if (request.scene.dt > 0) spec.dt = request.scene.dt;
+    panels.spec.systems.push_back(std::move(spec));
+  }
+  for (const SystemSpec& spec : panels.spec.systems)
+    panels.systems.emplace_back(spec, registry, RunOptions{.threads = request.scene.threads});
+  return panels;
+}
 
 Clock::duration span(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -87,7 +108,7 @@ int serve(Live& live, const Plugin<View>& plugin, const ViewRequest& request,
               << " HOST, then that address; Ctrl-C ends\n";
   flush_or_throw(console.out, "standard output");
   if (request.open) open_browser(address);
-  auto next = Clock::now();
+  auto next = Clock::now(), quiet = next;
   while (!interrupts.caught()) {
     const double left = std::chrono::duration<double>(next - Clock::now()).count();
     for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
@@ -97,7 +118,10 @@ int serve(Live& live, const Plugin<View>& plugin, const ViewRequest& request,
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
     live.run(kShare * kFrame);
-    if (server->wants_frame()) server->show(live.frame());
+    // Where nothing happens a few frames are enough, for whoever missed the last one.
+    if (!server->wants_frame() || (!live.fresh() && Clock::now() < quiet)) continue;
+    quiet = Clock::now() + span(kQuiet);
+    server->show(live.frame());
   }
   return 128 + interrupts.caught();
 }
@@ -138,7 +162,9 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
     throw Error(ErrorKind::kIo, {"no pictures in this terminal", "sim view --terminal", why,
                                  "leave out --terminal"});
   LoadedScene scene = load(request.scene, environment, registry);
+  if (!request.compare.empty()) scene = side_by_side(scene, request, registry);
   Live live(scene, request.scene, registry);
+  if (!request.compare.empty()) live.act_on_all();
 
   std::ofstream file;
   std::optional<RecordingWriter> writer;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
@@ -14,6 +15,7 @@ struct ViewRequest {
   int port = 0;      // 0: one that is free
   bool open = true;  // in the browser, where there is one
   bool terminal = false;
+  std::vector<MethodChoice> compare;  // several: the scene once with each, under the same hands
   std::optional<std::string> record;
 };
 

@@ -179,11 +179,11 @@ double Particles::elastic_energy(double t, const double* state) const {
   return sum;
 }
 
-// c sum |v|^2 of drag on free particles, less sum F.v over the forces F of dashpots on all.
+// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots, of all particles: pinned ones
+// have v = 0, but in a hand.
 double Particles::damping_power(double t, const double* state, Array& sums) const {
   const ParticleView p = view(t, state);
   const double drag = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
-                        if (!p.free(i)) return 0.0;
                         return p.vx[i] * p.vx[i] + p.vy[i] * p.vy[i] + p.vz[i] * p.vz[i];
                       });
   if (!has_dashpots_) return drag;

@@ -51,6 +51,7 @@ double EnergyBalance::hands() const {
   for (const int i : system_->settings().held) {
     const Vec3 v = p.velocity(i);
     if (v == Vec3::Zero()) continue;
+    power -= particles.motion().damping * v.squaredNorm();  // which was counted for it, too
     Vec3 sum = Vec3::Zero();
     for (Force* force : particles.forces()) {
       if (force->springs()) {

@@ -93,7 +93,7 @@ class Tab:
             raise RuntimeError(code + ": " + json.dumps(result["exceptionDetails"])[:600])
         return result["result"].get("value")
 
-    def until(self, code, seconds=20):
+    def until(self, code, seconds=60):
         end = time.time() + seconds
         while time.time() < end:
             if self.js(code):

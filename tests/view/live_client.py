@@ -15,9 +15,11 @@ class Server:
     """A `sim view` that runs as long as the block, and its recording."""
 
     def __init__(self, program, *arguments):
-        self.record = tempfile.mktemp(suffix=".rec")
+        # A comparison of methods has no recording.
+        self.record = tempfile.mktemp(suffix=".rec") if arguments.count("-i") < 2 else ""
+        record = ["--record", self.record] if self.record else []
         self.process = subprocess.Popen(
-            [program, "view", *arguments, "--no-open", "--record", self.record],
+            [program, "view", *arguments, "--no-open", *record],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.address = self.process.stdout.readline().strip()
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", self.address)
