@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 #include "cli/terminal/signals.h"
 
@@ -53,6 +55,9 @@ struct Editing {
   std::string line;
   bool done = false, ended = false;
   bool continues = false;
+  bool abandoned = false;             // by a signal
+  std::size_t prompt = 0;             // bytes
+  const sigset_t* signals = nullptr;  // that come through while we wait for a key
 } editing;
 
 volatile std::sig_atomic_t resized = 0, resumed = 0;
@@ -65,7 +70,9 @@ void accept(char* text) {
   editing.ended = text == nullptr;
   if (text) editing.line = text;
   std::free(text);
+#if !defined(SIM_READLINE)
   rl_callback_handler_remove();
+#endif
 }
 
 bool in_command() {
@@ -112,6 +119,18 @@ int tab(int count, int key) {
 }
 #endif
 
+#if defined(SIM_READLINE)
+// readline divides by widths that are too small, and writes beyond its lines where a prompt does
+// not fit: it is told of a terminal that is wide enough, and the terminal breaks the lines.
+void fit_terminal(std::size_t prompt) {
+  winsize size{};
+  if (::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) != 0) return;
+  const int rows = size.ws_row > 1 ? size.ws_row : 24, columns = size.ws_col > 0 ? size.ws_col : 80;
+  const int least = static_cast<int>(std::min<std::size_t>(prompt, 200)) + 20;
+  rl_set_screen_size(rows, std::max(columns, least));
+}
+#endif
+
 void watch(int signal, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -138,17 +157,32 @@ class SignalsBlocked {
   sigset_t before_;
 };
 
-// The rest of the line that was being typed, and a new one.
-void abandon_line() {
-#if defined(SIM_READLINE)
-  rl_callback_sigcleanup();
-  rl_free_line_state();
-#endif
+void say_to_terminal(const char* text) {
   std::FILE* const out = rl_outstream ? rl_outstream : stdout;
-  std::fputs("^C\n", out);
+  std::fputs(text, out);
   std::fflush(out);
-  rl_callback_handler_remove();
 }
+
+#if defined(SIM_READLINE)
+// Waits for a key, and meanwhile for signals: one of them ends the line. (readline's interface of
+// callbacks loses its place in key sequences and macros.)
+int next_key(std::FILE* stream) {
+  for (;;) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    const int ready = ::ppoll(&input, 1, nullptr, editing.signals);
+    if (SessionSignals::any()) {
+      if (!std::exchange(editing.abandoned, true)) say_to_terminal("^C");
+      return EOF;
+    }
+    if (resumed) rl_prep_terminal(1);
+    if (resized) fit_terminal(editing.prompt);
+    if (resized || resumed) rl_forced_update_display();
+    resized = 0;
+    resumed = 0;
+    if (ready > 0) return rl_getc(stream);
+  }
+}
+#endif
 
 }  // namespace
 
@@ -158,6 +192,7 @@ LineEditor::LineEditor(std::string history_file, Completer completer)
   rl_readline_name = const_cast<char*>("simrepl");
   rl_attempted_completion_function = attempt;
 #if defined(SIM_READLINE)
+  rl_getc_function = next_key;
   rl_catch_signals = 0;
   rl_catch_sigwinch = 0;
   rl_basic_word_break_characters = kLuaBreaks;
@@ -165,6 +200,8 @@ LineEditor::LineEditor(std::string history_file, Completer completer)
   rl_completion_word_break_hook = word_breaks;
   rl_outstream = ::isatty(STDOUT_FILENO) ? stdout : stderr;
   rl_bind_key('\t', tab);
+  // Easily typed by mistake, and its search for words has no end in bytes that are no text.
+  rl_unbind_function_in_map(rl_vi_editing_mode, emacs_meta_keymap);
   rl_variable_bind("show-all-if-ambiguous", "on");
   history_write_timestamps = 1;
   history_comment_char = '#';
@@ -186,35 +223,46 @@ LineEditor::LineEditor(std::string history_file, Completer completer)
 }
 
 LineEditor::~LineEditor() {
+#if !defined(SIM_READLINE)
   rl_callback_handler_remove();
+#endif
   if (!history_file_.empty()) history_truncate_file(history_file_.c_str(), kMostEntries);
   watch(SIGWINCH, SIG_DFL);
   watch(SIGCONT, SIG_DFL);
 }
 
 std::optional<std::string> LineEditor::read(const std::string& prompt) {
-  editing.done = false;
+  editing.done = editing.abandoned = false;
   editing.continues = prompt.starts_with("...");
   const SignalsBlocked blocked;
+#if defined(SIM_READLINE)
+  editing.prompt = prompt.size();
+  editing.signals = &blocked.before();
+  rl_initialize();
+  fit_terminal(prompt.size());
+  // What was undone in lines of the history is forgotten: its memory may have been freed.
+  for (HIST_ENTRY** entry = history_list(); entry && *entry; ++entry) (*entry)->data = nullptr;
+  accept(::readline(prompt.c_str()));
+  if (SessionSignals::any()) {
+    if (!editing.abandoned) say_to_terminal("^C");
+    if (editing.ended || !editing.abandoned) say_to_terminal("\n");
+    throw Interrupted();
+  }
+#else
   rl_callback_handler_install(prompt.c_str(), accept);
   while (!editing.done) {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     const int ready = ::ppoll(&input, 1, nullptr, &blocked.before());
     if (SessionSignals::any()) {
-      abandon_line();
+      say_to_terminal("^C\n");
+      rl_callback_handler_remove();
       throw Interrupted();
     }
-#if defined(SIM_READLINE)
-    if (resized) rl_resize_terminal();
-    if (resumed) {
-      rl_prep_terminal(1);
-      rl_forced_update_display();
-    }
-#endif
     resized = 0;
     resumed = 0;
     if (ready > 0) rl_callback_read_char();
   }
+#endif
   if (editing.ended) return {};
   return editing.line;
 }
