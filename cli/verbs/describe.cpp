@@ -71,7 +71,8 @@ std::string elements_text(const PluginInfo& info) {
   for (const Param& param : info.params)
     if (param.per_tie) own += (own.empty() ? "" : ", ") + param.name + " =";
   if (info.free_numbers) own += own.empty() ? "NAME =" : ", NAME =";
-  std::string text = "joins particles: force:tie(" + ids;
+  if (info.elements.arity == 1) return "  acts on particles = { ids }\n";
+  std::string text = "joins particles: " + std::string(info.kind.name) + ":tie(" + ids;
   if (!own.empty()) text += ", { " + own + " }";
   text += "), or ties = { {" + ids + (own.empty() ? "" : ", " + own) + "}, ... }";
   if (info.elements.arity == 2) text += ", or grid = and offsets =";

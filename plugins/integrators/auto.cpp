@@ -259,7 +259,7 @@ class Automatic final : public sim::Integrator {
     };
     if (system_->confined()) {
       take(splits_ ? kVerlet : kClassic);
-      what += ", colliders";
+      what += ", not all states are allowed";
       stay_below_limit();
     } else if (h * fastest.rate > kStiffest && tol_ >= kImplicit && hold_ <= 0) {
       take(kStiff);

@@ -1,4 +1,6 @@
 // Constraints in scenes: what they may say, and what is refused.
+#include <cmath>
+
 #include "tests/lua/scene_text.h"
 
 using namespace sim;
@@ -107,4 +109,47 @@ TEST_CASE("methods that cannot keep constraints say why", "[lua][constraints]") 
   CHECK_THROWS_WITH(Simulation(spec.systems[0], registry,
                                {.integrator = {"rk4", {{"precision", std::string("single")}}}}),
                     Catch::Contains("constraints are double precision only"));
+}
+
+TEST_CASE("a bead that comes to a kink of its wire stops there, with words", "[lua][constraints]") {
+  // It starts at the origin, where only its way says what is small.
+  const SceneSpec spec = load_text(
+      "local p = sim.particles {}\np:add {0, 0, 0}\nreturn sim.scene { particles = p, forces = { "
+      "sim.force.gravity { g = {3, -9.81, 0} } }, constraints = { sim.constraint.on_curve { "
+      "particles = {0}, curve = function(s) return {s, s < 2 and -s or s - 4, 0} end } }, "
+      "integrator = 'rk4', dt = 0.01, duration = 1 }\n");
+  Registry registry({SIM_PLUGIN_DIR});
+  for (const char* method : {"rk4", "verlet"}) {
+    INFO(method);
+    Simulation system(spec.systems[0], registry, {.integrator = {method}});
+    int steps = 0;
+    while (steps < 200 && system.step()) ++steps;
+    CHECK(steps > 50);
+    CHECK(steps < 100);
+    CHECK_THAT(system.divergence().why, Catch::Contains("a kink"));
+    CHECK(system.position(0).allFinite());
+  }
+}
+
+TEST_CASE("feedback instead of putting back keeps the order, and lets a little through",
+          "[lua][constraints]") {
+  const auto run = [](const std::string& more, double dt) {
+    const SceneSpec spec = load_text(
+        "local p = sim.particles {}\np:add {0, 0, 0}\np:pin(0)\np:add {1, 0, 0}\nreturn sim.scene "
+        "{ "
+        "particles = p, forces = { sim.force.gravity { g = {0, -9.81, 0} } }, constraints = { "
+        "sim.constraint.distance { ties = { {0, 1} }" +
+        more + " } }, integrator = 'rk4', dt = 0.01, duration = 1 }\n");
+    Registry registry({SIM_PLUGIN_DIR});
+    Simulation system(spec.systems[0], registry, {.dt = dt});
+    while (system.t() < 1 - 1e-9) system.step();
+    return system.position(1);
+  };
+  const Vec3 exact = run("", 0.0005);
+  const double coarse = (run(", feedback = 10", 0.02) - exact).norm();
+  const double fine = (run(", feedback = 10", 0.01) - exact).norm();
+  CHECK(std::abs(std::log2(coarse / fine) - 4) < 0.3);
+  const double off = std::abs(run(", feedback = 10", 0.02).norm() - 1);
+  CHECK(off > 1e-14);
+  CHECK(off < 1e-5);
 }

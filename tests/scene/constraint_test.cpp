@@ -280,18 +280,32 @@ TEST_CASE("masses far apart on one rod keep it") {
 }
 
 TEST_CASE("constrained runs go on bit for bit") {
-  const std::string text = chain("{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}", 3);
-  for (const char* method : {"rk4", "verlet", "yoshida4", "dopri5", "implicit_midpoint"}) {
-    INFO(method);
-    Scene scene(text, method, 0.01);
-    for (int n = 0; n < 20; ++n) REQUIRE(scene.system.step());
-    const Snapshot snapshot = scene.system.snapshot();
-    for (int n = 0; n < 20; ++n) REQUIRE(scene.system.step());
-    const std::uint64_t hash = scene.system.hash();
-    scene.system.restore(snapshot);
-    for (int n = 0; n < 20; ++n) REQUIRE(scene.system.step());
-    CHECK(scene.system.hash() == hash);
-  }
+  const std::string bead =
+      "local p = sim.particles {}\np:add {0.8, -0.6, 0}\nreturn sim.scene { particles = p, " +
+      std::string(kGravityForce) + "constraints = { ";
+  const std::string scenes[] = {
+      chain("{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}", 3),
+      bead +
+          "sim.constraint.on_circle { particles = {0}, radius = 1, axis = function(t) return {-"
+          "math.sin(5*t), 0, math.cos(5*t)} end } }, " +
+          kRun,
+      bead +
+          "sim.constraint.on_curve { particles = {0}, from = -4, to = 4, curve = function(s) "
+          "return "
+          "{math.sin(s), -math.cos(s), 0.3 * math.sin(2 * s)} end } }, " +
+          kRun};
+  for (const std::string& text : scenes)
+    for (const char* method : {"rk4", "verlet", "yoshida4", "dopri5", "implicit_midpoint"}) {
+      INFO(method << '\n' << text);
+      Scene scene(text, method, 0.01);
+      for (int n = 0; n < 60; ++n) REQUIRE(scene.system.step());
+      const Snapshot snapshot = scene.system.snapshot();
+      for (int n = 0; n < 60; ++n) REQUIRE(scene.system.step());
+      const std::uint64_t hash = scene.system.hash();
+      scene.system.restore(snapshot);
+      for (int n = 0; n < 60; ++n) REQUIRE(scene.system.step());
+      CHECK(scene.system.hash() == hash);
+    }
 }
 
 TEST_CASE("a change by hand keeps to the constraints") {

@@ -185,6 +185,18 @@ void LuaFunction::read_state(lua_State* L, std::span<double> out) const {
   }
 }
 
+// Without a word for an error, which would take longer than the rest.
+bool is_vector(lua_State* L, int index, Vec3& v) {
+  if (!lua_istable(L, index) || lua_rawlen(L, index) != 3) return false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool number = lua_rawgeti(L, index, static_cast<lua_Integer>(axis) + 1) == LUA_TNUMBER;
+    v[axis] = lua_tonumber(L, -1);
+    lua_pop(L, 1);
+    if (!number) return false;
+  }
+  return v.allFinite();
+}
+
 }  // namespace
 
 bool LuaFunction::call(double t, Vec3& x, Vec3& v, const std::string& what) const {
@@ -193,9 +205,10 @@ bool LuaFunction::call(double t, Vec3& x, Vec3& v, const std::string& what) cons
     lua_rawgeti(L, LUA_REGISTRYINDEX, reference_);
     lua_pushnumber(L, t);
     lua_call(L, 1, 2);
+    both = !lua_isnil(L, 2);
+    if (is_vector(L, 1, x) && (!both || is_vector(L, 2, v))) return;
     const std::string at = " of " + what + " at t = " + brief(t) + " s";
     x = read_vector(L, 1, place_, "result" + at);
-    both = !lua_isnil(L, 2);
     if (both) v = read_vector(L, 2, place_, "velocity" + at);
   });
   return both;
@@ -208,7 +221,8 @@ Vec3 LuaFunction::call(double s, double t, const std::string& what) const {
     lua_pushnumber(L, s);
     lua_pushnumber(L, t);
     lua_call(L, 2, 1);
-    x = read_vector(L, -1, place_, "result of " + what + " at s = " + brief(s));
+    if (!is_vector(L, 1, x))
+      x = read_vector(L, 1, place_, "result of " + what + " at s = " + brief(s));
   });
   return x;
 }

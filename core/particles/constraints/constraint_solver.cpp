@@ -12,6 +12,15 @@ constexpr double kRoundings = 1e-15;
 // What is left of phi, of the size, where iterations gain no more, and is small enough.
 constexpr double kGoodEnough = 1e-10;
 
+// m, of the coordinates now and after a drift d.
+double size_of(const Constraints::Axes& q, const Constraints::Axes& v, double d, std::size_t n) {
+  double most = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < n; ++i)
+      most = std::max(most, std::fabs(q[axis][i]) + std::fabs(d * v[axis][i]));
+  return most;
+}
+
 double largest_of(std::span<const double> values) {
   double most = 0;
   for (const double value : values) most = std::max(most, std::fabs(value));
@@ -116,18 +125,19 @@ bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q,
   constexpr int kMost = 60;
   failure_ = Failure::kNone;
   const std::span<const double> weights = constraints_->weights();
+  const double size = std::max(constraints_->size(), size_of(q, v, 0, weights.size()));
   double before = HUGE_VAL;
   bool exact = false;
   for (int turn = 0;; ++turn) {
     if (!evaluate(t, like, q, v, memory, values_)) return false;
     const double now = values_.largest_phi();
     exact = false;
-    if (now <= kRoundings * constraints_->size()) {
+    if (now <= kRoundings * size) {
       if (turn == 0 && !near) matrix_.factorise(values_.gradient(), weights), exact = true;
       break;
     }
     const bool slow = turn > 0 && !(now < 0.1 * before);
-    if (slow && now <= kGoodEnough * constraints_->size() && !(now < 0.5 * before)) break;
+    if (slow && now <= kGoodEnough * size && !(now < 0.5 * before)) break;
     if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, values_);
     if ((turn == 0 && !near) || slow) matrix_.factorise(values_.gradient(), weights);
     before = now;
@@ -152,6 +162,7 @@ bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const 
   remove(weights, values_, v);
 
   const std::size_t n = weights.size();
+  const double size = std::max(constraints_->size(), size_of(q, v, d, n));
   const Axes led = {led_.data(), led_.data() + n, led_.data() + 2 * n};
   double before = HUGE_VAL;
   bool exact = true;
@@ -160,9 +171,9 @@ bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const 
       for (std::size_t i = 0; i < n; ++i) led[axis][i] = q[axis][i] + d * v[axis][i];
     if (!evaluate(t + d, like, led, v, memory, other_)) return false;
     const double now = other_.largest_phi();
-    if (now <= kRoundings * constraints_->size()) break;
+    if (now <= kRoundings * size) break;
     const bool slow = turn > 0 && !(now < 0.5 * before);
-    if (slow && now <= kGoodEnough * constraints_->size()) break;
+    if (slow && now <= kGoodEnough * size) break;
     if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, other_);
     if (slow && exact) {  // the way is long: factors from its end may serve better
       matrix_.factorise(other_.gradient(), weights);

@@ -152,7 +152,9 @@ bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x,
                        weights_.back()))
       return refuse(x, x_next);
     holding_->constraints().follow(view, memory);
-    held_ = plan_.kick.front() == plan_.kick.back();
+    // Where they move, times matter to the last bit.
+    held_ = plan_.kick.front() == plan_.kick.back() && !holding_->constraints().move() &&
+            holding_->memory_size() == 0;
   }
   return all_finite({x_next, size}) && (!settling_ || settling_->succeeded());
 }
