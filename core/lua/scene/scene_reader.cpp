@@ -275,6 +275,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     spec.forces.push_back(std::move(part_spec));
     lua_settop(L, forces);
   }
+  weigh(L, handle, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);
   const std::vector<const void*> solids = colliders(L, scene, spec);
