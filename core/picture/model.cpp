@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/solid/tetrahedra.h"
 
 namespace sim {
 namespace {
@@ -43,11 +44,25 @@ std::vector<ModelFamily> families_of(const Simulation& system) {
   return ordered;
 }
 
-// A sheet or the skin of a block, if something ties its particles; loose ones are no surface.
+// The skin of all cells that bodies consist of.
+std::vector<std::array<int, 3>> skin_of_bodies(const SystemSpec& spec) {
+  std::vector<std::array<int, 3>> triangles;
+  const auto at = [&](int id) { return spec.particles->at(id).position; };
+  for (const PartSpec& part : spec.forces) {
+    if (!part.elements.cells) continue;
+    const auto skin = skin_of(part.elements.ids, part.elements.arity, at);
+    triangles.insert(triangles.end(), skin.begin(), skin.end());
+  }
+  return triangles;
+}
+
+// Surfaces that the scene names; else the skin of its bodies; else a sheet or the skin of a block,
+// if something ties its particles: loose ones are no surface.
 std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) {
   std::vector<std::array<int, 3>> triangles;
   for (const auto& surface : spec.surfaces)
     triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
+  if (triangles.empty() && spec.particles) triangles = skin_of_bodies(spec);
   if (!triangles.empty() || !tied || !spec.particles || !spec.particles->grid) return triangles;
   const GridSpec& grid = *spec.particles->grid;
   const auto wide = std::ranges::count_if(grid.size, [](int size) { return size > 1; });

@@ -58,7 +58,8 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
     throw Error(ErrorKind::kScene, {what, place, why, remedy});
   };
   if (kind.arity == 0) refuse(owner, "it takes no ties between particles", "");
-  if (elements.arity != kind.arity || elements.ids.size() % static_cast<std::size_t>(kind.arity) ||
+  if (!kind.takes(elements.arity) ||
+      elements.ids.size() % static_cast<std::size_t>(elements.arity) ||
       (kind.arity != 2 && !elements.grids.empty()))
     refuse(owner, "a " + kind.name + " of it joins " + std::to_string(kind.arity) + " particles",
            "");
@@ -70,7 +71,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
         g.step == std::array<int, 3>{})
       refuse(owner, "a grid of ties does not fit its particles", "");
   for (std::size_t i = 0; i < elements.ids.size(); ++i) {
-    const std::size_t arity = static_cast<std::size_t>(kind.arity), e = i / arity;
+    const std::size_t arity = static_cast<std::size_t>(elements.arity), e = i / arity;
     const auto id = elements.ids.begin() + static_cast<std::ptrdiff_t>(i);
     const auto first = elements.ids.begin() + static_cast<std::ptrdiff_t>(e * arity);
     if (*id < 0 || *id >= particles || std::find(first, id, *id) != id)

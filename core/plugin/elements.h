@@ -1,5 +1,5 @@
-// What a force or constraint joins: pairs, triples or quadruples of particles, or single ones, as a
-// scene lists them.
+// What a force or constraint joins: pairs, triples, quadruples or cells of particles, or single
+// ones, as a scene lists them.
 #pragma once
 
 #include <array>
@@ -22,6 +22,9 @@ struct PluginInfo;
 struct ElementKind {
   int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
   std::string name = "tie";  // what one is called
+  bool cells = false;        // tetrahedra that fill a body: of 4 particles, or of 10
+
+  bool takes(int count) const { return arity > 0 && (count == arity || (cells && count == 10)); }
 };
 
 // The same pair at every place of a grid where both ends exist: (i, j, k) and (i, j, k) + step,
@@ -44,6 +47,7 @@ struct Element {
 
 struct Elements {
   int arity = 2;
+  bool cells = false;            // tetrahedra that fill a body
   std::vector<GridPairs> grids;  // only of arity 2
   std::vector<int> ids;          // the list: `arity` each
   // What the elements of the list give for themselves, one number each; nan: not given.

@@ -1,5 +1,7 @@
 #include "core/scene/scene_spec.h"
 
+#include "core/particles/solid/tetrahedra.h"
+
 namespace sim {
 
 std::array<int, 3> GridSpec::at(int id) const {
@@ -9,14 +11,41 @@ std::array<int, 3> GridSpec::at(int id) const {
 
 ParticleSpec ParticlesSpec::at(int id) const {
   const int in_grid = grid ? grid->count() : 0;
-  if (id >= in_grid) return list[static_cast<std::size_t>(id - in_grid)];
+  const double weight = weights.empty() ? 0 : weights[static_cast<std::size_t>(id)];
   ParticleSpec particle;
+  if (id >= in_grid) {
+    particle = list[static_cast<std::size_t>(id - in_grid)];
+    if (weight > 0) particle.mass = weight;
+    return particle;
+  }
   const std::array<int, 3> at = grid->at(id);
   const double i = at[0], j = at[1], k = at[2];
   particle.position = grid->origin + i * grid->du + j * grid->dv;
   if (k > 0) particle.position += k * grid->dw;
-  particle.mass = grid->mass;
+  particle.mass = weight > 0 ? weight : grid->mass;
   return particle;
+}
+
+void weigh_cells(SystemSpec& spec) {
+  if (!spec.particles) return;
+  ParticlesSpec& particles = *spec.particles;
+  for (const PartSpec& part : spec.forces) {
+    const auto given = part.given.find("density");
+    if (!part.elements.cells || given == part.given.end()) continue;
+    const auto* whole = std::get_if<std::int64_t>(&given->second);
+    const auto* real = std::get_if<double>(&given->second);
+    const double density = whole ? static_cast<double>(*whole) : real ? *real : 0;
+    particles.weights.resize(static_cast<std::size_t>(particles.count()));
+    const auto at = [&](int id) { return particles.at(id).position; };
+    const auto arity = static_cast<std::size_t>(part.elements.arity);
+    for (std::size_t e = 0; e < part.elements.listed(); ++e) {
+      const std::span<const int> ids = std::span(part.elements.ids).subspan(e * arity, arity);
+      const double mass = density * tetrahedron_volume(ids, at);
+      for (std::size_t node = 0; node < arity; ++node)
+        particles.weights[static_cast<std::size_t>(ids[node])] +=
+            lumped_share(part.elements.arity, static_cast<int>(node)) * mass;
+    }
+  }
 }
 
 std::vector<double> SystemSpec::observe(const Simulation& system) const {

@@ -39,6 +39,7 @@ struct ParticlesSpec {
   std::optional<GridSpec> grid;
   std::vector<ParticleSpec> list;
   std::vector<int> pinned;
+  std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
   ParticleSpec at(int id) const;
@@ -104,6 +105,10 @@ struct SystemSpec {
   std::vector<ObserverSpec> observers;                          // by name
   std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };
+
+// Gives the particles of cells the mass of these, where their force has a parameter `density`: a
+// share of rho V of each cell to each of its particles, as lumped_mass() cuts it.
+void weigh_cells(SystemSpec& spec);
 
 // A parameter of the scene itself: sim.arg(name, default, doc).
 struct SceneArg {

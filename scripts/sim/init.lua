@@ -179,7 +179,7 @@ local function make_particles(options)
   check_keys(options, { mass = true }, "sim.particles")
   local mass = options.mass == nil and 1 or options.mass
   return new_particles {
-    place = here(), first = 0,
+    place = here(), first = 0, weighed = options.mass ~= nil,
     mass = number_from(mass, 0, true, "mass of sim.particles", " kg"),
   }
 end
@@ -219,7 +219,7 @@ local function make_grid(options)
     du = { vector(options.du, "du of sim.grid") },
     dv = { vector(options.dv, "dv of sim.grid") },
     dw = directions == 2 and { 0, 0, 0 } or { vector(options.dw, "dw of sim.grid") },
-    mass = number_from(mass, 0, true, "mass of sim.grid", " kg"),
+    mass = number_from(mass, 0, true, "mass of sim.grid", " kg"), weighed = options.mass ~= nil,
   }
 end
 
@@ -358,6 +358,73 @@ local function make_surface(options)
   return handle
 end
 
+-- Cells ------------------------------------------------------------------------------------------
+
+local cells_class = class("cells", {})
+
+-- body = sim.cells { grid =, order = }  or  sim.cells { particles =, tetrahedra = }
+-- Tetrahedra that fill a body, for a force that acts in them: sim.force.solid { cells = body }.
+--   grid         a sim.grid of three directions: six tetrahedra a cell
+--   order        1 (default): tetrahedra of 4 particles; 2: of 10, each cell over two steps of the
+--                grid, whose numbers of particles are odd then
+--   particles    a sim.particles or sim.grid
+--   tetrahedra   list of {a, b, c, d}, or of ten ids: the corners and then a particle on each edge
+--                ab, bc, ac, ad, bd, cd
+-- Errors, when the scene is finished: a particle that does not exist, a tetrahedron without volume.
+local function make_cells(options)
+  check_keys(options, { grid = true, order = true, particles = true, tetrahedra = true },
+    "sim.cells")
+  local place = here()
+  local grid = options.grid ~= nil
+  if grid == (options.tetrahedra ~= nil) or grid == (options.particles ~= nil) then
+    fail(place, "bad argument of sim.cells", "expected either grid, or particles and tetrahedra")
+  end
+  local on = options.grid
+  if not grid then on = options.particles end
+  local record = records[on]
+  if not record or record.kind ~= "particles" or (grid and record.directions ~= 3) then
+    bad((grid and "grid" or "particles") .. " of sim.cells",
+      grid and "a sim.grid of three directions" or "a sim.particles or sim.grid", on)
+  end
+  local order = options.order == nil and 1 or integer_from(options.order, 1, 2, "order of sim.cells")
+  local ids, arity = {}, 4
+  if grid then
+    for _, n in ipairs { record.n1, record.n2, record.n3 } do
+      if n <= order or (n - 1) % order ~= 0 then
+        fail(place, "bad grid of sim.cells", "a direction of it has " .. n .. " particles",
+          order == 1 and "give at least 2" or "give an odd number of at least 3")
+      end
+    end
+  else
+    local list = options.tetrahedra
+    if options.order ~= nil then
+      fail(place, "bad order of sim.cells", "the number of ids says it", "leave order out")
+    end
+    if type(list) ~= "table" or #list == 0 then
+      bad("tetrahedra", "a list { {a, b, c, d}, ... }", list)
+    end
+    for i = 1, #list do
+      local tetrahedron = list[i]
+      if type(tetrahedron) ~= "table" or #tetrahedron ~= 4 and #tetrahedron ~= 10 then
+        bad("tetrahedron " .. i, "four ids {a, b, c, d}, or ten", tetrahedron)
+      end
+      if i == 1 then
+        arity = #tetrahedron
+      elseif arity ~= #tetrahedron then
+        fail(place, "bad tetrahedron " .. i, "it has " .. #tetrahedron .. " ids, the first " .. arity)
+      end
+      for corner = 1, arity do
+        ids[arity * (i - 1) + corner] =
+          integer_from(tetrahedron[corner], 0, MOST, "particle id of tetrahedron " .. i)
+      end
+    end
+  end
+  local handle = setmetatable({}, cells_class)
+  records[handle] = { kind = "cells", place = place, on = on, grid = grid, order = order, ids = ids,
+    arity = arity }
+  return handle
+end
+
 local part_class = {}
 for _, kind in ipairs(host.kinds) do
   part_class[kind] = class(kind, (kind == "force" or kind == "constraint") and Force or {})
@@ -381,6 +448,8 @@ end
 --   offsets   list of {di, dj}, whole numbers, not all 0: each ties (i, j) to (i + di, j + dj)
 --             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given;
 --             {di, dj, dk} in a grid of three directions
+-- Those that act in the cells of a body:
+--   cells     a sim.cells
 -- Forces that act on each particle by itself, such as gravity, can be kept to some:
 --   particles   list of ids; default: all. Constraints on single particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
@@ -499,7 +568,7 @@ end
 
 local entries = {
   arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
-  surface = make_surface,
+  surface = make_surface, cells = make_cells,
   scene = "made where it is written", world = "made where it is written",
 }
 for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end

@@ -214,3 +214,82 @@ TEST_CASE("a force may be kept to some particles", "[lua][elements]") {
   CHECK_FALSE(system.forces[1].particles);
   CHECK(system.forces[2].particles == std::vector<int>{});
 }
+
+TEST_CASE("cells fill a grid, or are listed, and density weighs their particles",
+          "[lua][elements]") {
+  const std::string bar =
+      "local particles = sim.grid { 5, 3, 3, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1} }\n";
+  const auto solid = [](const std::string& cells) {
+    return "local forces = { sim.force.solid { young = 10, density = 3, cells = sim.cells {" +
+           cells + "} } }\n" + kEnd;
+  };
+  const SystemSpec linear = load_text(bar + solid("grid = particles")).systems[0];
+  CHECK(linear.forces[0].elements.cells);
+  CHECK(linear.forces[0].elements.arity == 4);
+  CHECK(linear.forces[0].elements.listed() == 6 * 4 * 2 * 2);
+  const SystemSpec quadratic = load_text(bar + solid("grid = particles, order = 2")).systems[0];
+  CHECK(quadratic.forces[0].elements.arity == 10);
+  CHECK(quadratic.forces[0].elements.listed() == 6 * 2);
+  for (const SystemSpec* spec : {&linear, &quadratic}) {
+    double mass = 0;
+    for (int i = 0; i < 45; ++i) mass += spec->particles->at(i).mass;
+    CHECK(mass == Approx(3 * 16).epsilon(1e-14));
+  }
+  const std::string corners =
+      "local particles = sim.particles()\nparticles:add {0, 0, 0} particles:add {1, 0, 0}\n"
+      "particles:add {0, 1, 0} particles:add {0, 0, 1}\n";
+  const SystemSpec one =
+      load_text(corners + solid("particles = particles, tetrahedra = { {0, 1, 2, 3} }")).systems[0];
+  CHECK(one.forces[0].elements.ids == std::vector<int>{0, 1, 2, 3});
+  CHECK(one.particles->at(3).mass == Approx(3.0 / 24).epsilon(1e-14));
+  // Without a density particles have masses of their own; a tie is a cell, too.
+  const SystemSpec tied =
+      load_text(corners + "local body = sim.force.solid { young = 1 }\nbody:tie(3, 2, 1, 0)\n" +
+                "local forces = { body }\n" + kEnd)
+          .systems[0];
+  CHECK(tied.forces[0].elements.ids == std::vector<int>{3, 2, 1, 0});
+  CHECK(tied.particles->at(3).mass == 1);
+}
+
+TEST_CASE("cells that a scene cannot have", "[lua][elements]") {
+  const struct {
+    const char* cells;
+    const char* says;
+  } cases[] = {
+      {"sim.cells {}", "either grid, or particles and tetrahedra"},
+      {"sim.cells { grid = particles, tetrahedra = {} }", "either grid"},
+      {"sim.cells { grid = 3 }", "expected a sim.grid of three directions, got 3"},
+      {"sim.cells { grid = sim.grid { 2, 2, du = {1, 0, 0}, dv = {0, 1, 0} } }",
+       "three directions"},
+      {"sim.cells { grid = particles, order = 3 }", "order of sim.cells"},
+      {"sim.cells { grid = particles, order = 2 }", "an odd number"},
+      {"sim.cells { particles = particles, tetrahedra = {} }", "expected a list"},
+      {"sim.cells { particles = particles, tetrahedra = { {0, 1, 2} } }", "four ids"},
+      {"sim.cells { particles = particles, tetrahedra = { {0, 1, 2, 1.5} } }", "whole number"},
+      {"sim.cells { particles = particles, tetrahedra = { {0, 1, 2, 99} } }", "no particle 99"},
+      {"sim.cells { particles = particles, tetrahedra = { {0, 1, 2, 2} } }", "different particles"},
+      {"sim.cells { particles = particles, tetrahedra = { {0, 0, 1, 2} } }", "different particles"},
+      {"sim.cells { grid = sim.grid { 2, 2, 2, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1} } }",
+       "not the particles of this scene"},
+      {"3", "expected a sim.cells"},
+  };
+  for (const auto& [cells, says] : cases) {
+    const auto error =
+        text_error(kBlock + "local forces = { sim.force.solid { young = 1, cells = " + cells +
+                   " } }\n" + kEnd);
+    INFO(cells);
+    REQUIRE(error);
+    INFO(error->what());
+    CHECK(error->kind() == ErrorKind::kScene);
+    CHECK(contains(error->what(), says));
+  }
+  const std::string grid =
+      "{ 2, 2, 2, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1}, mass = 2 }\n";
+  const auto twice =
+      text_error("local particles = sim.grid " + grid +
+                 "local forces = { sim.force.solid { young = 1, density = 1, cells = sim.cells { "
+                 "grid = particles } } }\n" +
+                 kEnd);
+  REQUIRE(twice);
+  CHECK(contains(twice->what(), "a mass of its own"));
+}

@@ -280,6 +280,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     spec.forces.push_back(std::move(part_spec));
     lua_settop(L, forces);
   }
+  weigh(L, handle, spec);
   constraints(L, scene, body, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
   lua_settop(L, handle - 1);

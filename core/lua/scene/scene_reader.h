@@ -50,6 +50,8 @@ class SceneReader {
                                                             const SystemSpec& spec) const;
   Elements elements(lua_State* L, int record, const PluginInfo& plugin, const Body& body,
                     const Place& place) const;
+  bool cells(lua_State* L, int record, const Body& body, const Place& place, Elements& out) const;
+  void weigh(lua_State* L, int particles, SystemSpec& spec) const;
   void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,
                   std::vector<GridPairs>& out) const;
   std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,

@@ -58,6 +58,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
   const lua_Integer count = record.integer("count"), arity = record.integer("arity");
   Elements elements;
   elements.arity = static_cast<int>(arity);
+  elements.cells = plugin.elements.cells;
   if (plugin.elements.arity == 2) grid_pairs(L, index, body, place, elements.grids);
   if (plugin.elements.arity == 1) {
     elements.arity = 1;
@@ -72,6 +73,11 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
       lua_pop(L, 1);
       for (int i = 0; all && i < body.particles.count(); ++i) elements.ids.push_back(i);
     }
+    return elements;
+  }
+  if (elements.cells && cells(L, index, body, place, elements)) {
+    if (count > 0)
+      scene_error(place, "two kinds of cells", "it has both ties and cells", "leave one out");
     return elements;
   }
   if (count == 0) {

@@ -18,6 +18,7 @@ constexpr double kBytesPerParticle = 100;  // at least, of a running simulation
 // Keys of a force that are no parameters: they say what it joins or acts on.
 bool names_particles(const PluginInfo& plugin, const std::string& key) {
   return (plugin.elements.arity == 2 && (key == "grid" || key == "offsets")) ||
+         (plugin.elements.cells && key == "cells") ||
          ((plugin.pointwise || plugin.elements.arity == 1) && key == "particles");
 }
 
