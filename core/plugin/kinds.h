@@ -1,6 +1,5 @@
-// The kinds of plugins. A kind is a type of object: one specialisation of Kind says what the kind
-// is called, where its libraries lie and how an object is made. Lists, folders, the constructors of
-// the scene language and the registry follow from it.
+// The kinds of plugins, each a type of object: a specialisation of Kind says what it is called,
+// where its libraries lie and how an object is made. Lists, folders and the registry follow.
 #pragma once
 
 #include <array>

@@ -1,7 +1,6 @@
 // A scene as plain data: what a Lua file (or a C++ caller) says, before anything is compiled.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -9,41 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "core/math/vec3.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/method.h"
 #include "core/plugin/params.h"
+#include "core/scene/particles_spec.h"
 
 namespace sim {
-
-// Particles at origin + i * du + j * dv + k * dw, (i, j, k) with the id (i * size[1] + j) * size[2]
-// + k.
-struct GridSpec {
-  std::array<int, 3> size{0, 0, 1};
-  Vec3 origin = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero(), dw = Vec3::Zero();
-  double mass = 1;     // kg, each
-  int directions = 2;  // that the scene gave: 2 or 3
-
-  int count() const { return size[0] * size[1] * size[2]; }
-  std::array<int, 3> at(int id) const;  // its (i, j, k)
-};
-
-struct ParticleSpec {
-  Vec3 position = Vec3::Zero();  // m
-  Vec3 velocity = Vec3::Zero();  // m/s
-  double mass = 1;               // kg
-};
-
-// Ids run over the grid first (if there is one), then over the list.
-struct ParticlesSpec {
-  std::optional<GridSpec> grid;
-  std::vector<ParticleSpec> list;
-  std::vector<int> pinned;
-  std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
-
-  int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
-  ParticleSpec at(int id) const;
-};
 
 // One `sim.force.NAME{...}` or `sim.field.NAME{...}` of a scene; values not yet checked against the
 // plugin's declaration.

@@ -1,0 +1,84 @@
+// Who is to blame: for a method that does not fit, a step that fails, an exception of a plugin.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/text.h"
+#include "core/scene/foreign.h"
+#include "core/scene/simulation_impl.h"
+
+namespace sim {
+
+// A method that does not fit is told at the line of the force that it cannot take, if it is one.
+Error Simulation::Impl::blaming_force(const Error& misfit, const Place& scene) const {
+  ErrorText text = misfit.text();
+  if (!text.where.empty()) return misfit;
+  text.where = scene;
+  if (!particles) return Error(misfit.kind(), text);
+  const bool splits = text.why.starts_with("a splitting method");
+  for (std::size_t i = 0; i < force_places.size(); ++i) {
+    const Force& force = *particles->forces()[i];
+    if (!std::ranges::count(particles->other_forces(), &force)) continue;
+    const std::string quoted = "'" + particles->name_of(force) + "'";
+    const bool named = text.why.find("force " + quoted) != std::string::npos ||
+                       text.why.find("force, " + quoted) != std::string::npos;
+    if (!named && !(splits && (force.depends_on_velocity() || force.memory_size() > 0))) continue;
+    text.where = force_places[i];
+    if (!named) text.why = "force " + quoted + " does not suit it: " + text.why;
+    break;
+  }
+  return Error(misfit.kind(), text);
+}
+
+bool Simulation::Impl::find_divergence(StepStatus status) {
+  Divergence found{status, -1, step_count + 1, t(step_count + 1), settings->h, "", "", ""};
+  bool finite = status == StepStatus::kNotFinite;
+  if (finite)
+    shape.each([&](const StateNumber& number) {
+      finite = std::isfinite(x_next[number.at]);
+      if (finite) return true;
+      found.particle = static_cast<int>(number.item);
+      found.quantity = number.name();
+      found.item = number.part->item;
+      return false;
+    });
+  if (finite && !(found.why = system->refusal()).empty()) {
+    found.status = StepStatus::kNotAllowed;
+    finite = false;
+  }
+  if (!finite) divergence = found;
+  return !finite;
+}
+
+// Which force it was is found by asking each at the state before; else it is the method.
+void Simulation::Impl::rethrow_in_step() {
+  try {
+    throw;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {
+    const double begin = t(step_count), h = settings->h;
+    const std::string what =
+        "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
+    if (!particles)
+      rethrow_foreign("integrator '" + settings->method.name() + "' or field", "", what);
+    const auto n = static_cast<std::size_t>(initial.count());
+    Array sums(3 * n);
+    for (const double at : {begin, begin + 0.5 * h, begin + h})
+      for (Force* const force : particles->other_forces()) {
+        const ParticleView view = particles->seen_by(*force, particles->view(at, x.data()));
+        try {
+          force->prepare(view, *team);
+          force->accumulate(view, {0, view.n}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
+        } catch (...) {
+          rethrow_foreign("force '" + particles->name_of(*force) + "'", "", what);
+        }
+      }
+    const bool alone = particles->other_forces().empty();
+    rethrow_foreign("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
+                    what);
+  }
+}
+
+}  // namespace sim
