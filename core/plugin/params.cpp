@@ -139,7 +139,7 @@ const char* type_name(ParamType type) {
 }
 
 std::string to_text(const Value& value) {
-  struct Writer {
+  struct TextOf {
     std::string operator()(std::monostate) const { return ""; }
     std::string operator()(bool b) const { return b ? "true" : "false"; }
     std::string operator()(std::int64_t i) const { return std::to_string(i); }
@@ -164,7 +164,7 @@ std::string to_text(const Value& value) {
     }
     std::string operator()(const ParticleFunction&) const { return "function"; }
   };
-  return std::visit(Writer{}, value);
+  return std::visit(TextOf{}, value);
 }
 
 std::string settle_defaults(std::span<Param> declared) {

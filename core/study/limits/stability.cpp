@@ -22,10 +22,10 @@ bool bounded(const std::optional<double>& limit) {
 
 // Steps of one run that are not too long to wait for.
 double affordable_steps(const Simulation& system, const Candidate& method) {
-  constexpr double kWork = 1e7;  // evaluations, of all particles together
-  constexpr int kImplicit = 50;  // that an implicit step is worth
+  constexpr double kMostWork = 1e7;  // evaluations, of all particles together
+  constexpr int kImplicit = 50;      // that an implicit step is worth
   const int each = method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
-  return kWork / each / std::max(64, system.particles() + system.components() / 6);
+  return kMostWork / each / std::max(64, system.particles() + system.components() / 6);
 }
 
 // Nothing when it was told to end.
