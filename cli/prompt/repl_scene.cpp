@@ -269,6 +269,12 @@ void LiveScene::act(const Action& action) {
   if (writer_) writer_->action(recorded_name(current_), system().step_count(), action);
 }
 
+void LiveScene::edit(const std::function<void(Simulation&)>& change) {
+  check_idle();
+  check_one_way();
+  timelines_[current_].edit(system(), change);
+}
+
 std::string LiveScene::recorded_name(std::size_t index) const {
   return scene().spec.world ? scene().systems[index].name() : "";
 }

@@ -54,6 +54,7 @@ class LiveScene {
   bool undo();                     // the last change of the present system, at the same time
   void part();                     // the next change counts by itself
   void act(const Action& action);  // on the present system
+  void edit(const std::function<void(Simulation&)>& change);  // the same, of what is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
 
   // Choices that outlast a reload.

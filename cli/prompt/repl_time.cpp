@@ -68,7 +68,7 @@ Answer rest(Call& call) {
       throw Error(ErrorKind::kUsage,
                   {"no rest was found", system.name(), found.why, "pin a particle"});
   });
-  return words(rest_text(found), found.force);
+  return words(rest_text(found) + "\n", found.force);
 }
 
 Answer back(Call& call) {

@@ -25,27 +25,41 @@ ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
       p_(layout.size()),
       ap_(layout.size()) {}
 
+ConjugateGradient::ConjugateGradient(const StageMatrix& matrix, std::span<const double> masses,
+                                     int most_iterations)
+    : ConjugateGradient(matrix.layout(), most_iterations) {
+  coarse_.emplace(matrix, masses);
+}
+
 LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
   LinearResult result;
   std::copy_n(b, r_.size(), r_.data());
   std::fill_n(d, r_.size(), 0.0);
   std::ranges::fill(p_.span(), 0.0);
-  double rz = matrix.precondition(r_.data(), z_.data()), beta = 0;
-  const double goal = eta * eta * rz;
-  while (rz > goal && result.iterations < most_ && !matrix.stopped()) {
+  // own: r.D^-1 r, which says when to stop; rz: r.z with all of the preconditioner.
+  constexpr int kSoon = 25;  // iterations that cost as much as a coarse matrix
+  double own = matrix.precondition(r_.data(), z_.data()), rz = own, beta = 0;
+  const double goal = eta * eta * own;
+  bool corrected = false;
+  while (own > goal && result.iterations < most_ && !matrix.stopped()) {
+    if (coarse_ && result.iterations == kSoon && coarse_->factorise(matrix)) {
+      corrected = true;
+      rz = own + coarse_->correct(r_.data(), z_.data());
+      beta = 0;
+    }
     const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
     if (!(curvature > 0)) {
       result.definite = false;
       result.downward = p_.data();
       return result;
     }
-    const double next =
-        matrix.advance(rz / curvature, p_.data(), ap_.data(), d, r_.data(), z_.data());
+    own = matrix.advance(rz / curvature, p_.data(), ap_.data(), d, r_.data(), z_.data());
+    const double next = corrected ? own + coarse_->correct(r_.data(), z_.data()) : own;
     beta = next / rz;
     rz = next;
     ++result.iterations;
   }
-  result.solved = rz <= goal;
+  result.solved = own <= goal;
   return result;
 }
 

@@ -51,7 +51,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, cons
     return std::make_unique<SparseLdlt>(matrix, system.masses());
   if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
     return std::make_unique<Either>(matrix, system.masses());
-  return std::make_unique<ConjugateGradient>(layout, most);
+  return std::make_unique<ConjugateGradient>(matrix, system.masses(), most);
 }
 
 }  // namespace sim

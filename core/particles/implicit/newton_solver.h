@@ -60,8 +60,8 @@ class NewtonSolver final : public StageSolver {
   StageEquation equation_;
   StageMatrix matrix_;
   std::unique_ptr<LinearSolver> linear_;
-  Array z_, before_, best_;       // positions before the last step; velocities of the lowest Phi
-  Array guess_, first_gradient_;  // velocities at the start and g there
+  Array z_, before_, best_;          // positions before the last step; velocities of the lowest Phi
+  Array guess_, first_gradient_;     // velocities at the start and g there
   double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
   Effort effort_;
 };

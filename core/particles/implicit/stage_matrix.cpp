@@ -146,6 +146,8 @@ double StageMatrix::advance(double alpha, const double* p, const double* ap, dou
   });
 }
 
+double StageMatrix::shift(int i) const { return Layout(half_.n(), 1).block(shift_.data(), 0)[i]; }
+
 Mat3 StageMatrix::diagonal(int i) const {
   Mat3 block;
   int entry = 0;

@@ -46,6 +46,7 @@ class StageMatrix {
   double tau() const noexcept { return tau_; }
   bool stopped() const { return stopped_ && stopped_(); }
   Mat3 diagonal(int i) const;  // the block of D
+  double shift(int i) const;   // M + tau c
 
   // What compressed springs push across their length: nothing, or with others at a particle at most
   // `share` of what half its shift holds. A is positive definite where share < 1, and exact where

@@ -18,7 +18,7 @@ struct StiffRun : RunColumns {
   double *along, *across;
 };
 
-// What a matrix does with p: out = shift p + scale K p; 0 where pinned.
+// out = shift p + scale K p; 0 where pinned.
 struct StiffProduct {
   const double *q[3], *p[3];
   const double* shift;  // of each particle
@@ -28,7 +28,6 @@ struct StiffProduct {
   bool before = false;  // K p of what else there is stands in out already
 };
 
-// Where springs are linearised, and how.
 struct SpringModel {
   bool clamped = false;                   // no spring pushes across its length
   const double* const* before = nullptr;  // positions from which tensions are predicted, if any
@@ -37,7 +36,7 @@ struct SpringModel {
 struct StiffKernels {
   void (*linearise)(const StiffRun& run, const double* const q[3], const SpringModel& model,
                     int begin, int end);
-  // sums[i] += what the springs at i push across, the sum of their -along > 0.
+  // sums[i] += the sum of -along > 0 of the springs at i.
   void (*pushes)(std::span<const StiffRun> runs, double* sums, int begin, int end);
   // along < 0 becomes along times the smaller share of both ends.
   void (*soften)(const StiffRun& run, const double* shares, int begin, int end);
@@ -49,8 +48,7 @@ struct StiffKernels {
 
 StiffKernels stiff_kernels();  // for this machine
 
-// What linearise does for particles [i, i + lanes), one spring at a time: where some distance is
-// too large or too small for the fast path.
+// For particles [i, i + lanes), one spring at a time: where a distance leaves the fast path.
 void linearise_carefully(const StiffRun& run, const double* const q[3], const SpringModel& model,
                          int i, int lanes);
 
@@ -61,9 +59,8 @@ class Stiffness {
   // Chooses the point; q must stay as it is until the last use.
   void at(const double* const q[3], const SpringModel& model);
 
-  // Lessens what compressed springs push across their length, -along |p_a - p_b|^2 <= -2 along
-  // (|p_a|^2 + |p_b|^2), until the sum of these at a particle is no more than `share` of its shift:
-  // with share < 1, shift I + scale K is positive definite. Where that holds nothing changes.
+  // Lessens what compressed springs push across their length until the sum of -2 along at a
+  // particle is no more than `share` of its shift: with share < 1, shift I + scale K is definite.
   void soften(const double* shift, double scale, const std::uint8_t* free, double share);
 
   // out on the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
@@ -73,15 +70,12 @@ class Stiffness {
   void diagonal(const double* shift, double scale, double* const blocks[6], int begin,
                 int end) const;
 
-  // Calls visit(a, b, stiffness) for every spring, a < b, always in the same order.
-  template <class Visit>
+  template <class Visit>  // visit(a, b, stiffness) of every spring, a < b, in one order
   void for_each(Visit visit) const;
-
   Vec3 position(int i) const { return {q_[0][i], q_[1][i], q_[2][i]}; }  // of the point
 
  private:
-  // Calls visit(to, stiffness) for every end of a net at particle i.
-  template <class Visit>
+  template <class Visit>  // visit(to, stiffness) of every end of a net at particle i
   void net_at(int i, Visit visit) const;
 
   const Particles* system_;
