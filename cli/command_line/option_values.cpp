@@ -55,9 +55,10 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
   return *value;
 }
 
-LuaLimits lua_limits(const std::string& option) {
+LuaLimits lua_limits(const std::string& option, bool safe) {
   constexpr double kMost = 1e15;
   LuaLimits limits;
+  if (safe) limits = {.seconds = 2, .memory = std::size_t{256} << 20};
   const auto read = [&](const std::string& name, const std::string& text) {
     for (const std::string& word : comma_list(name, text)) {
       const std::size_t equals = std::min(word.find('='), word.size());

@@ -39,7 +39,7 @@ std::map<std::string, std::string> settings(const std::vector<std::string>& text
 
 // Of $SIM_LUA_BUDGET, and over it --lua-budget: "time=60,memory=4096,steps=1e9", each if it is
 // there.
-LuaLimits lua_limits(const std::string& option);
+LuaLimits lua_limits(const std::string& option, bool safe = false);
 
 // Of --progress: auto, on or off.
 ShowProgress show_progress(const std::string& text);

@@ -29,7 +29,7 @@ struct Texts {
   OutTexts out;
   ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
-       verify = false, no_verify = false, from_rest = false, man = false;
+       verify = false, no_verify = false, from_rest = false, man = false, safe = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene;
   std::string test_library;
   std::string plugin_words[3];
@@ -147,6 +147,10 @@ Parser::Parser() {
   value("--lua-budget", t.lua_budget, "LIMITS",
         "of a scene's Lua: time=10,memory=1024 (s, MB) if\n"
         "not given; also steps=N");
+  app_.add_flag("--safe", t.safe,
+                "for a stranger's scene: no plugin of its own, no file\n"
+                "outside its folder, time=2,memory=256")
+      ->disable_flag_override();
   values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");
   app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
@@ -230,7 +234,8 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   request.settings = settings(texts_.set);
   request.off = texts_.off;
   request.without = texts_.without;
-  request.lua = lua_limits(texts_.lua_budget);
+  request.safe = texts_.safe;
+  request.lua = lua_limits(texts_.lua_budget, texts_.safe);
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));

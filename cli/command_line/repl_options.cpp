@@ -31,7 +31,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
       history, mode, resume, record, init, lua_budget;
   std::vector<std::string> set, off, plugin_path, load, codes, files;
-  bool version = false, man = false;
+  bool version = false, man = false, safe = false;
   CLI::App app{kAbout, "simrepl"};
   app.set_help_flag("-h,--help", "this text");
   app.get_formatter()->column_width(26);
@@ -70,6 +70,10 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   value("--lua-budget", lua_budget, "LIMITS",
         "of the scene's Lua and of each line:\ntime=10,memory=1024 (s, MB) if not given; also "
         "steps=N");
+  app.add_flag("--safe", safe,
+               "for a stranger's scene: no plugin of its own, no file\n"
+               "outside its folder, time=2,memory=256")
+      ->disable_flag_override();
   values("--plugin-path", plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", load, "FILE.so", "one plugin library; repeatable");
   app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
@@ -97,7 +101,8 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
   request.off = off;
-  request.lua = lua_limits(lua_budget);
+  request.safe = safe;
+  request.lua = lua_limits(lua_budget, safe);
   request.integrator = parse_integrator(once(integrator, integrator_word));
   add_options(request.integrator, tol, precision, false);
   if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);

@@ -53,7 +53,7 @@ class LiveScene {
   void go_to(double t);            // s; the same
   bool undo();                     // the last change of the present system, at the same time
   void part();                     // the next change counts by itself
-  void act(const Action& action);  // on the present system
+  void act(const Action& action);                             // on the present system
   void edit(const std::function<void(Simulation&)>& change);  // the same, of what is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
 

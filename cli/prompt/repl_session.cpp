@@ -27,6 +27,7 @@ SceneOptions lua_options(const SessionRequest& request, const Environment& envir
   options.search_path = environment.scene_folders;
   options.seed = request.scene.seed;
   options.limits = request.scene.lua;
+  options.safe = request.scene.safe;
   options.interrupted = SessionSignals::any;
   options.overrun = end_overrun;
   return options;

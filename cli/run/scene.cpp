@@ -115,6 +115,7 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
                            .settings = request.settings,
                            .seed = request.seed,
                            .limits = request.lua,
+                           .safe = request.safe,
                            .interrupted = SessionSignals::any,
                            .overrun = end_overrun});
   for (const std::string& name : request.without) leave_out(scene.spec, name);

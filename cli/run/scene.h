@@ -27,6 +27,7 @@ struct SceneRequest {
   double dt = 0;  // s; 0 = the scene's own
   int threads = 1;
   LuaLimits lua = {};
+  bool safe = false;  // --safe
 };
 
 // The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does

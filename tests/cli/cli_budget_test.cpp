@@ -63,6 +63,35 @@ TEST_CASE("a budget that makes no sense is a usage error", "[cli][budget]") {
   }
 }
 
+TEST_CASE("--safe keeps a scene to its folder and from plugins", "[cli][budget]") {
+  const TemporaryFolder folder;
+  namespace fs = std::filesystem;
+  fs::create_directory(folder.path() / "scene");
+  write_text(folder.path() / "secret.lua", "return { secret = 1 }\n");
+  write_text(folder.path() / "scene/part.lua", "return { k = 2 }\n");
+  fs::create_symlink(folder.path() / "secret.lua", folder.path() / "scene/link.lua");
+  const std::string good =
+      "local sim = require 'sim' assert(require('part').k == 2)\n"
+      "return sim.scene { state = {1}, field = sim.field.lua { function(t, x) return {-x[1]} end "
+      "}, "
+      "integrator = 'rk4', dt = 0.1, duration = 1 }\n";
+  ProgramOptions options;
+  options.folder = folder.path() / "scene";
+  write_text(options.folder / "s.lua", good);
+  CHECK(run_sim({"s.lua", "--safe"}, options).code == 0);
+  write_text(options.folder / "s.lua", "require 'link'\n" + good);
+  CHECK(run_sim({"s.lua"}, options).code == 0);
+  const Outcome outside = run_sim({"s.lua", "--safe"}, options);
+  CHECK(outside.code == 3);
+  CHECK(has(outside.err, "s.lua:1: it lies outside the scene's folder"));
+  write_text(options.folder / "s.lua", "require('sim').plugin 'own.so'\n" + good);
+  const Outcome plugin = run_sim({"s.lua", "--safe"}, options);
+  CHECK(plugin.code == 3);
+  CHECK(has(plugin.err, "s.lua:1: --safe opens none that a scene brings"));
+  write_text(options.folder / "s.lua", "local s = ('x'):rep(3e8)\n" + good);
+  CHECK(has(run_sim({"s.lua", "--safe"}, options).err, "more than 256 MB"));
+}
+
 TEST_CASE("the prompt has a budget for each line", "[cli][budget]") {
   ProgramOptions repl;
   repl.program = SIM_REPL_BINARY;

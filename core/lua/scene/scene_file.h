@@ -19,6 +19,7 @@ struct SceneOptions {
   std::map<std::string, std::string> settings;     // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
   LuaLimits limits = {};
+  bool safe = false;  // of a stranger: no plugins of its own, no files but below its folder
   bool (*interrupted)() = nullptr;  // a yes ends Lua with an error
   LuaOverrun overrun = nullptr;     // told when Lua cannot be ended
 };

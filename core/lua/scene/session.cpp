@@ -82,6 +82,15 @@ std::string canonical_name(const fs::path& file) {
   return failed ? file.string() : resolved.string();
 }
 
+// A link may lead out of a folder.
+void check_below(const fs::path& folder, const fs::path& file, const Place& place) {
+  const fs::path home = canonical_name(folder.empty() ? "." : folder), real = canonical_name(file);
+  const auto parted = std::ranges::mismatch(home, real);
+  if (parted.in1 != home.end())
+    scene_error(place, "no file '" + file.string() + "'",
+                "it lies outside the scene's folder, which --safe does not allow");
+}
+
 }  // namespace
 
 std::string file_stem(const Place& place) {
@@ -200,7 +209,10 @@ fs::path SceneSession::find_module(lua_State* L, const std::string& name) const 
     for (const char* ending : {".lua", "/init.lua"}) {
       const fs::path candidate = folder / (relative + ending);
       std::error_code failed;
-      if (fs::is_regular_file(candidate, failed)) return candidate;
+      if (fs::is_regular_file(candidate, failed)) {
+        if (options_.safe) check_below(folder, candidate, calling_place(L));
+        return candidate;
+      }
       looked += (looked.empty() ? "" : ", ") + candidate.string();
     }
   std::vector<std::string> known{"sim"};

@@ -123,6 +123,9 @@ int SceneSession::plugin(lua_State* L) {
   SceneSession& self = of(L);
   lua_settop(L, 2);
   const Place place = self.place(lua_tointeger(L, 1));
+  if (self.options_.safe)
+    scene_error(place, "no plugin", "--safe opens none that a scene brings, which is native code",
+                "leave --safe out if you trust it, or give the library with --load");
   if (lua_type(L, 2) != LUA_TSTRING)
     scene_error(place, "bad file of sim.plugin", "expected text, got " + show(L, 2),
                 "write sim.plugin \"wind.so\"");
