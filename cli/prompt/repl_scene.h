@@ -21,7 +21,6 @@ namespace sim::cli {
 class LiveScene {
  public:
   using Condition = std::function<bool()>;
-
   // budget: of all snapshots together, in bytes. Throws what load() throws.
   LiveScene(const SceneRequest& request, const Environment& environment, Registry& registry,
             std::size_t budget, std::ostream& err, bool progress);
@@ -53,7 +52,7 @@ class LiveScene {
   void go_to(double t);            // s; the same
   bool undo();                     // the last change of the present system, at the same time
   void part();                     // the next change counts by itself
-  void act(const Action& action);                             // on the present system
+  void act(const Action& action);  // on the present system
   void edit(const std::function<void(Simulation&)>& change);  // the same, of what is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
 

@@ -76,6 +76,7 @@ std::string elements_text(const PluginInfo& info) {
   if (!own.empty()) text += ", { " + own + " }";
   text += "), or ties = { {" + ids + (own.empty() ? "" : ", " + own) + "}, ... }";
   if (info.elements.arity == 2) text += ", or grid = and offsets =";
+  if (info.elements.cells) text += ", or cells = sim.cells { ... }";
   return wrapped("  " + text, 2) + '\n';
 }
 

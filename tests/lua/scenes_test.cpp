@@ -283,3 +283,18 @@ TEST_CASE("rest lengths of a grid neither overflow nor vanish", "[lua][scenes]")
     CHECK(rest == Approx(2 * scale).epsilon(1e-14));
   }
 }
+
+TEST_CASE("beam.lua and jelly_fem.lua", "[lua][scenes]") {
+  const SystemSpec beam = load("scenes/beam.lua").systems[0];
+  CHECK(beam.forces[0].elements.arity == 10);
+  CHECK(beam.forces[0].elements.listed() == 60);
+  CHECK(beam.particles->pinned.size() == 9);
+  double mass = 0;
+  for (int i = 0; i < beam.particles->count(); ++i) mass += beam.particles->at(i).mass;
+  CHECK(mass == Approx(2).epsilon(1e-13));
+  CHECK(load("scenes/beam.lua", {{"order", "1"}}).systems[0].forces[0].elements.arity == 4);
+
+  const SystemSpec jelly = load("scenes/jelly_fem.lua").systems[0];
+  CHECK(jelly.forces[2].elements.listed() == 6 * 5 * 5 * 5);
+  CHECK(jelly.particles->pinned.size() == 36);
+}

@@ -20,7 +20,7 @@ double contracted(const Mat3& a, const Mat3& b) {
   return sum;
 }
 
-double trace(const Mat3& m) { return m(0, 0) + m(1, 1) + m(2, 2); }
+double trace_of(const Mat3& m) { return m(0, 0) + m(1, 1) + m(2, 2); }
 
 // cof F by rows. It is quadratic: the polar form gives its slope.
 Mat3 cofactors_of(const Mat3& F) {
@@ -39,7 +39,7 @@ Mat3 cofactors_along(const Mat3& F, const Mat3& dF) {
 // Newton's method from sqrt(3 I), which is not below L, falls to it. See the kernel.
 Mat3 rotation_of(const Mat3& F) {
   const Mat3 C = transposed(F) * F, cofactors = cofactors_of(F);
-  const double I = trace(C), J = row_of(F, 0).dot(row_of(cofactors, 0)),
+  const double I = trace_of(C), J = row_of(F, 0).dot(row_of(cofactors, 0)),
                rest = I * I - 4 * contracted(cofactors, cofactors);
   double L = std::sqrt(3 * I);
   for (int i = 0; i < 40; ++i) {
@@ -67,7 +67,7 @@ double energy_density(const SolidLaw& law, const Mat3& F) {
   switch (law.model) {
     case SolidLaw::Model::kStVk: {
       const Mat3 E = strain_of(F);
-      return law.mu * contracted(E, E) + 0.5 * law.lambda * trace(E) * trace(E);
+      return law.mu * contracted(E, E) + 0.5 * law.lambda * trace_of(E) * trace_of(E);
     }
     case SolidLaw::Model::kCorotated: {
       const Mat3 R = rotation_of(F), apart = F - R;
@@ -87,13 +87,13 @@ StressSlope::StressSlope(const SolidLaw& law, const Mat3& F) : law_(law), F_(F) 
   switch (law.model) {
     case SolidLaw::Model::kStVk: {
       const Mat3 E = strain_of(F);
-      S_ = 2 * law.mu * E + law.lambda * trace(E) * Mat3::Identity();
+      S_ = 2 * law.mu * E + law.lambda * trace_of(E) * Mat3::Identity();
       return;
     }
     case SolidLaw::Model::kCorotated: {
       R_ = rotation_of(F);
       const Mat3 S = transposed(R_) * F;
-      const Mat3 G = trace(S) * Mat3::Identity() - 0.5 * (S + transposed(S));
+      const Mat3 G = trace_of(S) * Mat3::Identity() - 0.5 * (S + transposed(S));
       const Mat3 cofactors = cofactors_of(G);
       const double determinant = row_of(G, 0).dot(row_of(cofactors, 0)), size = contracted(G, G);
       if (std::fabs(determinant) > 1e-12 * size * std::sqrt(size))
@@ -112,7 +112,7 @@ Mat3 StressSlope::along(const Mat3& dF) const {
   switch (law_.model) {
     case SolidLaw::Model::kStVk: {
       const Mat3 half = transposed(F_) * dF, dE = 0.5 * (half + transposed(half));
-      return dF * S_ + F_ * (2 * law_.mu * dE + law_.lambda * trace(dE) * Mat3::Identity());
+      return dF * S_ + F_ * (2 * law_.mu * dE + law_.lambda * trace_of(dE) * Mat3::Identity());
     }
     case SolidLaw::Model::kCorotated: {
       // dF = R W S + R dS with W = cross_matrix(w): of M = R^T dF, (tr(S) 1 - S) w = axis of M -

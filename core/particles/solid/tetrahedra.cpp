@@ -16,7 +16,7 @@ constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 constexpr Vec3 kSlopes[4] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 // Exact for polynomials of degree 2: Hammer, Marlowe & Stroud (1956), Math. Comput. 10, 130-137.
-constexpr double kGaussNear = 0.58541019662496845446, kGaussFar = 0.13819660112501051518;
+constexpr double kNearPoint = 0.58541019662496845446, kFarPoint = 0.13819660112501051518;
 
 // N = L_a (2 L_a - 1) at a corner, 4 L_a L_b on an edge; N = L_a in a linear cell.
 std::array<Vec3, 10> slopes_at(int nodes, int point) {
@@ -25,8 +25,8 @@ std::array<Vec3, 10> slopes_at(int nodes, int point) {
     std::copy(kSlopes, kSlopes + 4, slopes.begin());
     return slopes;
   }
-  double l[4] = {kGaussFar, kGaussFar, kGaussFar, kGaussFar};
-  l[point] = kGaussNear;
+  double l[4] = {kFarPoint, kFarPoint, kFarPoint, kFarPoint};
+  l[point] = kNearPoint;
   for (std::size_t a = 0; a < 4; ++a) slopes[a] = (4 * l[a] - 1) * kSlopes[a];
   for (std::size_t e = 0; e < 6; ++e) {
     const auto [a, b] = kEdges[e];
