@@ -76,7 +76,7 @@ bool declares(const sim::PluginInfo& info, const std::string& name) {
   return std::ranges::count(info.params, name, &sim::Param::name) > 0;
 }
 
-// A moving cloud of particles, tied in pairs where the force takes ties.
+// A moving cloud of particles, tied in pairs or cells where the force takes them.
 sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
   sim::SystemSpec spec;
   spec.name = "cloud";
@@ -91,6 +91,10 @@ sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
          .velocity = {std::cos(1.0 + i), std::cos(2.0 + 5 * i), std::cos(3.0 + i)},
          .mass = 1 + 0.1 * (i % 7)});
     if (force.elements.arity == 2 && i > 2) part.elements.add({i, i - 1 - i % 2});
+    if (force.elements.cells && i > 2) {
+      part.elements.arity = 4;
+      part.elements.add({i - 3, i - 2, i - 1, i});
+    }
   }
   spec.forces = {part};
   return spec;

@@ -1,5 +1,5 @@
 // Cells of bodies, and the masses that they give to particles.
-#include <algorithm>
+#include <limits>
 
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
@@ -24,6 +24,11 @@ bool SceneReader::cells(lua_State* L, int index, const Body& body, const Place& 
   if (cells.flag("grid")) {
     const auto order = static_cast<int>(cells.integer("order"));
     out.arity = order == 1 ? 4 : 10;
+    double ids = 6.0 * out.arity;
+    for (const int size : body.particles.grid->size) ids *= (size - 1) / order;
+    if (ids > std::numeric_limits<int>::max())
+      scene_error(written, "too many cells", "their ids are more than 2^31 - 1",
+                  "make the grid smaller");
     out.ids = grid_tetrahedra(body.particles.grid->size, order);
     return true;
   }
