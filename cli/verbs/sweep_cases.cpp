@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/output/format.h"
 
 namespace sim::cli {
 namespace {
@@ -115,23 +116,6 @@ SweepCases product_of(const std::vector<std::string>& axes) {
   }
   check_names(cases.names, "--over");
   return cases;
-}
-
-std::vector<std::string> csv_fields(const std::string& row) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    const char c = row[i];
-    if (quoted && c == '"' && i + 1 < row.size() && row[i + 1] == '"')
-      fields.back() += row[++i];
-    else if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      fields.emplace_back();
-    else if (c != '\r')
-      fields.back() += c;
-  }
-  return fields;
 }
 
 SweepCases cases_in(const std::string& file) {

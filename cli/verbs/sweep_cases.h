@@ -23,7 +23,4 @@ SweepCases product_of(const std::vector<std::string>& axes);
 // A CSV file: names, then a row a case. Throws Error{kUsage}, Error{kIo}.
 SweepCases cases_in(const std::string& file);
 
-// The fields of a row of CSV; quotes may hold commas and doubled quotes, not line ends.
-std::vector<std::string> csv_fields(const std::string& row);
-
 }  // namespace sim::cli

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "cli/verbs/sweep_cases.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/process.h"

@@ -77,6 +77,23 @@ std::string csv_field(std::string_view text) {
   return out += '"';
 }
 
+std::vector<std::string> csv_fields(std::string_view row) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const char c = row[i];
+    if (quoted && c == '"' && i + 1 < row.size() && row[i + 1] == '"')
+      fields.back() += row[++i];
+    else if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      fields.emplace_back();
+    else if (c != '\r')
+      fields.back() += c;
+  }
+  return fields;
+}
+
 std::string& JsonObject::key(std::string_view name) {
   if (text_.size() > 1) text_ += ',';
   text_ += json_string(name);

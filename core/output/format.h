@@ -33,6 +33,9 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows,
 // A field of a CSV row: in quotes where the text needs it.
 std::string csv_field(std::string_view text);
 
+// The fields of a row; quotes may hold commas and doubled quotes, not line ends.
+std::vector<std::string> csv_fields(std::string_view row);
+
 // {"a":1,"b":"x"}, keys in the order of the calls. A number that is not finite becomes null.
 class JsonObject {
  public:

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "cli/verbs/sweep_cases.h"
+#include "core/output/format.h"
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
 #include "tests/support/temporary.h"
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Catch::Contains;
-using sim::cli::csv_fields;
+using sim::csv_fields;
 
 struct Sheet {
   std::vector<std::string> names;
