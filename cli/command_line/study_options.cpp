@@ -1,6 +1,7 @@
 #include "cli/command_line/study_options.h"
 
 #include "cli/command_line/option_values.h"
+#include "core/output/format.h"
 
 namespace sim::cli {
 namespace {
@@ -27,7 +28,7 @@ constexpr const char* kTradeoffFooter =
     "  reference: {how, error}, growth, omega_max, complete,\n"
     "  recommended, cheapest: {integrator, dt or tol, error, evaluations, command},\n"
     "  integrators: [name, order, observed, limit, points: [dt, tol, status, error,\n"
-    "  relative, error_end, max_end, worst, energy, phi and phi_rate (of constraints),\n"
+    "  relative, error_end, max_end, worst, energy, phi, phi_rate (of constraints),\n"
     "  steps, evaluations, newton, factorisations, linear, cost, seconds, spread,\n  front]]\n"
     "  error: rms over what is compared, the largest of all steps.\n";
 
@@ -52,17 +53,17 @@ constexpr const char* kCompareFooter =
 
 constexpr const char* kSweepFooter =
     "Examples:\n"
-    "  sim sweep scenes/cloth.lua --over integrator=rk4,verlet --over dt=0.001:0.01:log6\n"
-    "      --out runs.csv -j 2\n"
+    "  sim sweep scenes/cloth.lua --over integrator=rk4,verlet\n"
+    "      --over dt=0.001:0.01:log6 --out runs.csv -j 2\n"
     "  sim sweep scenes/gas.lua --over seed=1..20 -T 1 --out gas.csv\n"
-    "NAME is integrator, dt, tol, time, steps, seed or an argument of the scene. Several\n"
-    "--over are a product, the last one fastest. Cases that are done are kept in\n"
-    "OUT.cases, so that a sweep goes on where it was ended; rows are the same whatever\n"
-    "the order, -j and --part, but for seconds.\n"
+    "NAME is integrator, dt, tol, time, steps, seed or an argument of the scene.\n"
+    "Several --over are a product, the last one fastest. Cases that are done are kept\n"
+    "in OUT.cases, so that a sweep goes on where it was ended; rows are the same\n"
+    "whatever the order, -j and --part, but for seconds.\n"
     "Columns: case, the names, exit, verdict, reason, steps, evaluations, t, kinetic,\n"
     "  potential, total, drift, energy (drift over that in play), dt_share, strain,\n"
-    "  step_error, error (of positions: against the exact solution, or verified), hash,\n"
-    "  what the scene observes, seconds. Empty: not known.\n"
+    "  step_error, error (of positions: against the exact solution, or verified),\n"
+    "  hash, what the scene observes, seconds. Empty: not known.\n"
     "Many machines: sim sweep .. --part $I/100 on each, then sim sweep .. --collect\n"
     "Exit code 9: a case failed; one that diverged did not.\n";
 
@@ -85,10 +86,9 @@ CLI::App* StudyOptions::study(CLI::App& app, const std::string& name, const std:
   std::string own;
   for (const std::string& option : taken)
     if (option != "--progress") own += option + ", ";
-  verb->footer("It takes " + own +
-               "--progress, --json, --set,\n--seed, --without, --plugin-path and --load, as "
-               "in sim --help.\n" +
-               footer);
+  own +=
+      "--progress, --json, --set, --seed, --without, --plugin-path and --load, as in sim --help.";
+  verb->footer(wrapped("It takes " + own, 0) + "\n" + footer);
   verb->get_formatter()->column_width(26);
   taken_[verb] = taken;
   return verb;

@@ -64,11 +64,12 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   if (asked.init.empty()) read_init(session, console, init_file());
   std::string entry;  // lines that belong together, for the history
   while (!session.exit_code) {
-    bool running = false;
+    bool running = false, over = false;
     try {
       SessionSignals::clear();
       const auto text = editor.read(session.prompt());
       if (!text) {
+        over = true;  // whether or not anybody is there to read
         session.say("\n");
         break;
       }
@@ -84,7 +85,8 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
     } catch (const ClosedPipe&) {
       return report_exception(console.err);
     } catch (...) {
-      report_exception(console.err);
+      const int code = report_exception(console.err);
+      if (over) return code;
     }
     editor.remember(entry);
     entry.clear();

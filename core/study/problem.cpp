@@ -55,6 +55,8 @@ std::vector<Candidate> fitting_methods(const Problem& problem,
       methods.push_back({choice, label, simulation.integrator_info(),
                          has([](const Param& param) { return param.name == "tol"; }),
                          static_cast<bool>(plugin.make_from_others)});
+      for (const Param& param : plugin.params)
+        if (param.name == "tol") methods.back().least_tolerance = param.min;
     } catch (const Error& error) {
       if (given.empty()) continue;
       throw Error(ErrorKind::kUsage, error.text());

@@ -39,6 +39,7 @@ struct Candidate : MethodChoice {
   IntegratorInfo info;
   bool has_tolerance = false;  // has a parameter `tol`
   bool chooses = false;        // among other methods, as `auto` does
+  double least_tolerance = 0;  // that `tol` may be
 };
 
 // The choices; without any, the integrators that fit the problem, sorted by name, that of the run

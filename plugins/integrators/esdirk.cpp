@@ -22,6 +22,16 @@ constexpr sim::ImplicitPair<6> kPair{
 static_assert(sim::order_conditions(kPair.method) == 4);
 static_assert(sim::embedded_order(kPair) == 3);
 
+// Solutions of its equations are no better than roundings let them be: below this a step cannot be
+// told from its neighbour's.
+std::vector<sim::Param> params() {
+  constexpr double kLeast = 1e-10;
+  std::vector<sim::Param> params = sim::embedded_params();
+  for (sim::Param& param : params)
+    if (param.name == "tol" || param.name == "atol") param.min = kLeast;
+  return params;
+}
+
 }  // namespace
 
 SIM_PLUGIN(Integrator, "esdirk43") {
@@ -33,7 +43,7 @@ SIM_PLUGIN(Integrator, "esdirk43") {
                   "error = h sum_i (b_i - b'_i) k_i",
        .source = "Kennedy & Carpenter (2003), Appl. Numer. Math. 44, 139-181: implicit part of "
                  "ARK4(3)6L[2]SA",
-       .params = sim::embedded_params()},
+       .params = params()},
       [](const sim::Params& given) -> std::unique_ptr<sim::Integrator> {
         // The equations of a stage a hundred times better than its error may be.
         constexpr double kPart = 1e-2, kMost = 1e-4, kLeast = 1e-12;

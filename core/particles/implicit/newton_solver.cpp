@@ -190,11 +190,16 @@ StepStatus NewtonSolver::minimise() {
 }
 
 // The guess, or rest where Phi is lower there. From rest at a state of energy E backward Euler has
-// Phi = E, and ends below that.
+// Phi = E, and ends below that. What a hand moves goes on.
 void NewtonSolver::choose_start() {
   std::ranges::copy(equation_.start().span(), best_.data());
   const double guess = equation_.phi();
   std::ranges::fill(z_.span(), 0.0);
+  const ParticleView view = equation_.view();
+  const auto rest = equation_.layout().axes(z_.data());
+  const auto moving = equation_.layout().axes(std::as_const(best_).data());
+  for (int i = 0; i < view.n; ++i)
+    for (int axis = 0; axis < 3 && !view.free(i); ++axis) rest[axis][i] = moving[axis][i];
   equation_.start_at(z_);
   if (!(equation_.phi() < guess)) equation_.start_at(best_);
   equation_.evaluate();

@@ -85,7 +85,8 @@ double scene_size(const Simulation& system) {
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on) {
   Problem with = problem.with(method);
-  if (plan.tolerance > 0) with.options.integrator.given["tol"] = plan.tolerance;
+  if (plan.tolerance > 0)
+    with.options.integrator.given["tol"] = std::max(plan.tolerance, method.least_tolerance);
   Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);

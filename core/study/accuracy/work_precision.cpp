@@ -42,7 +42,9 @@ bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yar
   };
   if (by_tolerance) {
     for (int digits = 2; digits <= 12; ++digits) {
-      if (!run(kIntervals, std::pow(10.0, -digits))) return false;
+      const double tolerance = std::pow(10.0, -digits);
+      if (tolerance < 0.99 * method.least_tolerance) break;
+      if (!run(kIntervals, tolerance)) return false;
       if (finest()) break;
     }
     return true;
