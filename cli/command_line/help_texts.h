@@ -18,7 +18,7 @@ inline constexpr const char* kFooter =
     "            its components under particle and their values under x.\n"
     "  --energy  step,t,kinetic,potential,total,work,drift in J; second order only\n"
     "  --observe step,t,NAME,..: observe = { NAME = function(s) .. end } of the scene\n"
-    "  --tension step,t,constraint,a,b,tension,fx,fy,fz in N: of constraints, on a; of\n"
+    "  --tension step,t,constraint,a,b,tension,fx,fy,fz in N: constraints, on a; of\n"
     "            rods between a and b; then --dump has cx,cy,cz, the force on each\n"
     "  FILE ends in .csv or .jsonl; it is replaced only when the run has ended.\n"
     "Verdict\n"

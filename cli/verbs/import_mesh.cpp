@@ -62,7 +62,8 @@ if tied > 0 then forces[#forces + 1] = over end
 return sim.scene {
   name = NAME, particles = body, forces = forces,
   surfaces = { sim.surface { particles = body, triangles = triangles } },
-  integrator = "verlet", dt = 0.5 * math.sqrt(2 * m / most), duration = 2,  -- half of the limit at most
+  integrator = "verlet", dt = 0.5 * math.sqrt(2 * m / most),  -- half of the limit at most
+  duration = 2,
 }
 )lua";
 

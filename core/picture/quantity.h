@@ -22,7 +22,8 @@ struct ColourScale {
 };
 
 // One value a particle. strain: of the spring there that is strained most, with its sign; speed:
-// m/s; energy: kinetic and half of that in each of its springs, J; error and mode: the values of the frame. Empty where there is none.
+// m/s; energy: kinetic and half of that in each of its springs, J; error and mode: the values of
+// the frame. Empty where there is none.
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
 
 // Of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a power of ten.

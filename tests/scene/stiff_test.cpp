@@ -211,7 +211,7 @@ int check_scene(std::uint64_t seed, sim::Registry& registry) {
         const Residual first = residual_of(scene, guess, before.v, r, tau);
         const Residual end = residual_of(scene, now.x, now.v, r, tau);
         CHECK(end.size <=
-              kOtherWeights * (kTolerance * first.size + 2000 * (end.rounding + first.rounding)));
+              kOtherWeights * (kTolerance * first.size + 4000 * (end.rounding + first.rounding)));
       }
       if (method == "implicit_euler") {
         // A step from velocities v ends below Phi at rest, which is the energy E: with E' = K' +

@@ -23,7 +23,9 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Candidate&
     if (!point) return {};
     points.push_back(*point);
     if (point->finished && point->rms <= yardstick.floor()) break;
-    if (point->seconds > kOrderLimits.seconds || (adaptive(method) && tolerance < 2e-13)) break;
+    if (point->seconds > kOrderLimits.seconds ||
+        (adaptive(method) && tolerance < std::max(2e-13, 2 * method.least_tolerance)))
+      break;
     adaptive(method) ? tolerance /= 10 : steps *= 2;
   }
   return points;

@@ -103,7 +103,9 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   };
   Point point;
   TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
-  if (by_tolerance) plan.steps = plan.intervals = reference.intervals();
+  // Without dense output each look ends a step.
+  const bool dense = !method.info.implicit;
+  if (by_tolerance && dense) plan.steps = plan.intervals = reference.intervals();
   const int stride = reference.intervals() / plan.intervals;
   plan.see = [&](int k, const std::vector<double>& x) {
     if (k * stride > yardstick.last) return;
