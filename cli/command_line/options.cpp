@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <set>
 #include <vector>
 
 #include "cli/command_line/help_texts.h"
@@ -69,6 +71,7 @@ class Parser {
       *import_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
+  std::map<const CLI::App*, std::set<std::string>> takes_;  // ... that other verbs take, too
 };
 
 CLI::Option* Parser::value(const std::string& names, std::string& text, const std::string& type,
@@ -190,6 +193,10 @@ Parser::Parser() {
   import_->footer("Example: sim import bunny.obj --out bunny.lua; without --out it is printed\n");
   import_->add_option("MESH", t.import.mesh, "of another program; units are metres")->type_name("");
   view_ = add_view_options(app_, t.view);
+  takes_ = {{plot_, {"--out"}},
+            {import_, {"--out"}},
+            {view_, {"--integrator", "--dt"}},
+            {rest_, {"--dump", "--quiet"}}};
 }
 
 // Words that no option or argument wanted.
@@ -215,11 +222,8 @@ void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
-    if ((&chosen == plot_ || &chosen == import_) && option->get_name() == "--out") continue;
-    if (&chosen == view_ && (option->get_name() == "--integrator" || option->get_name() == "--dt"))
-      continue;
-    const bool of_rest = option->get_name() == "--dump" || option->get_name() == "--quiet";
-    if (&chosen == rest_ && of_rest) continue;
+    const auto own = takes_.find(&chosen);
+    if (own != takes_.end() && own->second.contains(option->get_name())) continue;
     const bool positional = option->get_positional();
     usage_error(positional ? "unexpected argument" : "option of a run",
                 positional ? "'" + option->results().front() + "'" : option->get_name(),
@@ -330,11 +334,7 @@ PlotRequest Parser::plot_request() const {
   if (request.table.empty() || request.x.empty() || request.y.empty())
     usage_error("argument missing", "sim plot", "it needs a table and two columns",
                 "as in: sim plot runs.csv -x dt -y error");
-  if (texts_.out.files.size() > 1)
-    usage_error("given twice", "--out " + texts_.out.files[1], "it makes one chart", "keep one");
-  if (!texts_.out.files.empty()) request.out = texts_.out.files.front();
-  if (!request.out.empty() && !request.out.ends_with(".svg"))
-    usage_error("bad value", "--out '" + request.out + "'", "a chart is .svg", "as in runs.svg");
+  request.out = one_file(texts_.out, ".svg", "a chart is .svg");
   return request;
 }
 
@@ -342,11 +342,7 @@ ImportRequest Parser::import_request() const {
   ImportRequest request = texts_.import;
   if (request.mesh.empty())
     usage_error("argument missing", "sim import", "it needs a mesh", "as in: sim import bunny.obj");
-  if (texts_.out.files.size() > 1)
-    usage_error("given twice", "--out " + texts_.out.files[1], "it makes one scene", "keep one");
-  if (!texts_.out.files.empty()) request.out = texts_.out.files.front();
-  if (!request.out.empty() && !request.out.ends_with(".lua"))
-    usage_error("bad value", "--out '" + request.out + "'", "a scene is .lua", "as in bunny.lua");
+  request.out = one_file(texts_.out, ".lua", "a scene is .lua");
   return request;
 }
 

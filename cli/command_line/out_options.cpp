@@ -29,6 +29,15 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       value("--size", t.size, "WxH", "pixels of a picture; 1280x720 if not given")};
 }
 
+std::string one_file(const OutTexts& texts, const std::string& ending, const std::string& rule) {
+  if (texts.files.size() > 1)
+    usage_error("given twice", "--out " + texts.files[1], "it makes one file", "keep one");
+  if (texts.files.empty()) return "";
+  if (!texts.files.front().ends_with(ending))
+    usage_error("bad value", "--out '" + texts.files.front() + "'", rule, "as in name" + ending);
+  return texts.files.front();
+}
+
 OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   OutRequest request;
   request.files = t.files;

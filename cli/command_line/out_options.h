@@ -24,6 +24,10 @@ struct OutTexts {
 
 std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& texts);
 
+// The one file of --out of a verb that writes nothing but that: "" or a name with this ending.
+// Throws Error{kUsage}; `rule`: "a chart is .svg".
+std::string one_file(const OutTexts& texts, const std::string& ending, const std::string& rule);
+
 // Throws Error{kUsage}. `every` is what --every says.
 OutRequest out_request(const OutTexts& texts, std::optional<std::int64_t> every);
 

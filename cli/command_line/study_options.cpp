@@ -162,13 +162,23 @@ bool StudyOptions::takes(const CLI::App* verb, const std::string& option) const 
   return taken != taken_.end() && taken->second.contains(option);
 }
 
+SceneRequest StudyOptions::named_scene(const StudyBase& base) const {
+  SceneRequest scene = base.scene;
+  if (!scene_.empty()) scene.scene = scene_;
+  return scene;
+}
+
+SceneRequest StudyOptions::stepped_scene(const StudyBase& base) const {
+  SceneRequest scene = named_scene(base);
+  scene.integrator = parse_integrator(only("--integrator", base.integrators));
+  if (const std::string dt = only("--dt", base.dts); !dt.empty())
+    scene.dt = positive_number("--dt", dt);
+  return scene;
+}
+
 StabilityRequest StudyOptions::stability(const StudyBase& base) const {
   StabilityRequest request;
-  request.scene = base.scene;
-  if (!scene_.empty()) request.scene.scene = scene_;
-  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
-  if (const std::string dt = only("--dt", base.dts); !dt.empty())
-    request.scene.dt = positive_number("--dt", dt);
+  request.scene = stepped_scene(base);
   request.extremes = extremes_;
   if (extremes_ && !scene_.empty())
     usage_error("two things to study", "--extremes and '" + scene_ + "'",
@@ -194,8 +204,7 @@ OrderRequest StudyOptions::order(const StudyBase& base) const {
 
 TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
   TradeoffRequest request;
-  request.scene = base.scene;
-  if (!scene_.empty()) request.scene.scene = scene_;
+  request.scene = named_scene(base);
   if (!budget_.empty()) request.budget = budget("--budget", budget_);
   request.of = of_;
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
@@ -212,11 +221,7 @@ TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
 
 MinimalRequest StudyOptions::minimal(const StudyBase& base) const {
   MinimalRequest request;
-  request.scene = base.scene;
-  if (!scene_.empty()) request.scene.scene = scene_;
-  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
-  if (const std::string dt = only("--dt", base.dts); !dt.empty())
-    request.scene.dt = positive_number("--dt", dt);
+  request.scene = stepped_scene(base);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   if (!budget_.empty()) request.budget = budget("--budget", budget_);
   request.of = of_;
@@ -227,8 +232,7 @@ MinimalRequest StudyOptions::minimal(const StudyBase& base) const {
 
 CompareRequest StudyOptions::compare(const StudyBase& base) const {
   CompareRequest request;
-  request.scene = base.scene;
-  if (!scene_.empty()) request.scene.scene = scene_;
+  request.scene = named_scene(base);
   const std::size_t steps = base.dts.size(), methods = std::max(base.integrators.size(), steps);
   if (steps > 1 && base.integrators.size() > 1 && steps != base.integrators.size())
     usage_error("steps without methods", std::to_string(steps) + " times --dt",
@@ -251,31 +255,21 @@ CompareRequest StudyOptions::compare(const StudyBase& base) const {
 
 SweepRequest StudyOptions::sweep(const StudyBase& base) const {
   SweepRequest request;
-  request.scene = base.scene;
-  if (!scene_.empty()) request.scene.scene = scene_;
-  request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
+  request.scene = stepped_scene(base);
   add_options(request.scene.integrator, base.tol, "", false);
-  if (const std::string dt = only("--dt", base.dts); !dt.empty())
-    request.scene.dt = positive_number("--dt", dt);
   if (!base.time.empty() && !base.steps.empty())
     usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
                 "keep one of them");
-  if (!base.time.empty()) request.time = base.time, positive_number("--time", base.time);
-  if (!base.steps.empty()) request.steps = integer_between("--steps", base.steps, 0, kMostSteps);
+  if (!base.time.empty()) request.length.time = positive_number("--time", base.time);
+  if (!base.steps.empty())
+    request.length.steps = integer_between("--steps", base.steps, 0, kMostSteps);
   if (!base.check.empty()) request.checks = parse_checks("--check", base.check);
   request.over = over_;
   request.cases = cases_;
   if (over_.empty() == cases_.empty())
     usage_error("what to sweep over?", "--over and --cases", "it is one of the two",
                 "as in --over dt=0.001:0.01:log5");
-  if (base.out.files.size() > 1)
-    usage_error("given twice", "--out " + base.out.files[1], "a sweep makes one table", "keep one");
-  if (!base.out.files.empty()) {
-    request.out = base.out.files.front();
-    if (!request.out.ends_with(".csv"))
-      usage_error("bad value", "--out '" + request.out + "'", "a sweep writes .csv",
-                  "as in --out runs.csv");
-  }
+  request.out = one_file(base.out, ".csv", "a sweep writes .csv");
   if (!part_.empty()) {
     const std::size_t slash = part_.find('/');
     if (slash == std::string::npos || request.out.empty())

@@ -56,6 +56,8 @@ class StudyOptions {
   CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
                   const std::string& footer, const std::set<std::string>& taken);
   void scene_of(CLI::App* verb);
+  SceneRequest named_scene(const StudyBase& base) const;    // by the verb's own argument
+  SceneRequest stepped_scene(const StudyBase& base) const;  // with one --integrator and --dt
   void budget_of(CLI::App* verb, const std::string& doc);
 
   std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;

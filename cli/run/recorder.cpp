@@ -29,6 +29,26 @@ const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
                "known: " + join(known, ", ") + "; a plugin of the kind writer may bring others"});
 }
 
+// How far the fastest mode moves each particle, the most as 1; it stays as it was at the start.
+std::vector<double> mode_of(Simulation& system) {
+  const study::Spectrum found = study::spectrum(system);
+  const StatePart& part = system.shape().first();
+  std::vector<double> values;
+  for (int i = 0; i < (system.flat() ? 1 : system.particles()); ++i) {
+    double square = 0;
+    for (std::size_t c = 0; c < part.components.size(); ++c)
+      for (const std::vector<double>* side : {&found.shape, &found.partner}) {
+        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
+        if (at < side->size() && (side == &found.shape || !system.second_order()))
+          square += (*side)[at] * (*side)[at];
+      }
+    values.push_back(std::sqrt(square));
+  }
+  const double most = std::ranges::max(values);
+  for (double& value : values) value = most > 0 ? value / most : 0;
+  return values;
+}
+
 }  // namespace
 
 void check_files(const OutRequest& request, Registry& registry) {
@@ -111,26 +131,6 @@ Look look_of(const SceneSpec& scene, const LookSpec& asked) {
   for (const SystemSpec& system : scene.systems)
     if (!system.look.empty()) return make_look(system.look, asked);
   return make_look(asked);
-}
-
-// How far the fastest mode moves each particle, the most as 1; it stays as it was at the start.
-static std::vector<double> mode_of(Simulation& system) {
-  const study::Spectrum found = study::spectrum(system);
-  const StatePart& part = system.shape().first();
-  std::vector<double> values;
-  for (int i = 0; i < (system.flat() ? 1 : system.particles()); ++i) {
-    double square = 0;
-    for (std::size_t c = 0; c < part.components.size(); ++c)
-      for (const std::vector<double>* side : {&found.shape, &found.partner}) {
-        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
-        if (at < side->size() && (side == &found.shape || !system.second_order()))
-          square += (*side)[at] * (*side)[at];
-      }
-    values.push_back(std::sqrt(square));
-  }
-  const double most = std::ranges::max(values);
-  for (double& value : values) value = most > 0 ? value / most : 0;
-  return values;
 }
 
 Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& registry)

@@ -10,6 +10,7 @@
 #include "cli/run/replay_file.h"
 #include "cli/run/report.h"
 #include "cli/run/run_files.h"
+#include "cli/run/run_length.h"
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
 #include "cli/terminal/signals.h"
@@ -25,25 +26,6 @@ namespace {
 
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
-
-std::int64_t steps_of(const RunRequest& request, const Simulation& system) {
-  if (request.steps) return *request.steps;
-  const double duration = request.time.value_or(system.duration());
-  if (!(duration / system.h() < static_cast<double>(kMostSteps)))
-    throw Error(ErrorKind::kUsage,
-                {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
-                 "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});
-  return system.steps_for(duration);
-}
-
-// A run ends at the time asked for, with a shorter last step where it has to.
-void shorten(const RunRequest& request, Track& track) {
-  if (request.steps) return;
-  constexpr double kRounding = 1e-9;  // of a step
-  const double end = request.time.value_or(track.system().duration());
-  const bool beyond = track.end() > end + kRounding * track.system().h();
-  if (beyond && end > track.system().t()) track.end_at(end);
-}
 
 // What the integrators have to say of their systems, each sentence once.
 void print_notes(LoadedScene& scene, Console& console) {
@@ -118,9 +100,10 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   const bool tables = !tables_of(request).empty();
   const std::int64_t frame_stride = request.every.value_or(1);
   const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
+  const RunLength length{request.time, request.steps};
   std::vector<const Simulation*> systems;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
-    const std::int64_t steps = replays_ ? replays_->steps(i) : steps_of(request, scene.systems[i]);
+    const std::int64_t steps = replays_ ? replays_->steps(i) : steps_of(length, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
                          tables ? frame_stride : Track::kNever,
@@ -130,7 +113,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                   {"nothing to run", "--resume",
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
-    if (!replays_) shorten(request, tracks_.back());
+    if (!replays_) shorten(length, tracks_.back());
     if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }

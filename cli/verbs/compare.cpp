@@ -224,9 +224,7 @@ bool Comparison::run(const study::Watch& watch) {
       if (r == 0) stage_.push_back(stage(k * stride_, runner.frames.back()));
     }
     runner.steps = runner.system.step_count();
-    runner.evaluations = runner.system.integrator().effort().evaluations - runner.looked;
-    if (runner.evaluations == 0)
-      runner.evaluations = runner.steps * runner.system.integrator_info().evaluations;
+    runner.evaluations = study::evaluations_of(runner.system) - runner.looked;
   }
   return true;
 }

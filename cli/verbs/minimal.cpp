@@ -107,7 +107,6 @@ class Bench {
   Likeness own_;
 };
 
-
 std::vector<std::string> cells(const Bench& bench, const std::string& name,
                                const std::optional<Look>& look, const Likeness* change,
                                const std::string& why) {

@@ -105,7 +105,7 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
 
 // The request with the values of a case. Throws Error{kUsage} for what is no value.
 CaseRun Sweep::case_run(std::size_t index) const {
-  CaseRun run{request_.scene, {}, request_.steps, request_.checks, request_.verify};
+  CaseRun run{request_.scene, request_.length, request_.checks, request_.verify};
   run.scene.threads = 1;
   std::string tol;
   const auto positive = [](const std::string& name, const std::string& text) {
@@ -122,7 +122,6 @@ CaseRun Sweep::case_run(std::size_t index) const {
                                       "it is a whole number of at least 0", ""});
     return *value;
   };
-  if (request_.time) run.time = positive("time", *request_.time);
   for (std::size_t i = 0; i < cases_.names.size(); ++i) {
     const std::string &name = cases_.names[i], &value = cases_.rows[index][i];
     if (name == "integrator") {
@@ -134,9 +133,9 @@ CaseRun Sweep::case_run(std::size_t index) const {
     } else if (name == "tol") {
       tol = shortest(positive(name, value));
     } else if (name == "time") {
-      run.time = positive(name, value), run.steps.reset();
+      run.length = {positive(name, value), {}};
     } else if (name == "steps") {
-      run.steps = whole(name, value), run.time.reset();
+      run.length = {{}, whole(name, value)};
     } else if (name == "seed") {
       run.scene.seed = static_cast<std::uint64_t>(whole(name, value));
     } else {
@@ -154,8 +153,8 @@ std::uint64_t Sweep::key(std::size_t index) const {
                                  run.scene.integrator.name, shortest(run.scene.dt)};
   for (const auto& [name, value] : run.scene.integrator.given)
     texts.push_back(name + "=" + to_text(value));
-  texts.push_back(run.time ? shortest(*run.time) : "");
-  texts.push_back(run.steps ? std::to_string(*run.steps) : "");
+  texts.push_back(run.length.time ? shortest(*run.length.time) : "");
+  texts.push_back(run.length.steps ? std::to_string(*run.length.steps) : "");
   texts.push_back(run.verify ? "verified" : "");
   if (run.checks)
     for (const auto& limit : {run.checks->energy, run.checks->strain, run.checks->dt})

@@ -8,6 +8,7 @@
 
 #include "cli/run/check.h"
 #include "cli/run/run.h"
+#include "cli/run/run_length.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "core/output/output.h"
@@ -15,11 +16,10 @@
 namespace sim::cli {
 
 struct SweepRequest {
-  SceneRequest scene;               // its threads: cases at once
-  std::vector<std::string> over;    // --over NAME=VALUES; either these
-  std::string cases;                // ... or a file of cases
-  std::optional<std::string> time;  // s, and the like: of all cases, where these do not say it
-  std::optional<std::int64_t> steps;
+  SceneRequest scene;             // its threads: cases at once
+  std::vector<std::string> over;  // --over NAME=VALUES; either these
+  std::string cases;              // ... or a file of cases
+  RunLength length;               // of all cases, where these do not say it
   std::optional<Checks> checks;
   std::string out;                     // the table; empty: standard output, nothing is kept
   std::int64_t part = 0, parts = 1;    // takes the cases with index % parts == part

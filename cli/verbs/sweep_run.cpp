@@ -49,14 +49,12 @@ std::vector<std::string> fields_of(Track& track, int exit, const std::string& re
   const bool lost = verdict.trust == Trust::kDiverged;  // then its figures say nothing
   const auto figure = [&](double value) { return lost ? "" : field(value); };
   const bool energy = !lost && system.second_order() && track.energy_is_finite();
-  std::int64_t evaluations = system.integrator().effort().evaluations;
-  if (evaluations == 0) evaluations = system.step_count() * system.integrator_info().evaluations;
   std::vector<std::string> fields{
       std::to_string(exit),
       study::trust_name(verdict.trust),
       in_one_line(reason.empty() ? verdict.reason : reason),
       std::to_string(system.step_count()),
-      std::to_string(evaluations),
+      std::to_string(study::evaluations_of(system)),
       field(system.t()),
       energy ? field(track.energy().kinetic) : "",
       energy ? field(track.energy().potential) : "",
@@ -95,15 +93,9 @@ std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std
       throw Error(ErrorKind::kUsage, {"several systems", run.scene.scene, "it is a world",
                                       "name the file of one of its scenes"});
     Simulation& system = scene.systems.front();
-    const double duration = run.time.value_or(system.duration());
-    if (!run.steps && !(duration / system.h() < static_cast<double>(kMostSteps)))
-      throw Error(ErrorKind::kUsage, {"too many steps", brief(duration) + " s",
-                                      "a run has at most 9e15 steps", "a larger dt"});
-    Track track(scene.spec.systems.front(), system,
-                run.steps ? *run.steps : system.steps_for(duration), Track::kNever, Track::kNever,
-                &registry);
-    if (!run.steps && track.end() > duration + 1e-9 * system.h() && duration > 0)
-      track.end_at(duration);
+    Track track(scene.spec.systems.front(), system, steps_of(run.length, system), Track::kNever,
+                Track::kNever, &registry);
+    shorten(run.length, track);
     const auto begin = CaseProcess::Clock::now();
     follow(track);
     const double seconds = std::chrono::duration<double>(CaseProcess::Clock::now() - begin).count();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cli/run/check.h"
+#include "cli/run/run_length.h"
 #include "cli/run/scene.h"
 
 namespace sim::cli {
@@ -18,8 +19,7 @@ namespace sim::cli {
 // A run as a case says it.
 struct CaseRun {
   SceneRequest scene;
-  std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
-  std::optional<std::int64_t> steps;
+  RunLength length;
   std::optional<Checks> checks;
   bool verify = true;
 };

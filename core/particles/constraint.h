@@ -19,6 +19,13 @@ struct RowPattern {
     ids.insert(ids.end(), particles);
     begin.push_back(static_cast<int>(ids.size()));
   }
+  // So many rows of each particle alone.
+  static RowPattern of_each(const std::vector<int>& particles, int rows = 1) {
+    RowPattern pattern;
+    for (const int i : particles)
+      for (int row = 0; row < rows; ++row) pattern.add({i});
+    return pattern;
+  }
 };
 
 // The equations of one constraint at one state, where evaluate() puts them.

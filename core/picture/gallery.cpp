@@ -32,35 +32,46 @@ PanelGrid panel_grid(int panels) {
 Gallery::Gallery(std::span<const Model> models, std::span<const Moment> moments, const Look& look,
                  const Panels& panels)
     : grid_(panels.any() ? panel_grid(static_cast<int>(models.size())) : PanelGrid{}),
-      raster_(look_of_panel(look, grid_).width, look_of_panel(look, grid_).height) {
+      own_(look_of_panel(look, grid_)),
+      raster_(own_.width, own_.height) {
+  auto scenes = std::make_shared<Scenes>();
+  image_.width = own_.width, image_.height = own_.height;
   if (!panels.any()) {
-    whole_ = std::make_unique<Scenery>(models, moments, look);
+    scenes->whole = std::make_unique<Scenery>(models, moments, look);
+    scenes_ = std::move(scenes);
     return;
   }
-  const Look own = look_of_panel(look, grid_);
-  const Viewpoint viewpoint = make_viewpoint(models.first(1), panels.stage, own);
+  const Viewpoint viewpoint = make_viewpoint(models.first(1), panels.stage, own_);
   const ColourScale scale = colour_scale(look, models, moments);
-  panels_.resize(models.size());
+  scenes->panels.resize(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
-    Panel& panel = panels_[i];
+    Panel& panel = scenes->panels[i];
     for (const Moment& moment : moments) panel.moments.push_back({moment[i]});
-    panel.scenery = std::make_unique<Scenery>(models.subspan(i, 1), panel.moments, own);
+    panel.scenery = std::make_unique<Scenery>(models.subspan(i, 1), panel.moments, own_);
     panel.scenery->set_viewpoint(viewpoint);
     panel.scenery->set_scale(scale);
     panel.scenery->set_caption(panels.captions[i]);
   }
-  image_.width = grid_.columns * own.width + (grid_.columns - 1) * kGap;
-  image_.height = grid_.rows * own.height + (grid_.rows - 1) * kGap;
+  scenes_ = std::move(scenes);
+  image_.width = grid_.columns * own_.width + (grid_.columns - 1) * kGap;
+  image_.height = grid_.rows * own_.height + (grid_.rows - 1) * kGap;
   image_.width &= ~1, image_.height &= ~1;  // even, as films want
   image_.rgb.resize(3 * static_cast<std::size_t>(image_.width) *
                     static_cast<std::size_t>(image_.height));
 }
 
+Gallery::Gallery(const Gallery& other)
+    : grid_(other.grid_),
+      own_(other.own_),
+      scenes_(other.scenes_),
+      raster_(own_.width, own_.height),
+      image_(other.image_) {}
+
 const Image& Gallery::draw(std::size_t moment) {
-  if (whole_) return raster_.draw(whole_->picture(moment));
+  if (scenes_->whole) return raster_.draw(scenes_->whole->picture(moment));
   std::ranges::fill(image_.rgb, kBetween);
-  for (std::size_t i = 0; i < panels_.size(); ++i) {
-    const Image& panel = raster_.draw(panels_[i].scenery->picture(moment));
+  for (std::size_t i = 0; i < scenes_->panels.size(); ++i) {
+    const Image& panel = raster_.draw(scenes_->panels[i].scenery->picture(moment));
     const int column = static_cast<int>(i) % grid_.columns,
               row = static_cast<int>(i) / grid_.columns;
     const int left = column * (panel.width + kGap), top = row * (panel.height + kGap);

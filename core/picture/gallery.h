@@ -32,20 +32,29 @@ class Gallery {
   Gallery(std::span<const Model> models, std::span<const Moment> moments, const Look& look,
           const Panels& panels = {});
 
+  // Draws the same pictures on another thread; what was found of the run is shared.
+  Gallery(const Gallery& other);
+
   // Valid until the next call.
   const Image& draw(std::size_t moment);
+  int width() const { return image_.width; }  // pixels
+  int height() const { return image_.height; }
 
  private:
   struct Panel {
     std::vector<Moment> moments;  // of its system alone
     std::unique_ptr<Scenery> scenery;
   };
+  struct Scenes {
+    std::unique_ptr<Scenery> whole;  // without panels
+    std::vector<Panel> panels;
+  };
 
-  std::unique_ptr<Scenery> whole_;  // without panels
-  std::vector<Panel> panels_;
   PanelGrid grid_;
+  Look own_;  // of one panel
+  std::shared_ptr<const Scenes> scenes_;
   Raster raster_;  // of a panel
-  Image image_;    // of all panels
+  Image image_;    // of all panels; without any only its size
 };
 
 }  // namespace sim

@@ -66,10 +66,7 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
   }
   look.seconds = record ? seconds : std::min(look.seconds, seconds);
   if (!record) return true;
-  const Effort effort = system.integrator().effort();
-  look.evaluations = effort.evaluations > 0
-                         ? effort.evaluations
-                         : system.step_count() * system.integrator_info().evaluations;
+  look.evaluations = evaluations_of(system);
   return true;
 }
 

@@ -65,6 +65,11 @@ std::vector<Candidate> fitting_methods(const Problem& problem,
   return methods;
 }
 
+std::int64_t evaluations_of(const Simulation& system) {
+  const std::int64_t counted = system.integrator().effort().evaluations;
+  return counted > 0 ? counted : system.step_count() * system.integrator_info().evaluations;
+}
+
 const ParticleSystem* particles_of(Simulation& system) {
   return dynamic_cast<const ParticleSystem*>(&system.ode());
 }

@@ -48,6 +48,9 @@ struct Candidate : MethodChoice {
 std::vector<Candidate> fitting_methods(const Problem& problem,
                                        const std::vector<MethodChoice>& choices);
 
+// Of f, so far: as the integrator counts them, or else so many a step.
+std::int64_t evaluations_of(const Simulation& system);
+
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);
 

@@ -21,14 +21,7 @@ class OnCircle final : public sim::Constraint {
     if (!(axis_.place(0).norm() > 0)) refuse("its axis is 0", "give the direction across the hoop");
   }
 
-  sim::RowPattern pattern() const override {
-    sim::RowPattern pattern;
-    for (const int i : ids_) {
-      pattern.add({i});
-      pattern.add({i});
-    }
-    return pattern;
-  }
+  sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_, 2); }
 
   // With d = x - c(t), w = d':  n.d = 0 for n = axis / |axis|, and (|d|^2 - R^2) / 2R = 0.
   //   (n.d)'' = n.x'' - n.c'' + 2 n'.w + n''.d

@@ -39,14 +39,7 @@ class OnCurve final : public sim::Constraint {
     dt_ = std::min(dt, 1.0);
   }
 
-  sim::RowPattern pattern() const override {
-    sim::RowPattern pattern;
-    for (const int i : ids_) {
-      pattern.add({i});
-      pattern.add({i});
-    }
-    return pattern;
-  }
+  sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_, 2); }
 
   // The nearest place s of the wire has (x - r).r_s = 0. With two normals n of the wire there
   //   n.(x - r(s, t)) = 0,  n.x'' = n.(r_ss s'^2 + 2 r_st s' + r_tt)

@@ -18,11 +18,7 @@ class OnPlane final : public sim::Constraint {
                                                 "give the direction across the plane"});
   }
 
-  sim::RowPattern pattern() const override {
-    sim::RowPattern pattern;
-    for (const int i : ids_) pattern.add({i});
-    return pattern;
-  }
+  sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_); }
 
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
     const sim::Driven::At point = point_.at(p.t);

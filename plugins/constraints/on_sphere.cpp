@@ -16,11 +16,7 @@ class OnSphere final : public sim::Constraint {
                                                 "give a radius > 0 in m, or pin the particle"});
   }
 
-  sim::RowPattern pattern() const override {
-    sim::RowPattern pattern;
-    for (const int i : ids_) pattern.add({i});
-    return pattern;
-  }
+  sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_); }
 
   // phi = (|d|^2 - R^2) / 2R with d = x - c(t)
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {

@@ -44,11 +44,9 @@ class Film final : public sim::Writer {
     // Pictures are drawn side by side, one a processor, and passed on in their order.
     const std::size_t at_once =
         std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce);
-    std::vector<std::unique_ptr<sim::Gallery>> galleries;
-    for (std::size_t i = 0; i < std::min(at_once, moments_.size()); ++i)
-      galleries.push_back(
-          std::make_unique<sim::Gallery>(task_.models, moments_, task_.look, task_.panels));
-    const int width = galleries[0]->draw(0).width, height = galleries[0]->draw(0).height;
+    sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
+    const int width = gallery.width(), height = gallery.height();
+    std::vector<sim::Gallery> galleries(std::min(at_once, moments_.size()), gallery);
     std::vector<std::string> words{program_,   "-loglevel",
                                    "error",    "-y",
                                    "-f",       "rawvideo",
@@ -68,7 +66,7 @@ class Film final : public sim::Writer {
       team.run([&](int rank) {
         const auto k = static_cast<std::size_t>(rank);
         try {
-          images[k] = i + k < moments_.size() ? &galleries[k]->draw(i + k) : nullptr;
+          images[k] = i + k < moments_.size() ? &galleries[k].draw(i + k) : nullptr;
         } catch (...) {
           failures[k] = std::current_exception();
         }

@@ -241,6 +241,28 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
   lua_settop(L, value);
 }
 
+// Calls visit(part, record) for each sim.KIND of the list `kind`s on top of the stack.
+template <class Visit>
+void SceneReader::each_part(lua_State* L, const std::string& kind, const Place& place,
+                            Visit visit) const {
+  const std::string name = kind + "s", form = "sim." + kind + ".NAME { ... }";
+  const int list = lua_absindex(L, -1);
+  if (const std::string got = session_->push_record(L, list); !got.empty())
+    scene_error(place, "bad " + name, "expected a list, got a sim." + got,
+                "write " + name + " = { " + form + " }");
+  lua_pop(L, 1);
+  const std::size_t count = read_length(L, list, place, name);
+  for (std::size_t i = 0; i < count; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
+    const int part = lua_absindex(L, -1);
+    if (const std::string got = session_->push_record(L, part); got != kind)
+      scene_error(place, "bad entry " + std::to_string(i + 1) + " of " + name,
+                  "expected a " + form + ", got " + shown_part(L, part, got));
+    visit(part, lua_absindex(L, -1));
+    lua_settop(L, list);
+  }
+}
+
 void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {
   const Place& place = spec.place;
   require_key(push_field(L, scene, "particles"), place, "particles",
@@ -255,21 +277,9 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
 
   require_key(push_field(L, scene, "forces"), place, "forces",
               "forces = { ... }, or forces = {} for none");
-  const int forces = lua_absindex(L, -1);
-  if (const std::string got = session_->push_record(L, forces); !got.empty())
-    scene_error(place, "bad forces", "expected a list, got a sim." + got,
-                "write forces = { sim.force.NAME { ... } }");
-  lua_pop(L, 1);
-  const std::size_t count = read_length(L, forces, place, "forces");
   std::vector<const void*> handles;
-  for (std::size_t i = 0; i < count; ++i) {
-    lua_rawgeti(L, forces, static_cast<lua_Integer>(i) + 1);
-    const int force = lua_absindex(L, -1);
-    if (const std::string got = session_->push_record(L, force); got != "force")
-      scene_error(place, "bad entry " + std::to_string(i + 1) + " of forces",
-                  "expected a sim.force.NAME { ... }, got " + shown_part(L, force, got));
+  each_part(L, "force", place, [&](int force, int record) {
     handles.push_back(lua_topointer(L, force));
-    const int record = lua_absindex(L, -1);
     lua_pushboolean(L, 1);
     lua_setfield(L, record, "used");
     push_field(L, record, "plugin");
@@ -278,8 +288,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     part_spec.elements = elements(L, record, plugin, body, part_spec.place);
     if (plugin.pointwise) part_spec.particles = group(L, record, body, part_spec.place);
     spec.forces.push_back(std::move(part_spec));
-    lua_settop(L, forces);
-  }
+  });
   weigh(L, handle, spec);
   constraints(L, scene, body, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
@@ -328,26 +337,13 @@ std::vector<const void*> SceneReader::colliders(lua_State* L, int scene, SystemS
     lua_pop(L, 1);
     return handles;
   }
-  const int list = lua_absindex(L, -1);
-  if (const std::string got = session_->push_record(L, list); !got.empty())
-    scene_error(spec.place, "bad colliders", "expected a list, got a sim." + got,
-                "write colliders = { sim.collider.NAME { ... } }");
-  lua_pop(L, 1);
-  const std::size_t count = read_length(L, list, spec.place, "colliders");
-  for (std::size_t i = 0; i < count; ++i) {
-    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
-    const int collider = lua_absindex(L, -1);
-    if (const std::string got = session_->push_record(L, collider); got != "collider")
-      scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of colliders",
-                  "expected a sim.collider.NAME { ... }, got " + shown_part(L, collider, got));
+  each_part(L, "collider", spec.place, [&](int collider, int record) {
     handles.push_back(lua_topointer(L, collider));
-    const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
     spec.colliders.push_back(part(
         L, record, registry_.get<Collider>(lua_tostring(L, -1), place_of(L, record)), 1, nullptr));
-    lua_settop(L, list);
-  }
-  lua_settop(L, list - 1);
+  });
+  lua_pop(L, 1);
   return handles;
 }
 
@@ -356,19 +352,7 @@ void SceneReader::constraints(lua_State* L, int scene, Body& body, SystemSpec& s
     lua_pop(L, 1);
     return;
   }
-  const int list = lua_absindex(L, -1);
-  if (const std::string got = session_->push_record(L, list); !got.empty())
-    scene_error(spec.place, "bad constraints", "expected a list, got a sim." + got,
-                "write constraints = { sim.constraint.NAME { ... } }");
-  lua_pop(L, 1);
-  const std::size_t count = read_length(L, list, spec.place, "constraints");
-  for (std::size_t i = 0; i < count; ++i) {
-    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
-    const int constraint = lua_absindex(L, -1);
-    if (const std::string got = session_->push_record(L, constraint); got != "constraint")
-      scene_error(spec.place, "bad entry " + std::to_string(i + 1) + " of constraints",
-                  "expected a sim.constraint.NAME { ... }, got " + shown_part(L, constraint, got));
-    const int record = lua_absindex(L, -1);
+  each_part(L, "constraint", spec.place, [&](int /*constraint*/, int record) {
     lua_pushboolean(L, 1);
     lua_setfield(L, record, "used");
     push_field(L, record, "plugin");
@@ -376,9 +360,8 @@ void SceneReader::constraints(lua_State* L, int scene, Body& body, SystemSpec& s
     PartSpec part_spec = part(L, record, plugin, 1, &body);
     part_spec.elements = elements(L, record, plugin, body, part_spec.place);
     spec.constraints.push_back(std::move(part_spec));
-    lua_settop(L, list);
-  }
-  lua_settop(L, list - 1);
+  });
+  lua_pop(L, 1);
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {

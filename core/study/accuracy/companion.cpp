@@ -8,16 +8,6 @@ namespace {
 
 constexpr double kLeastTolerance = 1e-14;
 
-Simulation finer_one(const SystemSpec& spec, const Simulation& run, Registry& registry) {
-  const Settings& own = run.settings();
-  Simulation fine(spec, registry, {.integrator = sharper(own.method), .dt = own.h / 2});
-  auto settings = std::make_shared<Settings>(fine.settings());
-  settings->pinned = own.pinned;
-  settings->off = own.off;
-  fine.restore({std::move(settings), 0, 0, run.t(), {run.state().begin(), run.state().end()}, {}});
-  return fine;
-}
-
 }  // namespace
 
 MethodChoice sharper(const Method& own) {
@@ -33,9 +23,20 @@ MethodChoice sharper(const Method& own) {
   return choice;
 }
 
+Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,
+                     double steps_per_step, double t, std::span<const double> x) {
+  Simulation fine(spec, registry,
+                  {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
+  auto settings = std::make_shared<Settings>(own);
+  settings->method = fine.settings().method;
+  settings->h = fine.settings().h;
+  fine.restore({std::move(settings), 0, 0, t, {x.begin(), x.end()}, {}});
+  return fine;
+}
+
 // err = C tol, or C h^p: the distance is err (1 - 1/10), or err (1 - 2^-p).
 Companion::Companion(const SystemSpec& spec, const Simulation& run, Registry& registry)
-    : fine_(finer_one(spec, run, registry)) {
+    : fine_(finer_run(spec, registry, run.settings(), 2, run.t(), run.state())) {
   const IntegratorInfo info = run.integrator_info();
   factor_ =
       info.adaptive ? kSharper / (kSharper - 1) : 1 / (1 - std::exp2(-std::max(1, info.order)));

@@ -116,8 +116,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   result.finished = good;
   result.steps = system.step_count();
   result.effort = system.integrator().effort();
-  if (result.effort.evaluations == 0)
-    result.effort.evaluations = result.steps * system.integrator_info().evaluations;
+  result.effort.evaluations = evaluations_of(system);
   if (balance && !good) result.energy_error = HUGE_VAL;
   if (Holding* holding = system.holding(); holding && plan.energy)
     result.drift = holding->drift(system.t(), system.state().data());

@@ -82,13 +82,7 @@ Simulation Shadow::finer_run(double& steps_per_step) const {
   steps_per_step = run_->integrator_info().adaptive
                        ? std::clamp(std::ceil(kFinestStates / taken), 1.0, double(kFinestStates))
                        : finer_steps(taken);
-  Simulation shadow(*spec_, *registry_,
-                    {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
-  auto settings = std::make_shared<Settings>(shadow.settings());
-  settings->pinned = own.pinned;
-  settings->held = own.held;
-  shadow.restore({std::move(settings), 0, 0, start_.t(), start_.x, {}});
-  return shadow;
+  return study::finer_run(*spec_, *registry_, own, steps_per_step, start_.t(), start_.x);
 }
 
 // Two for each step that the method takes; more where there are so few that two are no finer look

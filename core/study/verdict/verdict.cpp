@@ -87,9 +87,8 @@ Verdict Monitor::verdict(const Parting& parting) {
   for (const auto& criterion : criteria_) criterion->conclude(verdict.figures, findings);
   if (touched_ && verdict.figures.momentum > 0) {
     verdict.figures.momentum = std::nan("");
-    std::erase_if(findings, [](const Finding& each) {
-      return each.words.starts_with("momentum changed");
-    });
+    std::erase_if(findings,
+                  [](const Finding& each) { return each.words.starts_with("momentum changed"); });
   }
   const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
   if (start_scale_ > 0 && highest_ > kExplosion * start_scale_ && !right) {

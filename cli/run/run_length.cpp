@@ -1,0 +1,27 @@
+#include "cli/run/run_length.h"
+
+#include "cli/run/scene.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace sim::cli {
+
+std::int64_t steps_of(const RunLength& length, const Simulation& system) {
+  if (length.steps) return *length.steps;
+  const double duration = length.time.value_or(system.duration());
+  if (!(duration / system.h() < static_cast<double>(kMostSteps)))
+    throw Error(ErrorKind::kUsage,
+                {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
+                 "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});
+  return system.steps_for(duration);
+}
+
+void shorten(const RunLength& length, Track& track) {
+  if (length.steps) return;
+  constexpr double kRounding = 1e-9;  // of a step
+  const double end = length.time.value_or(track.system().duration());
+  const bool beyond = track.end() > end + kRounding * track.system().h();
+  if (beyond && end > track.system().t()) track.end_at(end);
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,22 @@
+// How long a run is: so many steps, or until a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "cli/run/track.h"
+
+namespace sim::cli {
+
+struct RunLength {
+  std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
+  std::optional<std::int64_t> steps;
+};
+
+// The steps it takes. Throws Error{kUsage} for more than kMostSteps.
+std::int64_t steps_of(const RunLength& length, const Simulation& system);
+
+// A run ends at the time asked for, with a shorter last step where it has to.
+void shorten(const RunLength& length, Track& track);
+
+}  // namespace sim::cli
