@@ -66,7 +66,8 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   while (!session.exit_code) {
     bool running = false, over = false;
     try {
-      SessionSignals::clear();
+      SessionSignals::forget_interrupt();
+      SessionSignals::check();
       const auto text = editor.read(session.prompt());
       if (!text) {
         over = true;  // whether or not anybody is there to read

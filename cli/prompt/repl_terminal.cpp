@@ -169,7 +169,7 @@ void say_to_terminal(const char* text) {
 int next_key(std::FILE* stream) {
   for (;;) {
     pollfd input{STDIN_FILENO, POLLIN, 0};
-    const int ready = ::ppoll(&input, 1, nullptr, editing.signals);
+    const int ready = SessionSignals::any() ? 0 : ::ppoll(&input, 1, nullptr, editing.signals);
     if (SessionSignals::any()) {
       if (!std::exchange(editing.abandoned, true)) say_to_terminal("^C");
       return EOF;
@@ -252,7 +252,7 @@ std::optional<std::string> LineEditor::read(const std::string& prompt) {
   rl_callback_handler_install(prompt.c_str(), accept);
   while (!editing.done) {
     pollfd input{STDIN_FILENO, POLLIN, 0};
-    const int ready = ::ppoll(&input, 1, nullptr, &blocked.before());
+    const int ready = SessionSignals::any() ? 0 : ::ppoll(&input, 1, nullptr, &blocked.before());
     if (SessionSignals::any()) {
       say_to_terminal("^C\n");
       rl_callback_handler_remove();

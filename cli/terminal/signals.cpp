@@ -78,6 +78,15 @@ void SessionSignals::clear() {
   ::alarm(0);
 }
 
+void SessionSignals::forget_interrupt() {
+  sigset_t ours, before;
+  sigemptyset(&ours);
+  for (const int signal : kSignals) sigaddset(&ours, signal);
+  sigprocmask(SIG_BLOCK, &ours, &before);
+  if (caught_signal == SIGINT) clear();
+  sigprocmask(SIG_SETMASK, &before, nullptr);
+}
+
 void SessionSignals::check() {
   if (any()) throw Interrupted();
 }

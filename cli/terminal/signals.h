@@ -33,7 +33,8 @@ class SessionSignals {
   static int caught();  // the last one since clear(), or 0
   static bool any() { return caught() != 0; }
   static void clear();
-  static void check();  // throws Interrupted
+  static void forget_interrupt();  // of what is over; a signal to end stays
+  static void check();             // throws Interrupted
 };
 
 }  // namespace sim::cli
