@@ -33,12 +33,18 @@ def exceptions(tab):
             each["params"]["entry"]["level"] == "error"]
 
 
-def place(tab, particle):
-    return tab.js(f"sim.pixel(sim.M[0],{particle})")
+def press(tab, particle, modifiers=0, system=0):
+    """Presses where the particle is. The scene pauses for it: what flies is soon elsewhere."""
+    tab.js("sim.say('pause')")
+    tab.until("!sim.state.playing")
+    tab.js("new Promise(done=>setTimeout(()=>requestAnimationFrame(done),100)).then(()=>1)")
+    x, y = tab.js(f"sim.pixel(sim.M[{system}],{particle})")
+    tab.mouse("mousePressed", x, y, modifiers)
+    tab.js("sim.say('play')")
+    return x, y
 
 
-def drag(tab, start, way, modifiers=0, moves=12):
-    tab.mouse("mousePressed", *start, modifiers=modifiers)
+def move(tab, start, way, modifiers=0, moves=12):
     for k in range(1, moves + 1):
         tab.mouse("mouseMoved", start[0] + way[0] * k / moves, start[1] + way[1] * k / moves,
                   modifiers=modifiers)
@@ -57,9 +63,9 @@ def test_touch(browser, server):
     assert tab.js(COVERED) > 0.02, tab.js(COVERED)
 
     # A drag: what is under the pointer follows it.
-    x, y = place(tab, 200)
-    drag(tab, (x, y), (90, -60))
-    particle = tab.js("sim.picked")  # the cloth flies: 200, or a neighbour
+    x, y = press(tab, 200)
+    move(tab, (x, y), (90, -60))
+    particle = tab.js("sim.picked")  # 200, or what hides it
     assert 0 <= particle < 256
     tab.until(f"sim.state.systems[0].held[0]=={particle}")
     end = (x + 90, y - 60)
@@ -70,20 +76,19 @@ def test_touch(browser, server):
     tab.until(f"(p=>Math.hypot(p[0]-{end[0]},p[1]-{end[1]})>20)(sim.pixel(sim.M[0],{particle}))")
 
     # Shift: it stays there. Control: it is let go again.
-    x, y = place(tab, particle)
-    drag(tab, (x, y), (-40, -40), SHIFT)
-    particle = tab.js("sim.picked")  # the cloth flies: perhaps a neighbour
+    x, y = press(tab, particle, SHIFT)
+    move(tab, (x, y), (-40, -40), SHIFT)
+    particle = tab.js("sim.picked")
     tab.mouse("mouseReleased", x - 40, y - 40, SHIFT, 0)
     tab.until(f"sim.state.systems[0].pinned.includes({particle})")
-    tab.until("sim.state.systems[0].kinetic<1")
-    x, y = place(tab, particle)
-    tab.mouse("mousePressed", x, y, CTRL)
+    x, y = press(tab, particle, CTRL)
     tab.mouse("mouseReleased", x, y, CTRL, 0)
     tab.until(f"!sim.state.systems[0].pinned.includes({particle})")
 
     # Elsewhere a drag turns; nothing is held.
     yaw = tab.js("sim.cam.yaw")
-    drag(tab, (40, 440), (60, 0))
+    tab.mouse("mousePressed", 40, 440)
+    move(tab, (40, 440), (60, 0))
     tab.mouse("mouseReleased", 100, 440, buttons=0)
     assert abs(tab.js("sim.cam.yaw") - yaw) > 0.2
 
@@ -158,8 +163,8 @@ def test_wind(browser, server):
 def test_panels(browser, server):
     tab = open_page(browser, server)
     assert tab.js("sim.M.map(m=>m.name).join()") == "rk4,verlet"
-    x, y = tab.js("sim.pixel(sim.M[1],60)")
-    drag(tab, (x, y), (20, -20))
+    x, y = press(tab, 60, system=1)
+    move(tab, (x, y), (20, -20))
     tab.until("sim.state.systems.every(s=>s.held.length==1)")
     assert tab.js("sim.state.systems[0].held[0]==sim.state.systems[1].held[0]")
     tab.mouse("mouseReleased", x + 20, y - 20, buttons=0)
