@@ -1,10 +1,12 @@
 // Films: pictures piped into ffmpeg, which is another program and has to be there.
 #include <algorithm>
+#include <condition_variable>
 #include <exception>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <thread>
 
-#include "core/base/team.h"
 #include "core/base/text.h"
 #include "core/output/process.h"
 #include "core/output/writer.h"
@@ -12,7 +14,7 @@
 
 namespace {
 
-constexpr std::size_t kMostAtOnce = 8;  // pictures drawn side by side
+constexpr std::size_t kMostAtOnce = 8;  // threads that draw
 
 // How ffmpeg is asked for each format.
 std::vector<std::string> codec(const std::string& format) {
@@ -25,6 +27,67 @@ std::vector<std::string> codec(const std::string& format) {
   return {"-c:v", "libx264",  "-preset", "veryfast",  "-crf",
           "20",   "-pix_fmt", "yuv420p", "-movflags", "+faststart"};
 }
+
+// Pictures of a film, drawn ahead by one thread a processor and taken in their order.
+class Drawers {
+ public:
+  // Each thread has a copy of the gallery.
+  Drawers(const sim::Gallery& gallery, std::size_t pictures) : pictures_(pictures) {
+    const std::size_t most =
+        std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce);
+    drawn_.resize(std::min(most, pictures));
+    for (std::size_t k = 0; k < drawn_.size(); ++k)
+      threads_.emplace_back(
+          [this, k, own = std::make_unique<sim::Gallery>(gallery)] { draw(k, *own); });
+  }
+  ~Drawers() {
+    {
+      const std::lock_guard lock(mutex_);
+      over_ = true;
+    }
+    changed_.notify_all();
+  }
+
+  // The i-th, valid until the next call.
+  const sim::Image& take(std::size_t i) {
+    std::unique_lock lock(mutex_);
+    std::optional<sim::Image>& drawn = drawn_[i % drawn_.size()];
+    changed_.wait(lock, [&] { return drawn || failure_; });
+    if (failure_) std::rethrow_exception(failure_);
+    std::swap(taken_, *drawn);
+    drawn.reset();
+    changed_.notify_all();
+    return taken_;
+  }
+
+ private:
+  // Every n-th picture, one ahead of the taker.
+  void draw(std::size_t rank, sim::Gallery& gallery) {
+    try {
+      for (std::size_t i = rank; i < pictures_; i += drawn_.size()) {
+        const sim::Image& image = gallery.draw(i);
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return over_ || !drawn_[rank]; });
+        if (over_) return;
+        drawn_[rank] = image;
+        changed_.notify_all();
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      failure_ = std::current_exception();
+      changed_.notify_all();
+    }
+  }
+
+  std::size_t pictures_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::optional<sim::Image>> drawn_;  // the next of each thread
+  sim::Image taken_;
+  std::exception_ptr failure_;
+  bool over_ = false;
+  std::vector<std::jthread> threads_;  // the last: they end before what they use
+};
 
 class Film final : public sim::Writer {
  public:
@@ -41,12 +104,8 @@ class Film final : public sim::Writer {
 
   void commit() override {
     if (moments_.empty()) return;
-    // Pictures are drawn side by side, one a processor, and passed on in their order.
-    const std::size_t at_once =
-        std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce);
     sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
     const int width = gallery.width(), height = gallery.height();
-    std::vector<sim::Gallery> galleries(std::min(at_once, moments_.size()), gallery);
     std::vector<std::string> words{program_,   "-loglevel",
                                    "error",    "-y",
                                    "-f",       "rawvideo",
@@ -57,25 +116,11 @@ class Film final : public sim::Writer {
     for (const std::string& word : codec(task_.format)) words.push_back(word);
     words.push_back("file:" + file_.temporary());
     sim::Process ffmpeg(words);
-    sim::Team team(static_cast<int>(galleries.size()));
-    std::vector<const sim::Image*> images(galleries.size());
-    std::vector<std::exception_ptr> failures(galleries.size());
-    bool reads = true;
-    for (std::size_t i = 0; i < moments_.size() && reads; i += galleries.size()) {
+    Drawers drawers(gallery, moments_.size());
+    for (std::size_t i = 0; i < moments_.size(); ++i) {
       if (task_.stop && task_.stop()) return;
-      team.run([&](int rank) {
-        const auto k = static_cast<std::size_t>(rank);
-        try {
-          images[k] = i + k < moments_.size() ? &galleries[k].draw(i + k) : nullptr;
-        } catch (...) {
-          failures[k] = std::current_exception();
-        }
-      });
-      for (const std::exception_ptr& failure : failures)
-        if (failure) std::rethrow_exception(failure);
-      for (const sim::Image* image : images)
-        reads = reads && (!image || ffmpeg.write({reinterpret_cast<const char*>(image->rgb.data()),
-                                                  image->rgb.size()}));
+      const sim::Image& image = drawers.take(i);
+      if (!ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()})) break;
     }
     if (const std::string why = ffmpeg.finish(); !why.empty())
       throw sim::Error(sim::ErrorKind::kIo, {"no film", task_.file, "ffmpeg says: " + why,

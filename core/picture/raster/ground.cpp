@@ -40,7 +40,11 @@ float coverage(float s, float half, float width) {
 }  // namespace
 
 Backdrop::Backdrop(int width, int height)
-    : width_(width), height_(height), light_(at(0, height)), screen_(3 * at(0, height)) {}
+    : width_(width),
+      height_(height),
+      light_(at(0, height)),
+      spots_(at(0, height)),
+      screen_(3 * at(0, height)) {}
 
 V3 Backdrop::sky(const V3& direction) const {
   const float rise = ground_ ? dot(direction, ground_->up) : 0.5F * direction.y + 0.2F;
@@ -81,9 +85,12 @@ void Backdrop::draw(const Picture& picture, const Projection& projection, const 
       const V3 d = projection.world(ray);
       const float size = std::sqrt(dot(ray, ray));
       V3 light = sky((1 / size) * d);
+      Spot& spot = spots_[at(x, y)] = {};
       if (const float s = distance(d); s > 0) {
         const V3 p = over + s * d;
         const float far = s * size, seen = clear(far);
+        const V3 below = eye_.at + s * d - ground_->origin;
+        spot = {dot(below, ground_->u), dot(below, ground_->w), clear(s * length(d))};
         if (seen > 0) {
           // A pixel is wider along the ground the flatter the ray meets it.
           const float flat = above_ / far, pixel = far / projection.scale / size;

@@ -15,10 +15,12 @@ class Backdrop {
 
   const V3& light(int x, int y) const { return light_[at(x, y)]; }
   const std::vector<std::uint8_t>& screen() const { return screen_; }
-  // Where a ray of the picture meets the ground: its length; 0 where it does not.
-  float distance(const V3& direction) const;
-  // What is left of a shadow at that distance.
-  float clear(float distance) const;
+  // Where a pixel's ray meets the ground, from its origin; `clear`: what is left of a shadow there,
+  // 0 for the sky.
+  struct Spot {
+    float u = 0, w = 0, clear = 0;
+  };
+  const Spot& spot(int x, int y) const { return spots_[at(x, y)]; }
 
  private:
   std::size_t at(int x, int y) const {
@@ -26,6 +28,8 @@ class Backdrop {
            static_cast<std::size_t>(x);
   }
   V3 sky(const V3& direction) const;
+  float distance(const V3& direction) const;  // of the ground along a ray; 0 where there is none
+  float clear(float distance) const;
   V3 grid(float u, float v, float width) const;
 
   int width_, height_;
@@ -34,6 +38,7 @@ class Backdrop {
   std::optional<Ground> ground_;
   float above_ = 0;  // the eye over the ground
   std::vector<V3> light_;
+  std::vector<Spot> spots_;
   std::vector<std::uint8_t> screen_;
 };
 

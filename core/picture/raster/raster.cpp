@@ -126,7 +126,9 @@ void Raster::Impl::resolve() {
         light = behind(x, y, true);
       } else {
         ++covered;
-        for (int i = 0; i < raster::Samples::kCount; ++i) {
+        const bool one_surface = ids[0] == ids[1] && ids[0] == ids[2] && ids[0] == ids[3];
+        if (one_surface) light = shade(ids[0], x, y);
+        for (int i = 0; i < raster::Samples::kCount && !one_surface; ++i) {
           int count = 1;
           bool first = true;
           for (int j = 0; j < raster::Samples::kCount; ++j) {
@@ -148,13 +150,10 @@ void Raster::Impl::resolve() {
 V3 Raster::Impl::behind(int x, int y, bool shadowed) const {
   const V3& light = backdrop.light(x, y);
   if (!shadowed) return light;
-  const V3 d =
-      projection.world(projection.ray(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F));
-  const float s = backdrop.distance(d);
-  if (!(s > 0)) return light;
-  const float dark = ground_shadow.dark(projection.eye.at + s * d);
+  const raster::Backdrop::Spot& spot = backdrop.spot(x, y);
+  const float dark = spot.clear > 0 ? ground_shadow.dark(spot.u, spot.w) : 0;
   if (dark == 0) return light;
-  const float k = 0.62F * dark * backdrop.clear(s * length(d));
+  const float k = 0.62F * dark * spot.clear;
   return light * V3{1 - k, 1 - 0.96F * k, 1 - 0.88F * k};
 }
 

@@ -141,6 +141,7 @@ void GroundShadow::draw(const Picture& picture) {
     if (b.casts) ball(b);
   blur(near_, to_int(0.010F * texels_ + 0.5F, 1, 40));
   blur(far_, to_int(0.045F * texels_ + 0.5F, 1, 60));
+  find_shade();
 }
 
 void GroundShadow::put(int x, int y, float height, float weight) {
@@ -176,36 +177,60 @@ void GroundShadow::ball(const PictureBall& b) {
 
 // Three passes of a running mean in each direction come near to a bell.
 void GroundShadow::blur(std::vector<float>& map, int radius) {
-  row_.resize(kSize);
-  const float share = 1 / static_cast<float>(2 * radius + 1);
-  const auto pass = [&](std::size_t begin, std::size_t stride) {
-    const auto value = [&](int i) {
-      return i < 0 || i >= kSize ? 0.0F : map[begin + static_cast<std::size_t>(i) * stride];
-    };
-    float sum = 0;
-    for (int i = 0; i < radius; ++i) sum += value(i);
-    for (int i = 0; i < kSize; ++i) {
-      sum += value(i + radius) - value(i - radius - 1);
-      row_[static_cast<std::size_t>(i)] = std::max(0.0F, sum * share);
-    }
-    for (int i = 0; i < kSize; ++i)
-      map[begin + static_cast<std::size_t>(i) * stride] = row_[static_cast<std::size_t>(i)];
-  };
-  for (int times = 0; times < 3; ++times)
-    for (std::size_t i = 0; i < kSize; ++i) {
-      pass(i * kSize, 1);
-    }
-  for (int times = 0; times < 3; ++times)
-    for (std::size_t i = 0; i < kSize; ++i) pass(i, kSize);
+  for (int direction = 0; direction < 2; ++direction) {
+    transpose(map);
+    for (int times = 0; times < 3; ++times) blur_columns(map, radius);
+  }
 }
 
-float GroundShadow::dark(const V3& p) const {
+void GroundShadow::transpose(std::vector<float>& map) {
+  other_.resize(map.size());
+  for (std::size_t top = 0; top < kSize; top += kBlock)
+    for (std::size_t left = 0; left < kSize; left += kBlock)
+      for (std::size_t y = top; y < top + kBlock; ++y)
+        for (std::size_t x = left; x < left + kBlock; ++x)
+          other_[x * kSize + y] = map[y * kSize + x];
+  map.swap(other_);
+}
+
+// All columns side by side: a row of sums goes down the map.
+void GroundShadow::blur_columns(std::vector<float>& map, int radius) {
+  static constexpr float kNothing[kSize]{};
+  float sums[kSize]{};
+  other_.resize(map.size());
+  const float share = 1 / static_cast<float>(2 * radius + 1);
+  const auto row = [&](int y) {
+    return y < 0 || y >= kSize ? kNothing : map.data() + static_cast<std::size_t>(y) * kSize;
+  };
+  for (int y = -radius; y < kSize; ++y) {
+    const float *comes = row(y + radius), *goes = row(y - radius - 1);
+    for (int x = 0; x < kSize; ++x) sums[x] += comes[x] - goes[x];
+    if (y < 0) continue;
+    float* out = other_.data() + static_cast<std::size_t>(y) * kSize;
+    for (int x = 0; x < kSize; ++x) out[x] = std::max(0.0F, sums[x] * share);
+  }
+  map.swap(other_);
+}
+
+// A block includes the texels after it, which its last points read.
+void GroundShadow::find_shade() {
+  std::ranges::fill(shade_, std::uint8_t{0});
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const auto at = static_cast<std::size_t>(y * kSize + x);
+      if (near_[at] == 0 && far_[at] == 0) continue;
+      for (const int j : {std::max(y - 1, 0) / kBlock, y / kBlock})
+        for (const int i : {std::max(x - 1, 0) / kBlock, x / kBlock})
+          shade_[static_cast<std::size_t>(j * kBlocks + i)] = 1;
+    }
+}
+
+float GroundShadow::dark(float u, float w) const {
   if (empty_) return 0;
-  const V3 d = p - ground_.origin;
-  const float x = (dot(d, ground_.u) - left_) * texels_ - 0.5F,
-              y = (dot(d, ground_.w) - top_) * texels_ - 0.5F;
+  const float x = (u - left_) * texels_ - 0.5F, y = (w - top_) * texels_ - 0.5F;
   if (!(x >= 0 && y >= 0 && x < kSize - 1 && y < kSize - 1)) return 0;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
+  if (!shade_[static_cast<std::size_t>(j / kBlock * kBlocks + i / kBlock)]) return 0;
   const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
   const auto sample = [&](const std::vector<float>& map) {
     const float* m = map.data() + j * kSize + i;

@@ -2,6 +2,7 @@
 // the ground by a map of what lies above it, the softer the higher.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/picture/raster/samples.h"
@@ -37,12 +38,13 @@ class GroundShadow {
  public:
   void draw(const Picture& picture);
 
-  float dark(const V3& p) const;  // 0 .. 1, at a point of the ground
+  // 0 .. 1, at the point of the ground that is u, w away from its origin.
+  float dark(float u, float w) const;
   // Which pixels may be dark.
   Rect bounds(const Projection& projection, int width, int height) const;
 
  private:
-  static constexpr int kSize = 384;
+  static constexpr int kSize = 384, kBlock = 8, kBlocks = kSize / kBlock;
 
   struct Cast {
     float x, y, height;  // along the ground, and where it comes from
@@ -53,12 +55,17 @@ class GroundShadow {
   void triangle(const Cast& a, const Cast& b, const Cast& c, float weight);
   void ball(const PictureBall& ball);
   void blur(std::vector<float>& map, int radius);
+  void blur_columns(std::vector<float>& map, int radius);
+  void transpose(std::vector<float>& map);
+  void find_shade();
 
   Ground ground_;
   V3 light_;
   float left_ = 0, top_ = 0, texels_ = 1;
   bool empty_ = true;
-  std::vector<float> near_, far_, row_;
+  std::vector<float> near_, far_, other_;
+  std::vector<std::uint8_t> shade_ =
+      std::vector<std::uint8_t>(kBlocks * kBlocks);  // any in a block
 };
 
 }  // namespace sim::raster
