@@ -239,6 +239,8 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   request.off = texts_.off;
   request.without = texts_.without;
   request.safe = texts_.safe;
+  request.plugin_path = {texts_.plugin_path.begin(), texts_.plugin_path.end()};
+  request.libraries = {texts_.load.begin(), texts_.load.end()};
   request.lua = lua_limits(texts_.lua_budget, texts_.safe);
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(

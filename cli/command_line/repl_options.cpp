@@ -136,6 +136,8 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   line.init = init;
   line.plugin_path.assign(plugin_path.begin(), plugin_path.end());
   line.libraries.assign(load.begin(), load.end());
+  request.plugin_path = line.plugin_path;
+  request.libraries = line.libraries;
   return line;
 }
 

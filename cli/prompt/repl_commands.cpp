@@ -65,6 +65,8 @@ const std::array kCommands = std::to_array<Command>({
     {"accuracy", "tradeoff", "tradeoff", "[ERROR]",
      "speed against accuracy, and which to take for an error of 1% or \"1e-3 m\"",
      actions::tradeoff},
+    {"accuracy", "minimal", "minimal", "[ERROR]",
+     "which parts of the scene a result needs, within 1% if not given", actions::minimal},
     {"accuracy", "order", "order", "[INTEGRATOR]", "the order of convergence, observed",
      actions::order},
     {"accuracy", "record", "record", "[NAME EXPR ...]",

@@ -3,6 +3,7 @@
 
 #include "cli/command_line/option_values.h"
 #include "cli/prompt/repl_actions.h"
+#include "cli/verbs/minimal.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/tradeoff.h"
@@ -48,6 +49,15 @@ SceneRequest scene_of(Session& session) {
   return request;
 }
 
+// "1%" or "1e-3 m", which may be two words.
+Budget allowed(Call& call, const std::string& command, const Budget& otherwise) {
+  call.take(0, 2);
+  std::string text;
+  for (std::size_t i = 0; i < call.count(); ++i)
+    text += (i > 0 ? " " : "") + call.text(i, "an error allowed, as 1% or 1e-3 m");
+  return text.empty() ? otherwise : budget(command, text);
+}
+
 }  // namespace
 
 Answer verdict(Call& call) {
@@ -78,17 +88,24 @@ Answer stability(Call& call) {
 }
 
 Answer tradeoff(Call& call) {
-  call.take(0, 2);
   Session& session = call.session;
   TradeoffRequest request;
   request.scene = session.live().request();
-  std::string text;
-  for (std::size_t i = 0; i < call.count(); ++i)
-    text += (i > 0 ? " " : "") + call.text(i, "an error allowed, as 1% or 1e-3 m");
-  if (!text.empty()) request.budget = budget(".tradeoff", text);
+  request.budget = allowed(call, ".tradeoff", request.budget);
   request.json = session.mode == Mode::kJson;
   request.progress = progress_of(session);
   cli::tradeoff(request, session.environment(), session.registry(), session.console());
+  return {};
+}
+
+Answer minimal(Call& call) {
+  Session& session = call.session;
+  MinimalRequest request;
+  request.scene = scene_of(session);
+  request.budget = allowed(call, ".minimal", request.budget);
+  request.json = session.mode == Mode::kJson;
+  request.progress = progress_of(session);
+  cli::minimal(request, session.environment(), session.registry(), session.console());
   return {};
 }
 

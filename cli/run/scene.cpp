@@ -84,6 +84,9 @@ std::string command_for(const SceneRequest& request) {
   for (const std::string& name : request.without) text += " --without " + shell_word(name);
   for (const std::string& name : request.off) text += " --off " + shell_word(name);
   if (request.seed != 0) text += " --seed " + std::to_string(request.seed);
+  for (const auto& folder : request.plugin_path)
+    text += " --plugin-path " + shell_word(folder.string());
+  for (const auto& library : request.libraries) text += " --load " + shell_word(library.string());
   return text;
 }
 

@@ -28,6 +28,8 @@ struct SceneRequest {
   int threads = 1;
   LuaLimits lua = {};
   bool safe = false;  // --safe
+  // --plugin-path and --load: the registry has them, and printed commands repeat them.
+  Folders plugin_path, libraries;
 };
 
 // The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does

@@ -4,9 +4,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <exception>
 #include <iostream>
 #include <new>
 #include <sstream>
@@ -22,9 +24,36 @@ bool same_place(int a, int b) {
          one.st_ino == other.st_ino;
 }
 
+constexpr std::string_view kNoMemory =
+    "sim: error: out of memory: the machine has no more for this; make the scene smaller, or write "
+    "fewer frames\n";
+
+// What the handlers of the C++ library need, which take no argument.
+std::atomic<bool> memory_is_gone;
+std::atomic<char*> reserve;  // for the words and the files of the end
+std::terminate_handler otherwise;
+
+[[noreturn]] void no_memory() {
+  memory_is_gone = true;
+  delete[] reserve.exchange(nullptr);
+  throw std::bad_alloc();
+}
+
+// Where no exception may pass, as in functions of libraries that do not throw: files of the run
+// that are not whole have no names yet.
+[[noreturn]] void end_without_memory() {
+  if (!memory_is_gone) otherwise();
+  if (::write(STDERR_FILENO, kNoMemory.data(), kNoMemory.size()) < 0) {}
+  ::_exit(static_cast<int>(ErrorKind::kIo));
+}
+
 }  // namespace
 
 Console standard_console() {
+  constexpr std::size_t kReserve = 1 << 18;
+  reserve = new char[kReserve];
+  std::set_new_handler(no_memory);
+  otherwise = std::set_terminate(end_without_memory);
   int descriptor = 0;
   do {
     descriptor = ::open("/dev/null", O_RDONLY);
@@ -72,9 +101,7 @@ int report_exception(std::ostream& err) {
     print_error(err, error.what());
     return static_cast<int>(error.kind());
   } catch (const std::bad_alloc&) {
-    print_error(err,
-                "out of memory: the machine has no more for this; make the scene smaller, or "
-                "write fewer frames");
+    err << kNoMemory << std::flush;
     return static_cast<int>(ErrorKind::kIo);
   } catch (const std::exception& error) {
     print_error(err, std::string("internal: ") + error.what() + "; please report this");

@@ -18,7 +18,8 @@ struct Console {
 
 // The standard streams of a program that begins: called once, first of all in main. One that was
 // closed must not become a file that is opened later; writing to what stands in for it fails. A
-// closed pipe is met as a failed write, so that half-written files are cleaned up.
+// closed pipe is met as a failed write, so that half-written files are cleaned up. When memory runs
+// out where nothing can be thrown, the program ends with the words and the code of std::bad_alloc.
 Console standard_console();
 
 // "sim: error: WHAT: WHERE: WHY; REMEDY" in one line, control characters made visible.

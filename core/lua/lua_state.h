@@ -4,6 +4,7 @@
 #include <lua.hpp>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -69,6 +70,9 @@ int guarded(lua_State* L) {
     return kFunction(L);
   } catch (const Error& error) {
     raise(L, error.kind(), error.text());
+  } catch (const std::bad_alloc&) {
+    raise(L, ErrorKind::kIo,
+          {"out of memory", "", "the machine has no more for this", "make the scene smaller"});
   } catch (const std::exception& error) {
     raise(L, ErrorKind::kInternal, {"internal error", "", error.what(), ""});
   }

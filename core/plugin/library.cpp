@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <sstream>
 
 #include "core/base/float_control.h"
@@ -124,6 +125,8 @@ void open_library(const std::filesystem::path& file, Registrar& registrar) {
   try {
     call(registrar);
   } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
     refuse(file, std::string("its registration failed: ") + error.what());

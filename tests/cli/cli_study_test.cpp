@@ -265,9 +265,12 @@ TEST_CASE("sim minimal drops what the result does not need, and its command runs
              "return sim.scene { particles = beads, integrator = 'rk4', dt = 0.005,\n"
              "  duration = 1, observe = { y = function(s) return s:position(2)[2] end },\n"
              "  forces = { sim.force.gravity { g = {0, -9.81, 0} }, link, weak } }\n");
-  const Outcome outcome = run_sim({"minimal", scene, "--budget", "1%", "--json"});
+  const std::string plugins = folder.path().string();  // printed again: the command may need it
+  const Outcome outcome =
+      run_sim({"minimal", scene, "--budget", "1%", "--json", "--plugin-path", plugins});
   REQUIRE(outcome.code == 0);
   const Json study = JsonReader(outcome.out).read();
+  CHECK(says(study.at("command").text, "--plugin-path " + plugins));
   const auto part = [&](const std::string& option) -> const Json& {
     for (const Json& each : study.at("parts").list)
       if (each.at("option").text == option) return each;

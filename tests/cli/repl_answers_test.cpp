@@ -64,6 +64,8 @@ TEST_CASE("repl: the studies, of the scene as it is set") {
   CHECK(says(output(".order rk4\n", {"scenes/circle.lua"}), "rk4"));
   CHECK(says(output(".tradeoff 1%\n", {"scenes/circle.lua"}), "rk4"));
   CHECK(session(".tradeoff much\n").code == 2);
+  CHECK(says(output(".minimal 1%\n", {"scenes/circle.lua"}), "smallest scene within the budget"));
+  CHECK(session(".minimal much\n").code == 2);
 }
 
 TEST_CASE("repl: a step beyond the limit is warned of when it is set") {
