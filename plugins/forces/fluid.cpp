@@ -59,14 +59,14 @@ SIM_PLUGIN(Force, "fluid") {
   registrar.add(sim::ForcePlugin{
       {.name = "fluid",
        .summary = "a fluid of smoothed particles, weakly compressible",
-       .formula =
-           "n_i = sum of w(r_ij/h) / that of a lattice at rest,  w(q) = (1 - q/2)^4 (2 q + 1)\n"
-           "U = sum of V e(n_i),  p = n^2 e' = density c^2/7 (n^7 - 1) where n > 1, else 0\n"
-           "f_i = -dU/dx_i - mu K sum of (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d,  V = "
-           "mass/density\n"
-           "mu = viscosity + density alpha h c/(2 (dimensions + 2));  K: mu V v'' in a shear\n"
-           "walls mirror the fluid: without friction, exact for planes at right angles.\n"
-           "explicit steps of up to some 0.6 h/c are stable; water splashes: two runs part",
+       .formula = "n_i = sum of w(r_ij/h) / that of a lattice,  w(q) = (1 - q/2)^4 (2 q + 1)\n"
+                  "U = sum of V e(n_i),  p = n^2 e' = density c^2/7 (n^7 - 1) for n > 1, else 0\n"
+                  "f_i = -dU/dx_i - mu K sum of (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d\n"
+                  "mu = viscosity + density alpha h c/(2 (dimensions + 2)),  V = mass/density,\n"
+                  "K: so that it is mu V v'' in a shear. Walls mirror the fluid: they have no\n"
+                  "friction, and are exact where they are plane and meet at right angles.\n"
+                  "Explicit steps of up to some 0.6 h/c are stable. Splashes are chaotic: runs\n"
+                  "with other steps part, as --verify shows",
        .source = "Monaghan (1994), Simulating free surface flows with SPH, J. Comput. Phys. 110, "
                  "399-406; Monaghan (2005), Rep. Prog. Phys. 68, 1703-1759; kernel: Wendland "
                  "(1995), Adv. Comput. Math. 4, 389-396",

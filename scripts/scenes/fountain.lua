@@ -25,8 +25,8 @@ local basin = sim.collider.box { center = {0, 2, 0}, half = {half, 2, half}, ins
 
 -- The pump lifts what is in its pipe by m g jet/depth more than its weight: what leaves it at the
 -- surface has the energy for the height of the jet.
-local pump = sim.force.expression { fy = "m*9.81*lift*exp(-(x^2 + z^2)/pipe^2)",
-  lift = jet / depth, pipe = 1.5 * a }
+local pump = sim.force.expression { fy = "m*9.81*lift*exp(-(x^2 + z^2)/pipe^2 - (y/top)^4)",
+  lift = jet / depth, pipe = 1.5 * a, top = depth }
 local sound = 10 * (2 * 9.81 * (jet + depth))^0.5
 return sim.scene { name = "fountain", particles = water,
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, pump,
