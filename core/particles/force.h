@@ -88,6 +88,11 @@ class Force {
   // True if the force is what its potential gives, F = -dU/dx, and does no other work.
   virtual bool conservative() const { return false; }
 
+  // True if it is that but for a friction that is a part of it: resist() adds that part alone, as
+  // accumulate() adds the whole.
+  virtual bool resists() const { return false; }
+  virtual void resist(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
+
   // Appends the links of particle i.
   virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}
 

@@ -34,6 +34,8 @@ ParamType type_of(const Value& value) {
       return ParamType::kMotion;
     case 10:
       return ParamType::kCollider;
+    case 12:
+      return ParamType::kColliders;
     default:
       return ParamType::kCurve;
   }
@@ -47,6 +49,7 @@ std::string shown(const Value& value) {
   if (type == ParamType::kSurface) return "a surface";
   if (type == ParamType::kMotion) return "a motion";
   if (type == ParamType::kCollider) return "a collider";
+  if (type == ParamType::kColliders) return "a list of colliders";
   if (type == ParamType::kCurve) return "a function";
   return to_text(value);
 }
@@ -72,6 +75,10 @@ bool convert(Value& value, ParamType type) {
   if (type == ParamType::kPath && type_of(value) == ParamType::kMotion) return true;
   if (type == ParamType::kPath && type_of(value) == ParamType::kVector) {
     value = std::make_shared<const AtRest>(std::get<Vec3>(value));
+    return true;
+  }
+  if (type == ParamType::kColliders && type_of(value) == ParamType::kCollider) {
+    value = Colliders{std::get<std::shared_ptr<const ColliderMaker>>(value)};
     return true;
   }
   if (type == ParamType::kNumber && std::holds_alternative<std::int64_t>(value)) {
@@ -130,6 +137,8 @@ const char* type_name(ParamType type) {
       return "motion (sim.motion) or function(t)";
     case ParamType::kCollider:
       return "collider (sim.collider)";
+    case ParamType::kColliders:
+      return "list of colliders (sim.collider), or one";
     case ParamType::kCurve:
       return "function(s) or function(s, t)";
     case ParamType::kPath:
@@ -161,6 +170,11 @@ std::string to_text(const Value& value) {
     std::string operator()(const std::shared_ptr<const Curve>&) const { return "function"; }
     std::string operator()(const std::shared_ptr<const ColliderMaker>& collider) const {
       return collider->text;
+    }
+    std::string operator()(const Colliders& colliders) const {
+      std::vector<std::string> texts;
+      for (const auto& collider : colliders) texts.push_back(collider->text);
+      return "{" + join(texts, ", ") + "}";
     }
     std::string operator()(const ParticleFunction&) const { return "function"; }
   };
@@ -237,6 +251,7 @@ template const OdeFunction& Params::get(const std::string&) const;
 template const std::shared_ptr<const TriangleMesh>& Params::get(const std::string&) const;
 template const ParticleFunction& Params::get(const std::string&) const;
 template const std::shared_ptr<const ColliderMaker>& Params::get(const std::string&) const;
+template const Colliders& Params::get(const std::string&) const;
 template const std::shared_ptr<const RigidMotion>& Params::get(const std::string&) const;
 template const std::shared_ptr<const Curve>& Params::get(const std::string&) const;
 

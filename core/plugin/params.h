@@ -69,6 +69,7 @@ class Params {
   const std::shared_ptr<const ColliderMaker>& collider(const std::string& name) const {
     return get<std::shared_ptr<const ColliderMaker>>(name);
   }
+  const Colliders& colliders(const std::string& name) const { return get<Colliders>(name); }
   const std::shared_ptr<const Curve>& curve(const std::string& name) const {
     return get<std::shared_ptr<const Curve>>(name);
   }

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/math/vec3.h"
 #include "core/particles/view.h"
@@ -33,11 +34,13 @@ struct ColliderMaker {
   std::string text;  // what the scene says of it
 };
 
+using Colliders = std::vector<std::shared_ptr<const ColliderMaker>>;
+
 // monostate: no value given.
 using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
                            OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
                            std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
-                           std::shared_ptr<const Curve>>;
+                           std::shared_ptr<const Curve>, Colliders>;
 
 enum class ParamType {
   kFlag,
@@ -50,6 +53,7 @@ enum class ParamType {
   kSurface,
   kMotion,
   kCollider,
+  kColliders,  // a list of them, or one
   kCurve,
   kPath  // a vector, or one that changes with time: held as a motion
 };

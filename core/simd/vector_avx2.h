@@ -40,6 +40,11 @@ SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
   return {Doubles{a[0], b[0], c[0], d[0]}, Doubles{a[1], b[1], c[1], d[1]},
           Doubles{a[2], b[2], c[2], d[2]}};
 }
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
+  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
+  fourth = Doubles{last(0), last(1), last(2), last(3)};
+  return gather(points, index);
+}
 
 SIM_INLINE Floats greater(Floats a, Floats b) {
   return (Floats)_mm256_max_ps((__m256)a, (__m256)b);

@@ -48,7 +48,7 @@ SIM_INLINE bool any_above(Doubles v, double limit) {
 }
 
 // Loads and shuffles: gather instructions take three times as long.
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
   const auto pair = [&](int lane) __attribute__((always_inline)) {
     const __m256d low = _mm256_loadu_pd(points + 4 * std::ptrdiff_t{index[lane]});
     const __m256d high = _mm256_loadu_pd(points + 4 * std::ptrdiff_t{index[lane + 4]});
@@ -61,9 +61,14 @@ SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
   const __m512d xz23 = _mm512_maskz_unpacklo_pd(0xff, p2, p3);
   const __m512d y01 = _mm512_maskz_unpackhi_pd(0xff, p0, p1);
   const __m512d y23 = _mm512_maskz_unpackhi_pd(0xff, p2, p3);
+  fourth = (Doubles)_mm512_permutex2var_pd(y01, seconds, y23);
   return {(Doubles)_mm512_permutex2var_pd(xz01, firsts, xz23),
           (Doubles)_mm512_permutex2var_pd(y01, firsts, y23),
           (Doubles)_mm512_permutex2var_pd(xz01, seconds, xz23)};
+}
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
+  Doubles fourth;
+  return gather(points, index, fourth);
 }
 
 SIM_INLINE int append_within(Doubles v, double limit, unsigned bits, int first, std::int32_t* out) {

@@ -50,6 +50,12 @@ SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
   const double* const b = points + 4 * std::ptrdiff_t{index[1]};
   return {Doubles{a[0], b[0]}, Doubles{a[1], b[1]}, Doubles{a[2], b[2]}};
 }
+// Likewise, and the fourth double of each.
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
+  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
+  fourth = Doubles{last(0), last(1)};
+  return gather(points, index);
+}
 
 // The greater one, b where one is not a number.
 SIM_INLINE Floats greater(Floats a, Floats b) { return (Floats)_mm_max_ps((__m128)a, (__m128)b); }

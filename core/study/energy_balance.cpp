@@ -62,13 +62,17 @@ double EnergyBalance::hands() const {
                               link.stiffness * link.rest);
       }
       if (std::ranges::count(particles.other_forces(), force) == 0) continue;
-      if (std::ranges::count(working_, force) > 0) continue;
+      if (std::ranges::count(working_, force) > 0 && !force->resists()) continue;
       std::ranges::fill(sums_.span(), 0.0);
       const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
       const ParticleView own = particles.seen_by(*force, p);
       force->prepare(own, particles.team());
       force->accumulate(own, {i, i + 1}, {fx, fy, fz});
       sum += Vec3(fx[i], fy[i], fz[i]);
+      if (!force->resists()) continue;
+      std::ranges::fill(sums_.span(), 0.0);
+      force->resist(own, {i, i + 1}, {fx, fy, fz});
+      sum -= Vec3(fx[i], fy[i], fz[i]);
     }
     power += sum.dot(v);
   }
@@ -89,7 +93,10 @@ double EnergyBalance::power() const {
     const ParticleView own = particles.seen_by(*force, p);
     force->prepare(own, particles.team());
     particles.team().run_parts(p.n, 8, [&](int begin, int end) {
-      force->accumulate(own, {begin, end}, sink);
+      if (force->resists())
+        force->resist(own, {begin, end}, sink);
+      else
+        force->accumulate(own, {begin, end}, sink);
     });
     for (int i = 0; i < p.n; ++i)
       if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
@@ -104,6 +111,7 @@ double EnergyBalance::potential() const {
   const ParticleView p = particles.view(system_->t(), system_->state().data());
   double sum = 0;
   for (Force* force : working_) {
+    if (force->resists()) continue;  // it does come from there
     if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
     const ParticleView own = particles.seen_by(*force, p);
     force->prepare(own, particles.team());

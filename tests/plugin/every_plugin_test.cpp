@@ -53,6 +53,7 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kPath:
       case sim::ParamType::kCurve:
       case sim::ParamType::kCollider:  // an example has one
+      case sim::ParamType::kColliders:
         break;
       case sim::ParamType::kFunction:
         given[param.name] =

@@ -46,6 +46,7 @@ class SceneReader {
   bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
   std::shared_ptr<const RigidMotion> motion(lua_State* L, int record) const;
   std::shared_ptr<const ColliderMaker> collider(lua_State* L, int record) const;
+  Colliders collider_list(lua_State* L, const Place& place, const std::string& what) const;
   std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,
                                               Body& body) const;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,

@@ -259,6 +259,23 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   return maker;
 }
 
+// On top of the stack.
+Colliders SceneReader::collider_list(lua_State* L, const Place& place,
+                                     const std::string& what) const {
+  Colliders colliders;
+  const int list = lua_gettop(L);
+  const std::size_t count = read_length(L, list, place, what);
+  for (std::size_t i = 1; i <= count; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i));
+    if (session_->push_record(L, lua_gettop(L)) != "collider")
+      scene_error(place, "bad entry " + std::to_string(i) + " of " + what,
+                  "expected a sim.collider.NAME { ... }, got " + show(L, list + 1));
+    colliders.push_back(collider(L, lua_gettop(L)));
+    lua_settop(L, list);
+  }
+  return colliders;
+}
+
 // Each is compiled once, however many parts name it.
 std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handle, int index,
                                                          Body& body) const {

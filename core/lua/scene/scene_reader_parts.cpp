@@ -177,6 +177,10 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     if (!known) name = one_line_text(name);
     Value& value = spec.given[name];
     if (known && read_reference(L, -1, body, spec.place, value)) continue;
+    if (known && param->type == ParamType::kColliders && lua_istable(L, -1)) {
+      value = collider_list(L, spec.place, "parameter '" + name + "' of " + owner);
+      continue;
+    }
     if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
       value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
                          spec.place, "parameter '" + name + "' of " + owner);

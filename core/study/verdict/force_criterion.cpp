@@ -38,7 +38,13 @@ class ForceSlope {
     f_ = Array(3 * size);
     const ParticleView view = seen();
     force_.prepare(view, system_.team());
-    force_.accumulate(view, {0, view.n}, {f_.data(), f_.data() + size, f_.data() + 2 * size});
+    const ForceSink sink{f_.data(), f_.data() + size, f_.data() + 2 * size};
+    force_.accumulate(view, {0, view.n}, sink);
+    if (!force_.resists()) return;
+    Array friction(3 * size);
+    force_.resist(view, {0, view.n},
+                  {friction.data(), friction.data() + size, friction.data() + 2 * size});
+    for (std::size_t k = 0; k < f_.size(); ++k) f_[k] -= friction[k];
   }
 
   double force(int i, int axis) const { return f_[static_cast<std::size_t>(axis * n() + i)]; }
@@ -142,7 +148,7 @@ class ForceCriterion final : public Criterion {
     const double n = std::max(1, system.particles());
     const double spacing = scene_size(system) / std::cbrt(n);
     for (Force* force : particles.other_forces()) {
-      if (!force->conservative() || force->springs()) continue;
+      if (!(force->conservative() || force->resists()) || force->springs()) continue;
       try {
         ForceSlope slope(particles, *force, system.t(), system.state());
         slope.displace(1e-3 * spacing);

@@ -1,0 +1,41 @@
+// A weakly compressible fluid of smoothed particles: what it is made of.
+#pragma once
+
+namespace sim {
+
+// Densities are counted in units of the density at rest, and by numbers of particles: each takes
+// the volume V at rest, whatever its mass. With the kernel C2 of Wendland (1995),
+//   w(q) = (1 - q/2)^4 (2 q + 1) for q = r/h < 2, else 0,      n_i = scale sum_j w(r_ij/h), i too,
+// where scale makes n exactly 1 in a cubic lattice of cells V. The energy is that of Tait's
+// equation, p = B (n^7 - 1), B = rho c^2/7, where the fluid is denser than at rest, and 0
+// elsewhere, for a fluid can be torn:
+//   U = sum of V e(n_i),  e(n) = B ((n^6 - 1)/6 + 1/n - 1),  e'(n) = p/n^2,     f_i = -dU/dx_i
+// Monaghan (1994), J. Comput. Phys. 110, 399-406; densities by numbers: Hu & Adams (2006), J.
+// Comput. Phys. 213, 844-861. Viscosity, antisymmetric and along d = x_i - x_j, keeps momentum and
+// turning momentum (Monaghan (2005), Rep. Prog. Phys. 68, 1703-1759, section 4.2):
+//   f_i = -mu friction sum_j (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d
+// where friction makes it mu V times the second derivative of a shear in that lattice, in the mean
+// over all directions.
+struct FluidLaw {
+  int dimensions = 3;    // 2: in a plane, for 1 m of depth
+  double volume = 0;     // V: m^3, or m^2
+  double smoothing = 0;  // h, m
+  double scale = 0;
+  double friction = 0;   // m, or 1
+  double stiffness = 0;  // B, Pa
+  double viscosity = 0;  // mu, Pa s
+};
+
+// The edge of a cubic cell of this volume, m.
+double fluid_spacing(double volume, int dimensions);
+// Of smoothing, volume and dimensions: scale and friction.
+void fit_to_lattice(FluidLaw& law);
+
+inline double fluid_pressure(const FluidLaw& law, double n) {  // Pa
+  return n > 1 ? law.stiffness * (n * n * n * (n * n * n) * n - 1) : 0;
+}
+inline double fluid_energy(const FluidLaw& law, double n) {  // e, J/m^3
+  return n > 1 ? law.stiffness * ((n * n * n * (n * n * n) - 1) / 6 + 1 / n - 1) : 0;
+}
+
+}  // namespace sim

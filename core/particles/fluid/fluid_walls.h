@@ -1,0 +1,49 @@
+// Walls of a fluid: how far each particle is from them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/collider.h"
+#include "core/particles/neighbours/neighbours.h"
+
+namespace sim {
+
+// The fluid goes on behind a wall as its mirror image. A pair at a distance of r whose gaps are g_i
+// and g_j has images that are sqrt(r^2 + 4 g_i g_j) apart, and where two or three walls meet at
+// right angles, images of images, with the sum of g_i g_j over the walls under the root. For planes
+// that is exact, for curved walls a shape as smooth as the gap.
+class FluidWalls {
+ public:
+  static constexpr int kMost = 16;  // a room has six
+
+  // Sides of colliders count one by one. Throws Error{kScene} where there are more than kMost.
+  void add(std::unique_ptr<Collider> collider);
+
+  void bind(const ParticleView& initial);
+  bool move() const { return move_; }
+  int count() const { return static_cast<int>(walls_.size()); }
+
+  // On one thread, before find(), at each new time.
+  void look(double t);
+  void reserve(std::size_t blocks);
+  // The gaps of the places of blocks [begin, end), `places` in all, to walls less than `reach`
+  // away.
+  void find(double t, const double* points, int places, double reach, int begin, int end);
+
+  // Of each block, a bit for each wall near it.
+  const std::uint16_t* near() const { return near_.data(); }
+  // Of a wall: its normal and its gap, four numbers a place; a gap of 2 reach where it is not near.
+  const double* seen(int wall) const { return seen_[static_cast<std::size_t>(wall)].data(); }
+
+ private:
+  std::vector<std::unique_ptr<Collider>> walls_;
+  std::vector<std::uint16_t> near_;
+  std::vector<Array> seen_;
+  bool move_ = false;
+};
+
+}  // namespace sim
