@@ -3,7 +3,7 @@
 
 #include "core/base/text.h"
 #include "core/study/verdict/criterion.h"
-#include "core/study/verdict/crossings.h"
+#include "core/particles/surface_contact/crossings.h"
 
 namespace sim::study {
 namespace {
