@@ -13,6 +13,7 @@ namespace {
 constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in a step
 constexpr int kImpulseRounds = 8;      // of impulses along ways
 constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
+constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
 constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
 constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
 
@@ -209,17 +210,8 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
   if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
 }
 
-// Writes what has changed. Where springs that contact holds back have more energy than it took,
-// the velocities of all that was touched lose the rest, against their mean.
-void SurfaceContact::store(Particles& particles, double t, double h, const double* x,
-                           double* x_next) {
-  const auto total = [&](double when, const double* state) {
-    return particles.kinetic_energy(when, state) + particles.potential_energy(when, state);
-  };
-  const double before = total(t, x), free = total(t + h, x_next);
+void SurfaceContact::write(Particles& particles, double* x_next) const {
   const auto q = particles.layout().axes(x_next), v = particles.layout().axes(x_next, 3);
-  Vec3 moment = Vec3::Zero();
-  double mass = 0;
   for (const int i : pairs_.parts().vertices()) {
     if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
     const Vec3 place = from_[slot(i)] + way_[slot(i)];
@@ -227,28 +219,70 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
       if (way_[slot(i)] != free_way_[slot(i)]) q[axis][i] = place[axis];
       v[axis][i] = velocity_[slot(i)][axis];
     }
-    mass += 1 / inverse_mass_[slot(i)];
-    moment += velocity_[slot(i)] / inverse_mass_[slot(i)];
-    if (!collides_) continue;
-    for (Collider* const collider : particles.contacts().all())
-      counts_.deepest = std::max(counts_.deepest, -collider->touch(t + h, place).gap);
   }
-  double after = total(t + h, x_next);
-  if (const double excess = after - std::max(before, free); excess > 0 && mass > 0) {
-    const Vec3 mean = moment / mass;
-    double inner = 0;
+}
+
+// Velocities of all that was touched lose at least so much energy against their mean, or all that
+// they have: then false.
+bool SurfaceContact::brake(double excess) {
+  Vec3 moment = Vec3::Zero();
+  double mass = 0, inner = 0;
+  const auto each = [&](const auto& visit) {
     for (const int i : pairs_.parts().vertices())
-      if (changed(i) && inverse_mass_[slot(i)] > 0)
-        inner += 0.5 * (velocity_[slot(i)] - mean).squaredNorm() / inverse_mass_[slot(i)];
-    const double share = inner > excess ? std::sqrt(1 - excess / inner) : 0.0;
-    for (const int i : pairs_.parts().vertices()) {
-      if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
-      const Vec3 slower = mean + share * (velocity_[slot(i)] - mean);
-      for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = slower[axis];
+      if (changed(i) && inverse_mass_[slot(i)] > 0) visit(slot(i), 1 / inverse_mass_[slot(i)]);
+  };
+  each([&](std::size_t i, double m) { mass += m, moment += m * velocity_[i]; });
+  if (mass == 0) return true;
+  const Vec3 mean = moment / mass;
+  each([&](std::size_t i, double m) { inner += 0.5 * m * (velocity_[i] - mean).squaredNorm(); });
+  const double share = inner > excess ? std::sqrt(1 - excess / inner) : 0.0;
+  each([&](std::size_t i, double) { velocity_[i] = mean + share * (velocity_[i] - mean); });
+  return share > 0;
+}
+
+// Where springs that contact holds back have more energy than it took, velocities pay for the rest;
+// if they cannot, all surfaces move less against their mean, which is a shorter piece of ways that
+// are known to be free, down to none.
+void SurfaceContact::store(Particles& particles, double t, double h, const double* x,
+                           double* x_next) {
+  const auto total = [&](double when, const double* state) {
+    return particles.kinetic_energy(when, state) + particles.potential_energy(when, state);
+  };
+  const double before = total(t, x), free = total(t + h, x_next);
+  const double most = std::max(before, free);
+  write(particles, x_next);
+  double after = total(t + h, x_next);
+  for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
+    const bool paid = brake(after - most);
+    if (!paid) {
+      Vec3 moment = Vec3::Zero();
+      double mass = 0;
+      bool held = false, led = false;
+      for (const int i : pairs_.parts().vertices()) {
+        touched_[slot(i)] = 1;
+        held = held || inverse_mass_[slot(i)] == 0;
+        led = led || (inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero());
+        if (inverse_mass_[slot(i)] == 0) continue;
+        mass += 1 / inverse_mass_[slot(i)];
+        moment += way_[slot(i)] / inverse_mass_[slot(i)];
+      }
+      if (led) break;  // hands give it
+      const Vec3 mean = held ? Vec3::Zero() : moment / mass;
+      const double share = halving + 2 < kHalvingsOfAll ? 0.5 : 0.0;
+      for (const int i : pairs_.parts().vertices())
+        way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
     }
+    write(particles, x_next);
     after = total(t + h, x_next);
+    if (paid) break;
   }
   work_ += free - after;
+  if (!collides_) return;
+  for (const int i : pairs_.parts().vertices())
+    if (changed(i) && inverse_mass_[slot(i)] > 0)
+      for (Collider* const collider : particles.contacts().all())
+        counts_.deepest = std::max(
+            counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
 }
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,

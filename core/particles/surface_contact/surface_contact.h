@@ -64,6 +64,8 @@ class SurfaceContact {
   bool advance_zones(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
   void find_velocities(Particles& particles, double t_end, double h);
+  void write(Particles& particles, double* x_next) const;
+  bool brake(double excess);
   void store(Particles& particles, double t, double h, const double* x, double* x_next);
 
   SurfaceContactSpec spec_;
