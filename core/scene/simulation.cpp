@@ -398,7 +398,7 @@ std::vector<SolidShape> Simulation::shapes() const {
 }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && impl_->particles->conserves_energy() &&
+  return impl_->particles && !surface_contact() && impl_->particles->conserves_energy() &&
          !(holding() && holding()->constraints().move());
 }
 

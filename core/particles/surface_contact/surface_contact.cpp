@@ -276,7 +276,8 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
     after = total(t + h, x_next);
     if (paid) break;
   }
-  work_ += free - after;
+  // What the free step alone lost, by its own error, contact does not give.
+  work_ += std::max(0.0, free - after);
   if (!collides_) return;
   for (const int i : pairs_.parts().vertices())
     if (changed(i) && inverse_mass_[slot(i)] > 0)
