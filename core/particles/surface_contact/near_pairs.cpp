@@ -40,14 +40,15 @@ Vec3 NearPairs::mean(std::span<const Vec3> of) const {
 }
 
 // In the frame of the mean, in which the ways are straight, too.
-bool NearPairs::holds(std::span<const Vec3> from, std::span<const Vec3> way) const {
+bool NearPairs::holds(std::span<const Vec3> from, std::span<const Vec3> way) {
   if (covers_.empty()) return false;
   const Vec3 shift = mean(from) - mean_then_, drift = mean(way);
   bool held = true;
   for (const int i : parts_.vertices()) {
     const Cover& cover = covers_[slot(i)];
     const Vec3 start = from[slot(i)] - shift - cover.middle, end = start + (way[slot(i)] - drift);
-    held = held && start.cwiseAbs().cwiseMax(end.cwiseAbs()).maxCoeff() <= cover.half;
+    moved_[slot(i)] = std::sqrt(std::max(start.squaredNorm(), end.squaredNorm())) * (1 + 1e-9);
+    held = held && moved_[slot(i)] <= cover.half;
   }
   return held;
 }
@@ -55,18 +56,27 @@ bool NearPairs::holds(std::span<const Vec3> from, std::span<const Vec3> way) con
 void NearPairs::make(std::span<const Vec3> from, std::span<const Vec3> way, Team& team) {
   covers_.resize(from.size());
   boxes_.resize(from.size());
+  moved_.resize(from.size());
+  middles_.resize(from.size());
   mean_then_ = mean(from);
   const Vec3 drift = mean(way);
   for (const int i : parts_.vertices()) {
     const Vec3 along = way[slot(i)] - drift;
-    const double move = along.cwiseAbs().maxCoeff(), half = 1.5 * move + 0.5 * thickness_;
+    const double move = along.norm(), half = 1.5 * move + 0.5 * thickness_;
     covers_[slot(i)] = {from[slot(i)] + 0.5 * along, half};
+    middles_[slot(i)] = covers_[slot(i)].middle;
+    moved_[slot(i)] = 0.5 * move * (1 + 1e-9);
     const double reach = (half + 0.5 * kRowReach * thickness_) * (1 + 1e-9) +
                          1e-13 * covers_[slot(i)].middle.cwiseAbs().maxCoeff();
     const Vec3 sides = Vec3::Constant(reach);
     boxes_[slot(i)] = {covers_[slot(i)].middle - sides, covers_[slot(i)].middle + sides};
   }
   parts_.find_pairs(boxes_, team, pairs_);
+  gaps_then_.resize(pairs_.size());
+  team.run_parts(static_cast<int>(pairs_.size()), 64, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      gaps_then_[slot(i)] = separation_of(pairs_[slot(i)].kind, points(middles_, pairs_[slot(i)])).gap;
+  });
 }
 
 void NearPairs::begin(std::span<const Vec3> from, std::span<const Vec3> way, Team& team) {
@@ -89,6 +99,7 @@ void NearPairs::find_near(std::span<const Vec3> from, std::span<const Vec3> way,
     mine.clear();
     const Part part = part_of(static_cast<int>(pairs_.size()), 64, rank, team.size());
     for (int i = part.begin; i < part.end; ++i) {
+      if (far(slot(i), thickness_)) continue;
       const SurfacePair& pair = pairs_[slot(i)];
       const FourPoints p = points(from, pair), d = points(way, pair);
       if (swept_apart(p, d, pair.kind, thickness_)) continue;
@@ -114,6 +125,7 @@ void NearPairs::find_meetings(std::span<const Vec3> from, std::span<const Vec3> 
       if (!dirty[slot(pair.ids[0])] && !dirty[slot(pair.ids[1])] && !dirty[slot(pair.ids[2])] &&
           !dirty[slot(pair.ids[3])])
         continue;
+      if (far(slot(i), thickness_)) continue;
       const FourPoints p = points(from, pair), d = points(way, pair);
       double& gap = gaps_[slot(i)];
       if (gap == kUnknown) {

@@ -1,6 +1,7 @@
 // Which pairs of parts may touch in a step, and which do.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,13 +48,25 @@ class NearPairs {
                      std::vector<Meeting>& meetings);
 
  private:
+  // A particle stays within `half` of `middle`.
   struct Cover {
     Vec3 middle;
     double half = -1;
   };
-  bool holds(std::span<const Vec3> from, std::span<const Vec3> way) const;
+  bool holds(std::span<const Vec3> from, std::span<const Vec3> way);
   void make(std::span<const Vec3> from, std::span<const Vec3> way, Team& team);
   Vec3 mean(std::span<const Vec3> of) const;
+  // True where a pair stays farther apart than the reach all the step, by where its particles were
+  // when the list was made and how far they have gone since.
+  bool far(std::size_t pair, double reach) const {
+    const auto& [ids, kind] = pairs_[pair];
+    const auto moved = [&](std::size_t k) { return moved_[slot(ids[k])]; };
+    const double others = std::max(moved(2), moved(3));
+    return gaps_then_[pair] -
+               (kind == PairKind::kEdgeEdge ? std::max(moved(0), moved(1)) + others
+                                            : moved(0) + std::max(moved(1), others)) >
+           reach;
+  }
   static FourPoints points(std::span<const Vec3> of, const SurfacePair& pair) {
     return {of[static_cast<std::size_t>(pair.ids[0])], of[static_cast<std::size_t>(pair.ids[1])],
             of[static_cast<std::size_t>(pair.ids[2])], of[static_cast<std::size_t>(pair.ids[3])]};
@@ -68,7 +81,10 @@ class NearPairs {
   double thickness_;
   std::vector<SurfacePair> pairs_;
   std::vector<double> gaps_;  // of each pair at the start of the step; < -1: not known yet
+  std::vector<double> gaps_then_;  // with all particles in the middle of their covers
   std::vector<Cover> covers_;
+  std::vector<double> moved_;  // m, from there, at most, in this step
+  std::vector<Vec3> middles_;
   Vec3 mean_then_{};
   std::vector<Box> boxes_;
   std::vector<Near> near_;
