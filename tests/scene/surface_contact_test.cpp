@@ -173,3 +173,118 @@ TEST_CASE("two sheets thrown at each other never cross, at any speed") {
                outcome.most_zones, outcome.momentum_change, outcome.energy_rise);
     }
 }
+
+namespace {
+
+// A sheet rolled up against itself by its own velocity, at once.
+sim::SystemSpec make_rolling(int n) {
+  sim::SystemSpec spec = make_sheets(1, {.n = n, .stiffness = 30}, [](int, double u, double v) {
+    return Vec3(u - 0.5, 0.05 * std::sin(6 * u) * std::cos(5 * v), v - 0.5);
+  });
+  for (auto& particle : spec.particles->list) {
+    const Vec3 x = particle.position;
+    particle.velocity = Vec3(-6 * x.x(), 3 * std::sin(8 * x.x()), -4 * x.z());
+  }
+  return spec;
+}
+
+}  // namespace
+
+TEST_CASE("contact has the same bits on any number of threads, and after any way back") {
+  const sim::SystemSpec spec = make_rolling(72);
+  sim::Registry registry = make_registry();
+  sim::Simulation one(spec, registry), two(spec, registry, {.threads = 2});
+  for (int n = 0; n < 150; ++n) REQUIRE((one.step() && two.step()));
+  REQUIRE(one.surface_contact()->counts().steps > 20);
+  CHECK(one.hash() == two.hash());
+  const sim::Snapshot then = one.snapshot();
+  for (int n = 0; n < 20; ++n) REQUIRE(one.step());
+  const std::uint64_t end = one.hash();
+  one.restore(then);
+  for (int n = 0; n < 20; ++n) REQUIRE(one.step());
+  CHECK(one.hash() == end);
+  sim::Simulation other(spec, registry);  // whose lists of pairs have another past
+  other.restore(then);
+  for (int n = 0; n < 20; ++n) REQUIRE(other.step());
+  CHECK(other.hash() == end);
+  other.reset();
+  for (int n = 0; n < 150; ++n) REQUIRE(other.step());
+  CHECK(other.hash() == two.hash());
+}
+
+TEST_CASE("surfaces do not cross under any method of fixed steps") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_rolling(10);
+  int methods = 0;
+  for (const std::string& method : methods_for(spec, registry)) {
+    INFO(method);
+    sim::SystemSpec bare = spec;
+    bare.contact.reset();
+    if (sim::Simulation(bare, registry, {.integrator = {method}}).integrator_info().adaptive) {
+      CHECK_THROWS_WITH(sim::Simulation(spec, registry, {.integrator = {method}}),
+                        Catch::Contains("fixed steps"));
+      continue;
+    }
+    const double dt = method.starts_with("euler") ? 0.05 * spec.dt : spec.dt;
+    sim::Simulation system(spec, registry, {.integrator = {method}, .dt = dt});
+    for (int n = 0; n < 80 && system.step(); ++n) REQUIRE(crossings(system, spec) == 0);
+    ++methods;
+  }
+  CHECK(methods >= 8);
+}
+
+TEST_CASE("a scene without contact, or whose surfaces stay apart, keeps its bits") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_sheets(2, {}, [](int sheet, double u, double v) {
+    return Vec3(u, 0.5 * sheet + 0.01 * u * v, v);
+  });
+  sim::SystemSpec bare = spec;
+  bare.contact.reset();
+  sim::Simulation with(spec, registry), without(bare, registry);
+  for (int n = 0; n < 100; ++n) REQUIRE((with.step() && without.step()));
+  CHECK(with.surface_contact()->counts().steps == 0);
+  CHECK(with.hash() == without.hash());
+}
+
+TEST_CASE("a change by hand that would cross is refused and changes nothing") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_sheets(2, {}, [](int sheet, double u, double v) {
+    return Vec3(u, 0.1 * sheet, v);
+  });
+  sim::Simulation system(spec, registry);
+  const std::uint64_t before = system.hash();
+  const int middle = 12 * 6 + 6;
+  CHECK_THROWS_WITH(system.set_position(middle, system.position(middle) + Vec3(0.01, 0.2, 0.013)),
+                    Catch::Contains("cross"));
+  CHECK(system.hash() == before);
+  system.set_position(middle, system.position(middle) + Vec3(0, 0.05, 0));
+  CHECK(system.hash() != before);
+}
+
+TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
+  sim::Registry registry = make_registry();
+  for (const double dt : {0.001, 0.005, 0.02}) {
+    const double stiffness = std::min(60.0, 0.05 / (144 * dt * dt));
+    sim::SystemSpec spec = make_sheets(3, {.stiffness = stiffness}, [](int sheet, double u, double v) {
+      const Vec3 at(u - 0.5, 0.1 + 0.06 * sheet, v - 0.5);
+      const double c = std::cos(0.7 * sheet), s = std::sin(0.7 * sheet);
+      return Vec3(c * at.x() - s * at.z(), at.y(), s * at.x() + c * at.z());
+    });
+    spec.forces.push_back(make_gravity());
+    spec.forces.push_back(make_drag(0.5 / 144));
+    spec.colliders = {make_part("sphere", {{"radius", 0.25}, {"center", Vec3(0, -0.2, 0)},
+                                           {"friction", 0.2}}),
+                      make_part("plane", {{"point", Vec3(0, -0.3, 0)}, {"friction", 0.3}})};
+    spec.dt = dt;
+    INFO("dt " << dt);
+    sim::Simulation system(spec, registry);
+    for (int n = 0; n < static_cast<int>(1 / dt); ++n) {
+      REQUIRE(system.step());
+      if (n % 10 == 0 || dt > 0.002) REQUIRE(crossings(system, spec) == 0);
+    }
+    if (getenv("CRUMPLES"))
+      printf("dt %g deepest %g zones %ld\n", dt, system.surface_contact()->counts().deepest,
+             system.surface_contact()->counts().zones);
+    CHECK(system.surface_contact()->counts().deepest < 0.1 * spec.contact->thickness);
+  }
+}

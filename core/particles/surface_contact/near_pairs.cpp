@@ -62,7 +62,7 @@ void NearPairs::make(std::span<const Vec3> from, std::span<const Vec3> way, Team
   const Vec3 drift = mean(way);
   for (const int i : parts_.vertices()) {
     const Vec3 along = way[slot(i)] - drift;
-    const double move = along.norm(), half = 1.5 * move + 0.5 * thickness_;
+    const double move = along.norm(), half = 3 * move + 0.5 * thickness_;
     covers_[slot(i)] = {from[slot(i)] + 0.5 * along, half};
     middles_[slot(i)] = covers_[slot(i)].middle;
     moved_[slot(i)] = 0.5 * move * (1 + 1e-9);

@@ -14,6 +14,7 @@ constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in
 constexpr int kImpulseRounds = 8;      // of impulses along ways
 constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
 constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
+constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
 constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
 constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
 
@@ -108,19 +109,24 @@ void SurfaceContact::make_rows() {
   });
 }
 
-// Particles of rows that would end inside a collider: along its normal they do not.
-void SurfaceContact::meet_colliders(Particles& particles, double t_end) {
-  if (!collides_) return;
+// Those of the particles that would end inside a collider: along its normal they do not. Returns
+// whether there are any.
+bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
+                                    std::span<const std::uint8_t> of) {
+  bool any = false;
   for (const int i : pairs_.parts().vertices()) {
-    if (!dirty_[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
+    if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
     for (Collider* const collider : particles.contacts().all()) {
       const Touch touch = collider->touch(t_end, from_[slot(i)] + way_[slot(i)]);
-      if (!(touch.gap < 0)) continue;
+      if (!(touch.gap < -kInside * spec_.thickness)) continue;
       ContactRow row{.ids = {i, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
       row.bound = touch.normal.dot(way_[slot(i)]) - touch.gap;
+      row.slack = 0.1 * kInside * spec_.thickness;
       rows_.add(row, inverse_mass_);
+      any = true;
     }
   }
+  return any;
 }
 
 void SurfaceContact::round_ways() {
@@ -134,13 +140,13 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
   std::ranges::fill(dirty_, std::uint8_t{0});
   rows_.relax(kSweeps[0], inverse_mass_, way_, hear);
   for (int round = 0; round < kImpulseRounds; ++round) {
-    meet_colliders(particles, t_end);
+    meet_colliders(particles, t_end, dirty_);
     rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
     round_ways();
     if (pairs_.follow(from_, way_, particles.team()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
-    if (meetings_.empty()) return true;
+    if (meetings_.empty() && !meet_colliders(particles, t_end, touched_)) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
     for (const Meeting& met : meetings_) {
       const SurfacePair& pair = pairs_.pairs()[met.pair];
@@ -193,7 +199,7 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
           const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
           for (Collider* const collider : particles.contacts().all()) {
             const Touch touch = collider->touch(t_end, x);
-            if (touch.gap <= 1e-3 * spec_.thickness)
+            if (touch.gap <= 2 * kInside * spec_.thickness)
               most = std::max(most, row.normal.dot(touch.velocity));
           }
           return most;

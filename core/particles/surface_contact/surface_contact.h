@@ -58,7 +58,7 @@ class SurfaceContact {
  private:
   void load(const Particles& particles, const double* x, const double* x_next);
   void make_rows();
-  void meet_colliders(Particles& particles, double t_end);
+  bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
   void round_ways();  // d := what the numbers of x_next can hold
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
