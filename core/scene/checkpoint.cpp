@@ -182,6 +182,14 @@ bool all_finite(const std::vector<double>& values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
+void add_contact(StateHash& hash, const ContactSpec& contact) {
+  hash.add(contact.thickness);
+  hash.add(contact.friction);
+  hash.add(static_cast<std::uint64_t>(contact.self));
+  for (const auto& surface : contact.surfaces)
+    for (const int id : surface->ids()) hash.add(static_cast<std::uint64_t>(id));
+}
+
 }  // namespace
 
 std::uint64_t scene_identity(const SystemSpec& spec) {
@@ -198,6 +206,7 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
     for (const PartSpec& force : spec.forces) add_part(hash, force);
     for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
     for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);
+    if (spec.contact) add_contact(hash, *spec.contact);
   }
   if (spec.first_order) {
     hash.add(static_cast<std::uint64_t>(spec.first_order->dimension));

@@ -55,12 +55,21 @@ struct ObserverSpec {
   std::function<double(const Simulation&)> value;
 };
 
+// Contact of surfaces with each other and themselves, as sim.contact says it.
+struct ContactSpec {
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
+  double thickness = 0, friction = 0;  // m, > 0; Coulomb's, >= 0
+  bool self = true;                    // each with itself, too
+  Place place = {};
+};
+
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders, constraints;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
+  std::optional<ContactSpec> contact;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
 

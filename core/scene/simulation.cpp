@@ -118,6 +118,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     collider_switches.push_back(part.switch_name);
   }
   compile_constraints(spec, registry);
+  compile_contact(spec);
   apply_switches(*settings);
   system = std::move(compiled);
 }
@@ -146,6 +147,33 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
                                     "= ..., stiffness = ... }"});
 }
 
+void Simulation::Impl::compile_contact(const SystemSpec& spec) {
+  if (!spec.contact) return;
+  const ContactSpec& contact = *spec.contact;
+  if (!spec.constraints.empty())
+    throw Error(ErrorKind::kScene,
+                {"sim.contact and constraints", contact.place, "a scene cannot have both",
+                 "use springs in place of constraints, or leave contact out"});
+  placed(contact.place, [&] {
+    surface_contact = std::make_unique<SurfaceContact>(
+        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self},
+        particles->view(0, x.data()));
+  });
+}
+
+bool Simulation::Impl::keep_apart(double t, double h) {
+  if (!surface_contact) return true;
+  const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
+  if (outcome == SurfaceContact::Outcome::kRefused) {
+    divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "",
+                  surface_contact->refusal()};
+    return false;
+  }
+  if (outcome == SurfaceContact::Outcome::kChanged) integrator->restart(t + h, h, x_next.data());
+  contact_work.lost += surface_contact->take_work();
+  return true;
+}
+
 void Simulation::Impl::apply_switches(const Settings& wanted) {
   const auto off_of = [&](const std::vector<std::string>& names) {
     std::vector<std::size_t> off;
@@ -168,6 +196,12 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
   try {
     auto method = wanted.method.make();
     method->prepare(*system);
+    if (surface_contact && method->info().adaptive)
+      throw Error(ErrorKind::kScene,
+                  {"integrator does not fit", place,
+                   "this scene has sim.contact, which acts between steps, and an adaptive method "
+                   "does not end its steps there",
+                   "use verlet, rk4 or another method of fixed steps"});
     integrator = std::move(method);
   } catch (const Error& error) {
     throw blaming_force(error, place);
@@ -239,6 +273,7 @@ int Simulation::steps(std::int64_t most) {
   ContactLedger* const ledger =
       s.particles && !s.particles->contacts().empty() ? &s.particles->contacts().ledger() : nullptr;
   if (ledger) ledger->take();  // of steps that others tried
+  if (s.surface_contact) most = 1;
   const FloatControl control;
   Advance now;
   try {
@@ -252,6 +287,10 @@ int Simulation::steps(std::int64_t most) {
       return 0;
     }
     now.taken = 1;
+  }
+  if (!s.keep_apart(t(), h())) {
+    s.restart();
+    return 0;
   }
   if (ledger) {
     const ContactWork work = ledger->take();
@@ -273,6 +312,10 @@ bool Simulation::step_to(double end) {
       s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
   if (status != StepStatus::kDone && s.find_divergence(status)) {
     if (!adaptive || status != StepStatus::kStopped) s.restart();
+    return false;
+  }
+  if (!s.keep_apart(t(), short_h)) {
+    s.restart();
     return false;
   }
   std::swap(s.x, s.x_next);
@@ -346,6 +389,8 @@ Vec3 Simulation::velocity(int i) const {
 int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
+const SurfaceContact* Simulation::surface_contact() const { return impl_->surface_contact.get(); }
+
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
 std::vector<SolidShape> Simulation::shapes() const {
@@ -353,7 +398,7 @@ std::vector<SolidShape> Simulation::shapes() const {
 }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && impl_->particles->conserves_energy() &&
+  return impl_->particles && !surface_contact() && impl_->particles->conserves_energy() &&
          !(holding() && holding()->constraints().move());
 }
 

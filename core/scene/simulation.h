@@ -99,6 +99,7 @@ class Simulation {
 
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
   class Holding* holding() const;               // of constraints; null where there are none
+  const class SurfaceContact* surface_contact() const;  // null where there is none
   std::vector<Link> links(int particle) const;  // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 

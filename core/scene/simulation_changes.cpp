@@ -80,8 +80,11 @@ void Simulation::restore(const Snapshot& snapshot) {
 void Simulation::Impl::change(const std::function<void()>& make) {
   const std::vector<double> before(x.data(), x.data() + x.size());
   make();
-  if (!system->settle(t(step_count), x.data())) {
-    const std::string why = system->refusal();
+  const bool settled = system->settle(t(step_count), x.data());
+  std::string why = settled ? std::string() : system->refusal();
+  if (settled && surface_contact)
+    why = surface_contact->objection(particles->view(t(step_count), x.data()));
+  if (!settled || !why.empty()) {
     std::ranges::copy(before, x.data());
     restart();
     refuse_change("no such state", why, "");

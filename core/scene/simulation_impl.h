@@ -11,6 +11,7 @@
 #include "core/base/team.h"
 #include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
+#include "core/particles/surface_contact/surface_contact.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
@@ -47,12 +48,14 @@ struct Simulation::Impl {
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
   ContactWork contact_work;
+  std::unique_ptr<SurfaceContact> surface_contact;  // where the scene asks for it
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
   void compile_field(const SystemSpec& spec, Registry& registry);
   void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
   void compile_constraints(const SystemSpec& spec, Registry& registry);
+  void compile_contact(const SystemSpec& spec);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
   void apply_switches(const Settings& wanted);
@@ -66,6 +69,8 @@ struct Simulation::Impl {
   // before the next step.
   void make_integrator(const Settings& wanted, const Place& place);
   Error blaming_force(const Error& misfit, const Place& scene) const;
+  // x_next := what contact of surfaces makes of the step to t1; false where it has no way.
+  bool keep_apart(double t, double h);
   void restart() { integrator->restart(t(step_count), settings->h, x.data()); }
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);

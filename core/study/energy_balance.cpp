@@ -13,7 +13,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   driven_ = system.holding() && system.holding()->constraints().move();
   damped_ = particles.has_damping() || !working_.empty() || driven_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  confined_ = !particles.contacts().empty();
+  confined_ = !particles.contacts().empty() || system.surface_contact();
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);

@@ -358,6 +358,48 @@ local function make_surface(options)
   return handle
 end
 
+-- Contact of surfaces ----------------------------------------------------------------------------
+
+local contact_class = class("contact", {})
+
+-- contact = sim.contact { surfaces =, thickness =, friction =, self = }
+-- Surfaces that do not pass through each other or themselves, for the scene's key `contact`: what is
+-- apart at the start never crosses, with any step size and any method of fixed steps. It acts after
+-- each step, on places and velocities; the energy that it takes is in the work of --energy.
+--   surfaces    list of sim.surface{...}
+--   thickness   m, > 0: the distance that layers keep; at most half of the shortest edge
+--   friction    of layers on each other, >= 0; default 0
+--   self        whether a surface touches itself, or only the others; default true
+-- Errors: surfaces that cross or touch at the start (it names two triangles), a scene with
+-- constraints, an adaptive method.
+local function make_contact(options)
+  check_keys(options, { surfaces = true, thickness = true, friction = true, self = true },
+    "sim.contact")
+  local place = here()
+  local list, surfaces = options.surfaces, {}
+  if type(list) ~= "table" or records[list] or #list == 0 then
+    bad("surfaces of sim.contact", "a list { sim.surface { ... }, ... }", list)
+  end
+  for i = 1, #list do
+    local record = records[list[i]]
+    if not record or record.kind ~= "surface" then
+      bad("entry " .. i .. " of surfaces of sim.contact", "a sim.surface", list[i])
+    end
+    surfaces[i] = list[i]
+  end
+  local friction, self = options.friction, options.self
+  if friction == nil then friction = 0 end
+  if self == nil then self = true end
+  if type(self) ~= "boolean" then bad("self of sim.contact", "true or false", self) end
+  local handle = setmetatable({}, contact_class)
+  records[handle] = {
+    kind = "contact", place = place, surfaces = surfaces, self = self,
+    thickness = number_from(options.thickness, 0, true, "thickness of sim.contact", " m"),
+    friction = number_from(friction, 0, false, "friction of sim.contact", ""),
+  }
+  return handle
+end
+
 -- Cells ------------------------------------------------------------------------------------------
 
 local cells_class = class("cells", {})
@@ -532,6 +574,7 @@ end
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
 --   constraints  optional list of sim.constraint.NAME{...}: what particles must obey
+--   contact      optional sim.contact{...}: surfaces that do not pass through each other
 --   switches     optional { NAME = PART, ... }: forces and colliders that can be turned on and off
 --                while the scene runs, by .toggle NAME, or left off by --off NAME
 -- First order (no masses, no velocities):
@@ -568,7 +611,7 @@ end
 
 local entries = {
   arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
-  surface = make_surface, cells = make_cells,
+  surface = make_surface, contact = make_contact, cells = make_cells,
   scene = "made where it is written", world = "made where it is written",
 }
 for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end

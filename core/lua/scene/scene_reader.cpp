@@ -14,7 +14,7 @@ namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",  "particles", "forces",  "surfaces",   "colliders", "constraints", "switches", "state",
+    "name",  "particles", "forces",  "surfaces",   "colliders", "constraints", "contact", "switches", "state",
     "field", "exact",     "observe", "integrator", "dt",        "duration",    "look"};
 
 bool plain_word(const std::string& name, const char* also) {
@@ -292,6 +292,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
   weigh(L, handle, spec);
   constraints(L, scene, body, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
+  contact(L, scene, body, spec);
   lua_settop(L, handle - 1);
   const std::vector<const void*> solids = colliders(L, scene, spec);
   std::map<const void*, PartSpec*> parts;

@@ -51,6 +51,7 @@ class SceneReader {
                                               Body& body) const;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,
                                                             const SystemSpec& spec) const;
+  void contact(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
   Elements elements(lua_State* L, int record, const PluginInfo& plugin, const Body& body,
                     const Place& place) const;
   bool cells(lua_State* L, int record, const Body& body, const Place& place, Elements& out) const;

@@ -340,4 +340,33 @@ std::vector<std::shared_ptr<const TriangleMesh>> SceneReader::surfaces(
   return list;
 }
 
+void SceneReader::contact(lua_State* L, int scene, Body& body, SystemSpec& spec) const {
+  const int top = lua_gettop(L);
+  if (push_field(L, scene, "contact") != LUA_TNIL) {
+    const int handle = lua_gettop(L);
+    if (session_->push_record(L, handle) != "contact")
+      scene_error(spec.place, "bad contact",
+                  "expected a sim.contact { ... }, got " + show(L, handle));
+    const int record = lua_gettop(L);
+    const LuaTable given(L, record);
+    ContactSpec& contact = spec.contact.emplace();
+    contact.place = place_of(L, record);
+    contact.thickness = given.number("thickness");
+    contact.friction = given.number("friction");
+    contact.self = given.flag("self");
+    const LuaTable list = given.table("surfaces");
+    for (lua_Integer i = 1; i <= list.length(); ++i) {
+      lua_rawgeti(L, list.index(), i);
+      const int each = lua_gettop(L);
+      session_->push_record(L, each);
+      contact.surfaces.push_back(surface(L, each, lua_gettop(L), body));
+      lua_settop(L, each - 1);
+    }
+    for (const auto& one : contact.surfaces)
+      if (std::ranges::find(spec.surfaces, one) == spec.surfaces.end())
+        spec.surfaces.push_back(one);
+  }
+  lua_settop(L, top);
+}
+
 }  // namespace sim

@@ -2,8 +2,10 @@
 #include <algorithm>
 
 #include "core/base/text.h"
+#include "core/particles/surface_contact/crossings.h"
+#include "core/particles/surface_contact/surface_contact.h"
+#include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
-#include "core/study/verdict/crossings.h"
 
 namespace sim::study {
 namespace {
@@ -16,6 +18,7 @@ class CrossingCriterion final : public Criterion {
  public:
   explicit CrossingCriterion(const Watched& run)
       : system_(&run.system),
+        balance_(run.balance),
         crossings_(run.spec.surfaces),
         looks_(run.steps, static_cast<int>(std::clamp(static_cast<double>(run.steps) / kCountShare,
                                                       1.0, double(kMostCounts)))) {
@@ -29,8 +32,10 @@ class CrossingCriterion final : public Criterion {
   void conclude(Figures& figures, std::vector<Finding>& findings) override {
     if (looks_.last() != system_->step_count()) count();
     figures.crossings = most_;
-    if (most_ == 0)
-      return findings.push_back({Trust::kTrusted, "no surface crosses another or itself"});
+    if (most_ == 0) {
+      findings.push_back({Trust::kTrusted, "no surface crosses another or itself" + contact()});
+      return;
+    }
     findings.push_back({Trust::kSuspect, "surfaces cross: up to " + std::to_string(most_) +
                                              (most_ == 1 ? " edge goes" : " edges go") +
                                              " through a triangle, seen from t = " + brief(first_) +
@@ -38,6 +43,19 @@ class CrossingCriterion final : public Criterion {
   }
 
  private:
+  std::string contact() const {
+    const SurfaceContact* const contact = system_->surface_contact();
+    if (!contact) return {};
+    const SurfaceContact::Counts& counts = contact->counts();
+    if (counts.steps == 0) return " (contact kept none apart)";
+    std::string words = " (contact kept up to " + std::to_string(counts.pairs) +
+                        (counts.pairs == 1 ? " pair apart" : " pairs apart");
+    if (counts.zones > 0) words += ", " + std::to_string(counts.zones) + " particles as one piece";
+    if (particles_of(*system_)->contacts().empty())
+      words += ", took " + brief(balance_->contact().lost, 3) + " J";
+    return words + ")";
+  }
+
   void count() {
     const auto now =
         crossings_.count(particles_of(*system_)->view(system_->t(), system_->state().data()));
@@ -46,6 +64,7 @@ class CrossingCriterion final : public Criterion {
   }
 
   Simulation* system_;
+  EnergyBalance* balance_;
   Crossings crossings_;
   Spread looks_;
   std::int64_t most_ = 0;

@@ -1,9 +1,9 @@
-#include "core/study/verdict/crossings.h"
+#include "core/particles/surface_contact/crossings.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace sim::study {
+namespace sim {
 namespace {
 
 // Six times the volume of a tetrahedron, with the digits that differences of doubles need.
@@ -37,18 +37,23 @@ bool meet(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3
 
 Crossings::Crossings(std::span<const std::shared_ptr<const TriangleMesh>> surfaces) {
   for (const auto& surface : surfaces) {
+    const int first = static_cast<int>(triangles_.size());
     triangles_.insert(triangles_.end(), surface->triangles().begin(), surface->triangles().end());
-    for (const TriangleMesh::Edge& edge : surface->edges()) edges_.push_back(edge.ends);
+    for (const TriangleMesh::Edge& edge : surface->edges()) {
+      edges_.push_back(edge.ends);
+      triangle_of_.push_back(first + edge.triangles[0]);
+    }
   }
   boxes_.resize(triangles_.size());
 }
 
 // Boxes of triangles in the order of their least x: those that an edge may meet begin no further
 // than it ends, and no more than the widest of them before it begins.
-std::int64_t Crossings::count(const ParticleView& view) {
+template <class Found>
+void Crossings::each(const ParticleView& view, const Found& found) {
   double widest = 0;
   for (std::size_t k = 0; k < boxes_.size(); ++k) {
-    Box& box = boxes_[k];
+    Reach& box = boxes_[k];
     box.of = static_cast<int>(k);
     const Vec3 a = view.position(triangles_[k][0]), b = view.position(triangles_[k][1]),
                c = view.position(triangles_[k][2]);
@@ -58,12 +63,12 @@ std::int64_t Crossings::count(const ParticleView& view) {
     }
     widest = std::max(widest, box.most[0] - box.least[0]);
   }
-  if (!std::isfinite(widest)) return 0;
-  const auto first_x = [](const Box& box) { return box.least[0]; };
+  if (!std::isfinite(widest)) return;
+  const auto first_x = [](const Reach& box) { return box.least[0]; };
   std::ranges::sort(boxes_, {}, first_x);
 
-  std::int64_t count = 0;
-  for (const auto& [i, j] : edges_) {
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    const auto& [i, j] = edges_[e];
     const Vec3 p = view.position(i), q = view.position(j);
     const Vec3 least = p.cwiseMin(q), most = p.cwiseMax(q);
     auto box = std::ranges::lower_bound(boxes_, least.x() - widest, {}, first_x);
@@ -73,10 +78,26 @@ std::int64_t Crossings::count(const ParticleView& view) {
         continue;
       const auto& [a, b, c] = triangles_[static_cast<std::size_t>(box->of)];
       if (i == a || i == b || i == c || j == a || j == b || j == c) continue;
-      count += meet(p, q, view.position(a), view.position(b), view.position(c));
+      if (meet(p, q, view.position(a), view.position(b), view.position(c)) &&
+          !found(e, static_cast<std::size_t>(box->of)))
+        return;
     }
   }
+}
+
+std::int64_t Crossings::count(const ParticleView& view) {
+  std::int64_t count = 0;
+  each(view, [&](std::size_t, std::size_t) { return ++count > 0; });
   return count;
 }
 
-}  // namespace sim::study
+std::vector<TriangleMesh::Triangle> Crossings::first(const ParticleView& view) {
+  std::vector<TriangleMesh::Triangle> pair;
+  each(view, [&](std::size_t edge, std::size_t triangle) {
+    pair = {triangles_[static_cast<std::size_t>(triangle_of_[edge])], triangles_[triangle]};
+    return false;
+  });
+  return pair;
+}
+
+}  // namespace sim

@@ -9,7 +9,7 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/view.h"
 
-namespace sim::study {
+namespace sim {
 
 class Crossings {
  public:
@@ -19,17 +19,24 @@ class Crossings {
   // Pairs of an edge and a triangle without a common corner that meet; what only touches, to
   // rounding, does not count.
   std::int64_t count(const ParticleView& view);
+  // The first of them: the triangle of its edge, and the other one. Empty without any.
+  std::vector<TriangleMesh::Triangle> first(const ParticleView& view);
   std::size_t triangles() const { return triangles_.size(); }
 
  private:
-  struct Box {
+  struct Reach {
     double least[3], most[3];
     int of;
   };
 
+  // Calls found(edge, triangle) for each, as long as it returns true.
+  template <class Found>
+  void each(const ParticleView& view, const Found& found);
+
   std::vector<TriangleMesh::Triangle> triangles_;
   std::vector<std::array<int, 2>> edges_;
-  std::vector<Box> boxes_;
+  std::vector<int> triangle_of_;  // of each edge
+  std::vector<Reach> boxes_;
 };
 
-}  // namespace sim::study
+}  // namespace sim

@@ -1,0 +1,325 @@
+#include "core/particles/surface_contact/surface_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/particles/surface_contact/crossings.h"
+
+namespace sim {
+namespace {
+
+constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in a step
+constexpr int kImpulseRounds = 8;      // of impulses along ways
+constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
+constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
+constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
+constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
+constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
+
+std::string named(const TriangleMesh::Triangle& t) {
+  return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
+         ")";
+}
+
+std::vector<Vec3> places(const ParticleView& view) {
+  std::vector<Vec3> list(slot(view.n));
+  for (int i = 0; i < view.n; ++i) list[slot(i)] = view.position(i);
+  return list;
+}
+
+// A triangle that has these particles.
+TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer_list<int> ids) {
+  for (const TriangleMesh::Triangle& t : parts.triangles())
+    if (std::ranges::all_of(ids, [&](int id) { return std::ranges::count(t, id) > 0; })) return t;
+  return {};
+}
+
+}  // namespace
+
+SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& initial)
+    : spec_(std::move(spec)),
+      pairs_(SurfaceParts(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
+  const auto refuse = [](const std::string& why, const std::string& remedy) {
+    throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
+  };
+  double edge = HUGE_VAL;
+  for (const auto& [a, b] : pairs_.parts().edges())
+    edge = std::min(edge, (initial.position(a) - initial.position(b)).norm());
+  if (!(spec_.thickness <= 0.5 * edge))
+    refuse("a thickness of " + shortest(spec_.thickness) +
+               " m is more than half of the shortest edge, " + brief(edge) + " m",
+           "give at most " + brief(0.5 * edge));
+  if (const std::string why = objection(initial); !why.empty())
+    refuse(why, "place them apart: what is apart at the start stays so");
+}
+
+std::string SurfaceContact::objection(const ParticleView& view) {
+  if (const auto pair = Crossings(spec_.surfaces).first(view); !pair.empty())
+    return "triangles " + named(pair[0]) + " and " + named(pair[1]) + " cross";
+  SurfaceParts parts(spec_.surfaces, spec_.self, places(view));
+  std::vector<Box> boxes;
+  for (int i = 0; i < view.n; ++i) {
+    const Vec3 side = Vec3::Constant(kNoDistance * spec_.thickness);
+    boxes.push_back({view.position(i) - side, view.position(i) + side});
+  }
+  std::vector<SurfacePair> near;
+  Team team(1);
+  parts.find_pairs(boxes, team, near);
+  for (const auto& [ids, kind] : near) {
+    const auto [a, b, c, d] = ids;
+    const FourPoints p{view.position(a), view.position(b), view.position(c), view.position(d)};
+    if (separation_of(kind, p).gap > kNoDistance * spec_.thickness) continue;
+    const bool edges = kind == PairKind::kEdgeEdge;
+    const auto first = edges ? triangle_with(parts, {a, b}) : triangle_with(parts, {a});
+    const auto second = edges ? triangle_with(parts, {c, d}) : triangle_with(parts, {b, c, d});
+    return "triangles " + named(first) + " and " + named(second) + " touch";
+  }
+  return {};
+}
+
+double SurfaceContact::take_work() { return std::exchange(work_, 0.0); }
+
+void SurfaceContact::load(const Particles& particles, const double* x, const double* x_next) {
+  const auto n = slot(particles.layout().n());
+  const auto p = particles.layout().axes(x), q = particles.layout().axes(x_next);
+  from_.resize(n);
+  way_.resize(n);
+  inverse_mass_.resize(n);
+  for (const int i : pairs_.parts().vertices()) {
+    from_[slot(i)] = {p[0][i], p[1][i], p[2][i]};
+    way_[slot(i)] = Vec3(q[0][i], q[1][i], q[2][i]) - from_[slot(i)];
+    inverse_mass_[slot(i)] = 1 / particles.masses()[slot(i)];
+  }
+}
+
+void SurfaceContact::make_rows() {
+  pairs_.each_near([&](std::size_t pair, const Separation& start) {
+    const double lack = std::max(spec_.thickness - start.gap, 0.0);
+    const double keep = start.gap + kPush * lack;
+    ContactRow row{.ids = pairs_.pairs()[pair].ids,
+                   .weights = start.weights,
+                   .normal = start.normal,
+                   .bound = std::min(keep, spec_.thickness) - start.gap,
+                   .slack = kSlack * std::min(start.gap, spec_.thickness),
+                   .friction = spec_.friction,
+                   .gap = std::min(keep, spec_.thickness)};
+    rows_.add(row, inverse_mass_);
+  });
+}
+
+// Those of the particles that would end inside a collider: along its normal they do not. Returns
+// whether there are any.
+bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
+                                    std::span<const std::uint8_t> of) {
+  bool any = false;
+  for (const int i : pairs_.parts().vertices()) {
+    if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
+    for (Collider* const collider : particles.contacts().all()) {
+      const Touch touch = collider->touch(t_end, from_[slot(i)] + way_[slot(i)]);
+      if (!(touch.gap < -kInside * spec_.thickness)) continue;
+      ContactRow row{.ids = {i, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
+      row.bound = touch.normal.dot(way_[slot(i)]) - touch.gap;
+      row.slack = 0.1 * kInside * spec_.thickness;
+      rows_.add(row, inverse_mass_);
+      any = true;
+    }
+  }
+  return any;
+}
+
+void SurfaceContact::round_ways() {
+  for (const int i : pairs_.parts().vertices())
+    if (dirty_[slot(i)]) way_[slot(i)] = (from_[slot(i)] + way_[slot(i)]) - from_[slot(i)];
+}
+
+// Impulses until no pair meets; false where some still do after the last round.
+bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
+  const auto hear = [&](std::size_t i) { touched_[i] = dirty_[i] = 1; };
+  std::ranges::fill(dirty_, std::uint8_t{0});
+  rows_.relax(kSweeps[0], inverse_mass_, way_, hear);
+  for (int round = 0; round < kImpulseRounds; ++round) {
+    meet_colliders(particles, t_end, dirty_);
+    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+    round_ways();
+    if (pairs_.follow(from_, way_, particles.team()) || round == 0)
+      std::ranges::fill(dirty_, std::uint8_t{1});
+    pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
+    if (meetings_.empty() && !meet_colliders(particles, t_end, touched_)) return true;
+    std::ranges::fill(dirty_, std::uint8_t{0});
+    for (const Meeting& met : meetings_) {
+      const SurfacePair& pair = pairs_.pairs()[met.pair];
+      ContactRow row{.ids = pair.ids,
+                     .weights = met.then.weights,
+                     .normal = met.then.normal,
+                     .slack = kSlack * std::min(met.gap_start, spec_.thickness),
+                     .friction = spec_.friction,
+                     .gap = std::min(met.gap_start, spec_.thickness)};
+      row.bound = row.gap;
+      for (std::size_t k = 0; k < 4; ++k) {
+        row.bound -= row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
+        dirty_[slot(pair.ids[k])] = 1;
+      }
+      rows_.add(row, inverse_mass_);
+    }
+    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+  }
+  return false;
+}
+
+bool SurfaceContact::advance_zones(Particles& particles) {
+  zones_.begin(way_);
+  std::ranges::fill(dirty_, std::uint8_t{1});
+  for (;;) {
+    round_ways();
+    if (pairs_.follow(from_, way_, particles.team()))
+      std::ranges::fill(dirty_, std::uint8_t{1});
+    pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
+    if (meetings_.empty()) return true;
+    for (const Meeting& met : meetings_) zones_.join(pairs_.pairs()[met.pair].ids, met.s);
+    if (!zones_.apply(inverse_mass_, way_)) {
+      refusal_ = "particle " + std::to_string(zones_.blamed()) +
+                 " is led through a surface that has no room left";
+      return false;
+    }
+    std::ranges::fill(dirty_, std::uint8_t{0});
+    for (const int i : zones_.members()) touched_[slot(i)] = dirty_[slot(i)] = 1;
+  }
+}
+
+// Of what rows hold or what ends nearer than the thickness nothing approaches; of what touches a
+// collider nothing goes inside.
+void SurfaceContact::find_velocities(Particles& particles, double t_end, double h) {
+  const auto on_collider = [](const ContactRow& row) { return row.ids[1] < 0; };
+  rows_.begin(
+      [&](const ContactRow& row) {
+        if (on_collider(row)) {
+          double most = -HUGE_VAL;
+          const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
+          for (Collider* const collider : particles.contacts().all()) {
+            const Touch touch = collider->touch(t_end, x);
+            if (touch.gap <= 2 * kInside * spec_.thickness)
+              most = std::max(most, row.normal.dot(touch.velocity));
+          }
+          return most;
+        }
+        double gap = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
+          gap += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
+        }
+        return gap <= spec_.thickness * (1 + 2 * kSlack) ? 0.0 : -HUGE_VAL;
+      },
+      1e-6 * spec_.thickness / h);
+  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, [&](std::size_t i) { touched_[i] = 1; });
+  if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
+}
+
+void SurfaceContact::write(Particles& particles, double* x_next) const {
+  const auto q = particles.layout().axes(x_next), v = particles.layout().axes(x_next, 3);
+  for (const int i : pairs_.parts().vertices()) {
+    if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
+    const Vec3 place = from_[slot(i)] + way_[slot(i)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (way_[slot(i)] != free_way_[slot(i)]) q[axis][i] = place[axis];
+      v[axis][i] = velocity_[slot(i)][axis];
+    }
+  }
+}
+
+// Velocities of all that was touched lose at least so much energy against their mean, or all that
+// they have: then false.
+bool SurfaceContact::brake(double excess) {
+  Vec3 moment = Vec3::Zero();
+  double mass = 0, inner = 0;
+  const auto each = [&](const auto& visit) {
+    for (const int i : pairs_.parts().vertices())
+      if (changed(i) && inverse_mass_[slot(i)] > 0) visit(slot(i), 1 / inverse_mass_[slot(i)]);
+  };
+  each([&](std::size_t i, double m) { mass += m, moment += m * velocity_[i]; });
+  if (mass == 0) return true;
+  const Vec3 mean = moment / mass;
+  each([&](std::size_t i, double m) { inner += 0.5 * m * (velocity_[i] - mean).squaredNorm(); });
+  const double share = inner > excess ? std::sqrt(1 - excess / inner) : 0.0;
+  each([&](std::size_t i, double) { velocity_[i] = mean + share * (velocity_[i] - mean); });
+  return share > 0;
+}
+
+// Where springs that contact holds back have more energy than it took, velocities pay for the rest;
+// if they cannot, all surfaces move less against their mean, which is a shorter piece of ways that
+// are known to be free, down to none.
+void SurfaceContact::store(Particles& particles, double t, double h, const double* x,
+                           double* x_next) {
+  const auto total = [&](double when, const double* state) {
+    return particles.kinetic_energy(when, state) + particles.potential_energy(when, state);
+  };
+  const double before = total(t, x), free = total(t + h, x_next);
+  const double most = std::max(before, free);
+  write(particles, x_next);
+  double after = total(t + h, x_next);
+  for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
+    const bool paid = brake(after - most);
+    if (!paid) {
+      Vec3 moment = Vec3::Zero();
+      double mass = 0;
+      bool held = false, led = false;
+      for (const int i : pairs_.parts().vertices()) {
+        touched_[slot(i)] = 1;
+        held = held || inverse_mass_[slot(i)] == 0;
+        led = led || (inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero());
+        if (inverse_mass_[slot(i)] == 0) continue;
+        mass += 1 / inverse_mass_[slot(i)];
+        moment += way_[slot(i)] / inverse_mass_[slot(i)];
+      }
+      if (led) break;  // hands give it
+      const Vec3 mean = held ? Vec3::Zero() : moment / mass;
+      const double share = halving + 2 < kHalvingsOfAll ? 0.5 : 0.0;
+      for (const int i : pairs_.parts().vertices())
+        way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
+    }
+    write(particles, x_next);
+    after = total(t + h, x_next);
+    if (paid) break;
+  }
+  // What the free step alone lost, by its own error, contact does not give.
+  work_ += std::max(0.0, free - after);
+  if (!collides_) return;
+  for (const int i : pairs_.parts().vertices())
+    if (changed(i) && inverse_mass_[slot(i)] > 0)
+      for (Collider* const collider : particles.contacts().all())
+        counts_.deepest = std::max(
+            counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
+}
+
+SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
+                                                const double* x, double* x_next) {
+  load(particles, x, x_next);
+  for (const int i : pairs_.parts().vertices())
+    if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
+  collides_ = !particles.contacts().empty();
+  pairs_.begin(from_, way_, particles.team());
+  if (pairs_.pairs().empty()) return Outcome::kFree;
+  pairs_.find_near(from_, way_, particles.team());
+
+  touched_.assign(from_.size(), 0);
+  dirty_.assign(from_.size(), 0);
+  free_way_ = way_;
+  rows_.clear(from_.size());
+  zones_.begin({});
+  make_rows();
+  if (!advance_rows(particles, t + h) && !advance_zones(particles)) return Outcome::kRefused;
+
+  velocity_.resize(from_.size());
+  const auto v = particles.layout().axes(x_next, 3);
+  for (const int i : pairs_.parts().vertices()) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
+  find_velocities(particles, t + h, h);
+  if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
+  store(particles, t, h, x, x_next);
+  ++counts_.steps;
+  counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(rows_.rows().size()));
+  counts_.zones = std::max(counts_.zones, static_cast<std::int64_t>(zones_.members().size()));
+  return Outcome::kChanged;
+}
+
+}  // namespace sim

@@ -1,0 +1,85 @@
+// Surfaces that never pass through each other or themselves: what contact makes of a step.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/particles/particles.h"
+#include "core/particles/surface_contact/contact_rows.h"
+#include "core/particles/surface_contact/near_pairs.h"
+#include "core/particles/surface_contact/zones.h"
+
+namespace sim {
+
+struct SurfaceContactSpec {
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
+  double thickness = 0;  // m, > 0: the distance that layers keep
+  double friction = 0;   // Coulomb's, >= 0
+  bool self = true;      // a surface touches itself, too
+};
+
+// Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
+// are reached without a crossing. Points move on straight lines from x to x_next. In this order:
+//   1. Layers nearer than the thickness may not approach further, with friction, and are pushed
+//      apart by a share of what they lack, in place and not in velocity.
+//   2. What still meets on its way gets impulses along the normal of that moment, again and again.
+//   3. What meets all the same moves as one: zones keep only so much of their inner motion as was
+//      seen to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
+// A step ends only when no pair comes nearer than a share of the distance it began with. So by
+// induction nothing that is apart at the start ever crosses, whatever the step size.
+// Velocities lose what leads layers closer; momentum stays, and energy does not rise above that of
+// the free step or of the state before. A pure function of (t, h, x, x_next).
+class SurfaceContact {
+ public:
+  // Throws Error{kScene} where surfaces cross or touch at the start, or where the thickness is more
+  // than half of the shortest edge.
+  SurfaceContact(SurfaceContactSpec spec, const ParticleView& initial);
+
+  const SurfaceContactSpec& spec() const { return spec_; }
+  // Why these places are not allowed: two triangles that cross or touch. Empty where they are.
+  std::string objection(const ParticleView& view);
+
+  enum class Outcome { kFree, kChanged, kRefused };
+  // kFree: x_next keeps its bits. kRefused: particles that are led force surfaces through each
+  // other; refusal() says where.
+  Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
+  const std::string& refusal() const { return refusal_; }
+
+  // Since the last call of take_work(), J: what contact took from the energy.
+  double take_work();
+
+  struct Counts {
+    std::int64_t steps = 0, pairs = 0, zones = 0;  // in which it acted; the most at once; in zones
+    double deepest = 0;                            // m, inside a collider, by contact of surfaces
+  };
+  const Counts& counts() const { return counts_; }
+
+ private:
+  void load(const Particles& particles, const double* x, const double* x_next);
+  void make_rows();
+  bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
+  void round_ways();  // d := what the numbers of x_next can hold
+  bool advance_rows(Particles& particles, double t_end);
+  bool advance_zones(Particles& particles);
+  bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
+  void find_velocities(Particles& particles, double t_end, double h);
+  void write(Particles& particles, double* x_next) const;
+  bool brake(double excess);
+  void store(Particles& particles, double t, double h, const double* x, double* x_next);
+
+  SurfaceContactSpec spec_;
+  NearPairs pairs_;
+  ContactRows rows_;
+  Zones zones_;
+  std::vector<Vec3> from_, way_, free_way_, velocity_;
+  std::vector<double> inverse_mass_;
+  std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
+  std::vector<Meeting> meetings_;
+  bool collides_ = false;
+  double work_ = 0;
+  std::string refusal_;
+  Counts counts_;
+};
+
+}  // namespace sim

@@ -1,0 +1,107 @@
+// What sim.contact says of its mistakes, and what its scenes do.
+#include "tests/lua/scene_text.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "tests/support/all_crossings.h"
+
+using namespace sim;
+using namespace sim::test;
+
+namespace {
+
+std::string sheet(const std::string& contact, const std::string& more = "") {
+  return "local g = sim.grid { 4, 4, du = {0,0,0.1}, dv = {0.1,0,0}, mass = 1 }\n"
+         "local skin = sim.surface { grid = g }\n"
+         "return sim.scene { particles = g, forces = {}, integrator = \"verlet\", dt = 0.01,\n"
+         "duration = 1, contact = " + contact + more + " }\n";
+}
+
+std::string error_of(const std::string& text) {
+  const auto error = text_error(text);
+  return error ? error->what() : "";
+}
+
+std::int64_t crossings(const Simulation& system, const SystemSpec& spec) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < system.particles(); ++i) places.push_back(system.position(i));
+  std::vector<std::array<int, 3>> triangles;
+  for (const auto& surface : spec.contact->surfaces)
+    triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
+  return sim_test::all_crossings(places, triangles);
+}
+
+}  // namespace
+
+TEST_CASE("what contact of surfaces refuses", "[lua]") {
+  CHECK(error_of(sheet("sim.contact { surfaces = { skin }, thickness = 0.01 }")).empty());
+  const std::pair<std::string, std::string> cases[] = {
+      {"1", "expected a sim.contact"},
+      {"sim.contact { thickness = 0.01 }", "bad surfaces of sim.contact"},
+      {"sim.contact { surfaces = { g }, thickness = 0.01 }", "a sim.surface"},
+      {"sim.contact { surfaces = { skin } }", "thickness of sim.contact"},
+      {"sim.contact { surfaces = { skin }, thickness = 0 }", "> 0 m"},
+      {"sim.contact { surfaces = { skin }, thickness = 0.01, friction = -1 }", "friction"},
+      {"sim.contact { surfaces = { skin }, thickness = 0.01, self = 1 }", "true or false"},
+      {"sim.contact { surfaces = { skin }, thicknes = 0.01 }", "thickness"},
+      {"sim.contact { surfaces = { skin }, thickness = 0.06 }", "give at most 0.05"},
+  };
+  for (const auto& [contact, words] : cases) {
+    INFO(contact);
+    CHECK(contains(error_of(sheet(contact)), words));
+  }
+  const std::string right = "sim.contact { surfaces = { skin }, thickness = 0.01 }";
+  CHECK(contains(error_of(sheet(right, ", constraints = { sim.constraint.distance { ties = {{0, 1}}, "
+                                       "length = 0.1 } }")),
+                 "cannot have both"));
+  std::string adaptive = sheet(right);
+  adaptive.replace(adaptive.find("verlet"), 6, "dopri5");
+  CHECK(contains(error_of(adaptive), "use verlet, rk4 or another method of fixed steps"));
+}
+
+TEST_CASE("a surface that crosses or touches itself at the start is refused", "[lua]") {
+  const auto two = [](const std::string& third) {
+    return "local p = sim.particles { mass = 1 }\n"
+           "p:add {0,0,0} p:add {1,0,0} p:add {0,0,1} p:add {0.2,-0.5,0.2} p:add {0.2,0.5,0.3}\n"
+           "p:add " + third + "\n"
+           "local s = sim.surface { particles = p, triangles = { {0,1,2}, {3,4,5} } }\n"
+           "return sim.scene { particles = p, forces = {}, integrator = \"verlet\", dt = 0.01,\n"
+           "duration = 1, contact = sim.contact { surfaces = { s }, thickness = 0.01 } }\n";
+  };
+  const std::string crossed = error_of(two("{0.9,0.5,0.9}"));
+  CHECK(contains(crossed, "(3, 4, 5)"));
+  CHECK(contains(crossed, "(0, 1, 2)"));
+  CHECK(contains(crossed, "cross"));
+  const std::string lying =
+      "local p = sim.particles { mass = 1 }\n"
+      "p:add {0,0,0} p:add {1,0,0} p:add {0,0,1} p:add {0.1,0,0.1} p:add {0.3,0.5,0.1}\n"
+      "p:add {0.1,0.5,0.3}\n"
+      "local s = sim.surface { particles = p, triangles = { {0,1,2}, {3,4,5} } }\n"
+      "return sim.scene { particles = p, forces = {}, integrator = \"verlet\", dt = 0.01,\n"
+      "duration = 1, contact = sim.contact { surfaces = { s }, thickness = 0.01 } }\n";
+  CHECK(contains(error_of(lying), "touch"));
+}
+
+TEST_CASE("the scenes of contact never cross", "[lua][scenes]") {
+  const std::pair<const char*, sim::test::Settings> scenes[] = {
+      {"scenes/drape_self.lua", {{"n", "28"}, {"radius", "0.1"}}},
+      {"scenes/fold.lua", {{"n", "12"}}},
+      {"scenes/twist.lua", {{"n", "10"}, {"period", "0.3"}}}};
+  for (const auto& [file, settings] : scenes) {
+    INFO(file);
+    Registry registry({SIM_PLUGIN_DIR});
+    const SystemSpec spec = load(file, settings).systems[0];
+    Simulation system(spec, registry);
+    const std::int64_t steps = system.steps_for(system.duration());
+    for (std::int64_t n = 0; n < steps; ++n) {
+      REQUIRE(system.step());
+      if (n % 40 == 0 || n + 1 == steps) REQUIRE(crossings(system, spec) == 0);
+    }
+    // Without contact it does, so that there was something to keep apart.
+    SystemSpec bare = spec;
+    bare.contact.reset();
+    Simulation free(bare, registry);
+    std::int64_t most = 0;
+    for (std::int64_t n = 0; n < steps && free.step(); ++n)
+      if (n % 80 == 0) most = std::max(most, crossings(free, spec));
+    CHECK(most > 0);
+  }
+}
