@@ -73,9 +73,10 @@ std::string json_ids(const std::vector<int>& ids) {
 
 }  // namespace
 
-Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry)
+Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, int number)
     : scene_(scene),
       registry_(registry),
+      number_(number),
       player_(scene.systems, scene.spec.world),
       preview_(preview_of(scene, request, registry)),
       shares_(scene.systems.size(), std::nan("")),
@@ -95,7 +96,8 @@ std::string Live::page() const {
     methods.push_back(json_string(name));
   JsonObject live;
   live.text("socket", "@SOCKET@").json("methods", json_array(methods));
-  live.flag("world", scene_.spec.world);
+  live.flag("world", scene_.spec.world).integer("page", number_);
+  live.json("args", args_json(scene_.spec.args));
   return page_->of_live(live.str());
 }
 
@@ -281,6 +283,9 @@ std::string Live::obey(std::uint64_t from, const std::string& line) {
   const std::string word = word_of(arguments);
   if (word == "pull") {
     pull_to(system, arguments);
+  } else if (word == "set") {
+    const std::string name = word_of(arguments);
+    wish_ = Wish{from, name, arguments};
   } else if (!control(word, arguments, from)) {
     const Action action = parse_action(rest);
     // The method is what panels differ in.
@@ -375,7 +380,11 @@ std::string Live::words() {
     systems.push_back(each.str());
   }
   JsonObject all;
-  all.flag("playing", playing_).number("speed", speed_).number("real", real_).number("us", us_);
+  all.integer("page", number_)
+      .flag("playing", playing_)
+      .number("speed", speed_)
+      .number("real", real_)
+      .number("us", us_);
   all.flag("slow", was_slow_).number("known", player_.system().t(player_.known()));
   all.text("failure", failure_).json("systems", json_array(systems));
   return all.str();

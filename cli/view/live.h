@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/run/scene.h"
@@ -15,10 +17,13 @@
 
 namespace sim::cli {
 
+// What the page knows of them: name, doc, the scene's own value and the present one.
+std::string args_json(const std::vector<SceneArg>& args);
+
 class Live {
  public:
-  // They outlive it.
-  Live(LoadedScene& scene, const SceneRequest& request, Registry& registry);
+  // They outlive it. Pages with another number are of another scene.
+  Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, int number = 0);
 
   // Real time: catches up with the clock, for at most so many seconds. True if it was too slow.
   void run(double seconds);
@@ -33,6 +38,13 @@ class Live {
   bool fresh() const { return fresh_; }  // something changed since the last one
   std::string strip() const;             // the energies so far, JSON
   Player& player() { return player_; }
+
+  // That a parameter of the scene be another one: for who can load it again.
+  struct Wish {
+    std::uint64_t from = 0;
+    std::string name, value;
+  };
+  std::optional<Wish> take_wish() { return std::exchange(wish_, std::nullopt); }
 
   void act_on_all() { all_ = true; }  // every action is done to all systems alike
 
@@ -73,6 +85,8 @@ class Live {
 
   LoadedScene& scene_;
   Registry& registry_;
+  int number_;
+  std::optional<Wish> wish_;
   Player player_;
   std::vector<Model> models_;
   std::vector<Moment> preview_;  // of the time to come: what the first camera sees

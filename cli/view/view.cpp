@@ -13,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <optional>
 
 #include "cli/run/replay_file.h"
@@ -21,6 +22,7 @@
 #include "cli/view/live.h"
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
+#include "core/output/format.h"
 #include "core/output/view.h"
 
 namespace sim::cli {
@@ -94,10 +96,50 @@ void open_browser(const std::string& address) {
   ::_exit(0);
 }
 
+// The scene that is seen, and the next one when a parameter of it changes.
+class Stage {
+ public:
+  Stage(const ViewRequest& request, const Environment& environment, Registry& registry)
+      : request_(request), environment_(environment), registry_(registry) {
+    put_on(request.scene);
+  }
+
+  Live& live() { return *live_; }
+  const LoadedScene& scene() const { return *scene_; }
+
+  // From the start, with another value. Throws as load() does, and goes on with what it had.
+  void set(const std::string& name, const std::string& value) {
+    if (request_.record)
+      throw Error(ErrorKind::kUsage, {"no other scene", name, "what is recorded is of one scene",
+                                      "start sim view with -s " + name + "=" + value});
+    SceneRequest next = request_.scene;
+    next.settings[name] = value;
+    put_on(next);
+  }
+
+ private:
+  void put_on(const SceneRequest& asked) {
+    auto scene = std::make_unique<LoadedScene>(load(asked, environment_, registry_));
+    if (!request_.compare.empty()) *scene = side_by_side(*scene, request_, registry_);
+    auto live = std::make_unique<Live>(*scene, asked, registry_, number_++);
+    if (!request_.compare.empty()) live->act_on_all();
+    live_ = std::move(live);
+    scene_ = std::move(scene);
+    request_.scene = asked;
+  }
+
+  ViewRequest request_;
+  const Environment& environment_;
+  Registry& registry_;
+  int number_ = 0;
+  std::unique_ptr<LoadedScene> scene_;
+  std::unique_ptr<Live> live_;
+};
+
 // Until a signal: served, stepped and shown.
-int serve(Live& live, const Plugin<View>& plugin, const ViewRequest& request,
+int serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
           const Interrupts& interrupts, Console& console) {
-  const ViewTask task{live.page(), random_token(), request.port};
+  const ViewTask task{stage.live().page(), random_token(), request.port};
   const auto server =
       made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
   const std::string address = server->address();
@@ -112,9 +154,18 @@ int serve(Live& live, const Plugin<View>& plugin, const ViewRequest& request,
   while (!interrupts.caught()) {
     const double left = std::chrono::duration<double>(next - Clock::now()).count();
     for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
-      const std::string answer = live.take(message.from, message.text);
+      std::string answer = stage.live().take(message.from, message.text);
+      if (const auto wish = stage.live().take_wish()) {
+        try {
+          stage.set(wish->name, wish->value);
+          server->renew(stage.live().page());
+        } catch (const Error& error) {
+          answer = JsonObject().text("error", error.what()).str();
+        }
+      }
       if (!answer.empty()) server->answer(message.from, answer);
     }
+    Live& live = stage.live();
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
     live.run(kShare * kFrame);
@@ -161,10 +212,7 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
   if (const std::string why = no_pictures(); request.terminal && !why.empty())
     throw Error(ErrorKind::kIo, {"no pictures in this terminal", "sim view --terminal", why,
                                  "leave out --terminal"});
-  LoadedScene scene = load(request.scene, environment, registry);
-  if (!request.compare.empty()) scene = side_by_side(scene, request, registry);
-  Live live(scene, request.scene, registry);
-  if (!request.compare.empty()) live.act_on_all();
+  Stage stage(request, environment, registry);
 
   std::ofstream file;
   std::optional<RecordingWriter> writer;
@@ -172,14 +220,14 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
     file.open(*request.record, std::ios::binary | std::ios::trunc);
     if (!file)
       throw Error(ErrorKind::kIo, {"cannot write", *request.record, std::strerror(errno), ""});
-    writer.emplace(file, recording_header(request.scene), scene.spec.world);
-    live.player().record(&*writer);
+    writer.emplace(file, recording_header(request.scene), stage.scene().spec.world);
+    stage.live().player().record(&*writer);
   }
 
   const Interrupts interrupts;
-  const int code = plugin ? serve(live, *plugin, request, interrupts, console)
-                          : play_in_terminal(live, interrupts);
-  live.player().end_record();
+  const int code = plugin ? serve(stage, *plugin, request, interrupts, console)
+                          : play_in_terminal(stage.live(), interrupts);
+  stage.live().player().end_record();
   return code;
 }
 

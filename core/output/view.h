@@ -38,6 +38,7 @@ class View {
   virtual bool wants_frame() const = 0;
   virtual void show(const std::string& frame) = 0;                     // bytes, to all
   virtual void answer(std::uint64_t to, const std::string& text) = 0;  // text, to one
+  virtual void renew(const std::string& page) = 0;                     // for who asks from now on
 };
 
 }  // namespace sim

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <deque>
 #include <map>
+#include <memory>
 
 #include "core/base/error.h"
 #include "core/output/view.h"
@@ -43,8 +44,13 @@ class Web final : public sim::View {
   }
   void show(const std::string& frame) override;
   void answer(std::uint64_t to, const std::string& text) override;
+  void renew(const std::string& page) override;
 
  private:
+  struct Sending {
+    std::shared_ptr<const std::string> page;
+    std::size_t sent = 0;
+  };
   static bool takes_frame(const Client& client) {
     return !client.has_frame && client.in_flight < kInFlight;
   }
@@ -65,14 +71,14 @@ class Web final : public sim::View {
   lws_context* context_ = nullptr;
   int port_ = 0;
   std::map<lws*, Client> clients_;
-  std::map<lws*, std::size_t> pages_;  // that are being sent, and how much of them was
+  std::shared_ptr<const std::string> page_;
+  std::map<lws*, Sending> pages_;  // that are being sent
   std::vector<sim::ViewMessage> inbox_;
   std::uint64_t next_id_ = 1;
 };
 
 Web::Web(const sim::ViewTask& task) : task_(task) {
-  if (const auto at = task_.page.find("@SOCKET@"); at != std::string::npos)
-    task_.page.replace(at, 8, "/" + task_.token + "/socket");
+  renew(task.page);
   lws_set_log_level(0, nullptr);
   protocols_[0].name = "sim";
   protocols_[0].callback = called;
@@ -91,6 +97,13 @@ Web::Web(const sim::ViewTask& task) : task_(task) {
     throw sim::Error(sim::ErrorKind::kIo,
                      {"cannot serve the page", "port " + std::to_string(task_.port),
                       "it is in use, or not allowed", "give another --port, or none"});
+}
+
+void Web::renew(const std::string& page) {
+  std::string text = page;
+  if (const auto at = text.find("@SOCKET@"); at != std::string::npos)
+    text.replace(at, 8, "/" + task_.token + "/socket");
+  page_ = std::make_shared<const std::string>(std::move(text));
 }
 
 int Web::called(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {
@@ -152,13 +165,13 @@ int Web::http(lws* wsi, const std::string& path) {
                                        reinterpret_cast<const unsigned char*>(value.data()),
                                        static_cast<int>(value.size()), &at, end) == 0;
   };
-  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, "text/html; charset=utf-8",
-                                  task_.page.size(), &at, end) != 0 ||
+  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, "text/html; charset=utf-8", page_->size(),
+                                  &at, end) != 0 ||
       !add("cache-control:", "no-store") || !add("x-frame-options:", "DENY") ||
       !add("referrer-policy:", "no-referrer") ||
       lws_finalize_write_http_header(wsi, head + LWS_PRE, &at, end) != 0)
     return -1;
-  pages_[wsi] = 0;
+  pages_[wsi] = {page_};
   lws_callback_on_writable(wsi);
   return 0;
 }
@@ -166,14 +179,15 @@ int Web::http(lws* wsi, const std::string& path) {
 int Web::more_of_page(lws* wsi) {
   const auto sent = pages_.find(wsi);
   if (sent == pages_.end()) return 0;
-  const std::size_t count = std::min(kChunk, task_.page.size() - sent->second);
-  const bool last = sent->second + count == task_.page.size();
+  const std::string& page = *sent->second.page;
+  const std::size_t count = std::min(kChunk, page.size() - sent->second.sent);
+  const bool last = sent->second.sent + count == page.size();
   std::vector<unsigned char> chunk(LWS_PRE + count);
-  std::memcpy(chunk.data() + LWS_PRE, task_.page.data() + sent->second, count);
+  std::memcpy(chunk.data() + LWS_PRE, page.data() + sent->second.sent, count);
   if (lws_write(wsi, chunk.data() + LWS_PRE, count, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) <
       0)
     return -1;
-  sent->second += count;
+  sent->second.sent += count;
   if (!last) {
     lws_callback_on_writable(wsi);
     return 0;

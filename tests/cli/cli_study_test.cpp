@@ -270,7 +270,7 @@ TEST_CASE("sim minimal drops what the result does not need, and its command runs
       run_sim({"minimal", scene, "--budget", "1%", "--json", "--plugin-path", plugins});
   REQUIRE(outcome.code == 0);
   const Json study = JsonReader(outcome.out).read();
-  CHECK(says(study.at("command").text, "--plugin-path " + plugins));
+  CHECK(study.at("command").text.find("--plugin-path " + plugins) != std::string::npos);
   const auto part = [&](const std::string& option) -> const Json& {
     for (const Json& each : study.at("parts").list)
       if (each.at("option").text == option) return each;

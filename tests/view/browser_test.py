@@ -169,8 +169,21 @@ def test_panels(browser, server):
     assert tab.js("sim.state.systems[0].held[0]==sim.state.systems[1].held[0]")
     tab.mouse("mouseReleased", x + 20, y - 20, buttons=0)
     tab.until("sim.state.systems.every(s=>s.held.length==0)")
+
+    # A parameter of the scene: all pages begin anew with it, from where they look.
+    other = open_page(browser, server)
+    tab.js("sim.cam.yaw=0.5")
+    tab.js("(bar=>{bar.value=Math.log10(6/8);bar.onchange()})"
+           "(document.querySelector('#args input'))")
+    for page in (tab, other):
+        page.until("window.sim&&sim.state&&sim.M.length==2&&sim.M[1].particles==36")
+    assert tab.js("Math.abs(sim.cam.yaw-0.5)<1e-9")
+    tab.js("sim.say('set n none')")
+    tab.until("/n/.test(sim.said)")
+    assert tab.js("sim.M[0].particles") == 36
     assert not exceptions(tab), exceptions(tab)
     tab.close()
+    other.close()
 
 
 def run(browser, test, *arguments):

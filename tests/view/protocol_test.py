@@ -43,7 +43,8 @@ def test_garbage(server):
                  "integrator nothing", "integrator rk4:x=1", "integrator rk4:", "goto -1", "goto x",
                  "back 0", "back 1e30", "step 1e9", "step -1", "speed 0", "speed 1e9",
                  "left: grab 3", ": grab 3", "position 3 0 0 nan", "undo",
-                 "component 0 1", "release 99999999999", "\x00\x01", "gr\u00e4b 3", "grab 3 " * 400,
+                 "component 0 1", "set", "set n", "set n 3", "release 99999999999", "\x00\x01",
+                 "gr\u00e4b 3", "grab 3 " * 400,
                  "'; DROP TABLE", "../../etc/passwd", "<script>alert(1)</script>"):
         error = page.error_of(text)
         assert error and len(error) < 600, (text, error)

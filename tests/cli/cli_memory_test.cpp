@@ -1,0 +1,62 @@
+// Memory that runs out at any of a program's allocations: an error, a code, whole files.
+#include <catch2/catch.hpp>
+
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+using namespace sim_test;
+
+#ifdef SIM_FAILING_ALLOCATIONS
+
+namespace {
+
+ProgramOptions starved(const std::filesystem::path& folder, long at, bool for_ever) {
+  ProgramOptions options;
+  options.folder = folder;
+  options.environment = {{"LD_PRELOAD", SIM_FAILING_ALLOCATIONS}, {"FAIL_COUNT", "count"}};
+  if (at > 0) options.environment.emplace_back("FAIL_AT", std::to_string(at));
+  if (for_ever) options.environment.emplace_back("FAIL_FOR_EVER", "1");
+  return options;
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli][memory]") {
+  const std::vector<std::string> arguments{
+      "scenes/circle.lua", "-T", "0.02", "--quiet", "-d", "0.01", "--dump=d.csv"};
+  const TemporaryFolder folder;
+  REQUIRE(run_sim(arguments, starved(folder.path(), 0, false)).code == 0);
+  const std::string whole = read_text(folder.path() / "d.csv");
+  const long allocations = std::stol(read_text(folder.path() / "count"));
+  REQUIRE(allocations > 1000);
+  constexpr int kTried = 60;
+  int failed = 0;
+  for (int k = 0; k < kTried; ++k) {
+    const long at = 1 + allocations * k / kTried;
+    for (const bool for_ever : {false, true}) {
+      const TemporaryFolder place;
+      const Outcome outcome = run_sim(arguments, starved(place.path(), at, for_ever));
+      INFO("allocation " << at << (for_ever ? " and all after it: " : ": ") << outcome.err);
+      // What the loader of libraries lacks memory for is a library that it cannot open.
+      CHECK((outcome.code == 0 || outcome.code == 5 || outcome.code == 7));
+      if (outcome.code == 5) CHECK(has(outcome.err, "out of memory"));
+      if (outcome.code == 7) CHECK(has(outcome.err, "cannot"));
+      if (outcome.code == 0) CHECK(read_text(place.path() / "d.csv") == whole);
+      if (outcome.code != 0) CHECK(!std::filesystem::exists(place.path() / "d.csv"));
+      failed += outcome.code != 0;
+    }
+  }
+  CHECK(failed > kTried);  // of 2 kTried: after the last one that matters a run may be whole
+}
+
+#else
+
+TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli][memory]") {
+  SUCCEED("sanitizers have allocators of their own");
+}
+
+#endif
