@@ -41,6 +41,15 @@ void fit_to_lattice(FluidLaw& law) {
                  (shear * law.smoothing * law.smoothing);
 }
 
+// With r = 2 h (1 - u): int r^3 (u^3 - 9/8 u^4) dr = 16 h^4 (B(4, 4) - 9/8 B(5, 4)) = 16 h^4 / 320,
+// int r^2 (u^3 - 9/8 u^4) dr = 8 h^3 (B(4, 3) - 9/8 B(5, 3)) = 8 h^3 / 168.
+double fluid_cohesion(const FluidLaw& law, double tension) {
+  const double h = law.smoothing, vv = law.volume * law.volume;
+  constexpr double kPi = 3.14159265358979323846;
+  return law.dimensions == 3 ? tension * vv * 40 / (kPi * h * h * h * h)
+                             : tension * vv * 21 / (h * h * h);
+}
+
 void FluidForces::bind(const ParticleView& initial) {
   if (std::ssize(ids_) == initial.n) ids_.clear();
   if (!ids_.empty()) {
@@ -76,6 +85,8 @@ void FluidForces::bind(const ParticleView& initial) {
   law_.stiffness = given_.density * sound * sound / 7;
   law_.viscosity = given_.viscosity + given_.density * given_.alpha * law_.smoothing * sound /
                                           (2 * (law_.dimensions + 2));
+  law_.cohesion = fluid_cohesion(law_, given_.tension);
+  kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kSkin * law_.smoothing);
   walls_.bind(initial);
 
@@ -127,6 +138,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
       *array = Array(size);
     densities_ = Array(8 * blocks.size());
     energies_ = Array(8 * blocks.size());
+    if (law_.cohesion > 0) ties_ = Array(8 * blocks.size());
     walls_.reserve(blocks.size());
   }
   FluidBlocks seen{blocks.data(), neighbours_->points(), velocities_.data(), walls_.near(), {}};
@@ -137,6 +149,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   const bool viscous = this->viscous();
   if (moved) {
     if (viscous) make_weights();
+    seen.ties = ties_.data();
     seen.weights = weights_.data();
     seen.firsts = firsts_.data();
     if (walls_.count() > 0) {
@@ -151,14 +164,13 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
         const double n = densities_.data()[p];
         std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
         points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
-        energies_.data()[p] = law_.volume * fluid_energy(law_, n);
+        energies_.data()[p] =
+            law_.volume * fluid_energy(law_, n) + (ties_.size() > 0 ? ties_.data()[p] : 0);
       }
     });
     seen.points = points_.data();
-    each_part([&](int begin, int end) {
-      (viscous ? kernels_.viscous_forces : kernels_.forces)(law_, seen, begin, end,
-                                                            pressure_.data());
-    });
+    each_part(
+        [&](int begin, int end) { kernels_.forces(law_, seen, begin, end, pressure_.data()); });
   }
   if (!viscous || !view.vx) return;
   seen.weights = weights_.data();
