@@ -1,6 +1,7 @@
 #include "core/particles/fluid/fluid_forces.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -148,6 +149,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   };
   const bool viscous = this->viscous();
   if (moved) {
+    braked_ = false;
     if (viscous) make_weights();
     seen.ties = ties_.data();
     seen.weights = weights_.data();
@@ -176,15 +178,22 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   seen.weights = weights_.data();
   seen.firsts = firsts_.data();
   seen.points = neighbours_->points();
+  std::atomic<bool> changed{!braked_};
   each_part([&](int begin, int end) {
+    bool part_changed = false;
     for (int p = 8 * begin; p < std::min(8 * end, places); ++p) {
       const int k = neighbours_->id(p), i = ids_.empty() ? k : ids_[static_cast<std::size_t>(k)];
       double* const v = velocities_.data() + 4 * static_cast<std::ptrdiff_t>(p);
-      v[0] = view.vx[i];
-      v[1] = view.vy[i];
-      v[2] = view.vz[i];
+      const double now[3] = {view.vx[i], view.vy[i], view.vz[i]};
+      for (int axis = 0; axis < 3; ++axis) {
+        part_changed |= now[axis] != v[axis];
+        v[axis] = now[axis];
+      }
     }
+    if (part_changed) changed.store(true, std::memory_order_relaxed);
   });
+  if (!changed) return;
+  braked_ = true;
   each_part(
       [&](int begin, int end) { kernels_.resistance(law_, seen, begin, end, viscosity_.data()); });
 }

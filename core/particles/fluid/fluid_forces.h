@@ -85,6 +85,7 @@ class FluidForces {
   Array ties_, weights_;
   std::vector<std::size_t> firsts_;
   double t_ = 0;
+  bool braked_ = false;  // viscosity_ is that of the places and velocities_
 };
 
 }  // namespace sim
