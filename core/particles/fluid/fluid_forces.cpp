@@ -94,12 +94,13 @@ void FluidForces::bind(const ParticleView& initial) {
   // Finds out here whether the lists fit into memory.
   Team alone(1);
   prepare(initial, alone);
-  for (int i = 0; i < initial.n; ++i)
-    if (density(i) > kTooDense)
-      refuse("at the start particle " + std::to_string(i) + " is in a place " +
-                 brief(density(i), 3) + " times as dense as the fluid at rest",
-             "give particles the mass density * spacing^" + std::to_string(law_.dimensions) +
-                 ", or set them further apart");
+  double sum = 0;
+  for (int i = 0; i < initial.n; ++i) sum += density(i);
+  const auto places = static_cast<double>(ids_.empty() ? initial.n : std::ssize(ids_));
+  if (sum > kTooDense * places)
+    refuse("at the start it is " + brief(sum / places, 3) + " times as dense as at rest",
+           "give particles the mass density * spacing^" + std::to_string(law_.dimensions) +
+               ", or set them further apart");
 }
 
 // What the lists are made of: the fluid's own particles.
