@@ -64,9 +64,9 @@ SIM_PLUGIN(Force, "fluid") {
            "U = sum of V e(n_i),  p = n^2 e' = density c^2/7 (n^7 - 1) for n > 1, else 0\n"
            "f_i = -dU/dx_i - mu K sum of (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d\n"
            "mu = viscosity + density alpha h c/(2 (dimensions + 2)),  V = mass/density,\n"
-           "K: so that it is mu V v'' in a shear. surface_tension adds A (9/8 u^4 - u^3) for\n"
-           "each pair, u = 1 - r/2h. Walls mirror the fluid: they have no friction, and are\n"
-           "exact where they are plane and meet at right angles.\n"
+           "K: so that it is mu V v'' in a shear. surface_tension: A (9/8 u^4 - u^3) a pair,\n"
+           "u = 1 - r/2h. Walls mirror the fluid: they have no friction, and are exact\n"
+           "where they are plane and meet at right angles.\n"
            "Explicit steps of up to some 0.6 h/c are stable. Splashes are chaotic: runs\n"
            "with other steps part, as --verify shows",
        .source = "Monaghan (1994), Simulating free surface flows with SPH, J. Comput. Phys. 110, "
