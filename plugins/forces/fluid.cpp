@@ -107,7 +107,10 @@ SIM_PLUGIN(Force, "fluid") {
             {.name = "boundary",
              .type = ParamType::kColliders,
              .doc =
-                 "colliders of the scene that hold it: it goes on behind them as a mirror image"},
+                 "colliders of the scene that hold it: it goes on behind them as a mirror image; "
+                 "the "
+                 "mirrors lie a quarter of a spacing behind what particles touch: a thickness of "
+                 "that much puts them into the surface"},
             {.name = "dimensions",
              .type = ParamType::kInteger,
              .default_value = std::int64_t{3},

@@ -35,7 +35,8 @@ for i = 1, nx do
 end
 local deep = flat and 100 or nz * a / 2
 local room = sim.collider.box { center = {length / 2, 2 * height, flat and 0 or deep},
-  half = {length / 2, 2 * height, deep}, inside = true }
+  half = {length / 2, 2 * height, deep}, inside = true,
+  thickness = a / 4 }
 
 return sim.scene { name = "dam", particles = water,
   forces = { sim.force.gravity { g = {0, -9.81, 0} },

@@ -1,6 +1,6 @@
 -- A fountain: a pump under the middle of a basin drives water up in a jet, and it falls back.
 local sim = require "sim"
-local layers = sim.arg("layers", 5, "of particles over the depth of the water")
+local layers = sim.arg("layers", 4, "of particles over the depth of the water")
 local depth = sim.arg("depth", 0.12, "of the water, m")
 local side = sim.arg("side", 0.6, "of the basin, m")
 local jet = sim.arg("jet", 0.5, "height of the jet, m")
@@ -28,7 +28,8 @@ for i = 1, n do
     end
   end
 end
-local basin = sim.collider.box { center = {0, 2, 0}, half = {half, 2, half}, inside = true }
+local basin = sim.collider.box { center = {0, 2, 0}, half = {half, 2, half}, inside = true,
+  thickness = a / 4 }
 
 -- The pump lifts what is in its pipe by m g 2 jet/depth more than its weight: water that passes it
 -- from below to the surface gets the energy for twice the jet, of which it shares half.

@@ -223,7 +223,7 @@ TEST_CASE("behind walls at right angles a fluid goes on as its mirror image") {
       const std::size_t before = all.size();
       for (std::size_t i = 0; i < before; ++i) {
         Vec3 image = all[i];
-        image[static_cast<std::size_t>(axis)] *= -1;
+        image[static_cast<std::size_t>(axis)] = -0.5 - image[static_cast<std::size_t>(axis)];
         all.push_back(image);
       }
     }

@@ -37,6 +37,7 @@ sim::SystemSpec make_tank(const Tank& tank, sim::Registry& registry) {
   const std::map<std::string, sim::Value> room{
       {"half", Vec3(0.5 * tank.length, 5, 0.5 * depth)},
       {"center", Vec3(0.5 * tank.length, 5, tank.nz > 0 ? 0.5 * depth : 0)},
+      {"thickness", 0.25 * a},  // the mirrors are as far behind that
       {"inside", true}};
   spec.colliders = {make_part("box", room)};
   const auto& box = registry.get<sim::Collider>("box");

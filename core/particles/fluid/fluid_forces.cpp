@@ -11,9 +11,10 @@
 namespace sim {
 namespace {
 
-constexpr double kSkin = 0.2;    // of the smoothing length, for speed alone
-constexpr double kTooDense = 4;  // times the density at rest, at the start
-constexpr double kFall = 9.81;   // m/s^2, for the speed of sound
+constexpr double kSkin = 0.2;     // of the smoothing length, for speed alone
+constexpr double kTooDense = 4;   // times the density at rest, at the start
+constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors of walls
+constexpr double kFall = 9.81;    // m/s^2, for the speed of sound
 
 [[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
   throw Error(ErrorKind::kScene, {"force 'fluid'", "", why, remedy});
@@ -89,7 +90,7 @@ void FluidForces::bind(const ParticleView& initial) {
   law_.cohesion = fluid_cohesion(law_, given_.tension);
   kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kSkin * law_.smoothing);
-  walls_.bind(initial);
+  walls_.bind(initial, kBehind * spacing);
 
   // Finds out here whether the lists fit into memory.
   Team alone(1);
