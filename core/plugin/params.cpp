@@ -138,7 +138,7 @@ const char* type_name(ParamType type) {
     case ParamType::kCollider:
       return "collider (sim.collider)";
     case ParamType::kColliders:
-      return "list of colliders (sim.collider), or one";
+      return "list of colliders";
     case ParamType::kCurve:
       return "function(s) or function(s, t)";
     case ParamType::kPath:

@@ -45,7 +45,7 @@ std::unique_ptr<sim::Force> make_fluid(const sim::Params& params, const sim::Ele
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   sim::FluidForces forces(
       {params.number("density"), given(params, "smoothing"), given(params, "speed_of_sound"),
-       params.number("viscosity"), params.number("alpha")},
+       params.number("viscosity"), params.number("alpha"), params.number("surface_tension")},
       static_cast<int>(params.integer("dimensions")), std::move(ids));
   if (params.has("boundary"))
     for (const auto& collider : params.colliders("boundary")) forces.add_wall(collider->make());
@@ -59,14 +59,16 @@ SIM_PLUGIN(Force, "fluid") {
   registrar.add(sim::ForcePlugin{
       {.name = "fluid",
        .summary = "a fluid of smoothed particles, weakly compressible",
-       .formula = "n_i = sum of w(r_ij/h) / that of a lattice,  w(q) = (1 - q/2)^4 (2 q + 1)\n"
-                  "U = sum of V e(n_i),  p = n^2 e' = density c^2/7 (n^7 - 1) for n > 1, else 0\n"
-                  "f_i = -dU/dx_i - mu K sum of (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d\n"
-                  "mu = viscosity + density alpha h c/(2 (dimensions + 2)),  V = mass/density,\n"
-                  "K: so that it is mu V v'' in a shear. Walls mirror the fluid: they have no\n"
-                  "friction, and are exact where they are plane and meet at right angles.\n"
-                  "Explicit steps of up to some 0.6 h/c are stable. Splashes are chaotic: runs\n"
-                  "with other steps part, as --verify shows",
+       .formula =
+           "n_i = sum of w(r_ij/h) / that of a lattice,  w(q) = (1 - q/2)^4 (2 q + 1)\n"
+           "U = sum of V e(n_i),  p = n^2 e' = density c^2/7 (n^7 - 1) for n > 1, else 0\n"
+           "f_i = -dU/dx_i - mu K sum of (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d\n"
+           "mu = viscosity + density alpha h c/(2 (dimensions + 2)),  V = mass/density,\n"
+           "K: so that it is mu V v'' in a shear. surface_tension: A (9/8 u^4 - u^3) a pair,\n"
+           "u = 1 - r/2h. Walls mirror the fluid: they have no friction, and are exact\n"
+           "where they are plane and meet at right angles.\n"
+           "Explicit steps of up to some 0.6 h/c are stable. Splashes are chaotic: runs\n"
+           "with other steps part, as --verify shows",
        .source = "Monaghan (1994), Simulating free surface flows with SPH, J. Comput. Phys. 110, "
                  "399-406; Monaghan (2005), Rep. Prog. Phys. 68, 1703-1759; kernel: Wendland "
                  "(1995), Adv. Comput. Math. 4, 389-396",
@@ -97,10 +99,18 @@ SIM_PLUGIN(Force, "fluid") {
              .doc = "viscosity that the method needs beside: Monaghan's number",
              .min = 0,
              .max = 2},
+            {.name = "surface_tension",
+             .default_value = 0.0,
+             .unit = "N/m",
+             .doc = "of its free surface, by attraction between neighbours; water has 0.073",
+             .min = 0},
             {.name = "boundary",
              .type = ParamType::kColliders,
              .doc =
-                 "colliders of the scene that hold it: it goes on behind them as a mirror image"},
+                 "colliders of the scene that hold it: it goes on behind them as a mirror image; "
+                 "the "
+                 "mirrors lie a quarter of a spacing behind what particles touch: a thickness of "
+                 "that much puts them into the surface"},
             {.name = "dimensions",
              .type = ParamType::kInteger,
              .default_value = std::int64_t{3},

@@ -298,3 +298,65 @@ TEST_CASE("beam.lua and jelly_fem.lua", "[lua][scenes]") {
   CHECK(jelly.forces[2].elements.listed() == 6 * 5 * 5 * 5);
   CHECK(jelly.particles->pinned.size() == 36);
 }
+
+TEST_CASE("dam.lua and fountain.lua", "[lua][scenes]") {
+  const SystemSpec dam = load("scenes/dam.lua").systems[0];
+  CHECK(dam.particles->count() == 8 * 16 * 8);
+  CHECK(dam.particles->at(0).mass == Approx(1000 * 0.025 * 0.025 * 0.025));
+  REQUIRE(dam.forces[1].plugin == "fluid");
+  CHECK(std::get<Colliders>(dam.forces[1].given.at("boundary")).size() == 1);
+  CHECK(dam.forces[1].elements.listed() == 8 * 16 * 8);
+  const SystemSpec flat = load("scenes/dam.lua", {{"depth", "0"}, {"layers", "10"}}).systems[0];
+  CHECK(flat.particles->count() == 10 * 20);
+  CHECK(flat.particles->at(7).position.z() == 0);
+
+  // Each runs, and nothing leaves: whatever their parameters are.
+  Registry registry({SIM_PLUGIN_DIR});  // outlives the colliders that it makes
+  using Sets = std::map<std::string, std::string>;
+  const auto loaded = [&](const std::string& file, const Sets& sets) {
+    return load_scene(file, registry, {search_path(), sets, 0}).systems[0];
+  };
+  for (const Sets& sets : {Sets{{"layers", "3"}},
+                           {{"layers", "1"}},
+                           {{"layers", "4"}, {"depth", "0"}, {"alpha", "0"}},
+                           {{"layers", "4"}, {"alpha", "2"}},
+                           {{"layers", "3"}, {"length", "0.2"}},
+                           {{"layers", "2"}, {"height", "2"}, {"length", "5"}}}) {
+    Simulation water(loaded("scenes/dam.lua", sets), registry);
+    for (int n = 0; n < 400; ++n) REQUIRE(water.step());
+    for (int i = 0; i < water.particles(); ++i) CHECK(water.position(i).y() > -1e-12);
+    CHECK(water.energy().kinetic < 1.2 * water.particles() * 9.81 * 2 * 1000);
+  }
+  for (const Sets& sets : {Sets{{"layers", "2"}, {"side", "0.3"}},
+                           {{"layers", "3"}, {"jet", "2"}},
+                           {{"layers", "2"}, {"side", "0.2"}, {"depth", "0.4"}}}) {
+    Simulation water(loaded("scenes/fountain.lua", sets), registry);
+    for (int n = 0; n < 300; ++n) REQUIRE(water.step());
+    for (int i = 0; i < water.particles(); ++i) CHECK(water.position(i).y() > -1e-12);
+  }
+}
+
+TEST_CASE("a fluid's boundary is a list of colliders", "[lua][scenes]") {
+  const auto with = [](const std::string& boundary) {
+    return "local p = sim.particles { mass = 1 }\np:add {0, 5, 0}\nlocal c = sim.collider.plane "
+           "{}\n"
+           "return sim.scene { particles = p, colliders = { c }, integrator = 'rk4', dt = 0.01, "
+           "duration = 1, forces = { sim.force.fluid { boundary = " +
+           boundary + " } } }\n";
+  };
+  const auto count = [&](const std::string& boundary) {
+    return std::get<Colliders>(load_text(with(boundary)).systems[0].forces[0].given.at("boundary"))
+        .size();
+  };
+  CHECK(count("{ c }") == 1);
+  CHECK(count("{ c, sim.collider.sphere { radius = 1 } }") == 2);
+  CHECK(count("{}") == 0);
+  for (const std::string bad : {"{ 3 }", "{ c, p }", "{ a = c }"}) {
+    try {
+      load_text(with(bad));
+      FAIL("accepted " << bad);
+    } catch (const Error& error) {
+      CHECK(std::string(error.what()).find("boundary") != std::string::npos);
+    }
+  }
+}

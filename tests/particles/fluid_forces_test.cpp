@@ -81,8 +81,8 @@ double energy_of(FluidForces& fluid, const Moving& state) {
 }
 
 // Each particle has 1 kg: with this density neighbours at rest are 1 m apart.
-FluidForces make_fluid(int dimensions = 3, double viscosity = 0) {
-  return FluidForces({1, 1.3, 10, viscosity, 0}, dimensions, {});
+FluidForces make_fluid(int dimensions = 3, double viscosity = 0, double tension = 0) {
+  return FluidForces({1, 1.3, 10, viscosity, 0, tension}, dimensions, {});
 }
 
 std::unique_ptr<Collider> make_collider(Registry& registry, const std::string& name,
@@ -171,8 +171,9 @@ TEST_CASE("densities and forces of a fluid are those of sums over all pairs") {
 
 TEST_CASE("the forces of a fluid are the slopes of its energy, walls and all, and sum to nothing") {
   Registry registry = sim_test::make_registry();
-  for (const int walls : {0, 1, 2}) {
-    FluidForces fluid = make_fluid();
+  for (const int with : {0, 1, 2, 10, 12}) {
+    const int walls = with % 10;
+    FluidForces fluid = make_fluid(3, 0, with < 10 ? 0 : 20);
     // A room, whose walls meet in a corner; beside a ball on its floor.
     if (walls > 0)
       fluid.add_wall(make_collider(
@@ -202,7 +203,7 @@ TEST_CASE("the forces of a fluid are the slopes of its energy, walls and all, an
         high[i][axis] += kStep;
         const double slope =
             (energy_of(fluid, Moving(high)) - energy_of(fluid, Moving(low))) / (2 * kStep);
-        INFO(walls << " walls, particle " << i << " axis " << axis);
+        INFO(with << " walls, particle " << i << " axis " << axis);
         CHECK(f[axis * n + i] == Approx(-slope).margin(1e-7 * size));
       }
   }
@@ -222,7 +223,7 @@ TEST_CASE("behind walls at right angles a fluid goes on as its mirror image") {
       const std::size_t before = all.size();
       for (std::size_t i = 0; i < before; ++i) {
         Vec3 image = all[i];
-        image[static_cast<std::size_t>(axis)] *= -1;
+        image[static_cast<std::size_t>(axis)] = -0.5 - image[static_cast<std::size_t>(axis)];
         all.push_back(image);
       }
     }

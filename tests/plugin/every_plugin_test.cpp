@@ -86,6 +86,7 @@ sim::SystemSpec make_cloud(const sim::PluginInfo& force) {
   spec.particles.emplace();
   sim::PartSpec part = make_part(force.name, acceptable(force));
   if (declares(force, "stiffness")) part.given["stiffness"] = 5.0;
+  if (declares(force, "smoothing")) part.given["density"] = 100.0;  // as it has
   for (int i = 0; i < kCloud; ++i) {
     spec.particles->list.push_back(
         {.position = {std::sin(1.0 + i), std::sin(2.0 + 3 * i), std::sin(3.0 + 7 * i)},

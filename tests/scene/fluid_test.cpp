@@ -37,6 +37,7 @@ sim::SystemSpec make_tank(const Tank& tank, sim::Registry& registry) {
   const std::map<std::string, sim::Value> room{
       {"half", Vec3(0.5 * tank.length, 5, 0.5 * depth)},
       {"center", Vec3(0.5 * tank.length, 5, tank.nz > 0 ? 0.5 * depth : 0)},
+      {"thickness", 0.25 * a},  // the mirrors are as far behind that
       {"inside", true}};
   spec.colliders = {make_part("box", room)};
   const auto& box = registry.get<sim::Collider>("box");
@@ -227,4 +228,61 @@ TEST_CASE("free water keeps momentum, and its energy under verlet", "[scene][flu
     CHECK(std::fabs(balance.error()) < 0.003 * balance.in_play());
     if (alpha > 0) CHECK(water.energy().total() < start - 0.05 * balance.in_play());
   }
+}
+
+TEST_CASE("a drop swings with the frequency of its surface tension", "[scene][fluid]") {
+  // Rayleigh (1879), Proc. R. Soc. 29, 71-97: omega^2 = 8 sigma/(rho R^3) between flat and long.
+  sim::Registry registry = make_registry();
+  const int across = 6;
+  const double radius = 0.01, a = radius / across, sigma = 0.0728, sound = 1.5;
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.forces = {make_part(
+      "fluid",
+      {{"speed_of_sound", sound}, {"viscosity", 0.0}, {"alpha", 1.0}, {"surface_tension", sigma}})};
+  spec.integrator.name = "verlet";
+  spec.dt = 0.4 * 1.5 * a / sound;
+  auto& list = spec.particles->list;
+  list.clear();
+  int count = 0;
+  const auto off = [&] { return 0.2 * (std::fmod(0.618034 * ++count, 1) - 0.5); };
+  for (int i = -across; i <= across; ++i)
+    for (int j = -across; j <= across; ++j)
+      for (int k = -across; k <= across; ++k) {
+        const Vec3 x = a * Vec3(i + 0.3 + off(), j + 0.2 + off(), k + 0.4 + off());
+        if (x.norm() < radius) list.push_back({x, {0, 0, 0}, 1000 * a * a * a});
+      }
+  const double size = std::cbrt(static_cast<double>(list.size()) * 0.75 / kPi) * a;
+  {  // it becomes round
+    sim::Simulation still(spec, registry);
+    run_to(still, 0.3);
+    Vec3 middle;
+    for (int i = 0; i < still.particles(); ++i) middle += still.position(i) / still.particles();
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Vec3 x = still.position(static_cast<int>(i)) - middle;
+      list[i].position = x;
+      list[i].velocity = 4 * Vec3(x[0], -0.5 * x[1], -0.5 * x[2]);
+    }
+  }
+  spec.forces[0].given["alpha"] = 0.02;
+  sim::Simulation drop(spec, registry);
+  const auto length = [&] {
+    double sum = 0;
+    for (int i = 0; i < drop.particles(); ++i) {
+      const Vec3 x = drop.position(i);
+      sum += x[0] * x[0] - 0.5 * (x[1] * x[1] + x[2] * x[2]);
+    }
+    return sum;
+  };
+  std::vector<double> turns;
+  for (double before = 0, last = length(); turns.size() < 5 && drop.t() < 1.5;) {
+    REQUIRE(drop.step());
+    const double now = length();
+    if ((last - before) * (now - last) < 0 && drop.t() > (turns.empty() ? 0 : turns.back()) + 0.04)
+      turns.push_back(drop.t());
+    before = last;
+    last = now;
+  }
+  REQUIRE(turns.size() == 5);
+  const double omega = 4 * kPi / (turns[4] - turns[0]);
+  CHECK(omega == Approx(std::sqrt(8 * sigma / (1000 * size * size * size))).epsilon(0.06));
 }

@@ -1,6 +1,7 @@
 #include "core/particles/fluid/fluid_forces.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -10,9 +11,10 @@
 namespace sim {
 namespace {
 
-constexpr double kSkin = 0.2;    // of the smoothing length, for speed alone
-constexpr double kTooDense = 4;  // times the density at rest, at the start
-constexpr double kFall = 9.81;   // m/s^2, for the speed of sound
+constexpr double kSkin = 0.2;     // of the smoothing length, for speed alone
+constexpr double kTooDense = 4;   // times the density at rest, at the start
+constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors of walls
+constexpr double kFall = 9.81;    // m/s^2, for the speed of sound
 
 [[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
   throw Error(ErrorKind::kScene, {"force 'fluid'", "", why, remedy});
@@ -39,6 +41,15 @@ void fit_to_lattice(FluidLaw& law) {
   law.scale = 1 / density;
   law.friction = 2 * law.volume * law.dimensions * (law.dimensions + 2) /
                  (shear * law.smoothing * law.smoothing);
+}
+
+// With r = 2 h (1 - u): int r^3 (u^3 - 9/8 u^4) dr = 16 h^4 (B(4, 4) - 9/8 B(5, 4)) = 16 h^4 / 320,
+// int r^2 (u^3 - 9/8 u^4) dr = 8 h^3 (B(4, 3) - 9/8 B(5, 3)) = 8 h^3 / 168.
+double fluid_cohesion(const FluidLaw& law, double tension) {
+  const double h = law.smoothing, vv = law.volume * law.volume;
+  constexpr double kPi = 3.14159265358979323846;
+  return law.dimensions == 3 ? tension * vv * 40 / (kPi * h * h * h * h)
+                             : tension * vv * 21 / (h * h * h);
 }
 
 void FluidForces::bind(const ParticleView& initial) {
@@ -76,18 +87,21 @@ void FluidForces::bind(const ParticleView& initial) {
   law_.stiffness = given_.density * sound * sound / 7;
   law_.viscosity = given_.viscosity + given_.density * given_.alpha * law_.smoothing * sound /
                                           (2 * (law_.dimensions + 2));
+  law_.cohesion = fluid_cohesion(law_, given_.tension);
+  kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kSkin * law_.smoothing);
-  walls_.bind(initial);
+  walls_.bind(initial, kBehind * spacing);
 
   // Finds out here whether the lists fit into memory.
   Team alone(1);
   prepare(initial, alone);
-  for (int i = 0; i < initial.n; ++i)
-    if (density(i) > kTooDense)
-      refuse("at the start particle " + std::to_string(i) + " is in a place " +
-                 brief(density(i), 3) + " times as dense as the fluid at rest",
-             "give particles the mass density * spacing^" + std::to_string(law_.dimensions) +
-                 ", or set them further apart");
+  double sum = 0;
+  for (int i = 0; i < initial.n; ++i) sum += density(i);
+  const auto places = static_cast<double>(ids_.empty() ? initial.n : std::ssize(ids_));
+  if (sum > kTooDense * places)
+    refuse("at the start it is " + brief(sum / places, 3) + " times as dense as at rest",
+           "give particles the mass density * spacing^" + std::to_string(law_.dimensions) +
+               ", or set them further apart");
 }
 
 // What the lists are made of: the fluid's own particles.
@@ -127,6 +141,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
       *array = Array(size);
     densities_ = Array(8 * blocks.size());
     energies_ = Array(8 * blocks.size());
+    if (law_.cohesion > 0) ties_ = Array(8 * blocks.size());
     walls_.reserve(blocks.size());
   }
   FluidBlocks seen{blocks.data(), neighbours_->points(), velocities_.data(), walls_.near(), {}};
@@ -136,7 +151,9 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   };
   const bool viscous = this->viscous();
   if (moved) {
+    braked_ = false;
     if (viscous) make_weights();
+    seen.ties = ties_.data();
     seen.weights = weights_.data();
     seen.firsts = firsts_.data();
     if (walls_.count() > 0) {
@@ -151,28 +168,34 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
         const double n = densities_.data()[p];
         std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
         points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
-        energies_.data()[p] = law_.volume * fluid_energy(law_, n);
+        energies_.data()[p] =
+            law_.volume * fluid_energy(law_, n) + (ties_.size() > 0 ? ties_.data()[p] : 0);
       }
     });
     seen.points = points_.data();
-    each_part([&](int begin, int end) {
-      (viscous ? kernels_.viscous_forces : kernels_.forces)(law_, seen, begin, end,
-                                                            pressure_.data());
-    });
+    each_part(
+        [&](int begin, int end) { kernels_.forces(law_, seen, begin, end, pressure_.data()); });
   }
   if (!viscous || !view.vx) return;
   seen.weights = weights_.data();
   seen.firsts = firsts_.data();
   seen.points = neighbours_->points();
+  std::atomic<bool> changed{!braked_};
   each_part([&](int begin, int end) {
+    bool part_changed = false;
     for (int p = 8 * begin; p < std::min(8 * end, places); ++p) {
       const int k = neighbours_->id(p), i = ids_.empty() ? k : ids_[static_cast<std::size_t>(k)];
       double* const v = velocities_.data() + 4 * static_cast<std::ptrdiff_t>(p);
-      v[0] = view.vx[i];
-      v[1] = view.vy[i];
-      v[2] = view.vz[i];
+      const double now[3] = {view.vx[i], view.vy[i], view.vz[i]};
+      for (int axis = 0; axis < 3; ++axis) {
+        part_changed |= now[axis] != v[axis];
+        v[axis] = now[axis];
+      }
     }
+    if (part_changed) changed.store(true, std::memory_order_relaxed);
   });
+  if (!changed) return;
+  braked_ = true;
   each_part(
       [&](int begin, int end) { kernels_.resistance(law_, seen, begin, end, viscosity_.data()); });
 }

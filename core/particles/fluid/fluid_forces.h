@@ -11,13 +11,14 @@
 
 namespace sim {
 
-// What is given; what is not a number follows from the particles.
+// What is given; a smoothing or sound of 0 follows from the particles.
 struct FluidDensity {
   double density = 1000;  // kg/m^3
   double smoothing = 0;   // m
   double sound = 0;       // m/s
   double viscosity = 0;   // Pa s
   double alpha = 0;       // of Monaghan's viscosity: mu = rho alpha h c / (2 (d + 2))
+  double tension = 0;     // N/m
 };
 
 // What kernels see: four numbers a place, blocks of eight places.
@@ -27,18 +28,18 @@ struct FluidBlocks {
   const double* velocities = nullptr;  // m/s
   const std::uint16_t* near = nullptr;
   const double* walls[FluidWalls::kMost] = {};
+  double* ties = nullptr;               // J, half the energy of the ties of each place
   double* weights = nullptr;            // of viscosity, of each entry of the lists
   const std::size_t* firsts = nullptr;  // where those of a block begin
 };
 struct FluidKernels {
   // Of the places of blocks [begin, end): n.
   void (*densities)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* n);
-  // f, four numbers a place; the second writes the weights, too, which resistance() reads.
+  // f, four numbers a place, and the weights, which resistance() reads, where it is viscous.
   void (*forces)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
-  void (*viscous_forces)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
   void (*resistance)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
 };
-FluidKernels fluid_kernels();  // for this machine
+FluidKernels fluid_kernels(const FluidLaw& law);  // for this machine
 
 class FluidForces {
  public:
@@ -77,13 +78,14 @@ class FluidForces {
   std::vector<int> ids_, index_;  // index_: of each particle among ids_, or -1
   std::optional<Neighbours> neighbours_;
   FluidWalls walls_;
-  FluidKernels kernels_ = fluid_kernels();
+  FluidKernels kernels_ = {};
   Array own_;                              // places of `ids`, one axis after the other
   Array points_, velocities_, densities_;  // of each place, as in FluidBlocks
   Array pressure_, viscosity_, energies_;  // N, N, J
-  Array weights_;
+  Array ties_, weights_;
   std::vector<std::size_t> firsts_;
   double t_ = 0;
+  bool braked_ = false;  // viscosity_ is that of the places and velocities_
 };
 
 }  // namespace sim

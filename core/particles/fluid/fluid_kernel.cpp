@@ -10,27 +10,38 @@ namespace {
 
 using Lanes = decltype(Doubles{} < Doubles{});
 
-// u = 1 - q/2 where the condition holds, exactly 0 elsewhere: w = u^4 (2 q + 1), w'/q = -5 u^3.
+// Of a pair: q = r/h, its inverse, and u = 1 - q/2; w = u^4 (2 q + 1), w'/q = -5 u^3.
 struct Kernel {
-  Doubles inverse;  // 1/h^2
+  Doubles scale;  // 1/h^2
   SIM_INLINE explicit Kernel(const FluidLaw& law)
-      : inverse(splat<double>(1 / (law.smoothing * law.smoothing))) {}
+      : scale(splat<double>(1 / (law.smoothing * law.smoothing))) {}
 
+  struct At {
+    Doubles q, inverse, u;
+
+    SIM_INLINE Doubles w() const {
+      const Doubles uu = u * u;
+      return uu * uu * fma(splat<double>(2), q, splat<double>(1));
+    }
+    SIM_INLINE Doubles cube() const { return u * u * u; }
+    // Of A and of -A/(2 h^2): the potential of surface tension, and its slope over r.
+    SIM_INLINE Doubles tie() const {
+      return u * u * u * fma(splat<double>(1.125), u, splat<double>(-1));
+    }
+    SIM_INLINE Doubles tie_slope() const {
+      return u * u * inverse * fma(splat<double>(4.5), u, splat<double>(-3));
+    }
+  };
   // At r^2 = rr >= 0. The summand is lost in any q that matters, and keeps the root from 0.
-  SIM_INLINE Doubles q(Doubles rr) const {
-    const Doubles square = fma(rr, inverse, splat<double>(1e-24));
-    const Doubles r = seed(square);
-    return square * refined(r, seed_error(square, r));
-  }
-  SIM_INLINE Doubles w(Doubles rr, Lanes within) const {
-    const Doubles q = this->q(rr), u = fma(splat<double>(-0.5), q, splat<double>(1)), uu = u * u;
-    return within ? uu * uu * fma(splat<double>(2), q, splat<double>(1)) : Doubles{};
-  }
-  SIM_INLINE Doubles cube(Doubles rr, Lanes within) const {  // u^3
-    const Doubles u = fma(splat<double>(-0.5), q(rr), splat<double>(1));
-    return within ? u * u * u : Doubles{};
+  SIM_INLINE At at(Doubles rr) const {
+    const Doubles square = fma(rr, scale, splat<double>(1e-24)), r = seed(square);
+    const Doubles inverse = refined(r, seed_error(square, r)), q = square * inverse;
+    return {q, inverse, fma(splat<double>(-0.5), q, splat<double>(1))};
   }
 };
+
+// v where the condition holds, exactly 0 elsewhere, whatever v is there.
+SIM_INLINE Doubles only(Lanes condition, Doubles v) { return condition ? v : Doubles{}; }
 
 SIM_INLINE Doubles gather_one(const double* of, const std::int32_t* index) {
   Doubles v;
@@ -90,7 +101,8 @@ SIM_INLINE void each_image(int walls, const Doubles* product, Doubles rr, Lanes 
 }
 
 // n of each place: each has a lane of its own, and what its list holds beyond reach adds exact
-// zeros, as do walls near other lanes.
+// zeros, as do walls near other lanes. With kTies also half the energy of its ties.
+template <bool kTies>
 void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* n) {
   const Kernel kernel(law);
   const double limit = 4 * law.smoothing * law.smoothing;
@@ -99,32 +111,29 @@ void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end,
     const NeighbourBlock& block = from.blocks[b];
     for (int half = 0; half < 8; half += kDoubles) {
       const Own own(from, b, half);
-      Doubles sum = splat<double>(1);
+      Doubles sum = splat<double>(1), ties{}, product[FluidWalls::kMost];
+      const auto image = [&](Doubles rr, Lanes within, const int*, int)
+          __attribute__((always_inline)) {
+        sum += only(within, kernel.at(rr).w());
+      };
       const std::int32_t* slot = block.slots + half;
-      if (own.walls == 0) {
-        for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
-          const Doubles rr = squared(own.here - gather(from.points, slot));
-          sum += kernel.w(rr, (rr < limits) & (rr > Doubles{}));
-        }
-      } else {
-        Doubles product[FluidWalls::kMost];
-        const auto image = [&](Doubles rr, Lanes within, const int*, int)
-            __attribute__((always_inline)) {
-          sum += kernel.w(rr, within);
-        };
-        for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
-          const Doubles rr = squared(own.here - gather(from.points, slot));
-          const Lanes within = (rr < limits) & (rr > Doubles{});
-          sum += kernel.w(rr, within);
-          for (int wall = 0; wall < own.walls; ++wall)
-            product[wall] = four * own.gap[wall] * gather_one(own.seen[wall] + 3, slot);
-          each_image(own.walls, product, rr, within, limit, image);
-        }
+      for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
+        const Doubles rr = squared(own.here - gather(from.points, slot));
+        const Lanes within = (rr < limits) & (rr > Doubles{});
+        const auto at = kernel.at(rr);
+        sum += only(within, at.w());
+        if constexpr (kTies) ties += only(within, at.tie());
+        if (own.walls == 0) continue;
         for (int wall = 0; wall < own.walls; ++wall)
-          product[wall] = four * own.gap[wall] * own.gap[wall];
-        each_image(own.walls, product, Doubles{}, Doubles{} < limits, limit, image);
+          product[wall] = four * own.gap[wall] * gather_one(own.seen[wall] + 3, slot);
+        each_image(own.walls, product, rr, within, limit, image);
       }
+      for (int wall = 0; wall < own.walls; ++wall)
+        product[wall] = four * own.gap[wall] * own.gap[wall];
+      each_image(own.walls, product, Doubles{}, Doubles{} < limits, limit, image);
       store(n + 8 * b + half, splat<double>(law.scale) * sum);
+      if constexpr (kTies)
+        store(from.ties + 8 * b + half, splat<double>(0.5 * law.cohesion) * ties);
     }
   }
 }
@@ -144,12 +153,13 @@ SIM_INLINE void put(Doubles factor, const V3<double>& sum, int b, int half, doub
 // f_i = 5 V scale / h^2 sum_j (e'_i + e'_j) u^3 d, where d of an image is (d + 2 sum g_j n_i): half
 // of how the square of its distance changes with x_i. With kViscous the weights of viscosity are
 // kept for resistance().
-template <bool kViscous>
+template <bool kViscous, bool kTies>
 void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f) {
   const Kernel kernel(law);
   const double hh = law.smoothing * law.smoothing, limit = 4 * hh;
   const Doubles limits = splat<double>(limit), four = splat<double>(4), two = splat<double>(2);
   const Doubles factor = splat<double>(5 * law.volume * law.scale / hh);
+  const Doubles tie = splat<double>(law.cohesion / (10 * law.volume * law.scale));
   const Doubles least = splat<double>(0.01 * hh);
   for (int b = begin; b < end; ++b) {
     const NeighbourBlock& block = from.blocks[b];
@@ -170,7 +180,7 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
           way = {fma(twice, normal.x, way.x), fma(twice, normal.y, way.y),
                  fma(twice, normal.z, way.z)};
         }
-        add(both * kernel.cube(rr, within), way);
+        add(only(within, both * kernel.at(rr).cube()), way);
       };
       const std::int32_t* slot = block.slots + half;
       double* weights = kViscous ? from.weights + from.firsts[b] + half : nullptr;
@@ -180,8 +190,12 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
         both = pressure + other;
         const Doubles rr = squared(d);
         const Lanes within = (rr < limits) & (rr > Doubles{});
-        const Doubles cube = kernel.cube(rr, within);
-        add(both * cube, d);
+        const auto at = kernel.at(rr);
+        const Doubles cube = only(within, at.cube());
+        if constexpr (kTies)
+          add(fma(both, cube, only(within, tie * at.tie_slope())), d);
+        else
+          add(both * cube, d);
         if constexpr (kViscous) {
           store(weights, cube / (rr + least));
           weights += 8;
@@ -228,7 +242,13 @@ void resistance(const FluidLaw& law, const FluidBlocks& from, int begin, int end
   }
 }
 
-constexpr FluidKernels kFluid{densities, forces<false>, forces<true>, resistance};
+template <bool kViscous, bool kTies>
+constexpr FluidKernels kOf{densities<kTies>, forces<kViscous, kTies>, resistance};
+
+FluidKernels kernels_of(const FluidLaw& law) {
+  if (law.cohesion > 0) return law.viscosity > 0 ? kOf<true, true> : kOf<false, true>;
+  return law.viscosity > 0 ? kOf<true, false> : kOf<false, false>;
+}
 
 }  // namespace
 }  // namespace sim::SIM_TARGET
@@ -237,7 +257,9 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-FluidKernels fluid_kernels() { return for_simd_level(sse2::kFluid, avx2::kFluid, avx512::kFluid); }
+FluidKernels fluid_kernels(const FluidLaw& law) {
+  return for_simd_level(sse2::kernels_of, avx2::kernels_of, avx512::kernels_of)(law);
+}
 
 }  // namespace sim
 #endif

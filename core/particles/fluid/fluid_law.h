@@ -15,7 +15,11 @@ namespace sim {
 // turning momentum (Monaghan (2005), Rep. Prog. Phys. 68, 1703-1759, section 4.2):
 //   f_i = -mu friction sum_j (1 - q/2)^3 (v_ij.d)/(r^2 + h^2/100) d
 // where friction makes it mu V times the second derivative of a shear in that lattice, in the mean
-// over all directions.
+// over all directions. Surface tension is a potential of pairs that draws neighbours together and
+// holds those nearer than a lattice's apart,
+//   A (9/8 u^4 - u^3),  u = 1 - r/2h,  after Tartakovsky & Meakin (2005), Phys. Rev. E 72, 026301
+// A from the energy of the pairs that a plane cuts (Fowler (1937), Proc. R. Soc. A 159, 229-246):
+//   sigma = -pi/(2 V^2) int r^3 U dr in space, -1/V^2 int r^2 U dr in the plane.
 struct FluidLaw {
   int dimensions = 3;    // 2: in a plane, for 1 m of depth
   double volume = 0;     // V: m^3, or m^2
@@ -24,12 +28,16 @@ struct FluidLaw {
   double friction = 0;   // m, or 1
   double stiffness = 0;  // B, Pa
   double viscosity = 0;  // mu, Pa s
+  double cohesion = 0;   // A, J
 };
 
 // The edge of a cubic cell of this volume, m.
 double fluid_spacing(double volume, int dimensions);
 // Of smoothing, volume and dimensions: scale and friction.
 void fit_to_lattice(FluidLaw& law);
+
+// A of a surface tension in N/m.
+double fluid_cohesion(const FluidLaw& law, double tension);
 
 inline double fluid_pressure(const FluidLaw& law, double n) {  // Pa
   return n > 1 ? law.stiffness * (n * n * n * (n * n * n) * n - 1) : 0;

@@ -17,7 +17,8 @@ void FluidWalls::add(std::unique_ptr<Collider> collider) {
                                     "name fewer colliders, a room has six walls"});
 }
 
-void FluidWalls::bind(const ParticleView& initial) {
+void FluidWalls::bind(const ParticleView& initial, double behind) {
+  behind_ = behind;
   for (const auto& wall : walls_) {
     wall->bind(initial);
     move_ = move_ || wall->moves();
@@ -59,7 +60,7 @@ void FluidWalls::find(double t, const double* points, int places, double reach, 
         if (!near || p >= last) continue;
         const Touch touch = wall.touch(t, {points[4 * p], points[4 * p + 1], points[4 * p + 2]});
         for (int axis = 0; axis < 3; ++axis) out[axis] = touch.normal[axis];
-        out[3] = touch.gap;
+        out[3] = touch.gap + behind_;
       }
     }
     near_[static_cast<std::size_t>(b)] = bits;

@@ -15,7 +15,9 @@ namespace sim {
 // The fluid goes on behind a wall as its mirror image. A pair at a distance of r whose gaps are g_i
 // and g_j has images that are sqrt(r^2 + 4 g_i g_j) apart, and where two or three walls meet at
 // right angles, images of images, with the sum of g_i g_j over the walls under the root. For planes
-// that is exact, for curved walls a shape as smooth as the gap.
+// that is exact, for curved walls a shape as smooth as the gap. The mirror lies a little behind the
+// surface that particles touch: one that lay in it would have its image in its own place, which
+// would not push it away.
 class FluidWalls {
  public:
   static constexpr int kMost = 16;  // a room has six
@@ -23,7 +25,7 @@ class FluidWalls {
   // Sides of colliders count one by one. Throws Error{kScene} where there are more than kMost.
   void add(std::unique_ptr<Collider> collider);
 
-  void bind(const ParticleView& initial);
+  void bind(const ParticleView& initial, double behind);  // m, of the mirrors
   bool move() const { return move_; }
   int count() const { return static_cast<int>(walls_.size()); }
 
@@ -43,6 +45,7 @@ class FluidWalls {
   std::vector<std::unique_ptr<Collider>> walls_;
   std::vector<std::uint16_t> near_;
   std::vector<Array> seen_;
+  double behind_ = 0;
   bool move_ = false;
 };
 
