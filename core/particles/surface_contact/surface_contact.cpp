@@ -14,6 +14,7 @@ constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in
 constexpr int kImpulseRounds = 8;      // of impulses along ways
 constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
 constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
+constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
 constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
 constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
 constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
@@ -53,6 +54,8 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& init
            "give at most " + brief(0.5 * edge));
   if (const std::string why = objection(initial); !why.empty())
     refuse(why, "place them apart: what is apart at the start stays so");
+  if (spec_.surfaces.size() == 1)
+    if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
 
 std::string SurfaceContact::objection(const ParticleView& view) {
@@ -294,6 +297,11 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
                                                 const double* x, double* x_next) {
+  // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
+  const Layout& layout = particles.layout();
+  if (sheet_ && sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
+                                   kOpen * spec_.thickness))
+    return Outcome::kFree;
   load(particles, x, x_next);
   for (const int i : pairs_.parts().vertices())
     if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself

@@ -8,6 +8,7 @@
 #include "core/particles/particles.h"
 #include "core/particles/surface_contact/contact_rows.h"
 #include "core/particles/surface_contact/near_pairs.h"
+#include "core/particles/surface_contact/unfolded.h"
 #include "core/particles/surface_contact/zones.h"
 
 namespace sim {
@@ -70,6 +71,7 @@ class SurfaceContact {
 
   SurfaceContactSpec spec_;
   NearPairs pairs_;
+  std::optional<OpenSheet> sheet_;  // where there is one surface, a sheet
   ContactRows rows_;
   Zones zones_;
   std::vector<Vec3> from_, way_, free_way_, velocity_;
