@@ -156,7 +156,8 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec) {
                  "use springs in place of constraints, or leave contact out"});
   placed(contact.place, [&] {
     surface_contact = std::make_unique<SurfaceContact>(
-        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self},
+        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
+                           contact.strain_limit},
         particles->view(0, x.data()));
   });
 }

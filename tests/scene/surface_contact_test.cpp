@@ -288,3 +288,38 @@ TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
     CHECK(system.surface_contact()->counts().deepest < 0.1 * spec.contact->thickness);
   }
 }
+
+TEST_CASE("limited strain keeps edges short, momentum, and surfaces apart") {
+  sim::Registry registry = make_registry();
+  double longest[2];
+  for (const bool limited : {false, true}) {
+    sim::SystemSpec spec = make_sheets(1, {.n = 10, .stiffness = 3}, [](int, double u, double v) {
+      return Vec3(u - 0.5, 0.02 * std::sin(7 * u + 3 * v), v - 0.5);
+    });
+    for (auto& particle : spec.particles->list) {  // torn apart, and turned
+      const Vec3 x = particle.position;
+      particle.velocity = Vec3(3 * x.x() - 2 * x.z(), std::sin(9 * x.x()), 2 * x.x() + 3 * x.z());
+    }
+    if (limited) spec.contact->strain_limit = 0.1;
+    spec.dt = 0.005;
+    sim::Simulation system(spec, registry);
+    const Vec3 start = momentum(system, spec);
+    double most = 0, highest = system.energy().total();
+    for (int n = 0; n < 200; ++n) {
+      const double before = system.energy().total();
+      REQUIRE(system.step());
+      REQUIRE(crossings(system, spec) == 0);
+      if (limited) CHECK(system.energy().total() < before + 0.02 * highest);
+      for (const auto& edge : spec.surfaces[0]->edges()) {
+        const auto [a, b] = edge.ends;
+        const double first =
+            (spec.particles->at(a).position - spec.particles->at(b).position).norm();
+        most = std::max(most, (system.position(a) - system.position(b)).norm() / first - 1);
+      }
+    }
+    longest[limited] = most;
+    CHECK((momentum(system, spec) - start).norm() < 1e-13);
+  }
+  CHECK(longest[0] > 0.4);
+  CHECK(longest[1] < 0.12);
+}

@@ -46,8 +46,11 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& init
     throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
   };
   double edge = HUGE_VAL;
-  for (const auto& [a, b] : pairs_.parts().edges())
-    edge = std::min(edge, (initial.position(a) - initial.position(b)).norm());
+  for (const auto& [a, b] : pairs_.parts().edges()) {
+    const double length = (initial.position(a) - initial.position(b)).norm();
+    edge = std::min(edge, length);
+    if (spec_.strain_limit > 0) longest_.push_back((1 + spec_.strain_limit) * length);
+  }
   if (!(spec_.thickness <= 0.5 * edge))
     refuse("a thickness of " + shortest(spec_.thickness) +
                " m is more than half of the shortest edge, " + brief(edge) + " m",
@@ -112,6 +115,23 @@ void SurfaceContact::make_rows() {
   });
 }
 
+bool SurfaceContact::limit_strain() {
+  bool any = false;
+  for (std::size_t e = 0; e < longest_.size(); ++e) {
+    const auto [a, b] = pairs_.parts().edges()[e];
+    const Vec3 start = from_[slot(b)] - from_[slot(a)];
+    const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);
+    if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
+    ContactRow row{.ids = {a, b, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
+    row.bound = row.normal.dot(start) - longest_[e];
+    row.slack = kSlack * longest_[e];
+    row.gap = longest_[e];
+    rows_.add(row, inverse_mass_);
+    any = true;
+  }
+  return any;
+}
+
 // Those of the particles that would end inside a collider: along its normal they do not. Returns
 // whether there are any.
 bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
@@ -149,7 +169,8 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
     if (pairs_.follow(from_, way_, particles.team()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
-    if (meetings_.empty() && !meet_colliders(particles, t_end, touched_)) return true;
+    const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
+    if (meetings_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
     for (const Meeting& met : meetings_) {
       const SurfacePair& pair = pairs_.pairs()[met.pair];
@@ -206,6 +227,11 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
               most = std::max(most, row.normal.dot(touch.velocity));
           }
           return most;
+        }
+        if (row.ids[2] < 0) {
+          const std::size_t a = slot(row.ids[0]), b = slot(row.ids[1]);
+          const double length = ((from_[b] - from_[a]) + (way_[b] - way_[a])).dot(row.normal);
+          return length >= row.gap * (1 - 2 * kSlack) ? 0.0 : -HUGE_VAL;
         }
         double gap = 0;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -299,7 +325,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
                                                 const double* x, double* x_next) {
   // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
   const Layout& layout = particles.layout();
-  if (sheet_ && sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
+  if (sheet_ && longest_.empty() && sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
                                    kOpen * spec_.thickness))
     return Outcome::kFree;
   load(particles, x, x_next);
@@ -307,7 +333,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
     if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
   collides_ = !particles.contacts().empty();
   pairs_.begin(from_, way_, particles.team());
-  if (pairs_.pairs().empty()) return Outcome::kFree;
+  if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;
   pairs_.find_near(from_, way_, particles.team());
 
   touched_.assign(from_.size(), 0);
@@ -316,6 +342,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   rows_.clear(from_.size());
   zones_.begin({});
   make_rows();
+  limit_strain();
   if (!advance_rows(particles, t + h) && !advance_zones(particles)) return Outcome::kRefused;
 
   velocity_.resize(from_.size());
