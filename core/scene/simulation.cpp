@@ -166,7 +166,7 @@ bool Simulation::Impl::keep_apart(double t, double h) {
   if (!surface_contact) return true;
   const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
   if (outcome == SurfaceContact::Outcome::kRefused) {
-    divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "",
+    divergence = {StepStatus::kNotAllowed,   -1, step_count + 1, t + h, h, "", "",
                   surface_contact->refusal()};
     return false;
   }

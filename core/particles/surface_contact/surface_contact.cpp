@@ -10,14 +10,15 @@
 namespace sim {
 namespace {
 
-constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in a step
-constexpr int kImpulseRounds = 8;      // of impulses along ways
-constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
-constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
+constexpr double kPush = 0.1;         // of what a distance lacks of the thickness, in a step
+constexpr int kImpulseRounds = 8;     // of impulses along ways
+constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the later ones
+constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
 constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
+constexpr double kFarthest = 1e100;   // m
 constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
-constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
-constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
+constexpr double kSlack = 1e-3;       // of a distance: misses of this size stay
+constexpr double kNoDistance = 1e-6;  // thicknesses: no distance
 
 std::string named(const TriangleMesh::Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
@@ -159,12 +160,11 @@ void SurfaceContact::round_ways() {
 
 // Impulses until no pair meets; false where some still do after the last round.
 bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
-  const auto hear = [&](std::size_t i) { touched_[i] = dirty_[i] = 1; };
   std::ranges::fill(dirty_, std::uint8_t{0});
-  rows_.relax(kSweeps[0], inverse_mass_, way_, hear);
+  rows_.relax(kSweeps[0], inverse_mass_, way_, touched_, dirty_);
   for (int round = 0; round < kImpulseRounds; ++round) {
     meet_colliders(particles, t_end, dirty_);
-    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
     round_ways();
     if (pairs_.follow(from_, way_, particles.team()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
@@ -182,12 +182,13 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
                      .gap = std::min(met.gap_start, spec_.thickness)};
       row.bound = row.gap;
       for (std::size_t k = 0; k < 4; ++k) {
-        row.bound -= row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
+        row.bound -=
+            row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
         dirty_[slot(pair.ids[k])] = 1;
       }
       rows_.add(row, inverse_mass_);
     }
-    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
   }
   return false;
 }
@@ -197,8 +198,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
     round_ways();
-    if (pairs_.follow(from_, way_, particles.team()))
-      std::ranges::fill(dirty_, std::uint8_t{1});
+    if (pairs_.follow(from_, way_, particles.team())) std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
     if (meetings_.empty()) return true;
     for (const Meeting& met : meetings_) zones_.join(pairs_.pairs()[met.pair].ids, met.s);
@@ -212,36 +212,37 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   }
 }
 
-// Of what rows hold or what ends nearer than the thickness nothing approaches; of what touches a
-// collider nothing goes inside.
+// What the velocity along a row must be, m/s: none inwards of a pair that ends as near as it may,
+// of a particle at a collider, none outwards of an edge that is as long as it may be.
+double SurfaceContact::least_rate(const Particles& particles, double t_end,
+                                  const ContactRow& row) const {
+  if (row.ids[1] < 0) {
+    double most = -HUGE_VAL;
+    const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
+    for (Collider* const collider : particles.contacts().all()) {
+      const Touch touch = collider->touch(t_end, x);
+      if (touch.gap <= 2 * kInside * spec_.thickness)
+        most = std::max(most, row.normal.dot(touch.velocity));
+    }
+    return most;
+  }
+  double apart = 0;
+  for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
+    const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
+    apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
+  }
+  const bool edge = row.ids[2] < 0;
+  const bool held =
+      edge ? -apart >= row.gap * (1 - 2 * kSlack) : apart <= spec_.thickness * (1 + 2 * kSlack);
+  return held ? 0.0 : -HUGE_VAL;
+}
+
+// Nothing approaches further, with friction.
 void SurfaceContact::find_velocities(Particles& particles, double t_end, double h) {
-  const auto on_collider = [](const ContactRow& row) { return row.ids[1] < 0; };
-  rows_.begin(
-      [&](const ContactRow& row) {
-        if (on_collider(row)) {
-          double most = -HUGE_VAL;
-          const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
-          for (Collider* const collider : particles.contacts().all()) {
-            const Touch touch = collider->touch(t_end, x);
-            if (touch.gap <= 2 * kInside * spec_.thickness)
-              most = std::max(most, row.normal.dot(touch.velocity));
-          }
-          return most;
-        }
-        if (row.ids[2] < 0) {
-          const std::size_t a = slot(row.ids[0]), b = slot(row.ids[1]);
-          const double length = ((from_[b] - from_[a]) + (way_[b] - way_[a])).dot(row.normal);
-          return length >= row.gap * (1 - 2 * kSlack) ? 0.0 : -HUGE_VAL;
-        }
-        double gap = 0;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
-          gap += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
-        }
-        return gap <= spec_.thickness * (1 + 2 * kSlack) ? 0.0 : -HUGE_VAL;
-      },
-      1e-6 * spec_.thickness / h);
-  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, [&](std::size_t i) { touched_[i] = 1; });
+  bounds_.clear();
+  for (const ContactRow& row : rows_.rows()) bounds_.push_back(least_rate(particles, t_end, row));
+  rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
   if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
 }
 
@@ -317,20 +318,27 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   for (const int i : pairs_.parts().vertices())
     if (changed(i) && inverse_mass_[slot(i)] > 0)
       for (Collider* const collider : particles.contacts().all())
-        counts_.deepest = std::max(
-            counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
+        counts_.deepest =
+            std::max(counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
 }
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
                                                 const double* x, double* x_next) {
   // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
   const Layout& layout = particles.layout();
-  if (sheet_ && longest_.empty() && sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
-                                   kOpen * spec_.thickness))
+  if (sheet_ && longest_.empty() &&
+      sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
+                         kOpen * spec_.thickness))
     return Outcome::kFree;
   load(particles, x, x_next);
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : pairs_.parts().vertices()) {
     if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
+    const Vec3 reached = from_[slot(i)].cwiseAbs() + way_[slot(i)].cwiseAbs();
+    if (reached.maxCoeff() < kFarthest) continue;
+    refusal_ = "particle " + std::to_string(i) + " of a surface has gone farther than " +
+               brief(kFarthest) + " m, where contact cannot be found";
+    return Outcome::kRefused;
+  }
   collides_ = !particles.contacts().empty();
   pairs_.begin(from_, way_, particles.team());
   if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;

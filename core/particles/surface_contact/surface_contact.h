@@ -15,9 +15,9 @@ namespace sim {
 
 struct SurfaceContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0;  // m, > 0: the distance that layers keep
-  double friction = 0;   // Coulomb's, >= 0
-  bool self = true;      // a surface touches itself, too
+  double thickness = 0;     // m, > 0: the distance that layers keep
+  double friction = 0;      // Coulomb's, >= 0
+  bool self = true;         // a surface touches itself, too
   double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
 };
 
@@ -67,6 +67,7 @@ class SurfaceContact {
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
+  double least_rate(const Particles& particles, double t_end, const ContactRow& row) const;
   void find_velocities(Particles& particles, double t_end, double h);
   void write(Particles& particles, double* x_next) const;
   bool brake(double excess);
@@ -79,7 +80,8 @@ class SurfaceContact {
   Zones zones_;
   std::vector<Vec3> from_, way_, free_way_, velocity_;
   std::vector<double> inverse_mass_;
-  std::vector<double> longest_;  // m, of edges; empty without a limit
+  std::vector<double> bounds_;
+  std::vector<double> longest_;                // m, of edges; empty without a limit
   std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
   std::vector<Meeting> meetings_;
   bool collides_ = false;

@@ -21,9 +21,9 @@ std::optional<SheetGrid> sheet_of(const TriangleMesh& surface);
 // P projects orthogonally onto a plane with the axes e. Where the symmetric part of P F is at least
 // c in every triangle,
 //   (P x(a) - P x(b)) . (a - b) >= c |a - b|^2,  hence  |x(a) - x(b)| >= c |a - b|,
-// for the rectangle is convex: parts without a common corner, which are 1 / sqrt(2) apart in it, are
-// c / sqrt(2) apart in space. The condition is convex in x, so that a motion on straight lines has
-// it when both of its ends do.
+// for the rectangle is convex: parts without a common corner, which are 1 / sqrt(2) apart in it,
+// are c / sqrt(2) apart in space. The condition is convex in x, so that a motion on straight lines
+// has it when both of its ends do.
 using UnfoldedSheet = bool (*)(const double* const q[3], const SheetGrid& grid,
                                const double (&axes)[2][3], double c, double* scratch);
 UnfoldedSheet unfolded_sheet();  // for this machine; scratch: 4 (cols + 8) numbers

@@ -23,12 +23,13 @@ SIM_INLINE void project(const double* const q[3], std::int64_t first, int cols,
   }
 }
 
-// a, d, (a - c)(d - c) - b^2 of a symmetric matrix (a b; b d), less c where it is due: all > 0
-// where its eigenvalues are above c.
-SIM_INLINE Doubles lesser(Doubles a, Doubles b) { return a < b ? a : b; }
-SIM_INLINE Doubles definite(Doubles a, Doubles off, Doubles d, Doubles c) {
-  const Doubles p = a - c, r = d - c, half = splat<double>(0.5) * off;
-  return lesser(lesser(p, r), p * r - half * half);
+// `good` where both eigenvalues of a symmetric matrix are above c, 0 elsewhere and where something
+// is not a number; off: the sum of both entries off the diagonal.
+SIM_INLINE Doubles definite(Doubles a, Doubles off, Doubles d, Doubles c, Doubles good) {
+  const Doubles p = a - c, r = d - c, half = splat<double>(0.5) * off, zero{};
+  good = p > zero ? good : zero;
+  good = r > zero ? good : zero;
+  return p * r - half * half > zero ? good : zero;
 }
 
 bool unfolded(const double* const q[3], const SheetGrid& grid, const double (&axes)[2][3], double c,
@@ -37,12 +38,12 @@ bool unfolded(const double* const q[3], const SheetGrid& grid, const double (&ax
   double* rows[2][2];
   for (int k = 0; k < 4; ++k) rows[k / 2][k % 2] = scratch + k * (cols + 8);
   project(q, grid.first, cols, axes, rows[0]);
-  const Doubles limit = splat<double>(c), zero{};
+  const Doubles limit = splat<double>(c);
   for (int i = 0; i + 1 < grid.rows; ++i) {
     double** const low = rows[i % 2];
     double** const high = rows[1 - i % 2];
     project(q, grid.first + static_cast<std::int64_t>(i + 1) * cols, cols, axes, high);
-    Doubles least = splat<double>(1);
+    Doubles good = splat<double>(1);
     // (i, j) (i + 1, j) (i + 1, j + 1), and (i, j) (i + 1, j + 1) (i, j + 1).
     const auto cells = [&](int j) {
       Doubles corner[2][2][2];  // row, column, axis
@@ -56,13 +57,12 @@ bool unfolded(const double* const q[3], const SheetGrid& grid, const double (&ax
         const auto along = [&](int axis) {
           return corner[1 - k][1][axis] - corner[1 - k][0][axis];
         };
-        least = lesser(definite(down(0), down(1) + along(0), along(1), limit), least);
+        good = definite(down(0), down(1) + along(0), along(1), limit, good);
       }
     };
     const int count = cols - 1;
     for (int j = 0; j + kDoubles <= count; j += kDoubles) cells(j);
     cells(count - kDoubles);
-    const Doubles good = least > zero ? splat<double>(1) : zero;
     for (int lane = 0; lane < kDoubles; ++lane)
       if (!(good[lane] > 0)) return false;
   }
