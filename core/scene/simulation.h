@@ -47,7 +47,6 @@ class Simulation {
   bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
   void stop_when(std::function<bool()> stop);  // asked in long steps: true ends them, kStopped
   const Divergence& divergence() const;
-
   void reset();  // to t = 0 with the initial bits; changed settings stay, but hands let go
 
   double t() const;
