@@ -185,6 +185,7 @@ bool all_finite(const std::vector<double>& values) {
 void add_contact(StateHash& hash, const ContactSpec& contact) {
   hash.add(contact.thickness);
   hash.add(contact.friction);
+  hash.add(contact.strain_limit);
   hash.add(static_cast<std::uint64_t>(contact.self));
   for (const auto& surface : contact.surfaces)
     for (const int id : surface->ids()) hash.add(static_cast<std::uint64_t>(id));

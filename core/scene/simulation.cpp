@@ -156,7 +156,8 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec) {
                  "use springs in place of constraints, or leave contact out"});
   placed(contact.place, [&] {
     surface_contact = std::make_unique<SurfaceContact>(
-        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self},
+        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
+                           contact.strain_limit},
         particles->view(0, x.data()));
   });
 }
@@ -165,7 +166,7 @@ bool Simulation::Impl::keep_apart(double t, double h) {
   if (!surface_contact) return true;
   const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
   if (outcome == SurfaceContact::Outcome::kRefused) {
-    divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "",
+    divergence = {StepStatus::kNotAllowed,   -1, step_count + 1, t + h, h, "", "",
                   surface_contact->refusal()};
     return false;
   }

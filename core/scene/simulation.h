@@ -41,13 +41,12 @@ class Simulation {
   // One step of size h. False when it fails: the state and the time stay as they were before the
   // step, and divergence() says why and where.
   bool step();
-  // Takes up to `most` steps in one call and keeps only the final state; some methods are faster
-  // that way. Returns the number taken, 0 if the first fails.
+  // Takes up to `most` steps and keeps only the last state, which some methods do faster. Returns
+  // the number taken, 0 if the first fails.
   int steps(std::int64_t most);
   bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
   void stop_when(std::function<bool()> stop);  // asked in long steps: true ends them, kStopped
   const Divergence& divergence() const;
-
   void reset();  // to t = 0 with the initial bits; changed settings stay, but hands let go
 
   double t() const;
@@ -98,9 +97,9 @@ class Simulation {
   void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
-  class Holding* holding() const;               // of constraints; null where there are none
+  class Holding* holding() const;                       // of constraints; null where there are none
   const class SurfaceContact* surface_contact() const;  // null where there is none
-  std::vector<Link> links(int particle) const;  // in order of families
+  std::vector<Link> links(int particle) const;          // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 
  private:

@@ -7,7 +7,7 @@ local k = sim.arg("stiffness", 200, "of the structural springs, N/m")
 local thickness = sim.arg("thickness", 0.2 / n, "that layers keep from each other, m")
 local s, m = 1 / n, 1 / (n * n)
 
-local cloth = sim.grid { n, n, origin = {-0.5, radius, -0.45}, du = {0,0,s}, dv = {s,0,0}, mass = m }
+local cloth = sim.grid { n, n, origin = {-0.5, radius + 2 * thickness, -0.45}, du = {0,0,s}, dv = {s,0,0}, mass = m }
 local skin = sim.surface { grid = cloth }
 local function springs(family, stiffness, offsets)
   return sim.force.spring { family = family, stiffness = stiffness, grid = cloth, offsets = offsets,
@@ -17,7 +17,7 @@ end
 return sim.scene { name = "drape_self", particles = cloth,
   contact = sim.contact { surfaces = { skin }, thickness = thickness, friction = friction },
   colliders = {
-    sim.collider.sphere { radius = radius, center = {0, -0.02, 0}, friction = friction, thickness = thickness },
+    sim.collider.sphere { radius = radius, center = {0, 0, 0}, friction = friction, thickness = thickness },
     sim.collider.plane { point = {0, -radius - 0.1, 0}, normal = {0, 1, 0}, friction = friction } },
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, sim.force.drag { k = 0.5 * m },
     springs("structural", k, { {0,1}, {1,0} }),

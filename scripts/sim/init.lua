@@ -362,7 +362,7 @@ end
 
 local contact_class = class("contact", {})
 
--- contact = sim.contact { surfaces =, thickness =, friction =, self = }
+-- contact = sim.contact { surfaces =, thickness =, friction =, self =, strain_limit = }
 -- Surfaces that do not pass through each other or themselves, for the scene's key `contact`: what is
 -- apart at the start never crosses, with any step size and any method of fixed steps. It acts after
 -- each step, on places and velocities; the energy that it takes is in the work of --energy.
@@ -370,11 +370,13 @@ local contact_class = class("contact", {})
 --   thickness   m, > 0: the distance that layers keep; at most half of the shortest edge
 --   friction    of layers on each other, >= 0; default 0
 --   self        whether a surface touches itself, or only the others; default true
+--   strain_limit   > 0: edges of the surfaces are held to (1 + strain_limit) times their length at the
+--               start, as far as some sweeps over them reach; default: no limit
 -- Errors: surfaces that cross or touch at the start (it names two triangles), a scene with
 -- constraints, an adaptive method.
 local function make_contact(options)
-  check_keys(options, { surfaces = true, thickness = true, friction = true, self = true },
-    "sim.contact")
+  check_keys(options, { surfaces = true, thickness = true, friction = true, self = true,
+    strain_limit = true }, "sim.contact")
   local place = here()
   local list, surfaces = options.surfaces, {}
   if type(list) ~= "table" or records[list] or #list == 0 then
@@ -396,6 +398,8 @@ local function make_contact(options)
     kind = "contact", place = place, surfaces = surfaces, self = self,
     thickness = number_from(options.thickness, 0, true, "thickness of sim.contact", " m"),
     friction = number_from(friction, 0, false, "friction of sim.contact", ""),
+    strain_limit = options.strain_limit ~= nil
+      and number_from(options.strain_limit, 0, true, "strain_limit of sim.contact", "") or 0,
   }
   return handle
 end

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/particles/surface_contact/crossings.h"
+#include "core/particles/surface_contact/unfolded.h"
 #include "tests/support/table.h"
 
 namespace {
@@ -155,4 +156,66 @@ TEST_CASE("sheets cross as often as exact fractions count") {
                                       .gap);
     CHECK(least == Approx(rows.front().number("least_distance")).margin(1e-12));
   }
+}
+
+TEST_CASE("a sheet that is called open keeps its distances") {
+  constexpr int kRows = 9, kCols = 19;
+  const sim::TriangleMesh mesh(kRows * kCols, sim::grid_triangles({kRows, kCols, 1}, false));
+  const auto grid = sim::sheet_of(mesh);
+  REQUIRE(grid);
+  CHECK((grid->first == 0 && grid->rows == kRows && grid->cols == kCols));
+  CHECK_FALSE(sim::sheet_of(sim::TriangleMesh(90, sim::grid_triangles({9, 10, 1}, false))));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  sim::OpenSheet sheet(*grid);
+  int open = 0, closed = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double rough = 0.05 * (trial % 12), bend = 0.12 * (trial % 7);
+    std::vector<double> q[2][3];
+    for (int end = 0; end < 2; ++end)
+      for (int i = 0; i < kRows; ++i)
+        for (int j = 0; j < kCols; ++j) {
+          const double turn = bend * (j - 9) * (end ? 1 : 0.8);
+          const Vec3 place(bend > 0 ? std::sin(turn) / bend : j,
+                           bend > 0 ? std::cos(turn) / bend : 0, i);
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            q[end][axis].push_back(place[axis] + rough * uniform(random));
+        }
+    const auto axes = [&](int end) {
+      return std::array<const double*, 3>{q[end][0].data(), q[end][1].data(), q[end][2].data()};
+    };
+    constexpr double kDistance = 0.1;
+    if (!sheet.stays_open(axes(0), axes(1), kDistance)) {
+      ++closed;
+      continue;
+    }
+    ++open;
+    for (const double s : {0.0, 0.3, 0.7, 1.0}) {
+      const auto at = [&](int id) {
+        const auto k = static_cast<std::size_t>(id);
+        Vec3 place;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          place[axis] = q[0][axis][k] + s * (q[1][axis][k] - q[0][axis][k]);
+        return place;
+      };
+      double least = HUGE_VAL;
+      for (const auto& [a, b, c] : mesh.triangles())
+        for (int v = 0; v < kRows * kCols; ++v)
+          if (v != a && v != b && v != c)
+            least = std::min(
+                least,
+                sim::separation_of(PairKind::kVertexTriangle, {at(v), at(a), at(b), at(c)}).gap);
+      for (const auto& e : mesh.edges())
+        for (const auto& f : mesh.edges()) {
+          const auto [a, b] = e.ends;
+          const auto [c, d] = f.ends;
+          if (a == c || a == d || b == c || b == d) continue;
+          least = std::min(
+              least, sim::separation_of(PairKind::kEdgeEdge, {at(a), at(b), at(c), at(d)}).gap);
+        }
+      CHECK(least >= kDistance);
+    }
+  }
+  CHECK(open > 5);
+  CHECK(closed > 20);
 }

@@ -44,7 +44,8 @@ sim::SystemSpec make_sheets(int sheets, const SheetOptions& options, const Place
         std::make_shared<const sim::TriangleMesh>(sheets * n * n, std::move(triangles)));
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
-        spec.particles->list.push_back({.position = place(sheet, i * side, j * side), .mass = mass});
+        spec.particles->list.push_back(
+            {.position = place(sheet, i * side, j * side), .mass = mass});
         for (int k = 0; k < 6; ++k) {
           const auto [di, dj] = offsets[k];
           if (i + di >= n || j + dj >= n || j + dj < 0) continue;
@@ -73,7 +74,8 @@ std::int64_t crossings(const sim::Simulation& system, const sim::SystemSpec& spe
 
 Vec3 momentum(const sim::Simulation& system, const sim::SystemSpec& spec) {
   Vec3 sum = Vec3::Zero();
-  for (int i = 0; i < system.particles(); ++i) sum += spec.particles->at(i).mass * system.velocity(i);
+  for (int i = 0; i < system.particles(); ++i)
+    sum += spec.particles->at(i).mass * system.velocity(i);
   return sum;
 }
 
@@ -129,8 +131,9 @@ TEST_CASE("a random crumple never crosses itself, and loses energy alone") {
     const double speed = 2 + 2 * (trial % 5);
     for (auto& particle : spec.particles->list) {
       const Vec3 x = particle.position;
-      particle.velocity = -speed * x + 0.3 * speed * Vec3(uniform(random), 0, 0) +
-                          speed * Vec3(0, a[2] * std::sin(9 * x.x()) + a[3] * std::sin(7 * x.z()), 0);
+      particle.velocity =
+          -speed * x + 0.3 * speed * Vec3(uniform(random), 0, 0) +
+          speed * Vec3(0, a[2] * std::sin(9 * x.x()) + a[3] * std::sin(7 * x.z()), 0);
     }
     spec.dt = std::min(spec.dt, 0.02);
     INFO("crumple " << trial << " speed " << speed << " dt " << spec.dt);
@@ -150,15 +153,14 @@ TEST_CASE("two sheets thrown at each other never cross, at any speed") {
   for (const double speed : {0.5, 5.0, 50.0, 500.0})
     for (const double dt : {0.001, 0.005, 0.02}) {
       const double stiffness = 0.1 / (144 * 2 * dt * dt * 4);
-      sim::SystemSpec spec =
-          make_sheets(2, {.n = 12, .stiffness = std::min(stiffness, 100.0)},
-                      [](int sheet, double u, double v) {
-                        // turned by 30 degrees against each other
-                        const Vec3 at(u - 0.5, 0.1 * sheet + 0.03 * u * v, v - 0.5);
-                        return sheet == 0 ? at
-                                          : Vec3(0.866 * at.x() - 0.5 * at.z(), at.y(),
-                                                 0.5 * at.x() + 0.866 * at.z());
-                      });
+      sim::SystemSpec spec = make_sheets(
+          2, {.n = 12, .stiffness = std::min(stiffness, 100.0)}, [](int sheet, double u, double v) {
+            // turned by 30 degrees against each other
+            const Vec3 at(u - 0.5, 0.1 * sheet + 0.03 * u * v, v - 0.5);
+            return sheet == 0
+                       ? at
+                       : Vec3(0.866 * at.x() - 0.5 * at.z(), at.y(), 0.5 * at.x() + 0.866 * at.z());
+          });
       for (std::size_t i = spec.particles->list.size() / 2; i < spec.particles->list.size(); ++i)
         spec.particles->list[i].velocity = {0.1 * speed, -speed, 0};
       spec.dt = dt;
@@ -235,9 +237,8 @@ TEST_CASE("surfaces do not cross under any method of fixed steps") {
 
 TEST_CASE("a scene without contact, or whose surfaces stay apart, keeps its bits") {
   sim::Registry registry = make_registry();
-  sim::SystemSpec spec = make_sheets(2, {}, [](int sheet, double u, double v) {
-    return Vec3(u, 0.5 * sheet + 0.01 * u * v, v);
-  });
+  sim::SystemSpec spec = make_sheets(
+      2, {}, [](int sheet, double u, double v) { return Vec3(u, 0.5 * sheet + 0.01 * u * v, v); });
   sim::SystemSpec bare = spec;
   bare.contact.reset();
   sim::Simulation with(spec, registry), without(bare, registry);
@@ -248,9 +249,8 @@ TEST_CASE("a scene without contact, or whose surfaces stay apart, keeps its bits
 
 TEST_CASE("a change by hand that would cross is refused and changes nothing") {
   sim::Registry registry = make_registry();
-  const sim::SystemSpec spec = make_sheets(2, {}, [](int sheet, double u, double v) {
-    return Vec3(u, 0.1 * sheet, v);
-  });
+  const sim::SystemSpec spec =
+      make_sheets(2, {}, [](int sheet, double u, double v) { return Vec3(u, 0.1 * sheet, v); });
   sim::Simulation system(spec, registry);
   const std::uint64_t before = system.hash();
   const int middle = 12 * 6 + 6;
@@ -265,16 +265,17 @@ TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
   sim::Registry registry = make_registry();
   for (const double dt : {0.001, 0.005, 0.02}) {
     const double stiffness = std::min(60.0, 0.05 / (144 * dt * dt));
-    sim::SystemSpec spec = make_sheets(3, {.stiffness = stiffness}, [](int sheet, double u, double v) {
-      const Vec3 at(u - 0.5, 0.1 + 0.06 * sheet, v - 0.5);
-      const double c = std::cos(0.7 * sheet), s = std::sin(0.7 * sheet);
-      return Vec3(c * at.x() - s * at.z(), at.y(), s * at.x() + c * at.z());
-    });
+    sim::SystemSpec spec =
+        make_sheets(3, {.stiffness = stiffness}, [](int sheet, double u, double v) {
+          const Vec3 at(u - 0.5, 0.1 + 0.06 * sheet, v - 0.5);
+          const double c = std::cos(0.7 * sheet), s = std::sin(0.7 * sheet);
+          return Vec3(c * at.x() - s * at.z(), at.y(), s * at.x() + c * at.z());
+        });
     spec.forces.push_back(make_gravity());
     spec.forces.push_back(make_drag(0.5 / 144));
-    spec.colliders = {make_part("sphere", {{"radius", 0.25}, {"center", Vec3(0, -0.2, 0)},
-                                           {"friction", 0.2}}),
-                      make_part("plane", {{"point", Vec3(0, -0.3, 0)}, {"friction", 0.3}})};
+    spec.colliders = {
+        make_part("sphere", {{"radius", 0.25}, {"center", Vec3(0, -0.2, 0)}, {"friction", 0.2}}),
+        make_part("plane", {{"point", Vec3(0, -0.3, 0)}, {"friction", 0.3}})};
     spec.dt = dt;
     INFO("dt " << dt);
     sim::Simulation system(spec, registry);
@@ -287,4 +288,39 @@ TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
              system.surface_contact()->counts().zones);
     CHECK(system.surface_contact()->counts().deepest < 0.1 * spec.contact->thickness);
   }
+}
+
+TEST_CASE("limited strain keeps edges short, momentum, and surfaces apart") {
+  sim::Registry registry = make_registry();
+  double longest[2];
+  for (const bool limited : {false, true}) {
+    sim::SystemSpec spec = make_sheets(1, {.n = 10, .stiffness = 3}, [](int, double u, double v) {
+      return Vec3(u - 0.5, 0.02 * std::sin(7 * u + 3 * v), v - 0.5);
+    });
+    for (auto& particle : spec.particles->list) {  // torn apart, and turned
+      const Vec3 x = particle.position;
+      particle.velocity = Vec3(3 * x.x() - 2 * x.z(), std::sin(9 * x.x()), 2 * x.x() + 3 * x.z());
+    }
+    if (limited) spec.contact->strain_limit = 0.1;
+    spec.dt = 0.005;
+    sim::Simulation system(spec, registry);
+    const Vec3 start = momentum(system, spec);
+    double most = 0, highest = system.energy().total();
+    for (int n = 0; n < 200; ++n) {
+      const double before = system.energy().total();
+      REQUIRE(system.step());
+      REQUIRE(crossings(system, spec) == 0);
+      if (limited) CHECK(system.energy().total() < before + 0.02 * highest);
+      for (const auto& edge : spec.surfaces[0]->edges()) {
+        const auto [a, b] = edge.ends;
+        const double first =
+            (spec.particles->at(a).position - spec.particles->at(b).position).norm();
+        most = std::max(most, (system.position(a) - system.position(b)).norm() / first - 1);
+      }
+    }
+    longest[limited] = most;
+    CHECK((momentum(system, spec) - start).norm() < 1e-13);
+  }
+  CHECK(longest[0] > 0.4);
+  CHECK(longest[1] < 0.12);
 }

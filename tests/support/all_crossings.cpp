@@ -49,8 +49,8 @@ std::int64_t all_crossings(const std::vector<sim::Vec3>& places,
       for (std::size_t axis = 0; axis < 3 && !apart; ++axis) {
         const auto least = std::min({at(t[0])[axis], at(t[1])[axis], at(t[2])[axis]}),
                    most = std::max({at(t[0])[axis], at(t[1])[axis], at(t[2])[axis]});
-        apart = std::max(at(i)[axis], at(j)[axis]) < least ||
-                std::min(at(i)[axis], at(j)[axis]) > most;
+        apart =
+            std::max(at(i)[axis], at(j)[axis]) < least || std::min(at(i)[axis], at(j)[axis]) > most;
       }
       count += !apart && passes(at(i), at(j), at(t[0]), at(t[1]), at(t[2]));
     }

@@ -14,8 +14,8 @@ namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",  "particles", "forces",  "surfaces",   "colliders", "constraints", "contact", "switches", "state",
-    "field", "exact",     "observe", "integrator", "dt",        "duration",    "look"};
+    "name",  "particles", "forces", "surfaces", "colliders",  "constraints", "contact",  "switches",
+    "state", "field",     "exact",  "observe",  "integrator", "dt",          "duration", "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {

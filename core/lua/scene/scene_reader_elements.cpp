@@ -354,6 +354,7 @@ void SceneReader::contact(lua_State* L, int scene, Body& body, SystemSpec& spec)
     contact.thickness = given.number("thickness");
     contact.friction = given.number("friction");
     contact.self = given.flag("self");
+    contact.strain_limit = given.number("strain_limit");
     const LuaTable list = given.table("surfaces");
     for (lua_Integer i = 1; i <= list.length(); ++i) {
       lua_rawgeti(L, list.index(), i);

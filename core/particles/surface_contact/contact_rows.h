@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -33,15 +32,13 @@ class ContactRows {
   void clear(std::size_t particles);
   void add(const ContactRow& row, std::span<const double> inverse_mass);
   std::span<const ContactRow> rows() const { return rows_; }
-  bool pressed(std::size_t row) const { return state_[row].normal > 0; }
-  // From no impulses on; `bound_of(row)` and `slack_of(row)` replace what rows say.
-  template <class BoundOf>
-  void begin(const BoundOf& bound_of, double slack);
+  // From no impulses on, with other bounds and slack for all.
+  void begin(std::span<const double> bounds, double slack);
 
-  // `changed` hears of each particle that an impulse moved. Ends early where nothing is left to do.
-  template <class Changed>
+  // Marks each particle that an impulse moved in both lists. Ends early where nothing is left to
+  // do.
   void relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
-             const Changed& changed);
+             std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
 
  private:
   struct State {
@@ -51,66 +48,12 @@ class ContactRows {
     std::int64_t seen = -1;  // when it was last looked at
   };
 
-  bool stale(const ContactRow& row, const State& state) const {
-    for (const int id : row.ids)
-      if (id >= 0 && moved_[static_cast<std::size_t>(id)] > state.seen) return true;
-    return state.seen < 0;
-  }
+  bool stale(const ContactRow& row, const State& state) const;
 
   std::vector<ContactRow> rows_;
   std::vector<State> state_;
   std::vector<std::int64_t> moved_;  // when each particle was last moved
   std::int64_t clock_ = 0;
 };
-
-template <class BoundOf>
-void ContactRows::begin(const BoundOf& bound_of, double slack) {
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    rows_[r].bound = bound_of(rows_[r]);
-    rows_[r].slack = slack;
-    state_[r] = {.mass = state_[r].mass};
-  }
-}
-
-template <class Changed>
-void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
-                        const Changed& changed) {
-  bool busy = true;
-  for (int sweep = 0; sweep < sweeps && busy; ++sweep) {
-    busy = false;
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const ContactRow& row = rows_[r];
-      State& state = state_[r];
-      if (state.mass == 0 || !stale(row, state)) continue;
-      state.seen = ++clock_;
-      Vec3 slip = Vec3::Zero();
-      for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k)
-        slip += row.weights[k] * d[static_cast<std::size_t>(row.ids[k])];
-      const double along = row.normal.dot(slip);
-      const double more = (row.bound - along) * state.mass;
-      const double normal = std::max(0.0, state.normal + more);
-      Vec3 impulse = (normal - state.normal) * row.normal;
-      Vec3 tangent = state.along;
-      if (row.friction > 0) {
-        tangent -= (slip - along * row.normal) * state.mass;
-        const double most = row.friction * normal, size = tangent.norm();
-        if (size > most) tangent *= size > 0 ? most / size : 0.0;
-        impulse += tangent - state.along;
-      }
-      if (!(impulse.squaredNorm() > row.slack * row.slack * state.mass * state.mass)) continue;
-      state.normal = normal;
-      state.along = tangent;
-      for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
-        const auto id = static_cast<std::size_t>(row.ids[k]);
-        const double share = row.weights[k] * inverse_mass[id];
-        if (share == 0) continue;
-        d[id] += share * impulse;
-        moved_[id] = clock_ + 1;
-        changed(id);
-      }
-      busy = true;
-    }
-  }
-}
 
 }  // namespace sim

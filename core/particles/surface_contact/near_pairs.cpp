@@ -75,7 +75,8 @@ void NearPairs::make(std::span<const Vec3> from, std::span<const Vec3> way, Team
   gaps_then_.resize(pairs_.size());
   team.run_parts(static_cast<int>(pairs_.size()), 64, [&](int begin, int end) {
     for (int i = begin; i < end; ++i)
-      gaps_then_[slot(i)] = separation_of(pairs_[slot(i)].kind, points(middles_, pairs_[slot(i)])).gap;
+      gaps_then_[slot(i)] =
+          separation_of(pairs_[slot(i)].kind, points(middles_, pairs_[slot(i)])).gap;
   });
 }
 

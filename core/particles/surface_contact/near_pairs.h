@@ -22,7 +22,8 @@ struct Meeting {
 // that moves with their mean. What is on the list beyond what is near changes no result.
 class NearPairs {
  public:
-  NearPairs(SurfaceParts parts, double thickness) : parts_(std::move(parts)), thickness_(thickness) {}
+  NearPairs(SurfaceParts parts, double thickness)
+      : parts_(std::move(parts)), thickness_(thickness) {}
 
   const SurfaceParts& parts() const { return parts_; }
   std::span<const SurfacePair> pairs() const { return pairs_; }
@@ -62,9 +63,9 @@ class NearPairs {
     const auto& [ids, kind] = pairs_[pair];
     const auto moved = [&](std::size_t k) { return moved_[slot(ids[k])]; };
     const double others = std::max(moved(2), moved(3));
-    return gaps_then_[pair] -
-               (kind == PairKind::kEdgeEdge ? std::max(moved(0), moved(1)) + others
-                                            : moved(0) + std::max(moved(1), others)) >
+    return gaps_then_[pair] - (kind == PairKind::kEdgeEdge
+                                   ? std::max(moved(0), moved(1)) + others
+                                   : moved(0) + std::max(moved(1), others)) >
            reach;
   }
   static FourPoints points(std::span<const Vec3> of, const SurfacePair& pair) {
@@ -80,7 +81,7 @@ class NearPairs {
   SurfaceParts parts_;
   double thickness_;
   std::vector<SurfacePair> pairs_;
-  std::vector<double> gaps_;  // of each pair at the start of the step; < -1: not known yet
+  std::vector<double> gaps_;       // of each pair at the start of the step; < -1: not known yet
   std::vector<double> gaps_then_;  // with all particles in the middle of their covers
   std::vector<Cover> covers_;
   std::vector<double> moved_;  // m, from there, at most, in this step

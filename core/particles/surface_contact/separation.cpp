@@ -43,9 +43,8 @@ class Best {
     if (!(length > 0)) return false;
     const Vec3 n = r / length;
     double gap = HUGE_VAL;
-    each_corners(kind_, [&](std::size_t i, std::size_t j) {
-      gap = std::min(gap, n.dot(p_[i] - p_[j]));
-    });
+    each_corners(kind_,
+                 [&](std::size_t i, std::size_t j) { gap = std::min(gap, n.dot(p_[i] - p_[j])); });
     if (gap > found_.gap) found_ = {n, weights, gap};
     return gap > 0.999 * length;
   }
@@ -158,8 +157,7 @@ Approach approach_of(PairKind kind, const FourPoints& p, const FourPoints& d, do
   double s = 0;
   FourPoints now = from;
   for (int advance = 0; advance < kMostAdvances; ++advance) {
-    result.then =
-        kind == PairKind::kVertexTriangle ? of_vertex_triangle(now) : of_edges(now);
+    result.then = kind == PairKind::kVertexTriangle ? of_vertex_triangle(now) : of_edges(now);
     result.s = s;
     if (!(result.then.gap > gap)) {
       result.hit = true;

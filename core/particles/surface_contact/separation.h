@@ -14,7 +14,7 @@ using FourPoints = std::array<Vec3, 4>;
 // r = sum_k weights_k p_k leads from the nearest point of the second part to that of the first; the
 // weights of each part add up to 1 and -1.
 struct Separation {
-  Vec3 normal;                    // r / |r|
+  Vec3 normal;  // r / |r|
   std::array<double, 4> weights;
   // m; no point of one part is nearer than this to one of the other. It is the least distance of
   // their corners along the normal, hence a bound whatever rounding did to the normal, and equal

@@ -10,13 +10,15 @@
 namespace sim {
 namespace {
 
-constexpr double kPush = 0.1;   // of what a distance lacks of the thickness, in a step
-constexpr int kImpulseRounds = 8;      // of impulses along ways
-constexpr int kSweeps[2] = {12, 6};  // of rows, in the first round and the later ones
-constexpr int kHalvingsOfAll = 24;   // of the motion of all surfaces, against their energy
+constexpr double kPush = 0.1;         // of what a distance lacks of the thickness, in a step
+constexpr int kImpulseRounds = 8;     // of impulses along ways
+constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the later ones
+constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
+constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
+constexpr double kFarthest = 1e100;   // m
 constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
-constexpr double kSlack = 1e-3;      // of a distance: misses of this size stay
-constexpr double kNoDistance = 1e-6;   // thicknesses: no distance
+constexpr double kSlack = 1e-3;       // of a distance: misses of this size stay
+constexpr double kNoDistance = 1e-6;  // thicknesses: no distance
 
 std::string named(const TriangleMesh::Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
@@ -45,14 +47,19 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& init
     throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
   };
   double edge = HUGE_VAL;
-  for (const auto& [a, b] : pairs_.parts().edges())
-    edge = std::min(edge, (initial.position(a) - initial.position(b)).norm());
+  for (const auto& [a, b] : pairs_.parts().edges()) {
+    const double length = (initial.position(a) - initial.position(b)).norm();
+    edge = std::min(edge, length);
+    if (spec_.strain_limit > 0) longest_.push_back((1 + spec_.strain_limit) * length);
+  }
   if (!(spec_.thickness <= 0.5 * edge))
     refuse("a thickness of " + shortest(spec_.thickness) +
                " m is more than half of the shortest edge, " + brief(edge) + " m",
            "give at most " + brief(0.5 * edge));
   if (const std::string why = objection(initial); !why.empty())
     refuse(why, "place them apart: what is apart at the start stays so");
+  if (spec_.surfaces.size() == 1)
+    if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
 
 std::string SurfaceContact::objection(const ParticleView& view) {
@@ -109,6 +116,23 @@ void SurfaceContact::make_rows() {
   });
 }
 
+bool SurfaceContact::limit_strain() {
+  bool any = false;
+  for (std::size_t e = 0; e < longest_.size(); ++e) {
+    const auto [a, b] = pairs_.parts().edges()[e];
+    const Vec3 start = from_[slot(b)] - from_[slot(a)];
+    const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);
+    if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
+    ContactRow row{.ids = {a, b, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
+    row.bound = row.normal.dot(start) - longest_[e];
+    row.slack = kSlack * longest_[e];
+    row.gap = longest_[e];
+    rows_.add(row, inverse_mass_);
+    any = true;
+  }
+  return any;
+}
+
 // Those of the particles that would end inside a collider: along its normal they do not. Returns
 // whether there are any.
 bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
@@ -136,17 +160,17 @@ void SurfaceContact::round_ways() {
 
 // Impulses until no pair meets; false where some still do after the last round.
 bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
-  const auto hear = [&](std::size_t i) { touched_[i] = dirty_[i] = 1; };
   std::ranges::fill(dirty_, std::uint8_t{0});
-  rows_.relax(kSweeps[0], inverse_mass_, way_, hear);
+  rows_.relax(kSweeps[0], inverse_mass_, way_, touched_, dirty_);
   for (int round = 0; round < kImpulseRounds; ++round) {
     meet_colliders(particles, t_end, dirty_);
-    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
     round_ways();
     if (pairs_.follow(from_, way_, particles.team()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
-    if (meetings_.empty() && !meet_colliders(particles, t_end, touched_)) return true;
+    const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
+    if (meetings_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
     for (const Meeting& met : meetings_) {
       const SurfacePair& pair = pairs_.pairs()[met.pair];
@@ -158,12 +182,13 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
                      .gap = std::min(met.gap_start, spec_.thickness)};
       row.bound = row.gap;
       for (std::size_t k = 0; k < 4; ++k) {
-        row.bound -= row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
+        row.bound -=
+            row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
         dirty_[slot(pair.ids[k])] = 1;
       }
       rows_.add(row, inverse_mass_);
     }
-    rows_.relax(kSweeps[1], inverse_mass_, way_, hear);
+    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
   }
   return false;
 }
@@ -173,8 +198,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
     round_ways();
-    if (pairs_.follow(from_, way_, particles.team()))
-      std::ranges::fill(dirty_, std::uint8_t{1});
+    if (pairs_.follow(from_, way_, particles.team())) std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
     if (meetings_.empty()) return true;
     for (const Meeting& met : meetings_) zones_.join(pairs_.pairs()[met.pair].ids, met.s);
@@ -188,31 +212,37 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   }
 }
 
-// Of what rows hold or what ends nearer than the thickness nothing approaches; of what touches a
-// collider nothing goes inside.
+// What the velocity along a row must be, m/s: none inwards of a pair that ends as near as it may,
+// of a particle at a collider, none outwards of an edge that is as long as it may be.
+double SurfaceContact::least_rate(const Particles& particles, double t_end,
+                                  const ContactRow& row) const {
+  if (row.ids[1] < 0) {
+    double most = -HUGE_VAL;
+    const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
+    for (Collider* const collider : particles.contacts().all()) {
+      const Touch touch = collider->touch(t_end, x);
+      if (touch.gap <= 2 * kInside * spec_.thickness)
+        most = std::max(most, row.normal.dot(touch.velocity));
+    }
+    return most;
+  }
+  double apart = 0;
+  for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
+    const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
+    apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
+  }
+  const bool edge = row.ids[2] < 0;
+  const bool held =
+      edge ? -apart >= row.gap * (1 - 2 * kSlack) : apart <= spec_.thickness * (1 + 2 * kSlack);
+  return held ? 0.0 : -HUGE_VAL;
+}
+
+// Nothing approaches further, with friction.
 void SurfaceContact::find_velocities(Particles& particles, double t_end, double h) {
-  const auto on_collider = [](const ContactRow& row) { return row.ids[1] < 0; };
-  rows_.begin(
-      [&](const ContactRow& row) {
-        if (on_collider(row)) {
-          double most = -HUGE_VAL;
-          const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
-          for (Collider* const collider : particles.contacts().all()) {
-            const Touch touch = collider->touch(t_end, x);
-            if (touch.gap <= 2 * kInside * spec_.thickness)
-              most = std::max(most, row.normal.dot(touch.velocity));
-          }
-          return most;
-        }
-        double gap = 0;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
-          gap += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
-        }
-        return gap <= spec_.thickness * (1 + 2 * kSlack) ? 0.0 : -HUGE_VAL;
-      },
-      1e-6 * spec_.thickness / h);
-  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, [&](std::size_t i) { touched_[i] = 1; });
+  bounds_.clear();
+  for (const ContactRow& row : rows_.rows()) bounds_.push_back(least_rate(particles, t_end, row));
+  rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
   if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
 }
 
@@ -288,18 +318,30 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   for (const int i : pairs_.parts().vertices())
     if (changed(i) && inverse_mass_[slot(i)] > 0)
       for (Collider* const collider : particles.contacts().all())
-        counts_.deepest = std::max(
-            counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
+        counts_.deepest =
+            std::max(counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
 }
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
                                                 const double* x, double* x_next) {
+  // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
+  const Layout& layout = particles.layout();
+  if (sheet_ && longest_.empty() &&
+      sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
+                         kOpen * spec_.thickness))
+    return Outcome::kFree;
   load(particles, x, x_next);
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : pairs_.parts().vertices()) {
     if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
+    const Vec3 reached = from_[slot(i)].cwiseAbs() + way_[slot(i)].cwiseAbs();
+    if (reached.maxCoeff() < kFarthest) continue;
+    refusal_ = "particle " + std::to_string(i) + " of a surface has gone farther than " +
+               brief(kFarthest) + " m, where contact cannot be found";
+    return Outcome::kRefused;
+  }
   collides_ = !particles.contacts().empty();
   pairs_.begin(from_, way_, particles.team());
-  if (pairs_.pairs().empty()) return Outcome::kFree;
+  if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;
   pairs_.find_near(from_, way_, particles.team());
 
   touched_.assign(from_.size(), 0);
@@ -308,6 +350,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   rows_.clear(from_.size());
   zones_.begin({});
   make_rows();
+  limit_strain();
   if (!advance_rows(particles, t + h) && !advance_zones(particles)) return Outcome::kRefused;
 
   velocity_.resize(from_.size());

@@ -8,19 +8,22 @@
 #include "core/particles/particles.h"
 #include "core/particles/surface_contact/contact_rows.h"
 #include "core/particles/surface_contact/near_pairs.h"
+#include "core/particles/surface_contact/unfolded.h"
 #include "core/particles/surface_contact/zones.h"
 
 namespace sim {
 
 struct SurfaceContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0;  // m, > 0: the distance that layers keep
-  double friction = 0;   // Coulomb's, >= 0
-  bool self = true;      // a surface touches itself, too
+  double thickness = 0;     // m, > 0: the distance that layers keep
+  double friction = 0;      // Coulomb's, >= 0
+  bool self = true;         // a surface touches itself, too
+  double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
 };
 
 // Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
 // are reached without a crossing. Points move on straight lines from x to x_next. In this order:
+//   0. Where strain is limited, edges that would end too long get impulses along them.
 //   1. Layers nearer than the thickness may not approach further, with friction, and are pushed
 //      apart by a share of what they lack, in place and not in velocity.
 //   2. What still meets on its way gets impulses along the normal of that moment, again and again.
@@ -58,11 +61,13 @@ class SurfaceContact {
  private:
   void load(const Particles& particles, const double* x, const double* x_next);
   void make_rows();
+  bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
   void round_ways();  // d := what the numbers of x_next can hold
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
+  double least_rate(const Particles& particles, double t_end, const ContactRow& row) const;
   void find_velocities(Particles& particles, double t_end, double h);
   void write(Particles& particles, double* x_next) const;
   bool brake(double excess);
@@ -70,10 +75,13 @@ class SurfaceContact {
 
   SurfaceContactSpec spec_;
   NearPairs pairs_;
+  std::optional<OpenSheet> sheet_;  // where there is one surface, a sheet
   ContactRows rows_;
   Zones zones_;
   std::vector<Vec3> from_, way_, free_way_, velocity_;
   std::vector<double> inverse_mass_;
+  std::vector<double> bounds_;
+  std::vector<double> longest_;                // m, of edges; empty without a limit
   std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
   std::vector<Meeting> meetings_;
   bool collides_ = false;

@@ -45,7 +45,8 @@ SurfaceParts::SurfaceParts(std::span<const std::shared_ptr<const TriangleMesh>> 
   }
   std::ranges::sort(vertices_);
   std::vector<Vec3> middles;
-  for (const auto& [a, b, c] : triangles_) middles.push_back(start[slot(a)] + start[slot(b)] + start[slot(c)]);
+  for (const auto& [a, b, c] : triangles_)
+    middles.push_back(start[slot(a)] + start[slot(b)] + start[slot(c)]);
   order_.resize(triangles_.size());
   std::iota(order_.begin(), order_.end(), 0);
   triangle_boxes_.resize(triangles_.size());
@@ -60,7 +61,8 @@ int SurfaceParts::build(int begin, int end, std::span<const Vec3> middles) {
   nodes_.push_back({{}, begin, end - begin <= kLeaf ? end - begin : 0, -1});
   if (end - begin <= kLeaf) return node;
   Box box{middles[slot(order_[slot(begin)])], middles[slot(order_[slot(begin)])]};
-  for (int i = begin; i < end; ++i) box.add({middles[slot(order_[slot(i)])], middles[slot(order_[slot(i)])]});
+  for (int i = begin; i < end; ++i)
+    box.add({middles[slot(order_[slot(i)])], middles[slot(order_[slot(i)])]});
   const Vec3 sides = box.most - box.least;
   const std::size_t axis = sides.x() >= sides.y() && sides.x() >= sides.z() ? 0
                            : sides.y() >= sides.z()                         ? 1

@@ -11,10 +11,10 @@
 
 namespace sim {
 
-// Sets of particles that share a motion. In a zone every way is w + a (d - w): w the mean of them by
-// mass, or the way of those that no force moves; d what the particle would do. All distances inside
-// then are those of the ways d at the time a s; so what met at s does not where a < s. With a = 0
-// the zone moves as one piece, and in the end not at all. Zones only grow, so this ends.
+// Sets of particles that share a motion. In a zone every way is w + a (d - w): w the mean of them
+// by mass, or the way of those that no force moves; d what the particle would do. All distances
+// inside then are those of the ways d at the time a s; so what met at s does not where a < s. With
+// a = 0 the zone moves as one piece, and in the end not at all. Zones only grow, so this ends.
 class Zones {
  public:
   void begin(std::span<const Vec3> ways);

@@ -80,8 +80,8 @@ Finding EnergyCriterion::finding() const {
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
-  const bool drag = balance_.has_drag(), 
-               contact = !particles_of(*system_)->contacts().empty() || system_->surface_contact();
+  const bool drag = balance_.has_drag(),
+             contact = !particles_of(*system_)->contacts().empty() || system_->surface_contact();
   const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
   const std::string damping = balance_.has_work() ? "forces" : "drag";
   const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
