@@ -10,9 +10,9 @@
 
 #include "cli/prompt/repl_commands.h"
 #include "cli/prompt/repl_help.h"
+#include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
 #include "cli/verbs/describe.h"
-#include "cli/terminal/console.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 

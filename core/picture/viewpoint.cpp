@@ -193,7 +193,7 @@ Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> 
   const Vec3 usual = only_numbers(models) ? Vec3(0, 0, 1) : Vec3(0.42 * along + 0.30 * up + front);
   const Vec3 towards = look.eye ? Vec3(*look.eye - look.at.value_or(viewpoint.origin)) : usual;
   Sight view = view_from(look.at.value_or(viewpoint.origin), towards.norm() > 0 ? towards : usual,
-                        camera_up);
+                         camera_up);
   Vec3 eye = look.eye.value_or(Vec3(0, 0, 0));
   if (!look.eye) {
     const Vec3 at = view.at;
