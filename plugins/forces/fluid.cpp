@@ -35,8 +35,14 @@ class Fluid final : public sim::Force {
   sim::FluidForces forces_;
 };
 
+// 0 where it is not given.
 double given(const sim::Params& params, const char* name) {
-  return params.has(name) ? params.number(name) : 0;
+  if (!params.has(name)) return 0;
+  if (!(params.number(name) > 0))
+    throw sim::Error(sim::ErrorKind::kScene,
+                     {"force 'fluid'", "", std::string("its ") + name + " is 0",
+                      "give a positive number, or leave it out"});
+  return params.number(name);
 }
 
 std::unique_ptr<sim::Force> make_fluid(const sim::Params& params, const sim::Elements& elements) {
