@@ -20,6 +20,7 @@ local skin = sim.surface { grid = flag }
 local wind = sim.force.wind { surface = skin, velocity = {speed, 0, 0.15 * speed}, breeze = breeze, tau = 0.4, length = 0.6 }
 
 return sim.scene { name = "flag", particles = flag, surfaces = { skin }, switches = { wind = wind },
+  contact = sim.contact { surfaces = { skin }, thickness = math.min(0.02, 0.3 * math.min(du, dv)) },
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, wind,
     springs("structural", k, { {0, 1}, {1, 0} }),
     springs("shear", k / 2, { {1, 1}, {1, -1} }),

@@ -14,12 +14,12 @@ local function springs(family, stiffness, offsets)
     damping = 2 * m }
 end
 -- Draws an edge along half a circle over the cloth, along the coordinate c, from time t0 on for one
--- fold; not before and not after.
+-- fold; takes hold and lets go softly.
 local function lead(ids, c, t0, height)
   return sim.force.expression { particles = ids, k = 0.2 * k, r = half - 0.5 * s, t0 = t0, T = time,
     y0 = height,
-    energy = "select(step(t - t0)*step(t0 + 1.2*T - t), 0.5*k*((" .. c ..
-      " - r*cos(a))^2 + (y - y0 - r*sin(a))^2), 0); a = " .. math.pi ..
+    energy = "0.5*k*w*w*(3 - 2*w)*((" .. c .. " - r*cos(a))^2 + (y - y0 - r*sin(a))^2); " ..
+      "w = max(0, min(1, min(t - t0, t0 + 1.5*T - t)/(0.4*T))); a = " .. math.pi ..
       "*max(0, min(1, (t - t0)/T))" }
 end
 local right, far = {}, {}
@@ -30,9 +30,9 @@ return sim.scene { name = "fold", particles = cloth,
     friction = friction },
   colliders = { sim.collider.plane { point = {0, 0, 0}, normal = {0, 1, 0}, friction = friction } },
   forces = { sim.force.gravity { g = {0, -9.81, 0} }, sim.force.drag { k = m },
-    lead(right, "x", 0.1, 4 * thickness), lead(far, "z", 0.4 + 1.2 * time, 6 * thickness),
+    lead(right, "x", 0.1, 4 * thickness), lead(far, "z", 0.4 + 1.5 * time, 6 * thickness),
     springs("structural", k, { {0,1}, {1,0} }),
     springs("shear", k / 2, { {1,1}, {1,-1} }),
     springs("flex", k / 40, { {0,2}, {2,0} }) },
   -- omega^2 of the fastest mode is at most 8 times the sum of the stiffnesses over m.
-  integrator = "verlet", dt = math.min(0.004, 0.4 / math.sqrt(k / m)), duration = 1 + 2.4 * time }
+  integrator = "rk4", dt = math.min(0.004, 0.1 / math.sqrt(k / m)), duration = 1 + 3 * time }
