@@ -5,11 +5,11 @@
 
 #include <cstring>
 #include <fstream>
-#include <new>
 #include <sstream>
 
 #include "core/base/float_control.h"
 #include "core/base/md5.h"
+#include "core/base/thrown.h"
 
 namespace sim {
 namespace {
@@ -124,14 +124,9 @@ void open_library(const std::filesystem::path& file, Registrar& registrar) {
   if (!call) refuse(file, "it does not export sim_plugin_register", "use the macro SIM_PLUGIN");
   try {
     call(registrar);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    refuse(file, std::string("its registration failed: ") + error.what());
   } catch (...) {
-    refuse(file, "its registration failed");
+    const auto why = thrown_by_others();
+    refuse(file, "its registration failed" + (why ? ": " + *why : ""));
   }
 }
 

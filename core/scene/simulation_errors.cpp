@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/base/thrown.h"
 #include "core/scene/foreign.h"
 #include "core/scene/simulation_impl.h"
 
@@ -51,34 +52,27 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
 
 // Which force it was is found by asking each at the state before; else it is the method.
 void Simulation::Impl::rethrow_in_step() {
-  try {
-    throw;
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (...) {
-    const double begin = t(step_count), h = settings->h;
-    const std::string what =
-        "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
-    if (!particles)
-      rethrow_foreign("integrator '" + settings->method.name() + "' or field", "", what);
-    const auto n = static_cast<std::size_t>(initial.count());
-    Array sums(3 * n);
-    for (const double at : {begin, begin + 0.5 * h, begin + h})
-      for (Force* const force : particles->other_forces()) {
-        const ParticleView view = particles->seen_by(*force, particles->view(at, x.data()));
-        try {
-          force->prepare(view, *team);
-          force->accumulate(view, {0, view.n}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
-        } catch (...) {
-          rethrow_foreign("force '" + particles->name_of(*force) + "'", "", what);
-        }
+  thrown_by_others();  // what names itself needs no search
+  const double begin = t(step_count), h = settings->h;
+  const std::string what =
+      "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
+  if (!particles)
+    rethrow_foreign("integrator '" + settings->method.name() + "' or field", "", what);
+  const auto n = static_cast<std::size_t>(initial.count());
+  Array sums(3 * n);
+  for (const double at : {begin, begin + 0.5 * h, begin + h})
+    for (Force* const force : particles->other_forces()) {
+      const ParticleView view = particles->seen_by(*force, particles->view(at, x.data()));
+      try {
+        force->prepare(view, *team);
+        force->accumulate(view, {0, view.n}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
+      } catch (...) {
+        rethrow_foreign("force '" + particles->name_of(*force) + "'", "", what);
       }
-    const bool alone = particles->other_forces().empty();
-    rethrow_foreign("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
-                    what);
-  }
+    }
+  const bool alone = particles->other_forces().empty();
+  rethrow_foreign("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
+                  what);
 }
 
 }  // namespace sim

@@ -28,18 +28,14 @@ class OnCircle final : public sim::Constraint {
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
     const sim::Driven::At center = center_.at(p.t);
     const sim::Driven::At n = unit(axis_.at(p.t));
-    const double inverse = 1 / radius_;
     for (std::size_t k = 0; k < ids_.size(); ++k) {
       const sim::Vec3 d = p.position(ids_[k]) - center.x, w = p.velocity(ids_[k]) - center.v;
-      const std::size_t in = 2 * k, round = 2 * k + 1;
+      const std::size_t in = 2 * k;
       rows.phi[in] = n.x.dot(d);
       rows.gradient[in] = n.x;
       rows.drive[in] = n.v.dot(d) - n.x.dot(center.v);
       rows.bias[in] = 2 * n.v.dot(w) + n.a.dot(d) - n.x.dot(center.a);
-      rows.phi[round] = 0.5 * (d.squaredNorm() * inverse - radius_);
-      rows.gradient[round] = inverse * d;
-      rows.drive[round] = -inverse * d.dot(center.v);
-      rows.bias[round] = inverse * (w.squaredNorm() - d.dot(center.a));
+      sim::write_radial_row(rows, in + 1, d, w, center, radius_);
     }
   }
 

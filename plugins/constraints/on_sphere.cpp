@@ -18,17 +18,11 @@ class OnSphere final : public sim::Constraint {
 
   sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_); }
 
-  // phi = (|d|^2 - R^2) / 2R with d = x - c(t)
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
     const sim::Driven::At center = center_.at(p.t);
-    const double inverse = 1 / radius_;
     for (std::size_t r = 0; r < ids_.size(); ++r) {
-      const sim::Vec3 d = p.position(ids_[r]) - center.x;
-      const sim::Vec3 w = p.velocity(ids_[r]) - center.v;
-      rows.phi[r] = 0.5 * (d.squaredNorm() * inverse - radius_);
-      rows.gradient[r] = inverse * d;
-      rows.drive[r] = -inverse * d.dot(center.v);
-      rows.bias[r] = inverse * (w.squaredNorm() - d.dot(center.a));
+      const sim::Vec3 d = p.position(ids_[r]) - center.x, w = p.velocity(ids_[r]) - center.v;
+      sim::write_radial_row(rows, r, d, w, center, radius_);
     }
   }
 

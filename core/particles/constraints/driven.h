@@ -1,9 +1,10 @@
-// A vector that changes with time, and its derivatives.
+// A vector that changes with time, and its derivatives; the row of a distance from it.
 #pragma once
 
 #include <memory>
 
 #include "core/math/differences.h"
+#include "core/particles/constraint.h"
 #include "core/particles/rigid_motion.h"
 
 namespace sim {
@@ -33,5 +34,15 @@ class Driven {
   std::shared_ptr<const RigidMotion> motion_;
   NinePoints points_;
 };
+
+// phi = (|d|^2 - R^2) / 2R of a particle that is d = x - c(t) from a center, with w = d'.
+inline void write_radial_row(const Rows& rows, std::size_t row, const Vec3& d, const Vec3& w,
+                             const Driven::At& center, double radius) {
+  const double inverse = 1 / radius;
+  rows.phi[row] = 0.5 * (d.squaredNorm() * inverse - radius);
+  rows.gradient[row] = inverse * d;
+  rows.drive[row] = -inverse * d.dot(center.v);
+  rows.bias[row] = inverse * (w.squaredNorm() - d.dot(center.a));
+}
 
 }  // namespace sim

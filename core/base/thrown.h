@@ -1,0 +1,13 @@
+// What code of others threw.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace sim {
+
+// The words of the exception that is being handled; nothing for what is no exception. Errors, and
+// memory that ran out, are not of others: they are thrown again.
+std::optional<std::string> thrown_by_others();
+
+}  // namespace sim
