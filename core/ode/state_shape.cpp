@@ -36,7 +36,7 @@ StateShape StateShape::points(std::size_t count) {
             .component_stride = 1}}};
 }
 
-const StatePart* StateShape::find(std::string_view name) const {
+const StatePart* StateShape::find(std::string_view name) const& {
   const auto part = std::ranges::find(parts_, name, &StatePart::name);
   return part == parts_.end() ? nullptr : &*part;
 }

@@ -47,12 +47,15 @@ class StateShape {
   static StateShape points(std::size_t count);  // x0 y0 z0 x1 ...: "position" of "point"
 
   std::size_t size() const { return size_; }
-  std::span<const StatePart> parts() const { return parts_; }
-  const StatePart* find(std::string_view name) const;  // null where there is none
-  const StatePart& first() const { return parts_.front(); }
-
-  // All numbers of X that are not padding, ascending.
-  std::span<const Range> ranges() const { return ranges_; }
+  // Views of a shape end with it: none of one that is a result and gone at once.
+  std::span<const StatePart> parts() const& { return parts_; }
+  const StatePart* find(std::string_view name) const&;  // null where there is none
+  const StatePart& first() const& { return parts_.front(); }
+  std::span<const Range> ranges() const& { return ranges_; }  // what is no padding, ascending
+  std::span<const StatePart> parts() const&& = delete;
+  const StatePart* find(std::string_view name) const&& = delete;
+  const StatePart& first() const&& = delete;
+  std::span<const Range> ranges() const&& = delete;
 
   // Calls visit(StateNumber) for all of them until it answers false: item by item, those of parts
   // with the same kind of item together; other kinds follow.

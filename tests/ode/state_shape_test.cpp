@@ -68,3 +68,13 @@ TEST_CASE("the state of particles is positions, velocities and what forces remem
     CHECK(names == std::vector<std::string>{"x", "y", "z", "vx", "vy", "vz", "x"});
   }
 }
+
+// What a view of a result that is gone at once reads is anything.
+template <class Shape>
+concept GivesViews = requires(Shape&& shape) {
+  std::forward<Shape>(shape).parts();
+}
+|| requires(Shape&& shape) { std::forward<Shape>(shape).ranges(); }
+|| requires(Shape&& shape) { std::forward<Shape>(shape).first(); }
+|| requires(Shape&& shape) { std::forward<Shape>(shape).find(""); };
+static_assert(GivesViews<const sim::StateShape&> && !GivesViews<sim::StateShape>);

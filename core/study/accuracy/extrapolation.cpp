@@ -20,7 +20,8 @@ Extrapolation::Extrapolation(OdeSystem& system, const double* x, std::int64_t mo
   for (int i = 0; i < kColumns; ++i) table_.emplace_back(n);
   std::copy(x, x + n, x_.data());
   // Coordinates are measured by the largest of their kind, numbers of a flat state one by one.
-  for (const StatePart& part : system.shape().parts()) {
+  const StateShape shape = system.shape();
+  for (const StatePart& part : shape.parts()) {
     const bool alone = part.components.size() == 1;
     const auto first = groups_.size();
     for (std::size_t i = 0; i < part.count; ++i)
