@@ -28,6 +28,7 @@ void check_single(const ParticleSystem& system) {
     refuse("springs that are not in runs of equal id differences are double precision only");
   if (!system.contacts().empty()) refuse("colliders are double precision only");
   if (system.holding()) refuse("constraints are double precision only");
+  if (!system.leads().empty()) refuse("leading particles is double precision only");
   for (const Force* force : system.other_forces())
     refuse("force '" + system.name_of(*force) + "' is double precision only");
 
@@ -63,17 +64,18 @@ void check_single(const ParticleSystem& system) {
               {"integrator does not fit", "", "this scene has constraints, and " + why, remedy});
 }
 
-// A stepper that evaluates the system alone, whose steps end among the states that constraints
-// allow.
+// A stepper that evaluates the system alone, whose steps end among the states that constraints and
+// paths allow.
 class HeldStepper final : public Stepper {
  public:
   HeldStepper(ParticleSystem& system, std::unique_ptr<Stepper> stepper)
       : system_(&system), stepper_(std::move(stepper)) {}
 
   bool step(double t, double h, int count, const double* x, double* x_next) override {
-    system_->holding()->refuse({});
+    Holding* const holding = system_->holding();
+    if (holding) holding->refuse({});
     const bool done = stepper_->step(t, h, count, x, x_next);
-    if (!done && !system_->holding()->refusal().empty()) std::copy_n(x, system_->size(), x_next);
+    if (!done && holding && !holding->refusal().empty()) std::copy_n(x, system_->size(), x_next);
     return done && system_->end_step(t + h, x, x_next);
   }
   void restart() override { stepper_->restart(); }
@@ -189,11 +191,14 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
 }
 
 bool ParticleSystem::settle(double t, double* x) {
+  leads().place(t, layout().axes(x), layout().axes(x, 3));
   return !holding_ || holding_->constraints().feedback() > 0 || holding_->settle(t, x, false);
 }
 
 // Where there is no such state the numbers stay finite, so that refusal() is heard.
 bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
+  leads().place(t, layout().axes(x_next), layout().axes(x_next, 3));
+  if (!holding_) return true;
   holding_->refuse({});
   if (holding_->constraints().feedback() > 0) return true;
   const bool near = true;
@@ -212,6 +217,7 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
   combine(stage, y);
   double* const a[3] = {layout().block(dydt, 3), layout().block(dydt, 4), layout().block(dydt, 5)};
   accelerate(view(t, y), a);
+  leads().accelerate(t, {a[0], a[1], a[2]});
   if (holding_) {
     if (!holding_->constrain(view(t, y), y + holding_->memory_begin(), a)) a[0][0] = std::nan("");
     std::fill_n(dydt + holding_->memory_begin(), holding_->memory_size(), 0.0);
@@ -221,24 +227,25 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
     std::copy_n(layout().block(y, 3 + axis), layout().n(), layout().block(dydt, axis));
 }
 
-// Forces with a memory have steppers for systems of any kind.
+// Forces with a memory and particles that are led have steppers for systems of any kind.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
   if (holding_) return std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan));
-  if (memory_size() == 0) return std::make_unique<RkStepper<double>>(*this, plan);
+  if (is_plain()) return std::make_unique<RkStepper<double>>(*this, plan);
   auto stepper = OdeSystem::explicit_stepper(plan);
+  if (!leads().empty()) stepper = std::make_unique<HeldStepper>(*this, std::move(stepper));
   if (!confined()) return stepper;
   return std::make_unique<SettledStepper>(*this, std::move(stepper));
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
   if (!contacts().empty()) refuse_contact("an adaptive method does not end its steps at a touch");
-  if (holding_)
+  if (holding_ || !leads().empty())
     return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
-  if (memory_size() > 0) return OdeSystem::embedded_stepper(plan);
+  if (!is_plain()) return OdeSystem::embedded_stepper(plan);
   return std::make_unique<EmbeddedRkStepper>(*this, plan);
 }
 
@@ -254,7 +261,7 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
                          "use verlet, yoshida4, rk4 or an adaptive method");
     return std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get());
   }
-  if (memory_size() > 0) return std::make_unique<PlainSplitStepper>(*this, plan);
+  if (!is_plain()) return std::make_unique<PlainSplitStepper>(*this, plan);
   return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 

@@ -37,6 +37,9 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
+  // Positions and velocities are all that a step changes.
+  bool is_plain() const { return memory_size() == 0 && leads().empty(); }
+
   std::unique_ptr<Holding> holding_;  // where there are constraints
   CombineRange combine_range_ = combine_range();
 };

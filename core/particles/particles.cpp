@@ -102,7 +102,7 @@ void Particles::set_masses(const std::vector<double>& masses, const std::vector<
   free_.assign(n / 8 + 2, 0);
   pinned_count_ = 0;
   motion_.inverse_mass = 0;
-  bool uniform = !some_move;
+  bool uniform = !some_move && leads_.empty();
   for (std::size_t i = 0; i < n; ++i) {
     if (mass_[i] == std::numeric_limits<double>::infinity()) {
       ++pinned_count_;
@@ -144,6 +144,10 @@ std::string Particles::name_of(const Force& force) const {
 void Particles::add_collider(std::unique_ptr<Collider> collider, const std::string& name,
                              const double* x) {
   contacts_.add(std::move(collider), name, view(0, x));
+}
+
+void Particles::lead(int i, const double* x, std::shared_ptr<const RigidMotion> motion) {
+  leads_.add(i, view(0, x).position(i), std::move(motion));
 }
 
 bool Particles::conserves_energy() const noexcept {

@@ -11,13 +11,14 @@
 #include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
 #include "core/particles/layout.h"
+#include "core/particles/leads.h"
 #include "core/particles/springs/net_forces.h"
 
 namespace sim {
 
 // q' = v, v' = F(t, q, v, m) / M + g - (c / M) v, with g and c summed over the affine forces, and
 // m' = what each force with a memory m says. A pinned particle has infinite mass: its acceleration
-// is zero, and so is its velocity unless a hand moves it. A state is X = (q, v, m).
+// is zero, and so is its velocity unless a hand moves it or it is led. A state is X = (q, v, m).
 class Particles {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
@@ -65,6 +66,9 @@ class Particles {
   double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
+  // Leads pinned particle i from where it is in the state x.
+  void lead(int i, const double* x, std::shared_ptr<const RigidMotion> motion);
+  const Leads& leads() const noexcept { return leads_; }
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
@@ -98,6 +102,7 @@ class Particles {
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   Contacts contacts_;
+  Leads leads_;
   std::vector<Force*> other_forces_;
   bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;

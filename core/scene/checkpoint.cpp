@@ -204,6 +204,10 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
       add_vector(hash, particle.position);
       add_vector(hash, particle.velocity);
     }
+    for (const LeadSpec& lead : spec.particles->leads) {
+      hash.add(static_cast<std::uint64_t>(lead.particle));
+      add_motion(hash, *lead.path);
+    }
     for (const PartSpec& force : spec.forces) add_part(hash, force);
     for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
     for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);

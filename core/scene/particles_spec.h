@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/math/vec3.h"
+#include "core/particles/rigid_motion.h"
 
 namespace sim {
 
@@ -27,11 +30,19 @@ struct ParticleSpec {
   double mass = 1;               // kg
 };
 
+// A particle that is pinned to a path.
+struct LeadSpec {
+  int particle = 0;
+  std::shared_ptr<const RigidMotion> path;
+  Place place;
+};
+
 // Ids run over the grid first (if there is one), then over the list.
 struct ParticlesSpec {
   std::optional<GridSpec> grid;
   std::vector<ParticleSpec> list;
   std::vector<int> pinned;
+  std::vector<LeadSpec> leads = {};
   std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }

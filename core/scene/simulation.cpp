@@ -109,6 +109,9 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  for (const LeadSpec& lead : spec.particles->leads)
+    placed(lead.place, [&] { particles->lead(lead.particle, x.data(), lead.path); });
+  if (!spec.particles->leads.empty()) particles->set_masses(masses(), settings->pinned);
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -225,6 +228,7 @@ void Simulation::Impl::place_particles() {
   if (particles) particles->start_memories(x.data());
   for (const int i : settings->pinned)
     for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
+  if (particles) particles->leads().place(0, layout.axes(x.data()), layout.axes(x.data(), 3));
   const bool complete = system && x.size() == system->size();
   if (complete && particles && particles->holding()) particles->holding()->start(x.data());
 }

@@ -92,10 +92,16 @@ void Simulation::Impl::change(const std::function<void()>& make) {
   restart();
 }
 
+void Simulation::Impl::check_not_led(int i) const {
+  if (particles && std::ranges::count(particles->leads().ids(), i) > 0)
+    refuse_change("no change of particle " + std::to_string(i), "it is led along a path", "");
+}
+
 void Simulation::set_position(int i, const Vec3& x) {
   check_particle(*this, i);
   check_finite(x, "position");
   Impl& s = *impl_;
+  s.check_not_led(i);
   // A position of -0 of a particle becomes 0: adding 0 to it would change its bits.
   s.change([&] {
     for (int axis = 0; axis < 3; ++axis)
@@ -107,6 +113,7 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   check_particle(*this, i);
   check_finite(v, "velocity");
   Impl& s = *impl_;
+  s.check_not_led(i);
   if (!s.particles) refuse_change("no velocity to set", "a first-order scene has none", "");
   if (pinned(i) && !std::ranges::binary_search(s.settings->held, i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
@@ -133,6 +140,7 @@ void Simulation::set_pinned(int i, bool hold) {
   check_particle(*this, i);
   Impl& s = *impl_;
   if (!s.particles) refuse_change("nothing to pin", "a first-order scene has no masses", "");
+  s.check_not_led(i);
   if (pinned(i) == hold) return;
   auto wanted = std::make_shared<Settings>(*s.settings);
   if (hold)
@@ -150,6 +158,7 @@ void Simulation::set_held(int i, bool hold) {
   check_particle(*this, i);
   Impl& s = *impl_;
   if (!s.particles) refuse_change("nothing to hold", "a first-order scene has no masses", "");
+  s.check_not_led(i);
   if (std::ranges::binary_search(s.settings->held, i) == hold) return;
   auto wanted = std::make_shared<Settings>(*s.settings);
   if (hold)

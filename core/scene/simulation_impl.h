@@ -79,6 +79,7 @@ struct Simulation::Impl {
   [[noreturn]] void rethrow_in_step();
   // Changes x between two steps. Throws Error{kUsage} where constraints cannot be met then.
   void change(const std::function<void()>& make);
+  void check_not_led(int i) const;  // throws Error{kUsage} where it is
 
   // Why the step failed, and where the next state is not finite; false when all of it is finite.
   bool find_divergence(StepStatus status);

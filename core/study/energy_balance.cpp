@@ -10,8 +10,9 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   const ParticleSystem& particles = *particles_of(system);
   for (Force* force : particles.other_forces())
     if (!force->conservative() && !force->springs()) working_.push_back(force);
+  led_ = moves_pinned_ = !particles.leads().empty();
   driven_ = system.holding() && system.holding()->constraints().move();
-  damped_ = particles.has_damping() || !working_.empty() || driven_;
+  damped_ = particles.has_damping() || !working_.empty() || driven_ || led_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   confined_ = !particles.contacts().empty() || system.surface_contact();
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
@@ -30,25 +31,27 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
 void EnergyBalance::touched(double energy) {
   const ParticleSystem& particles = *particles_of(*system_);
   start_.potential += energy;
-  has_held_ = !system_->settings().held.empty();
+  moves_pinned_ = led_ || !system_->settings().held.empty();
   if (damped_) work_.part();
-  damped_ = damped_ || has_held_ || particles.has_damping();
+  damped_ = damped_ || moves_pinned_ || particles.has_damping();
   if (!damped_) return;
   if (sums_.size() == 0) sums_ = Array(Layout(system_->particles(), 3).size());
   work_.look(system_->t(), power());
   steps_ = 0;
 }
 
-// A hand gives what the forces on the particle take from it: -F.v. Where nothing but its motion
-// changes the energy, E' = -F.v, for gravity and drag act on free particles only. Forces that do
-// work give the hand what they take from it.
+// A hand, or whoever leads a particle, gives what the forces on the particle take from it: -F.v.
+// Where nothing but its motion changes the energy, E' = -F.v, for gravity and drag act on free
+// particles only. Forces that do work give the hand what they take from it.
 double EnergyBalance::hands() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
   const ParticleView p = particles.view(t, system_->state().data());
   double power = 0;
   std::vector<Link> links;
-  for (const int i : system_->settings().held) {
+  std::vector<int> moved = system_->settings().held;
+  moved.insert(moved.end(), particles.leads().ids().begin(), particles.leads().ids().end());
+  for (const int i : moved) {
     const Vec3 v = p.velocity(i);
     if (v == Vec3::Zero()) continue;
     power -= particles.motion().damping * v.squaredNorm();  // which was counted for it, too
@@ -83,7 +86,8 @@ double EnergyBalance::power() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
   double power = particles.damping_power(t, system_->state().data(), sums_);
-  if (driven_) power -= system_->holding()->driving_power(t, system_->state().data());
+  if (driven_ || (moves_pinned_ && system_->holding()))
+    power -= system_->holding()->driving_power(t, system_->state().data());
   const ParticleView p = particles.view(t, system_->state().data());
   for (Force* force : working_) {
     if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
@@ -101,7 +105,7 @@ double EnergyBalance::power() const {
     for (int i = 0; i < p.n; ++i)
       if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
   }
-  if (has_held_) power += hands();
+  if (moves_pinned_) power += hands();
   return power;
 }
 

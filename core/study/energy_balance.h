@@ -50,8 +50,9 @@ class EnergyBalance {
   double potential() const;  // that such forces add to E all the same, J
 
   Simulation* system_;
-  bool damped_ = false, confined_ = false, has_held_ = false, driven_ = false;
-  mutable Array sums_;  // scratch of power()
+  bool damped_ = false, confined_ = false, driven_ = false, led_ = false;
+  bool moves_pinned_ = false;  // by a hand or along paths
+  mutable Array sums_;         // scratch of power()
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J
   Energy start_;

@@ -14,21 +14,24 @@ local function springs(family, stiffness, offsets)
   return sim.force.spring { family = family, stiffness = stiffness, grid = cloth, offsets = offsets,
     damping = 2 * m }
 end
--- Each particle of an end is drawn to its place on a bar that turns about the x axis.
 local forces = { sim.force.drag { k = 2 * m },
   springs("structural", k, { {0,1}, {1,0} }),
   springs("shear", k / 2, { {1,1}, {1,-1} }),
   springs("flex", k / 40, { {0,2}, {2,0} }) }
+-- Each particle of an end is led around the x axis, at r from it.
 local duration = 0.5 * turns * period
-local function hold(i, column, sign)
-  forces[#forces + 1] = sim.force.expression { particles = { cloth:id(i, column) }, k = k,
-    x0 = sign * half, r = s * i - half, w = sign * 2 * math.pi / period, T = duration,
-    c = sign * 0.4 / duration,
-    energy = "0.5*k*((x - x0 + c*u)^2 + (y - r*sin(w*u))^2 + (z - r*cos(w*u))^2); u = min(t, T)" }
+local function lead(i, column, sign)
+  local r, w, c = s * i - half, sign * 2 * math.pi / period, sign * 0.4 / duration
+  cloth:lead(cloth:id(i, column), function(t)
+    local u, on = math.min(t, duration), t < duration and 1 or 0
+    local sine, cosine = math.sin(w * u), math.cos(w * u)
+    return { sign * half - c * u, r * sine, r * cosine },
+      { -on * c, on * w * r * cosine, -on * w * r * sine }
+  end)
 end
 for i = 0, n - 1 do
-  hold(i, 0, -1)
-  hold(i, n - 1, 1)
+  lead(i, 0, -1)
+  lead(i, n - 1, 1)
 end
 
 return sim.scene { name = "twist", particles = cloth, forces = forces,

@@ -140,6 +140,23 @@ function Particles:pin(...)
   end
 end
 
+-- particles:lead(id, path)
+-- Pins a particle to a place that moves, whatever pulls at it.
+--   path   a motion as of colliders (sim.motion.swing { ... }), from where the particle is, or a
+--          function(t) that returns its place {x, y, z}, m, and may return its velocity second;
+--          at t = 0 it is where the particle is
+-- Errors: an id that is no whole number >= 0, or that no particle has at last; one that is led
+-- twice; a path that begins elsewhere.
+function Particles:lead(id, path)
+  local record = record_of(self, "particles", "lead")
+  local leads, place = record.leads, here()
+  id = integer_from(id, 0, MOST, "particle id of lead")
+  if type(path) ~= "function" and not (records[path] and records[path].kind == "motion") then
+    bad("path of lead", "a motion or a function(t)", path)
+  end
+  leads[#leads + 1], leads[#leads + 2], leads[#leads + 3] = id, path, place
+end
+
 -- id = grid:id(i, j), or grid:id(i, j, k) in a grid of three directions
 -- The particle at that place, each coordinate from 0. Only of a sim.grid.
 -- Errors: a coordinate that the grid does not have.
@@ -165,7 +182,8 @@ particles_class.__len = function(self) return records[self].first + records[self
 local function new_particles(record)
   record.kind, record.count = "particles", 0
   record.x, record.y, record.z = {}, {}, {}
-  record.masses, record.vx, record.vy, record.vz, record.pins = {}, {}, {}, {}, {}
+  record.masses, record.vx, record.vy, record.vz = {}, {}, {}, {}
+  record.pins, record.leads = {}, {}
   local handle = setmetatable({}, particles_class)
   records[handle] = record
   return handle

@@ -11,6 +11,8 @@
 
 namespace sim {
 
+class LuaTable;
+
 class SceneReader {
  public:
   SceneReader(std::shared_ptr<SceneSession> session, Registry& registry)
@@ -34,6 +36,7 @@ class SceneReader {
                 SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
   ParticlesSpec particles(lua_State* L, int record, const Place& place) const;
+  void leads(lua_State* L, const LuaTable& record, int count, ParticlesSpec& spec) const;
 
   // What the parts of a second-order scene may refer to.
   struct Body {

@@ -133,9 +133,34 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place
                   "the ids of the scene are 0 to " + std::to_string(count - 1));
     spec.pinned.push_back(static_cast<int>(id));
   }
+  leads(L, record, static_cast<int>(count), spec);
   std::sort(spec.pinned.begin(), spec.pinned.end());
   spec.pinned.erase(std::unique(spec.pinned.begin(), spec.pinned.end()), spec.pinned.end());
   return spec;
+}
+
+void SceneReader::leads(lua_State* L, const LuaTable& record, int count,
+                        ParticlesSpec& spec) const {
+  const LuaTable leads = record.table("leads");  // id, path, place, id, ...
+  for (lua_Integer i = 1; i < leads.length(); i += 3) {
+    const lua_Integer id = leads.integer(i);
+    const Place place = session_->place(leads.integer(i + 2));
+    if (id >= count)
+      scene_error(place, "bad lead", "there is no particle " + std::to_string(id),
+                  "the ids of the scene are 0 to " + std::to_string(count - 1));
+    for (const LeadSpec& other : spec.leads)
+      if (other.particle == id)
+        scene_error(place, "bad lead", "particle " + std::to_string(id) + " is led twice");
+    lua_rawgeti(L, leads.index(), i + 1);
+    Value path;
+    if (!read_reference(L, -1, nullptr, place, path))
+      path = read_value(session_, L, 1, ParamType::kMotion, place,
+                        "path of particle " + std::to_string(id));
+    lua_pop(L, 1);
+    const int particle = static_cast<int>(id);
+    spec.leads.push_back({particle, std::get<std::shared_ptr<const RigidMotion>>(path), place});
+    spec.pinned.push_back(particle);
+  }
 }
 
 PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, int dimension,

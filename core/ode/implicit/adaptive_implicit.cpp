@@ -103,6 +103,7 @@ Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::in
     for (std::size_t i = 0; i < x_.size(); ++i) slope_[i] = scale * change_.back()[i];
     std::swap(x_, y_);
     done = last ? h : done + step;
+    if (!system.settle(t + done, x_.data())) return stop(StepStatus::kNotConverged);
   }
   std::copy_n(x_.data(), x_.size(), x_next);
   return {StepStatus::kDone, 1};

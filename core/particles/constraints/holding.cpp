@@ -117,6 +117,7 @@ bool Holding::observe(const ParticleView& now, const double* state) {
   Array sums(half.size());
   const auto a = half.axes(sums.data());
   particles_->accelerate(now, a.data());
+  particles_->leads().accelerate(now.t, a);
   return observer_->accelerate(now, state + memory_begin(), a);
 }
 
@@ -157,12 +158,21 @@ std::vector<HoldingForce> Holding::forces(double t, const double* state) {
   return list;
 }
 
-// (J^T lambda).v = -lambda.drive, for J v + drive = 0.
+// (J^T lambda).v = -lambda.drive, for J v + drive = 0; less what pinned particles that move have
+// of it.
 double Holding::driving_power(double t, const double* state) {
   if (!observe(particles_->view(t, state), state)) return std::nan("");
   double power = 0;
   for (std::size_t r = 0; r < observer_->multipliers().size(); ++r)
     power -= observer_->multipliers()[r] * observer_->values().drive()[r];
+  const RowPattern& pattern = constraints_.rows().pattern;
+  const ParticleView view = particles_->view(t, state);
+  for (std::size_t r = 0; r < observer_->multipliers().size(); ++r)
+    for (auto e = static_cast<std::size_t>(pattern.begin[r]);
+         e < static_cast<std::size_t>(pattern.begin[r + 1]); ++e)
+      if (!view.free(pattern.ids[e]))
+        power -= observer_->multipliers()[r] *
+                 observer_->values().gradient()[e].dot(view.velocity(pattern.ids[e]));
   return power;
 }
 

@@ -79,6 +79,12 @@ void PlainSplitStepper::drift(double t, double tau, double* state) {
     m[i] += tau / 6 * (k_[0][i] + 2 * k_[1][i] + 2 * k_[2][i] + k_[3][i]);
 }
 
+// A drift takes those that are led to where their paths are then.
+void PlainSplitStepper::lead(double t, double tau, double* state) {
+  const Layout& layout = particles_->layout();
+  if (tau != 0) particles_->leads().chords(t, tau, layout.axes(state), layout.axes(state, 3));
+}
+
 // to := v after kick `slot` of the accelerations at hand.
 void PlainSplitStepper::change(std::size_t slot, const std::array<double*, 3>& v,
                                const std::array<double*, 3>& to) {
@@ -95,6 +101,7 @@ void PlainSplitStepper::change(std::size_t slot, const std::array<double*, 3>& v
 void PlainSplitStepper::constrain(const ParticleView& view, const double* memory) {
   const std::array<double*, 3> a = half_.axes(a_.data());
   const double* const v[3] = {view.vx, view.vy, view.vz};
+  particles_->leads().accelerate(view.t, a);
   holding_->constrain(view, memory, a.data());
   const Motion& motion = particles_->motion();
   for (int j = 0; j < half_.n(); ++j) {
@@ -104,7 +111,7 @@ void PlainSplitStepper::constrain(const ParticleView& view, const double* memory
 }
 
 // Drag is in the kick itself.
-void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
+void PlainSplitStepper::kick(std::size_t i, double t, double led_t, double* state) {
   constexpr bool kDrag = false;
   const std::array<double*, 3> v = particles_->layout().axes(state, 3);
   const std::array<double*, 3> a = half_.axes(a_.data());
@@ -114,6 +121,7 @@ void PlainSplitStepper::kick(std::size_t i, double t, double* state) {
     particles_->accelerate(view, a.data(), solver_.has_value());
     if (solver_) constrain(view, state + holding_->memory_begin());
     change(plan_.kick.size() + i, v, v_half);
+    particles_->leads().velocities(led_t, v_half);
     view.vx = v_half[0], view.vy = v_half[1], view.vz = v_half[2];
   }
   if (i > 0 || !known_) particles_->accelerate(view, a.data(), kDrag);
@@ -129,10 +137,15 @@ bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x,
                            (holding_ ? holding_->memory_size() : 0);
   std::copy_n(x, size, x_next);
   double start = plan_.drift.front();  // how far the drifts so far have led, in steps
+  double kicked = 0;                   // and the kicks
+  lead(t, start * h, x_next);
   drift(t, start * h, x_next);
+  particles_->leads().velocities(t, layout.axes(x_next, 3));
   for (std::size_t i = 0; i < plan_.kick.size(); ++i) {
-    kick(i, t + start * h, x_next);
+    kick(i, t + start * h, t + (kicked + 0.5 * plan_.kick[i]) * h, x_next);
+    kicked += plan_.kick[i];
     const double d = plan_.drift[i + 1] * h;
+    lead(t + start * h, d, x_next);
     if (solver_ && d != 0) {
       const bool factorised = held_ && i == 0;
       if (!solver_->lead(t + start * h, d, particles_->view(t, x_next), layout.axes(x_next),
@@ -142,9 +155,11 @@ bool PlainSplitStepper::step(double t, double h, int /*count*/, const double* x,
     }
     drift(t + start * h, d, x_next);
     start += plan_.drift[i + 1];
+    particles_->leads().velocities(t + kicked * h, layout.axes(x_next, 3));
     if (settling_) settle(t, h, i, x, x_next);
   }
   known_ = closes_;
+  particles_->leads().place(t + h, layout.axes(x_next), layout.axes(x_next, 3));
   if (solver_) {
     const ParticleView view = particles_->view(t + h, x_next);
     double* const memory = x_next + holding_->memory_begin();

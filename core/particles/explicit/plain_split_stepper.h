@@ -31,8 +31,10 @@ class PlainSplitStepper final : public Stepper {
 
  private:
   void set_step_size(double h);
+  void lead(double t, double tau, double* state);
   void drift(double t, double tau, double* state);
-  void kick(std::size_t i, double t, double* state);
+  // led_t: where the velocities of those that are led are in the middle of the kick.
+  void kick(std::size_t i, double t, double led_t, double* state);
   void settle(double t, double h, std::size_t i, const double* x, double* x_next);
   bool refuse(const double* x, double* x_next) const;
   void constrain(const ParticleView& view, const double* memory);

@@ -12,13 +12,16 @@ StageEquation::StageEquation(Particles& system)
       half_(system.layout().n(), 3),
       g_(half_.size()),
       d_(half_.size()),
-      start_(half_.size()) {}
+      start_(half_.size()) {
+  if (!system.leads().empty()) led_ = Array(half_.size());
+}
 
 void StageEquation::begin(double t, double tau, const double* r, double* y) {
   t_ = t;
   tau_ = tau;
   r_ = r;
   y_ = y;
+  if (!system_->leads().empty()) system_->leads().accelerate(t, half_.axes(led_.data()));
   start_here();
   std::ranges::fill(d_.span(), 0.0);
   place(0);
@@ -32,6 +35,13 @@ void StageEquation::place(double s) {
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < layout.n(); ++i) {
       v[axis][i] = start[axis][i] + s * d[axis][i];
+      q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
+    }
+  if (system_->leads().empty()) return;
+  const auto rv = layout.axes(r_, 3), led = half_.axes(std::as_const(led_).data());
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int i : system_->leads().ids()) {
+      v[axis][i] = rv[axis][i] + tau_ * led[axis][i];
       q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
     }
 }

@@ -12,7 +12,7 @@ namespace sim {
 //   Phi(v) = 1/2 |v - r_v|^2_M + tau/2 c |v|^2 + U(r_q + tau v) - tau m g.v
 // Martin, Thomaszewski, Grinspun & Gross (2011), ACM TOG 30(4) 72; Gast, Schroeder, Stomakhin,
 // Jiang & Teran (2015), IEEE TVCG 21(10). Vectors have three coordinates a particle, 0 where
-// pinned.
+// pinned. Those that are led obey v = r_v + tau p''.
 class StageEquation {
  public:
   explicit StageEquation(Particles& system);
@@ -44,6 +44,7 @@ class StageEquation {
   Particles* system_;
   Layout half_;
   Array g_, d_, start_;
+  Array led_;  // accelerations of those that are led
   double t_ = 0, tau_ = 0, phi_rounding_ = 0;
   const double* r_ = nullptr;
   double* y_ = nullptr;

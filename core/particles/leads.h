@@ -1,0 +1,47 @@
+// Particles that are led: pinned to places that move.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/math/differences.h"
+#include "core/particles/rigid_motion.h"
+
+namespace sim {
+
+// Their positions are known functions p_i(t), which the other particles feel. As numbers of X they
+// have the rates (p', p''), so that a method finds their places at its stages to its own order; at
+// the end of a step they are put on their paths. Asked on one thread.
+class Leads {
+ public:
+  using Axes = std::array<double*, 3>;
+
+  // From where particle i is now: along the way of a motion from there or, where that is a
+  // function of the scene, along its values. Throws Error{kScene} where these begin elsewhere.
+  void add(int i, const Vec3& now, std::shared_ptr<const RigidMotion> motion);
+
+  bool empty() const noexcept { return ids_.empty(); }
+  std::span<const int> ids() const noexcept { return ids_; }
+
+  // Of those that are led; other entries stay what they are.
+  void place(double t, const Axes& q, const Axes& v) const;             // := p(t), p'(t)
+  void velocities(double t, const Axes& v) const;                       // := p'(t)
+  void chords(double t, double d, const Axes& q, const Axes& v) const;  // := (p(t + d) - q) / d
+  void accelerate(double t, const Axes& a) const;                       // := p''(t)
+
+ private:
+  struct Path {
+    std::shared_ptr<const RigidMotion> motion;
+    Vec3 center, offset;
+    NinePoints points = NinePoints();  // of the second derivative
+
+    Vec3 at(double t) const { return motion->at(t, center).center + offset; }
+  };
+
+  std::vector<int> ids_;
+  std::vector<Path> paths_;
+};
+
+}  // namespace sim
