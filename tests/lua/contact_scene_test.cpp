@@ -88,6 +88,7 @@ TEST_CASE("the scenes of contact never cross", "[lua][scenes]") {
   const std::pair<const char*, sim::test::Settings> scenes[] = {
       {"scenes/drape_self.lua", {}},
       {"scenes/fold.lua", {{"n", "12"}}},
+      {"scenes/ring.lua", {{"n", "9"}, {"speed", "1.6"}}},
       {"scenes/twist.lua", {{"n", "10"}, {"period", "0.3"}}}};
   for (const auto& [file, settings] : scenes) {
     INFO(file);
