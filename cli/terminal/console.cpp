@@ -13,6 +13,7 @@
 #include <new>
 #include <sstream>
 #include <string>
+#include <system_error>
 
 namespace sim::cli {
 namespace {
@@ -102,6 +103,11 @@ int report_exception(std::ostream& err) {
     return static_cast<int>(error.kind());
   } catch (const std::bad_alloc&) {
     err << kNoMemory << std::flush;
+    return static_cast<int>(ErrorKind::kIo);
+  } catch (const std::system_error& error) {  // a thread, mostly
+    print_error(err, Error(ErrorKind::kIo, {"the system refused", "", error.what(),
+                                            "give it more memory, or use fewer threads"})
+                         .what());
     return static_cast<int>(ErrorKind::kIo);
   } catch (const std::exception& error) {
     print_error(err, std::string("internal: ") + error.what() + "; please report this");
