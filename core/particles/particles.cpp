@@ -146,10 +146,6 @@ void Particles::add_collider(std::unique_ptr<Collider> collider, const std::stri
   contacts_.add(std::move(collider), name, view(0, x));
 }
 
-void Particles::lead(int i, const double* x, std::shared_ptr<const RigidMotion> motion) {
-  leads_.add(i, view(0, x).position(i), std::move(motion));
-}
-
 bool Particles::conserves_energy() const noexcept {
   return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
 }

@@ -22,12 +22,12 @@ namespace sim {
 class Particles {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
-  // without memories, which must have zero velocities where pinned.
+  // without memories, with zero velocities where pinned.
   Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
             std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
 
-  // For the same particles and forces; steppers have to be made again. Where `some_move`, pinned
-  // ones may have velocities, which they keep.
+  // Steppers have to be made again. Where `some_move`, pinned ones may have velocities, and keep
+  // them.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                   bool some_move = false);
   // Turns these off, by index, and all others on. Memories go on.
@@ -45,12 +45,10 @@ class Particles {
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // They and nets may read any particle; gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
-  // How far below and above a block a sweep reads positions; a multiple of kGrain.
-  int reach() const noexcept { return reach_; }
+  int reach() const noexcept { return reach_; }  // of a sweep around a block; a multiple of kGrain
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
-  // The memories of all forces, behind the layout.
-  std::span<const ForceMemory> memories() const noexcept { return memories_; }
+  std::span<const ForceMemory> memories() const noexcept { return memories_; }  // of all forces
   std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
   bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
   void start_memories(double* state) const;                           // as at t = 0
@@ -64,15 +62,13 @@ class Particles {
   bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
   // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
   double damping_power(double t, const double* state, Array& sums) const;
-
   const Contacts& contacts() const noexcept { return contacts_; }
-  // Leads pinned particle i from where it is in the state x.
-  void lead(int i, const double* x, std::shared_ptr<const RigidMotion> motion);
   const Leads& leads() const noexcept { return leads_; }
+  Leads& leads() noexcept { return leads_; }  // of pinned particles
   void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
 
-  // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
-  // Without drag where a method has that in its kicks.
+  // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or it is in
+  // kicks.
   void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
@@ -96,14 +92,13 @@ class Particles {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0, reach_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
-  std::vector<Force*> on_, prepared_;  // prepared: others that act, and those that remember
+  std::vector<Force*> on_, other_forces_, prepared_;  // prepared: others, and those that remember
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   Contacts contacts_;
   Leads leads_;
-  std::vector<Force*> other_forces_;
   bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
   std::vector<ForceMemory> memories_;
   std::size_t memory_size_ = 0;

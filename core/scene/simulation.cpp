@@ -110,7 +110,10 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   particles = compiled.get();
   particles->name_forces(std::move(names));
   for (const LeadSpec& lead : spec.particles->leads)
-    placed(lead.place, [&] { particles->lead(lead.particle, x.data(), lead.path); });
+    placed(lead.place, [&] {
+      const Vec3 now = particles->view(0, x.data()).position(lead.particle);
+      particles->leads().add(lead.particle, now, lead.path);
+    });
   if (!spec.particles->leads.empty()) particles->set_masses(masses(), settings->pinned);
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
