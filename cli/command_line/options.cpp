@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "cli/command_line/engine_options.h"
 #include "cli/command_line/help_texts.h"
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
@@ -36,7 +37,7 @@ struct Texts {
   std::string test_library;
   std::string plugin_words[3];
   PlotRequest plot;
-  ImportRequest import;
+  EngineTexts engine;
   std::vector<std::string> without;
 };
 
@@ -62,13 +63,12 @@ class Parser {
   StudyBase study_base() const;
   NewPluginRequest new_plugin_request() const;
   PlotRequest plot_request() const;
-  ImportRequest import_request() const;
   std::string manual() const;
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
   CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_,
-      *import_;
+      *export_, *import_;
   StudyOptions studies_;
   std::vector<CLI::Option*> run_only_;
   std::map<const CLI::App*, std::set<std::string>> takes_;  // ... that other verbs take, too
@@ -140,6 +140,7 @@ Parser::Parser() {
       app_.add_flag("-q,--quiet", t.quiet, "errors, and a verdict other than trusted")
           ->disable_flag_override()};
   for (CLI::Option* option : add_out_options(app_, t.out)) run_only_.push_back(option);
+  for (CLI::Option* option : add_engine_options(app_, t.engine)) run_only_.push_back(option);
   values("-s,--set", t.set, "NAME=VALUE", "a parameter of the scene; repeatable");
   values("--off", t.off, "NAME", "a switch of the scene, off from the start; repeatable");
   values("--without", t.without, "NAME",
@@ -189,12 +190,12 @@ Parser::Parser() {
   plot_->add_option("-x", t.plot.x, "column")->type_name("NAME");
   plot_->add_option("-y", t.plot.y, "column")->type_name("NAME");
   plot_->add_option("--by", t.plot.by, "a curve for each value of this column")->type_name("NAME");
-  import_ = verb("import", "MESH: a mesh (.obj, .ply) as a scene to edit");
-  import_->footer("Example: sim import bunny.obj --out bunny.lua; without --out it is printed\n");
-  import_->add_option("MESH", t.import.mesh, "of another program; units are metres")->type_name("");
+  export_ = add_export(app_, t.engine);
+  import_ = add_import(app_, t.engine);
   view_ = add_view_options(app_, t.view);
   takes_ = {{plot_, {"--out"}},
-            {import_, {"--out"}},
+            {export_, {export_takes().begin(), export_takes().end()}},
+            {import_, {import_takes().begin(), import_takes().end()}},
             {view_, {"--integrator", "--dt"}},
             {rest_, {"--dump", "--quiet"}}};
 }
@@ -298,6 +299,7 @@ RunRequest Parser::run_request() const {
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);
   request.progress = show_progress(texts_.progress);
+  complete_engine(request, t.engine);
   request.out = out_request(t.out, request.every);
   if (request.out.any() && !request.time && !request.steps && request.debug_particle)
     usage_error("no run to make files of", "--debug-particle with --out",
@@ -337,14 +339,6 @@ PlotRequest Parser::plot_request() const {
     usage_error("argument missing", "sim plot", "it needs a table and two columns",
                 "as in: sim plot runs.csv -x dt -y error");
   request.out = one_file(texts_.out, ".svg", "a chart is .svg");
-  return request;
-}
-
-ImportRequest Parser::import_request() const {
-  ImportRequest request = texts_.import;
-  if (request.mesh.empty())
-    usage_error("argument missing", "sim import", "it needs a mesh", "as in: sim import bunny.obj");
-  request.out = one_file(texts_.out, ".lua", "a scene is .lua");
   return request;
 }
 
@@ -412,7 +406,13 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   } else if (chosen.front() == plot_) {
     line.request = plot_request();
   } else if (chosen.front() == import_) {
-    line.request = import_request();
+    if (imports_results(texts_.engine))
+      line.request = results_request(texts_.engine, run_request());
+    else
+      line.request = import_request(texts_.engine, run_request(), texts_.out);
+  } else if (chosen.front() == export_) {
+    texts_.scene = texts_.engine.scene;
+    line.request = export_request(texts_.engine, run_request());
   } else if (chosen.front() == view_) {
     SceneRequest scene = scene_request(texts_.view.scene);
     if (const std::string dt = only("--dt", texts_.dt); !dt.empty())

@@ -125,7 +125,7 @@ void Progress::clear() {
   drawn_ = false;
 }
 
-void Report::header(std::span<Track> tracks, int threads) {
+void Report::header(std::span<Track> tracks, int threads, const std::string& engine) {
   if (!out_) return;
   std::string text;
   if (scene_.spec.world) text += label("scene", scene_.spec.file);
@@ -161,6 +161,7 @@ void Report::header(std::span<Track> tracks, int threads) {
     if (const auto last = track.short_step()) steps += ", the last after " + brief(*last, 4) + " s";
     text += label("step", steps);
   }
+  if (!engine.empty()) text += label("engine", engine);
   if (threads > 1) text += label("threads", std::to_string(threads));
   put(*out_, text + '\n' + columns(tracks));
 }

@@ -15,6 +15,7 @@
 #include "cli/run/summary.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
+#include "cli/verbs/export_scene.h"
 #include "cli/verbs/rest.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -70,6 +71,7 @@ class Run {
   std::optional<ObserveTable> observe_;
   std::optional<TensionTable> tension_;
   std::optional<Recorder> recorder_;
+  std::optional<EngineRun> engine_;
   Report report_;
   Progress progress_;
   double seconds_ = 0;
@@ -123,6 +125,15 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
   if (request.tension) tension_.emplace(*request.tension, console.out, scope);
   if (request.out.any()) recorder_.emplace(request.out, scene, registry);
+  if (!request.engine) return;
+  const std::int64_t strides[] = {tables ? frame_stride : Track::kNever,
+                                  tracks_.front().row_stride()};
+  engine_.emplace(
+      *request.engine, scene.spec.systems.front(), tracks_.front(),
+      moments_of(tracks_.front(), strides,
+                 request.engine->launch.words.empty() ? request.engine->launch.ranks : 0,
+                 recorder_ ? &*recorder_ : nullptr),
+      request.quiet, console);
 }
 
 // Systems go together: the one that is furthest behind in time takes the next step.
@@ -158,6 +169,7 @@ void Run::measure(Track& track, bool last) {
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   perform(track);
+  if (engine_) return engine_->advance(track);
   try {
     std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
     if (replays_) most = std::min(most, replays_->due(system));
@@ -171,18 +183,19 @@ bool Run::step(Track& track) {
 
 int Run::go() {
   const Interrupts interrupts;
-  report_.header(tracks_, request_.scene.threads);
+  report_.header(tracks_, request_.scene.threads, engine_ ? engine_->title() : "");
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
     measure(track);
   }
 
   const auto begin = std::chrono::steady_clock::now();
+  if (engine_) engine_->start();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
     if (!step(*track)) {
       if (interrupts.caught() || track->system().divergence().status == StepStatus::kStopped) break;
-      track->mark_diverged();  // the others go on
+      if (!track->stuck()) track->mark_diverged();  // the others go on
       continue;
     }
     measure(*track);
@@ -344,6 +357,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
   if (asked.resume) {
     saved = read_checkpoint(*asked.resume);
     complete(request.scene, *saved);
+    if (request.engine && !request.engine->results.empty()) complete_import(request, *saved);
   }
   std::optional<Replays> replays;
   if (asked.replay) replays.emplace(*asked.replay).complete(request.scene);
@@ -353,6 +367,9 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     request.out.show = false;
   }
   LoadedScene scene = load(request.scene, environment, registry);
+  if ((request.engine || !request.export_to.empty()) && scene.spec.world)
+    throw Error(ErrorKind::kScene,
+                {"not for lammps", scene.spec.file, "it is a sim.world", "give one of its scenes"});
   if (replays) replays->begin(scene, registry);
   std::vector<Account> accounts;
   if (saved) {
@@ -364,6 +381,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     const Interrupts interrupts;
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
+  if (!request.export_to.empty())
+    return export_scene(request, scene, accounts.empty() ? nullptr : accounts.data(), console);
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",

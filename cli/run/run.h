@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/run/check.h"
+#include "cli/run/engine_run.h"
 #include "cli/run/recorder.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
@@ -29,7 +30,9 @@ struct RunRequest {
   std::optional<std::string> replay;        // a recording; the run is as long as that
   bool from_rest = false;                   // starts where the scene comes to rest
   std::optional<Checks> checks;
-  OutRequest out;  // pictures, films and files for other programs
+  OutRequest out;                       // pictures, films and files for other programs
+  std::optional<EngineRequest> engine;  // another program makes the steps, of one system
+  std::string export_to;                // a folder for its files, instead of a run
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
   Verify verify = Verify::kQuick;

@@ -136,6 +136,11 @@ void Track::mark_diverged() {
                  std::to_string(bad->particle) + " is not finite there";
 }
 
+void Track::mark_diverged(std::string why) {
+  stuck_ = true;
+  diverged_ = std::move(why);
+}
+
 void Track::continue_from(double total, std::span<const double> work) {
   if (!system_->second_order()) return;
   if (work.empty() || !monitor_.recall_work(work)) return;  // from here, then

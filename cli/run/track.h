@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/scene/simulation.h"
@@ -40,6 +39,7 @@ class Track {
   void touched(double energy);  // by a hand, at the present state, by so many J; no shadow then
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
+  std::int64_t row_stride() const { return row_stride_; }
   std::int64_t taken() const { return system_->step_count() - first_step_; }
   double elapsed() const { return system_->t() - first_t_; }        // s, simulated
   double end() const { return end_ ? *end_ : system_->t(steps_); }  // s
@@ -77,6 +77,7 @@ class Track {
 
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says; it takes no more steps
+  void mark_diverged(std::string why);
   bool stuck() const { return stuck_; }
   Verdict verdict();
 
@@ -98,10 +99,9 @@ class Track {
   study::Monitor monitor_;
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;
-  std::string unverified_;       // why it has no shadow
-  bool energy_unknown_ = false;  // beyond the range of numbers from the start
+  std::string unverified_, diverged_;  // why it has no shadow; why it diverged
+  bool energy_unknown_ = false;        // beyond the range of numbers from the start
   bool interrupted_ = false, work_known_ = true, stuck_ = false;
-  std::string diverged_;  // the reason
 };
 
 // The verdict on all systems of a run: the worst one's, with the names where there are several.

@@ -12,6 +12,7 @@
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
+#include "core/output/process.h"
 
 namespace sim::cli {
 namespace {
@@ -45,6 +46,11 @@ void Examination::build() {
   checks_.push_back({"program", version_line()});
   const unsigned threads = std::thread::hardware_concurrency();
   checks_.push_back({"threads", threads ? counted(threads, "hardware thread") : "unknown"});
+  std::vector<std::string> engines;
+  for (const char* name : {"lmp", "mpirun"})
+    if (const std::string found = find_program(name); !found.empty()) engines.push_back(found);
+  checks_.push_back({"engines", engines.empty() ? "none; --engine lammps needs the package lammps"
+                                                : join(engines, ", ")});
 }
 
 void Examination::folders(const std::string& name, const Folders& list) {

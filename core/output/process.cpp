@@ -2,12 +2,16 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 
 #include "core/base/error.h"
@@ -19,6 +23,22 @@ namespace {
 [[noreturn]] void fail_process(const std::string& what, const std::string& name, int error) {
   throw Error(ErrorKind::kIo, {what, name, std::strerror(error),
                                "check the folder, its permissions and the space there"});
+}
+
+void wait_for(pid_t child, int& status) {
+  while (::waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) break;
+}
+
+// Our environment and, of the additions, what it lacks.
+std::vector<char*> environment_with(const std::vector<std::string>& additions) {
+  std::vector<char*> all;
+  for (char** entry = environ; *entry; ++entry) all.push_back(*entry);
+  for (const std::string& each : additions)
+    if (!std::getenv(each.substr(0, each.find('=')).c_str()))
+      all.push_back(const_cast<char*>(each.c_str()));
+  all.push_back(nullptr);
+  return all;
 }
 
 }  // namespace
@@ -36,7 +56,7 @@ std::string find_program(const std::string& name) {
   return "";
 }
 
-Process::Process(const std::vector<std::string>& words) {
+Process::Process(const std::vector<std::string>& words, const ProcessPlace& place) {
   int in[2] = {-1, -1};
   if (::pipe2(in, O_CLOEXEC) != 0) fail_process("cannot start", words[0], errno);
   std::string name = std::filesystem::temp_directory_path() / "sim-said-XXXXXX";
@@ -45,6 +65,8 @@ Process::Process(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
+  const std::vector<char*> environment = environment_with(place.environment);
+  const pid_t parent = ::getpid();
   child_ = ::fork();
   if (child_ == 0) {
     // Its own group: Ctrl-C is for us, and its file is finished.
@@ -54,7 +76,10 @@ Process::Process(const std::vector<std::string>& words) {
     ::dup2(nothing, 1);
     ::dup2(said_ >= 0 ? said_ : nothing, 2);
     ::signal(SIGPIPE, SIG_DFL);
-    ::execv(arguments[0], arguments.data());
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (::getppid() != parent) ::_exit(127);
+    if (!place.folder.empty() && ::chdir(place.folder.c_str()) != 0) ::_exit(127);
+    ::execve(arguments[0], arguments.data(), environment.data());
     ::_exit(127);
   }
   const int error = errno;
@@ -66,8 +91,15 @@ Process::Process(const std::vector<std::string>& words) {
 Process::~Process() {
   if (in_ >= 0) ::close(in_);
   if (child_ > 0) {
-    ::kill(child_, SIGTERM);
-    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {}
+    // A program that started others (mpirun) gets some time to end them.
+    constexpr int kPatience = 500;  // of 10 ms
+    ::kill(-child_, SIGTERM);
+    for (int waited = 0; waited < kPatience && !ended(); ++waited) {
+      const timespec moment{0, 10'000'000};
+      ::nanosleep(&moment, nullptr);
+    }
+    if (child_ > 0) ::kill(-child_, SIGKILL);
+    if (child_ > 0) wait_for(child_, status_);
   }
   if (said_ >= 0) ::close(said_);
 }
@@ -82,19 +114,28 @@ bool Process::write(std::string_view bytes) {
   return true;
 }
 
+bool Process::ended() {
+  if (child_ > 0 && ::waitpid(child_, &status_, WNOHANG) == child_) child_ = -1;
+  return child_ < 0;
+}
+
 std::string Process::finish() {
-  ::close(in_);
+  if (in_ >= 0) ::close(in_);
   in_ = -1;
-  int status = 0;
-  while (::waitpid(child_, &status, 0) < 0)
-    if (errno != EINTR) break;
+  if (child_ > 0) wait_for(child_, status_);
   child_ = -1;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
+  if (WIFEXITED(status_) && WEXITSTATUS(status_) == 0) return "";
   char text[400] = {};
   const ssize_t count = said_ >= 0 ? ::pread(said_, text, sizeof text - 1, 0) : 0;
   std::string why(text, count > 0 ? static_cast<std::size_t>(count) : 0);
-  why = why.substr(0, why.find('\n'));
-  return why.empty() ? "it failed" : why;
+  // The first line with words: some draw a rule before.
+  const auto letter = std::ranges::find_if(
+      why, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; });
+  const auto at = static_cast<std::size_t>(letter - why.begin());
+  if (at == why.size()) return "it failed";
+  const std::size_t before = why.rfind('\n', at);
+  why.erase(0, before == std::string::npos ? 0 : before + 1);
+  return why.substr(0, why.find('\n'));
 }
 
 FileBeside::FileBeside(const std::string& file) : name_(file) {

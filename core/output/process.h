@@ -12,20 +12,29 @@ namespace sim {
 // The path of a program in PATH; "" where there is none.
 std::string find_program(const std::string& name);
 
-// Runs without a shell: the words are its arguments as they are. What it says is kept.
+// Where a program starts and what it finds there.
+struct ProcessPlace {
+  std::string folder = {};                    // empty: here
+  std::vector<std::string> environment = {};  // NAME=VALUE, where ours has no such name
+};
+
+// Runs without a shell: the words are its arguments as they are. What it says is kept. It ends when
+// we do.
 class Process {
  public:
-  explicit Process(const std::vector<std::string>& words);  // throws Error{kIo}
-  ~Process();                                               // ends the program if it still runs
+  // Throws Error{kIo}.
+  explicit Process(const std::vector<std::string>& words, const ProcessPlace& place = {});
+  ~Process();  // ends the program, and those that it started, if it still runs
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
   bool write(std::string_view bytes);  // to its standard input; false: it reads no more
+  bool ended();                        // has it? Does not wait
   std::string finish();                // waits for its end; why it failed, "" for success
 
  private:
-  pid_t child_ = -1;
-  int in_ = -1, said_ = -1;
+  pid_t child_ = -1;  // less than 0: none, or its end was seen
+  int in_ = -1, said_ = -1, status_ = 0;
 };
 
 // A file that takes its name only when it is whole. Until then it has a name beside, which keeps

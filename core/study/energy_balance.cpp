@@ -37,7 +37,7 @@ void EnergyBalance::touched(double energy) {
   if (!damped_) return;
   if (sums_.size() == 0) sums_ = Array(Layout(system_->particles(), 3).size());
   work_.look(system_->t(), power());
-  steps_ = 0;
+  since_ = 0;
 }
 
 // A hand, or whoever leads a particle, gives what the forces on the particle take from it: -F.v.
@@ -125,12 +125,14 @@ double EnergyBalance::potential() const {
 }
 
 std::int64_t EnergyBalance::due() const {
-  return !damped_ ? std::numeric_limits<std::int64_t>::max() : stride_ - steps_ % stride_;
+  return !damped_ ? std::numeric_limits<std::int64_t>::max() : stride_ - since_;
 }
 
 void EnergyBalance::advance(std::int64_t steps) {
-  steps_ += steps;
-  if (damped_ && steps_ % stride_ == 0) work_.look(system_->t(), power());
+  since_ += steps;
+  if (since_ < stride_) return;
+  since_ = 0;
+  if (damped_) work_.look(system_->t(), power());
 }
 
 // The energy at the start of the first part is not known here; E + W counts from this state.
@@ -160,7 +162,7 @@ ContactWork EnergyBalance::contact() const {
 double EnergyBalance::taken() const {
   const double by_contact = contact().lost - contact().given;
   if (!damped_) return by_contact;
-  const double work = steps_ % stride_ == 0 ? work_.value() : work_.with(system_->t(), power());
+  const double work = since_ == 0 ? work_.value() : work_.with(system_->t(), power());
   const double by_potential = working_.empty() ? 0 : potential() - start_potential_;
   return work - by_potential + by_contact;
 }

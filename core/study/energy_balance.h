@@ -20,7 +20,8 @@ class EnergyBalance {
   // ones.
   explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
-  // After steps, at most due() of them: in large systems not after every one, to save time.
+  // After steps, at most due() of them: in large systems not after every one, to save time. More
+  // are allowed where states are not at hand; W is then less certain.
   void advance(std::int64_t steps = 1);
   std::int64_t due() const;  // steps until the present state is wanted again
 
@@ -56,7 +57,7 @@ class EnergyBalance {
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J
   Energy start_;
-  std::int64_t stride_ = 1, steps_ = 0;
+  std::int64_t stride_ = 1, since_ = 0;  // steps, and those since the last look at the power
   WorkIntegral work_;
   ContactWork contact_before_;  // less what there was at the start, J
   double before_ = 0;           // W of an earlier part of the run, J

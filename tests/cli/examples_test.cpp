@@ -24,9 +24,9 @@ std::string command_of(const std::string& line) {
 }
 
 bool is_run(const std::string& command) {
-  for (const char* verb :
-       {"tradeoff", "stability", "order", "list", "describe", "adjacency", "help", "--debug",
-        "echo", "simrepl", "observe", "minimal", "compare", "sweep", "import", "plot", "rest"})
+  for (const char* verb : {"tradeoff", "stability", "order", "list", "describe", "adjacency",
+                           "help", "--debug", "echo", "simrepl", "observe", "minimal", "compare",
+                           "sweep", "import", "export", "plot", "rest"})
     if (command.rfind(verb, 0) == 0 || command.rfind(std::string("sim ") + verb, 0) == 0)
       return false;
   return true;

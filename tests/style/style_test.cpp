@@ -92,6 +92,12 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core/study", kToScene},
     {"core/picture", kToScene},
     {"core/output", kToOutput},
+    {"core/engine",
+     [] {
+       std::set<std::string> rooms = kToScene;
+       rooms.insert("core/output");
+       return rooms;
+     }()},
     {"core/lua", kToOutput},
     {"plugins/forces", ground_and({"core/expression", "core/particles", "core/plugin"})},
     {"plugins/fields", ground_and({"core/fields", "core/plugin"})},
@@ -104,7 +110,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"cli",
      [] {
        std::set<std::string> rooms = kToOutput;
-       rooms.insert("core/lua");
+       rooms.insert({"core/engine", "core/lua"});
        return rooms;
      }()},
 };

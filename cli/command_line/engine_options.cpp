@@ -1,0 +1,140 @@
+#include "cli/command_line/engine_options.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <sstream>
+
+#include "cli/command_line/option_values.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr const char* kExportFooter =
+    "Example: sim export scenes/cloth.lua -i verlet -T 1 --format lammps cloth\n"
+    "Then, there or on another machine: cd cloth; mpirun -np 4 lmp -in scene.in\n"
+    "And back: sim import cloth --dump=run.csv\n"
+    "The folder: scene.in, scene.data and moments.txt for LAMMPS, start.snap and\n"
+    "run.txt for sim import. LAMMPS adds frames.bin and log.lammps.\n"
+    "What LAMMPS would not mean in the same way is refused by name: methods other than\n"
+    "verlet and symplectic_euler, single precision, colliders, constraints, contact,\n"
+    "forces other than springs without damping, gravity and drag.\n";
+
+constexpr const char* kImportFooter =
+    "A mesh becomes a scene to edit: sim import bunny.obj --out bunny.lua; without\n"
+    "--out it is printed. A folder of sim export, with the frames of its run, becomes\n"
+    "what the run itself would have written: sim import cloth --dump=run.csv; all\n"
+    "options for tables, files and the verdict hold, as in sim --help.\n";
+
+}  // namespace
+
+std::vector<CLI::Option*> add_engine_options(CLI::App& app, EngineTexts& t) {
+  return {
+      app.add_option("--engine", t.engine, "another program makes the steps: lammps")
+          ->type_name("NAME"),
+      app.add_option("--ranks", t.ranks, "processes of it; 1 if not given")->type_name("N"),
+      app.add_option("--launch", t.launch,
+                     "the words that start it, instead of mpirun:\n\"srun -n 512 lmp\"")
+          ->type_name("WORDS"),
+      app.add_flag("--no-compare", t.no_compare, "do not compare its first 20 steps with our own")
+          ->disable_flag_override()};
+}
+
+CLI::App* add_export(CLI::App& app, EngineTexts& t) {
+  CLI::App* verb = app.add_subcommand("export", "SCENE DIR: files for LAMMPS, on any machine");
+  verb->fallthrough()->allow_extras();
+  verb->get_formatter()->column_width(26);
+  verb->add_option("SCENE", t.scene, "Lua file")->type_name("");
+  verb->add_option("DIR", t.folder, "a folder; it is made if it is not there")->type_name("");
+  verb->add_option("--format", t.format, "lammps")->type_name("F");
+  verb->footer(std::string("It takes -i, -d, --time, --steps, --every, --resume, --from-rest, "
+                           "--quiet, --set,\n--off, --without, --seed and --json, as in sim "
+                           "--help.\n") +
+               kExportFooter);
+  return verb;
+}
+
+CLI::App* add_import(CLI::App& app, EngineTexts& t) {
+  CLI::App* verb = app.add_subcommand("import", "MESH: a scene to edit from it; DIR: results");
+  verb->fallthrough()->allow_extras();
+  verb->get_formatter()->column_width(26);
+  verb->add_option("SOURCE", t.source, "a mesh (.obj, .ply; in metres) or a folder")->type_name("");
+  verb->footer(kImportFooter);
+  return verb;
+}
+
+const std::vector<std::string>& export_takes() {
+  static const std::vector<std::string> names = {
+      "--integrator", "--dt", "--time", "--steps", "--every", "--resume", "--from-rest", "--quiet"};
+  return names;
+}
+
+const std::vector<std::string>& import_takes() {
+  static const std::vector<std::string> names = {
+      "--time",   "--steps", "--energy", "--dump",          "--observe",   "--every",
+      "--snap",   "--check", "--verify", "--no-verify",     "--progress",  "--quiet",
+      "--out",    "--fps",   "--color",  "--springs",       "--wireframe", "--no-compare",
+      "--camera", "--size",  "--show",   "--debug-particle"};
+  return names;
+}
+
+void complete_engine(RunRequest& request, const EngineTexts& t) {
+  if (t.engine.empty()) {
+    if (!t.ranks.empty() || !t.launch.empty())
+      usage_error("an engine is missing", t.ranks.empty() ? "--launch" : "--ranks",
+                  "it starts another program", "add --engine lammps");
+    return;
+  }
+  if (t.engine != "lammps")
+    usage_error("unknown engine", "--engine '" + t.engine + "'", "there is one", "known: lammps");
+  if (request.replay)
+    usage_error("no hands there", "--engine with --replay", "an engine knows no hands",
+                "leave --engine out");
+  EngineRequest engine;
+  constexpr std::int64_t kMostRanks = 1'000'000;
+  if (!t.ranks.empty())
+    engine.launch.ranks = static_cast<int>(integer_between("--ranks", t.ranks, 1, kMostRanks));
+  std::istringstream words(t.launch);
+  for (std::string word; words >> word;) engine.launch.words.push_back(word);
+  if (!t.launch.empty() && engine.launch.words.empty())
+    usage_error("bad value", "--launch '" + t.launch + "'", "it has no words",
+                "as in --launch \"srun -n 512 lmp\"");
+  if (!engine.launch.words.empty() && !t.ranks.empty())
+    usage_error("two numbers of ranks", "--ranks and --launch", "the words of --launch say it",
+                "leave --ranks out");
+  engine.compare = !t.no_compare;
+  request.engine = engine;
+}
+
+RunRequest export_request(const EngineTexts& t, RunRequest run) {
+  if (t.scene.empty() || t.folder.empty())
+    usage_error("argument missing", "sim export", "it needs a scene and a folder",
+                "as in: sim export scenes/cloth.lua -i verlet --format lammps cloth");
+  if (t.format != "lammps")
+    usage_error("unknown format", "--format '" + t.format + "'", "there is one", "known: lammps");
+  run.export_to = t.folder;
+  return run;
+}
+
+bool imports_results(const EngineTexts& t) {
+  std::error_code failed;
+  return std::filesystem::is_directory(t.source, failed);
+}
+
+RunRequest results_request(const EngineTexts& t, RunRequest run) {
+  run.engine = EngineRequest{.launch = {}, .compare = !t.no_compare, .results = t.source};
+  run.resume = t.source + "/" + kEngineStart;
+  return run;
+}
+
+ImportRequest import_request(const EngineTexts& t, const RunRequest& run, const OutTexts& out) {
+  if (t.source.empty())
+    usage_error("argument missing", "sim import", "it needs a mesh or a folder",
+                "as in: sim import bunny.obj");
+  if (run.dump || run.energy || run.observe || run.snap || run.time || run.steps || run.every ||
+      run.checks || run.debug_particle)
+    usage_error("option of a run", t.source, "a mesh is no run",
+                "give the folder of an export, or leave options of runs out");
+  return {t.source, one_file(out, ".lua", "a scene is .lua")};
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,228 @@
+#include "cli/run/engine_run.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "cli/run/scene.h"
+#include "cli/terminal/signals.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/engine/lammps_input.h"
+#include "core/output/output.h"
+#include "core/study/verdict/looks.h"
+
+namespace sim::cli {
+namespace {
+
+constexpr const char* kNotesFile = "run.txt";
+
+// Steps between states for the work of drag. Of few particles each, so that what lies on the disk
+// stays a matter of gigabytes; of many as often as our own runs look (see EnergyBalance), but one
+// process writes what all of them compute: the more there are the fewer, and of an unknown number
+// those that the verdict looks at are enough.
+std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
+  constexpr double kMostFrames = 1e5, kMostBytes = 2e9;
+  constexpr int kParticlesPerStep = 2048, kMostSteps = 16;
+  const int n = track.system().particles();
+  const double frames =
+      std::clamp(kMostBytes / (8.0 * engine::kLammpsColumns * n), 1.0, kMostFrames);
+  const auto stride = static_cast<std::int64_t>(std::ceil(static_cast<double>(steps) / frames));
+  if (n <= kParticlesPerStep) return std::max<std::int64_t>(1, stride);
+  if (ranks == 0) return Track::kNever;
+  return std::max<std::int64_t>(stride, ranks * std::clamp(n / kParticlesPerStep, 1, kMostSteps));
+}
+
+}  // namespace
+
+std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
+                                     const Recorder* recorder) {
+  constexpr double kMost = 5e7;
+  const Simulation& system = track.system();
+  const std::int64_t first = system.step_count();
+  const std::int64_t last = track.steps() - (track.short_step() ? 1 : 0);
+  if (last <= first) return {first};
+  std::vector<std::int64_t> all(strides.begin(), strides.end());
+  if (!system.conserves_energy()) all.push_back(work_stride(track, last - first, ranks));
+  double count = 0;
+  for (const std::int64_t stride : all)
+    count += static_cast<double>(last - first) / static_cast<double>(stride);
+  if (count > kMost)
+    throw Error(ErrorKind::kUsage,
+                {"too many states", brief(count, 2) + " rows of tables",
+                 "an engine writes each of them to the disk", "choose fewer, as in --every 1000"});
+  std::set<std::int64_t> steps{first, last};
+  for (const std::int64_t stride : all) {
+    if (stride == Track::kNever) continue;
+    for (std::int64_t step = first + stride - first % stride; step < last; step += stride)
+      steps.insert(step);
+  }
+  study::Looks looks(first, track.steps());
+  for (std::int64_t step = looks.next(); step < last; step = looks.next()) {
+    steps.insert(std::max(first, step));
+    looks.take(step);
+  }
+  if (recorder) recorder->moments(system, last, [&](std::int64_t step) { steps.insert(step); });
+  steps.insert(std::min(last, first + engine::FirstSteps::kSteps));
+  return {steps.begin(), steps.end()};
+}
+
+void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
+  std::ostream nowhere(nullptr);
+  Output file({folder + "/" + kNotesFile}, nowhere);
+  file.buffer() = "engine lammps\n" +
+                  (notes.steps ? "steps " + std::to_string(*notes.steps)
+                               : "time " + shortest(notes.time.value_or(0))) +
+                  "\nevery " + std::to_string(notes.every) + '\n';
+  for (const std::string& name : notes.without) file.buffer() += "without " + name + '\n';
+  file.commit();
+}
+
+EngineNotes read_engine_notes(const std::string& folder) {
+  const std::string file = folder + "/" + kNotesFile;
+  std::ifstream stream(file);
+  if (!stream)
+    throw Error(ErrorKind::kIo, {"cannot import", file, "it cannot be read",
+                                 "give a folder that sim export wrote"});
+  constexpr std::size_t kMostBytes = 100'000;
+  std::string text(kMostBytes, ' ');
+  stream.read(text.data(), kMostBytes);
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  EngineNotes notes;
+  bool known = false, good = true;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t space = std::min(line.find(' '), line.size());
+    const std::string name = line.substr(0, space),
+                      value = line.substr(std::min(space + 1, line.size()));
+    const auto whole = parse_integer(value);
+    const auto number = parse_number(value);
+    if (name == "engine") {
+      known = value == "lammps";
+    } else if (name == "steps" && whole && *whole >= 0 && *whole <= kMostSteps) {
+      notes.steps = whole;
+    } else if (name == "time" && number && *number >= 0) {
+      notes.time = number;
+    } else if (name == "every" && whole && *whole >= 1) {
+      notes.every = *whole;
+    } else if (name == "without") {
+      notes.without.push_back(value);
+    } else {
+      good = false;
+    }
+  }
+  if (!known || !good || notes.steps.has_value() == notes.time.has_value())
+    throw Error(ErrorKind::kCheckpoint,
+                {"cannot import", file, "it does not say what was run", "export the scene again"});
+  return notes;
+}
+
+EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
+                     std::vector<std::int64_t> moments, bool quiet, Console& console)
+    : request_(request),
+      quiet_(quiet),
+      console_(console),
+      last_(moments.back()),
+      folder_(request.results),
+      scene_(track.system(), spec) {
+  const bool started = request.results.empty() && moments.size() > 1;
+  title_ = "lammps, " + std::string(request.results.empty() ? "" : "results of ") +
+           (!request.results.empty()        ? request.results
+            : !request.launch.words.empty() ? join(request.launch.words, " ")
+                                            : counted(request.launch.ranks, "rank"));
+  if (started) {
+    if (request.launch.ranks > std::max(1, track.system().particles()))
+      throw Error(ErrorKind::kUsage,
+                  {"too many ranks", "--ranks " + std::to_string(request.launch.ranks),
+                   "there are " + counted(track.system().particles(), "particle"),
+                   "some thousand particles are worth a rank"});
+    command_ = engine::lammps_command(request.launch);
+    temporary_.emplace();
+    folder_ = temporary_->path();
+    engine::write_lammps(scene_, moments, folder_);
+  }
+  frames_.emplace(folder_, scene_, track.system());
+  constexpr int kMostCompared = 10'000'000;
+  if (request.compare && moments.size() > 1 && track.system().particles() <= kMostCompared)
+    first_steps_.emplace(track.system(), last_ - moments.front());
+}
+
+void EngineRun::start() {
+  if (!command_.empty()) process_ = engine::start_lammps(command_, folder_);
+}
+
+bool EngineRun::advance(Track& track) {
+  Simulation& system = track.system();
+  if (system.step_count() >= last_) return track.advance(1) > 0;  // a shorter one, of our own
+  while (true) {
+    const bool ended = !process_ || process_->ended();
+    switch (frames_->next(last_)) {
+      case engine::LammpsFrames::Next::kState:
+        if (first_steps_ && system.step_count() == first_steps_->step()) compare(system);
+        return true;
+      case engine::LammpsFrames::Next::kNotFinite:
+        track.mark_diverged("in lammps a number is not finite at step " +
+                            std::to_string(frames_->step()) + ", h = " + brief(system.h()) + " s");
+        return false;
+      case engine::LammpsFrames::Next::kNone:
+        break;
+    }
+    if (ended) return give_up(track);
+    if (SessionSignals::any()) return false;
+    const timespec moment{0, 5'000'000};
+    ::nanosleep(&moment, nullptr);
+  }
+}
+
+// There is no further state.
+bool EngineRun::give_up(Track& track) {
+  const engine::LammpsLog log = engine::read_lammps_log(folder_);
+  const std::string at =
+      "step " + std::to_string(track.system().step_count()) + " of " + std::to_string(last_);
+  if (log.halted) {
+    track.mark_diverged("the energy in lammps was no longer a number at step " +
+                        std::to_string(*log.halted) + ", h = " + brief(track.system().h()) + " s");
+    return false;
+  }
+  if (!process_)
+    throw Error(ErrorKind::kCheckpoint,
+                {"results are not whole", folder_,
+                 "they end at " + at + (log.error.empty() ? "" : "; " + log.error),
+                 "let the run there end, or take what there is: --steps " +
+                     std::to_string(track.system().step_count())});
+  if (SessionSignals::any()) return false;
+  const std::string said = process_->finish();
+  throw Error(ErrorKind::kIo,
+              {"lammps failed", title_ + ", at " + at,
+               !log.error.empty() ? log.error
+               : said.empty()     ? "it ended too early"
+                                  : said,
+               std::string(request_.launch.ranks > 1 && ::geteuid() == 0
+                               ? "as root mpirun wants OMPI_ALLOW_RUN_AS_ROOT=1 and "
+                                 "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; "
+                               : "") +
+                   "sim export makes the files to try by hand"});
+}
+
+void EngineRun::compare(const Simulation& system) {
+  const engine::FirstSteps::Answer answer = first_steps_->compare(system);
+  const std::string digits = std::isinf(answer.digits) ? "all" : brief(answer.digits, 3);
+  const std::string steps = "step " + std::to_string(system.step_count());
+  if (!answer.same)
+    throw Error(ErrorKind::kCheck, {"lammps and the kernel part", title_,
+                                    "at " + steps + " they agree to " + digits + " digits only",
+                                    "--no-compare goes on all the same"});
+  if (quiet_) return;
+  std::string version = engine::read_lammps_log(folder_).version;
+  if (version.empty()) version = "lammps";
+  console_.err << "sim: note: " << version << " and the kernel agree to " << digits << " digits at "
+               << steps << '\n'
+               << std::flush;
+}
+
+}  // namespace sim::cli

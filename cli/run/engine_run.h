@@ -1,0 +1,75 @@
+// A run whose steps another program makes: ours measures, judges and writes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/run/recorder.h"
+#include "cli/run/track.h"
+#include "cli/terminal/console.h"
+#include "core/engine/exchange.h"
+#include "core/engine/first_steps.h"
+#include "core/engine/lammps.h"
+#include "core/engine/lammps_frames.h"
+
+namespace sim::cli {
+
+// --engine lammps, or sim import of a folder.
+struct EngineRequest {
+  engine::LammpsLaunch launch;
+  bool compare = true;  // the first steps with those of the kernel
+  std::string results;  // a folder with frames that are there already; empty: it is started
+};
+
+// The ascending steps of a run at which something is looked at, the present one first, the last one
+// that is a whole step at the end. `strides` in steps: of tables and rows of the report; a recorder
+// may be null. With drag there are more between them, for the work that it takes; ranks 0: unknown.
+std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
+                                     const Recorder* recorder);
+
+// What a folder needs besides the engine's own files, for `sim import`.
+struct EngineNotes {
+  std::optional<double> time;  // s, as asked for; or
+  std::optional<std::int64_t> steps;
+  std::int64_t every = 1;
+  std::vector<std::string> without;  // parts that are left out
+};
+void write_engine_notes(const EngineNotes& notes, const std::string& folder);
+EngineNotes read_engine_notes(const std::string& folder);  // throws Error{kIo}, Error{kCheckpoint}
+
+inline constexpr const char* kEngineStart = "start.snap";  // a checkpoint
+
+class EngineRun {
+ public:
+  // Refuses what is refused; writes the files, unless there are results. Track and console outlive
+  // it. Throws Error.
+  EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
+            std::vector<std::int64_t> moments, bool quiet, Console& console);
+
+  std::string title() const { return title_; }  // "lammps, 2 ranks"
+  void start();
+  // To the next state. False: a signal came, or the run has diverged, which the track is told then.
+  bool advance(Track& track);
+
+ private:
+  bool give_up(Track& track);
+  void compare(const Simulation& system);
+
+  EngineRequest request_;
+  bool quiet_;
+  Console& console_;
+  std::int64_t last_;  // step
+  std::string title_;
+  std::vector<std::string> command_;
+  std::optional<engine::LammpsFolder> temporary_;
+  std::string folder_;
+  engine::Exchange scene_;
+  std::optional<engine::FirstSteps> first_steps_;
+  std::optional<engine::LammpsFrames> frames_;
+  std::unique_ptr<Process> process_;  // ends before its folder goes
+};
+
+}  // namespace sim::cli

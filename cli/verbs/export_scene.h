@@ -1,0 +1,18 @@
+// `sim export SCENE DIR`: a scene as files that LAMMPS runs, on this machine or another.
+#pragma once
+
+#include "cli/run/checkpoint_file.h"
+#include "cli/run/run.h"
+
+namespace sim::cli {
+
+// Writes the files of request.export_to; `account` of a run that goes on, or null. Throws Error for
+// what is refused, before anything is written, and for a folder that holds results.
+int export_scene(const RunRequest& request, LoadedScene& scene, const Account* account,
+                 Console& console);
+
+// What an import of results starts from: the checkpoint and length of the folder, where the request
+// says nothing else.
+void complete_import(RunRequest& request, const Checkpoint& saved);
+
+}  // namespace sim::cli

@@ -1,0 +1,57 @@
+// A compiled scene as flat data, for programs beside ours that know no plugins.
+#pragma once
+
+#include "core/base/array.h"
+#include "core/engine/kick_map.h"
+#include "core/particles/particle_system.h"
+#include "core/scene/simulation.h"
+
+namespace sim::engine {
+
+// Masses under springs, one gravity and one drag, stepped by verlet or symplectic_euler:
+//   m x'' = -sum of k (|d| - rest) d / |d| + m g - c x',  x'' = x' = 0 where pinned
+// A view of the present state of a simulation, which it outlives.
+class Exchange {
+ public:
+  // Throws Error{kScene}, or Error{kUsage} for the method, and names what of the scene another
+  // program would not mean in the same way.
+  Exchange(Simulation& system, const SystemSpec& spec);
+
+  const std::string& name() const { return system_->name(); }
+  Method method() const { return method_; }
+  double h() const { return system_->h(); }  // s
+  std::int64_t step() const { return system_->step_count(); }
+  int particles() const { return view().n; }
+  bool free(int i) const { return view().free(i); }
+  double mass(int i) const { return view().mass[i]; }  // kg, of a free one
+  Vec3 position(int i) const { return view().position(i); }
+  Vec3 velocity(int i) const { return view().velocity(i); }
+  Vec3 gravity() const;                                                 // m/s^2
+  double drag() const { return particles_->motion().damping; }          // kg/s
+  KickMap map(int i) const { return {method_, mass(i), drag(), h()}; }  // of a free one
+
+  // Without drag, in m/s^2: three coordinates in a Layout(particles(), 3).
+  Array accelerations() const;
+
+  // Calls visit(a, b, k, rest) for every spring, always in the same order; N/m and m.
+  template <class Visit>
+  void each_spring(Visit visit) const {
+    for (const SpringRun* run : particles_->runs())
+      for (int a = 0; a + run->stride < particles(); ++a)
+        if (run->owns(a)) visit(a, a + run->stride, run->k_of(a), run->rest_of(a));
+    for (const Net* net : particles_->nets())
+      for (int a = 0; a < particles(); ++a)
+        net->at(a, [&](int b, double k, double rest) {
+          if (b > a) visit(a, b, k, rest);
+        });
+  }
+
+ private:
+  ParticleView view() const { return particles_->view(system_->t(), system_->state().data()); }
+
+  Simulation* system_;
+  ParticleSystem* particles_ = nullptr;
+  Method method_ = Method::kVerlet;
+};
+
+}  // namespace sim::engine

@@ -1,0 +1,35 @@
+// Do an engine and our kernel take the same first steps?
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/scene/simulation.h"
+
+namespace sim::engine {
+
+// Takes the first steps of a run with the kernel, and once more from a start that is shifted by
+// roundings, which says how far apart two correct runs may be.
+class FirstSteps {
+ public:
+  static constexpr std::int64_t kSteps = 20;
+
+  // Of at most so many steps; the system is then where it was.
+  FirstSteps(Simulation& system, std::int64_t most);
+
+  std::int64_t step() const { return step_; }  // at which states are compared; -1: at none
+
+  struct Answer {
+    double digits = 0;  // of the way from the start, rms over particles; infinite: the same bits
+    bool same = true;   // to what roundings explain
+  };
+  // Of the present state, at step().
+  Answer compare(const Simulation& system) const;
+
+ private:
+  std::vector<double> start_, end_;  // positions
+  std::int64_t step_ = -1;
+  double way_ = 0, parted_ = 0;  // m, rms: from the start, and by the shift
+};
+
+}  // namespace sim::engine

@@ -1,0 +1,51 @@
+// The states that LAMMPS writes: a binary dump, read frame by frame while it grows.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "core/engine/exchange.h"
+#include "core/scene/snapshot.h"
+
+namespace sim::engine {
+
+class LammpsFrames {
+ public:
+  enum class Next {
+    kState,      // the system is at the next frame now
+    kNone,       // there is no further whole frame, as yet
+    kNotFinite,  // the next frame has numbers that are not; the system stays where it is
+  };
+
+  // The system is where the scene was when it was written; the frames are of the same folder.
+  LammpsFrames(const std::string& folder, const Exchange& scene, Simulation& system);
+
+  // Throws Error{kCheckpoint} for a file that is of another scene or start, or damaged.
+  // Frames behind step `last` are none.
+  Next next(std::int64_t last);
+  std::int64_t step() const { return step_; }  // of the frame that was read last
+
+ private:
+  bool read_head();
+  bool read_rows();
+  void take(const double* row);
+  [[noreturn]] void refuse(const std::string& why) const;
+  template <class T>
+  bool read(T* values, std::size_t count);
+
+  std::string file_;
+  std::ifstream stream_;
+  const Exchange* scene_;
+  Simulation* system_;
+  Layout layout_;
+  Snapshot state_;
+  std::vector<bool> seen_;
+  std::vector<double> rows_;
+  std::streamoff frame_ = 0;  // where the next one begins
+  std::int64_t first_, step_;
+  bool finite_ = true, same_start_ = true;
+};
+
+}  // namespace sim::engine

@@ -1,0 +1,399 @@
+// Scenes on LAMMPS: files of an export, a plain imitation of what it does with them, and itself
+// where there is one.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+
+#include "core/output/process.h"
+#include "tests/cli/program.h"
+#include "tests/support/plain_lammps.h"
+#include "tests/support/temporary.h"
+
+namespace sim_test {
+namespace {
+
+using Catch::Contains;
+
+// 60 particles anywhere, moving, tied at random by springs that all differ, under oblique gravity.
+constexpr const char* kNet = R"lua(
+local sim = require "sim"
+local masses, drag = sim.arg("masses", "three", ""), sim.arg("drag", 0.01, "kg/s")
+local n, ties = sim.arg("n", 60, ""), sim.arg("ties", 200, "")
+local seed = 12345
+local function any()
+  seed = (seed * 16807) % 2147483647
+  return seed / 2147483647
+end
+local p = sim.particles { mass = 0.01 }
+for i = 0, n - 1 do
+  local m = masses == "three" and 0.01 * (1 + i % 3) or 0.01 * (1 + any())
+  p:add({ any(), any(), any() }, { mass = m, velocity = { any() - 0.5, any() - 0.5, any() } })
+end
+for i = 1, sim.arg("pins", 3, "") do p:pin(((i - 1) * 7) % n) end
+local springs = sim.force.spring { stiffness = 5 }
+for _ = 1, ties do
+  local a, b = math.floor(any() * n), math.floor(any() * n)
+  if a ~= b then springs:tie(a, b, { stiffness = 1 + 4 * any(), rest = 0.1 + 0.5 * any() }) end
+end
+local g = sim.arg("g", 9.81, "m/s^2")
+local forces = { sim.force.gravity { g = { 0.3 * g, -g, 0.2 * g } } }
+if drag > 0 then forces[#forces + 1] = sim.force.drag { k = drag } end
+if ties > 0 then forces[#forces + 1] = springs end
+return sim.scene { name = "net", particles = p, forces = forces, integrator = "verlet", dt = 0.002,
+  duration = 0.4 }
+)lua";
+
+using Words = std::vector<std::string>;
+
+Words with(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+struct Apart {
+  double x = 0, v = 0;  // m, m/s
+};
+
+// Of two tables of states with the same head, steps, times and particles.
+Apart apart(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const auto mine = lines_of(read_text(a)), theirs = lines_of(read_text(b));
+  REQUIRE(mine.size() == theirs.size());
+  REQUIRE(mine.size() > 1);
+  CHECK(mine[0] == theirs[0]);
+  Apart most;
+  for (std::size_t i = 1; i < mine.size(); ++i) {
+    const auto left = cells_of(mine[i]), right = cells_of(theirs[i]);
+    for (std::size_t k = 0; k < 3; ++k) REQUIRE(left[k] == right[k]);
+    for (std::size_t k = 3; k < 9; ++k) {
+      double& worst = k < 6 ? most.x : most.v;
+      const double difference = std::fabs(std::stod(left[k]) - std::stod(right[k]));
+      worst = difference <= worst ? worst : difference;
+    }
+  }
+  return most;
+}
+
+struct Here {
+  TemporaryFolder folder;
+  ProgramOptions options;
+
+  Here() {
+    options.folder = folder.path();
+    options.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+                           {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}};
+    write_text(folder.path() / "net.lua", kNet);
+  }
+  std::filesystem::path operator()(const std::string& name) const { return folder.path() / name; }
+  Outcome sim(const Words& words) const { return run_sim(words, options); }
+};
+
+bool have(const std::string& program) {
+  if (!sim::find_program(program).empty()) return true;
+  WARN("skipped: there is no " << program);
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("an export says the scene in the words of LAMMPS") {
+  const Here here;
+  write_text(here("swing.lua"),
+             "local sim = require 'sim'\n"
+             "local p = sim.particles { mass = 2 }\n"
+             "p:add { 0, 0, 0 }\n"
+             "p:add({ 1, 0, 0 }, { velocity = { 0, 0, 3 } })\n"
+             "p:pin(0)\n"
+             "local s = sim.force.spring { stiffness = 50 }\n"
+             "s:tie(0, 1, { rest = 0.8 })\n"
+             "return sim.scene { name = 'swing', particles = p, integrator = 'verlet',\n"
+             "  forces = { s, sim.force.gravity { g = { 0, -9.81, 0 } }, sim.force.drag { k = 4 } "
+             "},\n"
+             "  dt = 0.1, duration = 2 }\n");
+  const Outcome made = here.sim({"export", "swing.lua", "--format", "lammps", "out"});
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  const PlainLammps plain(here("out"));
+  // By hand: rate 4 / 2 = 2 1/s, y = 0.2, phi = (1 - e^-0.2) / 0.2 = 0.906346234610091;
+  // a0 = (-50 (1 - 0.8) / 2, -9.81, 0) = (-5, -9.81, 0).
+  constexpr double kPhi = 0.906346234610091;
+  CHECK(plain.mass[1] == Approx(2 / kPhi).epsilon(1e-14));
+  CHECK(plain.gravity[4] == Approx(2 * -9.81).epsilon(1e-14));
+  CHECK(plain.drag == 4);
+  CHECK(plain.h == 0.1);
+  REQUIRE(plain.bonds.size() == 1);
+  CHECK(plain.bonds[0].k == 25);
+  CHECK(plain.bonds[0].rest == 0.8);
+  CHECK(plain.x == std::vector<double>{0, 0, 0, 1, 0, 0});
+  CHECK(plain.group == std::vector<int>{2, 1});
+  // w = (e^-0.1 v + ((1 - e^-0.1) / 2 - 0.05 phi) a0) / ((1 + e^-0.2) / 2)
+  const double share = ((1 - std::exp(-0.1)) / 2 - 0.05 * kPhi) / ((1 + std::exp(-0.2)) / 2);
+  CHECK(plain.v[3] == Approx(-5 * share).epsilon(1e-12));
+  CHECK(plain.v[4] == Approx(-9.81 * share).epsilon(1e-12));
+  CHECK(plain.v[5] == Approx(3 / std::cosh(0.1)).epsilon(1e-13));
+  CHECK(plain.steps == 20);
+  REQUIRE(plain.moments.size() == 21);
+  CHECK(plain.moments.back() == 21);
+  CHECK(plain.lines.at("neigh_modify") == "neigh_modify delay 0 every 1000000000 check no");
+  CHECK(plain.lines.at("comm_modify") == "comm_modify cutoff 1.001");
+  CHECK_THAT(plain.lines.at("dump_modify"), Contains("every v_moment first yes"));
+  CHECK(files_in(here("out")) == 5);
+}
+
+TEST_CASE("what the files mean is the run itself, to roundings") {
+  const Here here;
+  int number = 0;
+  for (const Words& each : std::vector<Words>{{},
+                                              {"-s", "masses=all"},
+                                              {"-s", "drag=0"},
+                                              {"-s", "masses=all", "-s", "drag=0"},
+                                              {"-s", "ties=0"},
+                                              {"-s", "g=0"},
+                                              {"-s", "n=1", "-s", "ties=0", "-s", "pins=0"},
+                                              {"-s", "n=7", "-s", "pins=7"},
+                                              {"-i", "symplectic_euler"},
+                                              {"-i", "symplectic_euler", "-s", "masses=all"},
+                                              {"-T", "0.3337"},
+                                              {"-n", "1"},
+                                              {"-n", "0"}}) {
+    const std::string folder = "out" + std::to_string(++number);
+    INFO(folder);
+    const Words run = with({"net.lua", "--every", "10"}, each);
+    const Outcome made = here.sim(with(with({"export"}, run), {"-q", folder}));
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    PlainLammps(here(folder)).run(number % 3 + 1);
+    const Outcome back = here.sim({"import", folder, "-q", "--dump=theirs.csv"});
+    INFO(back.err);
+    REQUIRE(back.code == 0);
+    REQUIRE(here.sim(with(run, {"-q", "--dump=mine.csv"})).code == 0);
+    const Apart far = apart(here("mine.csv"), here("theirs.csv"));
+    CHECK(far.x < 2e-13);
+    CHECK(far.v < 5e-12);
+  }
+}
+
+TEST_CASE("results are judged, and compared with the kernel") {
+  const Here here;
+  REQUIRE(here.sim({"export", "scenes/cloth.lua", "-i", "verlet", "-q", "out"}).code == 0);
+  PlainLammps(here("out")).run();
+  const Outcome back = here.sim({"import", "out", "--energy=e.csv"});
+  CHECK(back.code == 0);
+  CHECK_THAT(back.err, Contains("the kernel agree to 14.") && Contains("trusted: positions to"));
+  CHECK_THAT(back.out, Contains("engine      lammps, results of out"));
+  // With work by drag as in a run of our own.
+  CHECK(lines_of(read_text(here("e.csv"))).size() == 12);
+  const Outcome own = here.sim({"-i", "verlet", "--energy=f.csv", "--every", "40"});
+  const auto last = cells_of(lines_of(read_text(here("e.csv"))).back());
+  const auto mine = cells_of(lines_of(read_text(here("f.csv"))).back());
+  for (std::size_t k = 2; k < 7; ++k)
+    CHECK(std::stod(last.at(k)) == Approx(std::stod(mine.at(k))).epsilon(1e-9));
+
+  // Another law of springs than the scene's.
+  std::string data = read_text(here("out") / "scene.data");
+  data.replace(data.find("\n1 50 0.125"), 11, "\n1 51 0.125");
+  write_text(here("out") / "scene.data", data);
+  PlainLammps(here("out")).run();
+  const Outcome wrong = here.sim({"import", "out"});
+  CHECK(wrong.code == 8);
+  CHECK_THAT(wrong.err, Contains("lammps and the kernel part") && Contains("digits only"));
+  CHECK(here.sim({"import", "out", "--no-compare"}).code == 0);
+}
+
+TEST_CASE("results that are damaged, cut off or of another run are refused") {
+  const Here here;
+  REQUIRE(here.sim({"export", "net.lua", "-q", "out"}).code == 0);
+  const auto refused = [&](const std::string& why, int code = 6) {
+    const Outcome outcome = here.sim({"import", "out", "--dump=x.csv"});
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.err, Contains(why));
+    CHECK_FALSE(std::filesystem::exists(here("x.csv")));
+  };
+  refused("they end at step 0 of 200");
+  PlainLammps plain(here("out"));
+  plain.run();
+  const std::filesystem::path file = here("out") / "frames.bin";
+  const std::string frames = read_text(file);
+  const std::size_t frame = frames.size() / (plain.moments.size());
+  const auto changed = [&](std::size_t at, auto value) {
+    std::string bytes = frames;
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+    write_text(file, bytes);
+  };
+  write_text(file, frames.substr(0, frames.size() - 8));
+  refused("take what there is: --steps 199");
+  CHECK(here.sim({"import", "out", "-q", "--steps", "199"}).code != 6);
+  changed(0, std::int64_t{5});
+  refused("no binary dump");
+  changed(0, std::int64_t{-60});
+  refused("no binary dump");
+  changed(18, 7);
+  refused("no binary dump");
+  changed(22, 1);
+  refused("no binary dump");
+  changed(34, std::int64_t{61});
+  refused("it has 61 particles, the scene 60");
+  const std::size_t rows = frame - 80 * 60;
+  changed(rows, 61.0);
+  refused("that the scene has not");
+  changed(rows, 1.5);
+  refused("that the scene has not");
+  changed(rows, 1.0);
+  refused("twice");
+  changed(rows + 8, 0.25);
+  refused("other positions");
+  changed(rows - 4, 10 * 1'000'000);
+  refused("damaged");
+  changed(rows - 4, -10);
+  refused("damaged");
+  changed(rows - 8, 0);
+  refused("lacks particles");
+  changed(frame + rows + 8, std::nan(""));
+  const Outcome lost = here.sim({"import", "out", "-q"});
+  CHECK(lost.code == 4);
+  CHECK_THAT(lost.err, Contains("in lammps a number is not finite at step 1"));
+  write_text(here("out") / "run.txt", "engine gromacs\ntime 1\nevery 1\n");
+  refused("does not say what was run");
+  std::filesystem::remove(here("out") / "run.txt");
+  refused("run.txt", 5);
+}
+
+TEST_CASE("what LAMMPS would not mean in the same way is refused before anything is written") {
+  const Here here;
+  const auto refused = [&](const Words& words, int code, const std::string& why) {
+    const Outcome outcome = here.sim(with(with({"export"}, words), {"out"}));
+    INFO(outcome.err);
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.err, Contains(why));
+    CHECK_FALSE(std::filesystem::exists(here("out")));
+    CHECK(here.sim(with(words, {"--engine", "lammps"})).code == code);
+  };
+  refused({"scenes/cloth.lua"}, 2, "rk4 does; lammps takes verlet and symplectic_euler");
+  refused({"scenes/cloth.lua", "-i", "dopri5"}, 2, "dopri5");
+  refused({"scenes/cloth.lua", "-i", "verlet:precision=single"}, 2, "doubles");
+  refused({"scenes/sample.lua"}, 3, "sim.world");
+  refused({"scenes/circle.lua"}, 3, "first-order");
+  refused({"scenes/cloth_ball.lua"}, 3, "collider 'sphere'");
+  refused({"scenes/rope.lua", "-i", "verlet"}, 3, "constraint 'distance'");
+  refused({"scenes/twist.lua"}, 3, "sim.contact");
+  refused({"scenes/gas.lua"}, 3, "force 'pair'");
+  refused({"scenes/double_well.lua", "-i", "verlet"}, 3, "force 'expression'");
+  write_text(
+      here("damped.lua"),
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\n"
+      "p:add { 0, 0, 0 }\np:add { 1, 0, 0 }\n"
+      "local s = sim.force.spring { stiffness = 5, damping = 1 }\ns:tie(0, 1)\n"
+      "return sim.scene { name = 'd', particles = p, forces = { s }, integrator = 'verlet',\n"
+      "  dt = 0.01, duration = 1 }\n");
+  refused({"damped.lua"}, 3, "the damping of springs");
+  write_text(
+      here("hub.lua"),
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\n"
+      "for i = 0, 1001 do p:add { i, 0, 0 } end\n"
+      "local s = sim.force.spring { stiffness = 5 }\n"
+      "for i = 1, 1001 do s:tie(0, i) end\n"
+      "return sim.scene { name = 'h', particles = p, forces = { s }, integrator = 'verlet',\n"
+      "  dt = 0.01, duration = 1 }\n");
+  const Outcome hub = here.sim({"export", "hub.lua", "hub"});
+  CHECK(hub.code == 3);
+  CHECK_THAT(hub.err, Contains("particle 0") && Contains("1001 springs"));
+}
+
+TEST_CASE("wrong options of engines are told") {
+  Here here;
+  const auto refused = [&](const Words& words, int code, const std::string& why) {
+    const Outcome outcome = here.sim(words);
+    INFO(outcome.err);
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.err, Contains(why));
+  };
+  refused({"-i", "verlet", "--engine", "gromacs"}, 2, "known: lammps");
+  refused({"-i", "verlet", "--ranks", "2"}, 2, "add --engine lammps");
+  refused({"-i", "verlet", "--engine", "lammps", "--ranks", "0"}, 2, "--ranks '0'");
+  refused({"-i", "verlet", "--engine", "lammps", "--ranks", "65"}, 2, "64 particles");
+  refused({"-i", "verlet", "--engine", "lammps", "--ranks", "2", "--launch", "lmp"}, 2, "--launch");
+  refused({"-i", "verlet", "--engine", "lammps", "--launch", " "}, 2, "no words");
+  refused({"-i", "verlet", "--engine", "lammps", "--launch", "nowhere -n 2"}, 5, "no nowhere");
+  refused({"-i", "verlet", "--engine", "lammps", "--launch", "/bin/false"}, 5, "lammps failed");
+  refused({"export", "net.lua"}, 2, "a scene and a folder");
+  refused({"export", "net.lua", "--format", "gro", "out"}, 2, "known: lammps");
+  refused({"export", "net.lua", "nowhere/out"}, 5, "cannot make a folder");
+  refused({"export", "net.lua", "net.lua"}, 5, "net.lua: File exists");
+  refused({"import", "."}, 5, "start.snap");
+  here.options.environment.emplace_back("PATH", "/nonexistent");
+  refused({"-i", "verlet", "--engine", "lammps"}, 5, "apt-get install lammps");
+  CHECK(files_in(here.folder.path()) == 1);
+
+  // The words of --launch are words, whatever is in them: no shell reads them.
+  refused({"-i", "verlet", "--engine", "lammps", "--launch", "/bin/true ; /bin/touch owned"}, 5,
+          "lammps failed");
+  CHECK_FALSE(std::filesystem::exists(here("owned")));
+}
+
+TEST_CASE("LAMMPS itself makes the run, on one rank and on two") {
+  if (!have("lmp")) return;
+  const Here here;
+  const bool two = have("mpirun");
+  for (const char* method : {"verlet", "symplectic_euler"}) {
+    REQUIRE(here.sim({"-i", method, "-q", "--dump=mine.csv"}).code == 0);
+    for (const char* ranks : {"1", "2"}) {
+      if (ranks[0] == '2' && !two) continue;
+      INFO(method << ", ranks " << ranks);
+      const Outcome run = here.sim({"-i", method, "--dump=theirs.csv", "--engine", "lammps",
+                                    "--ranks", ranks, "--launch", "lmp"});
+      CHECK(run.code == 2);
+      const Outcome done =
+          here.sim({"-i", method, "--dump=theirs.csv", "--engine", "lammps", "--ranks", ranks});
+      INFO(done.err);
+      REQUIRE(done.code == 0);
+      CHECK_THAT(done.err, Contains("LAMMPS (") && Contains("agree to 14."));
+      const Apart far = apart(here("mine.csv"), here("theirs.csv"));
+      CHECK(far.x <= 1e-13);
+      CHECK(far.v <= 1e-11);
+    }
+  }
+}
+
+TEST_CASE("LAMMPS takes every kind of net, and goes on from a checkpoint") {
+  if (!have("lmp")) return;
+  const Here here;
+  const auto same = [&](const Words& each) {
+    const Words run = with({"net.lua", "-q", "--every", "40"}, each);
+    REQUIRE(here.sim(with(run, {"--dump=mine.csv"})).code == 0);
+    const Outcome done = here.sim(with(run, {"--dump=theirs.csv", "--engine", "lammps"}));
+    INFO(done.err);
+    REQUIRE(done.code == 0);
+    const Apart far = apart(here("mine.csv"), here("theirs.csv"));
+    CHECK(far.x <= 2e-13);
+    CHECK(far.v <= 5e-12);
+  };
+  same({});
+  same({"-s", "masses=all"});
+  same({"-s", "ties=0", "-s", "drag=0"});
+  same({"-s", "n=1", "-s", "ties=0", "-s", "pins=0"});
+  same({"-s", "n=5", "-s", "pins=5", "-s", "ties=4"});
+  same({"-T", "0.3337"});
+  REQUIRE(here.sim({"net.lua", "-q", "-n", "120", "--engine", "lammps", "--snap", "a.snap"}).code ==
+          0);
+  same({"--resume", "a.snap", "-n", "200"});
+}
+
+TEST_CASE("a run of LAMMPS that explodes has diverged, and one that is stopped ends it") {
+  if (!have("lmp")) return;
+  Here here;
+  const Outcome lost =
+      here.sim({"-i", "verlet", "-d", "0.02", "-T", "20", "-q", "--engine", "lammps"});
+  CHECK(lost.code == 4);
+  CHECK_THAT(lost.err, Contains("the energy in lammps was no longer a number at step"));
+
+  here.options.signal = SIGINT;
+  here.options.signal_at = "agree to";
+  here.options.environment.emplace_back("TMPDIR", here.folder.path().string());
+  const Outcome stopped = here.sim(
+      {"-i", "verlet", "-T", "1e6", "--engine", "lammps", "--dump=x.csv", "--every", "1000"});
+  CHECK(stopped.code == 130);
+  CHECK_THAT(stopped.err, Contains("suspect: interrupted"));
+  CHECK(lines_of(read_text(here("x.csv"))).size() > 64);
+  CHECK(files_in(here.folder.path()) == 2);  // nothing is left of its own
+}
+
+}  // namespace sim_test
