@@ -89,6 +89,8 @@ SIM_TARGET_END
 #include "core/simd/vector_avx512.h"
 #elif SIM_BITS == 256
 #include "core/simd/vector_avx2.h"
+#elif defined(__aarch64__)
+#include "core/simd/vector_neon.h"
 #else
 #include "core/simd/vector_sse2.h"
 #endif

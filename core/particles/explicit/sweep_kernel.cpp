@@ -407,7 +407,7 @@ namespace sim {
 
 template <class Real>
 SweepKernels<Real> sweep_kernels() {
-  return for_simd_level(sse2::kSweep<Real>, avx2::kSweep<Real>, avx512::kSweep<Real>);
+  return SIM_CHOOSE(kSweep<Real>);
 }
 
 template SweepKernels<double> sweep_kernels();
