@@ -28,7 +28,7 @@ inline constexpr const char* kFooter =
     "  SIM_PLUGIN_PATH  folders of plugins, after --plugin-path; then those in\n"
     "                   ~/.local/share/sim/plugins\n"
     "  SIM_LUA_BUDGET   as --lua-budget, for what that does not say\n"
-    "  SIM_SIMD         sse2, avx2 or avx512: not more than that; the same bits\n"
+    "  SIM_SIMD         sse2, fma, avx2 or avx512: not more; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
     "  6 checkpoint, 7 plugin, 8 a --check failed, 129, 130 or 143 a signal,\n"

@@ -124,7 +124,7 @@ int test_plugin(const TestRequest& request, Registry& registry, Console& console
   const std::filesystem::path library = std::filesystem::absolute(request.library);
   const SimdLevel best = simd_level();
   std::vector<std::pair<SimdLevel, std::optional<std::uint64_t>>> lower;
-  for (const SimdLevel level : {SimdLevel::kSse2, SimdLevel::kAvx2})
+  for (const SimdLevel level : simd_levels())
     if (level < best) lower.emplace_back(level, bits_with(level, library, registry));
 
   Contract contract = contract_of(library, registry);

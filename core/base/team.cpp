@@ -18,6 +18,8 @@ constexpr int kSpins = 500;  // some 20 microseconds
 void relax() {
 #if defined(__x86_64__)
   _mm_pause();
+#elif defined(__aarch64__)
+  __asm__ volatile("yield");
 #endif
 }
 

@@ -96,9 +96,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-RunInstructions run_instructions() {
-  return for_simd_level(sse2::run_code, avx2::run_code, avx512::run_code);
-}
+RunInstructions run_instructions() { return SIM_CHOOSE(run_code); }
 
 }  // namespace sim
 #endif

@@ -39,9 +39,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-CombineRange combine_range() {
-  return for_simd_level(sse2::combine, avx2::combine, avx512::combine);
-}
+CombineRange combine_range() { return SIM_CHOOSE(combine); }
 
 }  // namespace sim
 #endif

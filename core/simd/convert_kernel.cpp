@@ -31,7 +31,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-Convert convert() { return for_simd_level(sse2::kConvert, avx2::kConvert, avx512::kConvert); }
+Convert convert() { return SIM_CHOOSE(kConvert); }
 
 }  // namespace sim
 #endif

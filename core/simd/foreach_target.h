@@ -12,16 +12,22 @@
 //   SIM_TARGET_END
 //
 //   #if SIM_ONCE
-//   ... for_simd_level(sse2::sum, avx2::sum, avx512::sum) ...
+//   ... SIM_CHOOSE(sum) ...  // the one of the set that simd_level() says
 //   #endif
 //
-// The compiler reads the file with SIM_TARGET avx2 and avx512 while it is here, and the rest of it
-// with sse2, which every machine has. Other headers of the file go above these lines, since what
-// they define must not use the instructions of a set. The file's name ends in _kernel.cpp: such
-// files stay units of their own in a build that joins others.
+// On x86-64 the compiler reads the file with SIM_TARGET fma128, avx2 and avx512 while it is here,
+// and the rest of it with sse2, which every machine has; on ARM with neon alone. Other headers of
+// the file go above these lines, since what they define must not use the instructions of a set. The
+// file's name ends in _kernel.cpp: such files stay units of their own in a build that joins others.
 #ifndef SIM_TARGET
 
+#if defined(__x86_64__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#else
+#error "the kernels know x86-64 and ARM (aarch64): core/simd/ needs a layer for this processor"
+#endif
 
 #include <cmath>
 #include <cstddef>
@@ -34,6 +40,8 @@
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #define SIM_INLINE inline __attribute__((always_inline))
+#if defined(__x86_64__)
+
 #define SIM_PRAGMA(x) _Pragma(#x)
 #if defined(__clang__)
 #define SIM_BEGIN(t) \
@@ -43,12 +51,23 @@
 #define SIM_BEGIN(t) _Pragma("GCC push_options") SIM_PRAGMA(GCC target(t))
 #define SIM_END _Pragma("GCC pop_options")
 #endif
+#define SIM_CHOOSE(...) \
+  for_simd_level(sse2::__VA_ARGS__, fma128::__VA_ARGS__, avx2::__VA_ARGS__, avx512::__VA_ARGS__)
 #define SIM_ONCE 0
+#define SIM_FMA 1  // the set has a fused multiply-add
+
+#define SIM_TARGET fma128
+#define SIM_BITS 128
+#define SIM_TARGET_BEGIN SIM_BEGIN("avx,fma")
+#define SIM_TARGET_END SIM_END
+#include SIM_THIS_FILE
+#undef SIM_TARGET
+#undef SIM_BITS
+#undef SIM_TARGET_BEGIN
 
 #define SIM_TARGET avx2
 #define SIM_BITS 256
 #define SIM_TARGET_BEGIN SIM_BEGIN("avx2,fma")
-#define SIM_TARGET_END SIM_END
 #include SIM_THIS_FILE
 #undef SIM_TARGET
 #undef SIM_BITS
@@ -62,12 +81,23 @@
 #undef SIM_BITS
 #undef SIM_TARGET_BEGIN
 #undef SIM_TARGET_END
+#undef SIM_ONCE
+#undef SIM_FMA
 
 #define SIM_TARGET sse2
+#define SIM_FMA 0
+
+#else
+
+#define SIM_CHOOSE(...) neon::__VA_ARGS__
+#define SIM_TARGET neon
+#define SIM_FMA 1
+
+#endif
+
 #define SIM_BITS 128
 #define SIM_TARGET_BEGIN
 #define SIM_TARGET_END
-#undef SIM_ONCE
 #define SIM_ONCE 1
 
 #endif

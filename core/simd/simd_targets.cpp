@@ -5,25 +5,34 @@
 namespace sim {
 
 const char* simd_name(SimdLevel level) {
-  constexpr const char* kNames[] = {"sse2", "avx2", "avx512"};
+  constexpr const char* kNames[] = {"sse2", "fma", "avx2", "avx512", "neon"};
   return kNames[static_cast<int>(level)];
 }
 
-SimdLevel best_simd_level() {
+std::span<const SimdLevel> simd_levels() {
+#if defined(__x86_64__)
+  static constexpr SimdLevel kLevels[] = {SimdLevel::kSse2, SimdLevel::kFma, SimdLevel::kAvx2,
+                                          SimdLevel::kAvx512};
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+  std::size_t count = 1;
+  if (__builtin_cpu_supports("avx") && __builtin_cpu_supports("fma")) count = 2;
+  if (count == 2 && __builtin_cpu_supports("avx2")) count = 3;
+  if (count == 3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
       __builtin_cpu_supports("avx512dq"))
-    return SimdLevel::kAvx512;
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? SimdLevel::kAvx2
-                                                                         : SimdLevel::kSse2;
+    count = 4;
+  return std::span(kLevels).first(count);
+#else
+  static constexpr SimdLevel kLevels[] = {SimdLevel::kNeon};
+  return kLevels;
+#endif
 }
 
 SimdLevel simd_level() {
-  const SimdLevel best = best_simd_level();
+  const std::span<const SimdLevel> levels = simd_levels();
   const char* const wish = std::getenv("SIM_SIMD");
-  for (const SimdLevel level : {SimdLevel::kSse2, SimdLevel::kAvx2})
-    if (wish && std::string_view(wish) == simd_name(level) && level < best) return level;
-  return best;
+  for (const SimdLevel level : levels)
+    if (wish && std::string_view(wish) == simd_name(level)) return level;
+  return levels.back();
 }
 
 }  // namespace sim

@@ -3,32 +3,36 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 
 namespace sim {
 
-enum class SimdLevel { kSse2, kAvx2, kAvx512 };
+// fma is sse2 with a fused multiply-add.
+enum class SimdLevel { kSse2, kFma, kAvx2, kAvx512, kNeon };
 
-const char* simd_name(SimdLevel level);  // "sse2", "avx2", "avx512"
+const char* simd_name(SimdLevel level);  // "sse2", "fma", "avx2", "avx512", "neon"
+
+// Those that this machine has, the best one last, whatever the environment says.
+std::span<const SimdLevel> simd_levels();
 
 // The best level of this machine, or a lower one named by the environment variable SIM_SIMD.
 // All levels give the same bits.
 SimdLevel simd_level();
 
-// The one of three that simd_level() asks for.
+// What simd_level() asks for of a processor with x86-64.
 template <class T>
-T for_simd_level(T sse2, T avx2, T avx512) {
+T for_simd_level(T sse2, T fma, T avx2, T avx512) {
   switch (simd_level()) {
     case SimdLevel::kAvx512:
       return avx512;
     case SimdLevel::kAvx2:
       return avx2;
+    case SimdLevel::kFma:
+      return fma;
     default:
       return sse2;
   }
 }
-
-// What the machine itself can do, whatever the environment says.
-SimdLevel best_simd_level();
 
 }  // namespace sim

@@ -68,10 +68,10 @@ SIM_INLINE V3<Real> operator-(const V3<Real>& a, const V3<Real>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
-// The bits of the lanes of a block that begins at particle i, a multiple of its lanes.
-template <class Real>
+// The bits of the lanes of a block of vectors that begins at particle i, a multiple of its lanes.
+template <class Real, int N = 1>
 SIM_INLINE unsigned block_bits(const std::uint8_t* bits, std::int64_t i) {
-  constexpr int lanes = kLanes<Real>;
+  constexpr int lanes = N * kLanes<Real>;
   if (lanes == 16) return bits[i >> 3] | unsigned{bits[(i >> 3) + 1]} << 8;
   if (lanes == 8) return bits[i >> 3];
   return bits[i >> 3] >> (i & 7) & ((1u << lanes) - 1);
@@ -89,6 +89,8 @@ SIM_TARGET_END
 #include "core/simd/vector_avx512.h"
 #elif SIM_BITS == 256
 #include "core/simd/vector_avx2.h"
+#elif defined(__aarch64__)
+#include "core/simd/vector_neon.h"
 #else
 #include "core/simd/vector_sse2.h"
 #endif

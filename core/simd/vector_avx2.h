@@ -9,10 +9,15 @@ SIM_INLINE Floats fma(Floats a, Floats b, Floats c) {
   return (Floats)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
 }
 
+// For four bits a byte of ones or zeros each.
+inline constexpr std::uint32_t kBytesOfBits[16] = {
+    0x00000000, 0x000000ff, 0x0000ff00, 0x0000ffff, 0x00ff0000, 0x00ff00ff, 0x00ffff00, 0x00ffffff,
+    0xff000000, 0xff0000ff, 0xff00ff00, 0xff00ffff, 0xffff0000, 0xffff00ff, 0xffffff00, 0xffffffff};
+
 SIM_INLINE Doubles keep(unsigned bits, Doubles v) {
-  const __m256i lane = _mm256_set_epi64x(8, 4, 2, 1);
-  const __m256i set = _mm256_and_si256(_mm256_set1_epi64x(static_cast<long long>(bits)), lane);
-  return (Doubles)_mm256_and_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)), (__m256d)v);
+  if (__builtin_constant_p(bits) && (bits & 15) == 15) return v;
+  const __m256i set = _mm256_cvtepi8_epi64(_mm_loadu_si32(kBytesOfBits + (bits & 15)));
+  return (Doubles)_mm256_and_pd(_mm256_castsi256_pd(set), (__m256d)v);
 }
 SIM_INLINE Floats keep(unsigned bits, Floats v) {
   const __m256i lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);

@@ -1,8 +1,16 @@
-// What core/simd/vector.h leaves to the instruction set.
+// What core/simd/vector.h leaves to the instruction set. Vectors of 128 bits with and without FMA.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
 // a b + c, rounded once.
+#if SIM_FMA
+SIM_INLINE Doubles fma(Doubles a, Doubles b, Doubles c) {
+  return (Doubles)_mm_fmadd_pd((__m128d)a, (__m128d)b, (__m128d)c);
+}
+SIM_INLINE Floats fma(Floats a, Floats b, Floats c) {
+  return (Floats)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)c);
+}
+#else
 SIM_INLINE Doubles fma(Doubles a, Doubles b, Doubles c) {
   return Doubles{std::fma(a[0], b[0], c[0]), std::fma(a[1], b[1], c[1])};
 }
@@ -11,6 +19,7 @@ SIM_INLINE Floats fma(Floats a, Floats b, Floats c) {
   for (int lane = 0; lane < kLanes<float>; ++lane) sum[lane] = std::fma(a[lane], b[lane], c[lane]);
   return sum;
 }
+#endif
 
 // v where the bit of the lane is set, 0 elsewhere.
 SIM_INLINE Doubles keep(unsigned bits, Doubles v) {

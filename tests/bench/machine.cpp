@@ -1,6 +1,10 @@
 #include "tests/bench/machine.h"
 
+#if defined(__x86_64__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,6 +27,8 @@ struct Loops {
   void (*triad)(double* a, const double* b, const double* c, std::size_t n);
 };
 
+#if defined(__x86_64__)
+#define VECTOR "+x"  // a register of them, for the assembler
 // A masked square root with a full mask where g++ 12 warns of an undefined value inside the plain
 // one.
 namespace avx512 {
@@ -60,9 +66,20 @@ namespace sse2 {
 #undef ROOT
 #undef ROOTF
 }  // namespace sse2
+#else
+#define VECTOR "+w"
+namespace neon {
+#define TARGET
+#define LANES 2
+#define ROOT(v) vsqrtq_f64((float64x2_t)(v))
+#define ROOTF(v) vsqrtq_f32((float32x4_t)(v))
+#include "tests/bench/machine_loops.inc"
+}  // namespace neon
+#endif
 
 Loops widest_loops() {
-  switch (sim::best_simd_level()) {
+#if defined(__x86_64__)
+  switch (sim::simd_levels().back()) {
     case sim::SimdLevel::kAvx512:
       return avx512::loops();
     case sim::SimdLevel::kAvx2:
@@ -70,6 +87,9 @@ Loops widest_loops() {
     default:
       return sse2::loops();
   }
+#else
+  return neon::loops();
+#endif
 }
 
 // Nanoseconds of one round: the best of many samples that are short beside a slice of the
@@ -95,8 +115,14 @@ double ns_per_round(Run run) {
 double measure_ghz() {
   const double ns = ns_per_round([](long rounds) {
     long value = 3;
+#if defined(__x86_64__)
     for (long r = 0; r < rounds; ++r)
       asm volatile("imul %0, %0\n\timul %0, %0\n\timul %0, %0\n\timul %0, %0" : "+r"(value));
+#else
+    for (long r = 0; r < rounds; ++r)
+      asm volatile("mul %0, %0, %0\n\tmul %0, %0, %0\n\tmul %0, %0, %0\n\tmul %0, %0, %0"
+                   : "+r"(value));
+#endif
   });
   return 4 * 3 / ns;
 }
@@ -147,7 +173,7 @@ Machine measure_machine() {
   double load[1] = {};
   m.load = getloadavg(load, 1) == 1 ? load[0] : 0;
   m.cores = static_cast<int>(std::thread::hardware_concurrency());
-  m.vector = sim::simd_name(sim::best_simd_level());
+  m.vector = sim::simd_name(sim::simd_levels().back());
   m.lanes = loops.lanes;
   m.ghz = measure_ghz();
   m.flops_per_ns = 12 * loops.lanes / ns_per_round(loops.flops);

@@ -16,7 +16,7 @@ struct Machine {
   std::string processor;  // the name the system gives
   int cores = 0;
   double load = 0;               // processes that ran or waited to, over the last minute
-  std::string vector;            // widest instruction set: "avx512", "avx2", "sse2"
+  std::string vector;            // widest instruction set: as core/simd/simd_targets.h names it
   int lanes = 0;                 // doubles in a vector
   double ghz = 0;                // from a chain of integer multiplications, 3 cycles each
   double flops_per_ns = 0;       // multiplications and additions in doubles, half and half

@@ -61,7 +61,7 @@ TEST_CASE("formulas have the same bits with every instruction set") {
   const char* const before = std::getenv("SIM_SIMD");
   const std::string kept = before ? before : "";
   std::vector<std::vector<std::vector<double>>> results;
-  for (const char* level : {"sse2", "avx2", "avx512"}) {
+  for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
     setenv("SIM_SIMD", level, 1);
     Formula formula(kAll);
     results.push_back(run(formula, {formula.node, formula.graph.derivative(formula.node, 1)}, 100));

@@ -175,7 +175,7 @@ TEST_CASE("damped springs have the same bits on every machine and for any thread
     INFO(method);
     const SystemSpec spec = make_tangle(200);
     const std::uint64_t hash = simulate(spec, registry, method, 0.002, 20).hash();
-    for (const char* level : {"sse2", "avx2", "avx512"})
+    for (const char* level : {"sse2", "fma", "avx2", "avx512"})
       for (const int threads : {1, 2, 3}) {
         setenv("SIM_SIMD", level, 1);
         CHECK(simulate(spec, registry, method, 0.002, 20, threads).hash() == hash);

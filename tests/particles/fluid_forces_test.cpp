@@ -322,7 +322,7 @@ TEST_CASE("forces of a fluid have the same bits for threads, instruction sets an
         shared.bind(Moving(start, speeds).view);
         CHECK(same_bits(forces_of(shared, state, part, threads), expected));
       }
-      for (const char* level : {"sse2", "avx2", "avx512"}) {
+      for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
         setenv("SIM_SIMD", level, 1);
         FluidForces other = make();
         unsetenv("SIM_SIMD");

@@ -227,7 +227,7 @@ TEST_CASE("forces of pairs have the same bits for threads, instruction sets and 
         PairForces shared(law, 0.3);
         CHECK(same_bits(forces_at(shared, points, threads), expected));
       }
-      for (const char* level : {"sse2", "avx2", "avx512"}) {
+      for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
         setenv("SIM_SIMD", level, 1);
         PairForces other(law, 0.3);
         unsetenv("SIM_SIMD");

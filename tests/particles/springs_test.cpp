@@ -182,7 +182,7 @@ std::vector<Vec3> net_forces(const List& list, const std::vector<Vec3>& x) {
 void check_every_way(const List& list, const std::vector<Vec3>& x,
                      const std::vector<Vec3>& forces) {
   for (const int threads : {1, 2, 3}) CHECK(system_forces(list, x, threads) == forces);
-  for (const char* level : {"sse2", "avx2", "avx512"}) {
+  for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
     setenv("SIM_SIMD", level, 1);
     CHECK(system_forces(list, x, 2) == forces);
   }
@@ -272,7 +272,7 @@ TEST_CASE("threads and instruction sets do not change a bit", "[particles]") {
     const std::vector<Vec3> x = positions(n * n);
     const std::vector<Vec3> one = system_forces(list, x);
     for (const int threads : {2, 3, 4}) CHECK(system_forces(list, x, threads) == one);
-    for (const char* level : {"sse2", "avx2", "avx512"}) {
+    for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
       setenv("SIM_SIMD", level, 1);
       CHECK(system_forces(list, x) == one);
     }
@@ -371,7 +371,7 @@ TEST_CASE("distances far outside the fast path give the exact force", "[particle
       }
       REQUIRE(springs_of(kCount, list).runs().size() == 1);
       const double expected = -2.0 * (d - 0.5);  // on the upper particle, along x
-      for (const char* level : {"sse2", "avx2", "avx512"}) {
+      for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
         setenv("SIM_SIMD", level, 1);
         const std::vector<Vec3> forces = system_forces(list, x);
         const auto force = [&](int i) { return forces[static_cast<std::size_t>(i)][0]; };

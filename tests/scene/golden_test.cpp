@@ -49,7 +49,7 @@ std::uint64_t hash_of(const Golden& golden, int threads) {
 
 TEST_CASE("runs have the same bits on every instruction set, as ever") {
   for (const Golden& golden : kGolden) {
-    for (const char* level : {"sse2", "avx2", "avx512"}) {
+    for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
       INFO(golden.method << " on " << golden.n << " x " << golden.n << ", " << level);
       setenv("SIM_SIMD", level, 1);
       CHECK(hash_of(golden, 1) == golden.hash);

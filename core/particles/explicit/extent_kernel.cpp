@@ -86,7 +86,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-ExtentOf extent_of() { return for_simd_level(sse2::extent, avx2::extent, avx512::extent); }
+ExtentOf extent_of() { return SIM_CHOOSE(extent); }
 
 }  // namespace sim
 #endif

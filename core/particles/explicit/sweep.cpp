@@ -48,7 +48,8 @@ Rings<Real>::Rings(std::span<const SpringRun* const> runs) {
   memory_ = ArrayOf<Real>(total);
   Real* next = memory_.data();
   for (const SpringRun* run : runs) {
-    runs_.push_back({RunColumns(*run), entries(*run) - 1, next});
+    const unsigned whole = run->uniform ? kAllOwn<Real> : ~0U;
+    runs_.push_back({RunColumns(*run), entries(*run) - 1, next, whole});
     next += entries(*run) + kBlock<Real>;
   }
 }

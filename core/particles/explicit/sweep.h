@@ -18,6 +18,10 @@ namespace sim {
 template <class Real>
 inline constexpr int kBlock = 64 / sizeof(Real);
 
+// The bits of a block that owns springs in all lanes.
+template <class Real>
+inline constexpr unsigned kAllOwn = (1u << kBlock<Real>)-1;
+
 // Sweeps begin at multiples of kGrain particles, whatever the numbers.
 inline constexpr int kGrain = kBlock<float>;
 
@@ -33,6 +37,7 @@ struct SweepRun : RunColumns {
   // stands again behind the end.
   std::int64_t mask;
   Real* ring;
+  unsigned whole;  // the bits of a block that owns springs in all lanes, if all springs are alike
 };
 
 // The rings of one sweep over the runs of several forces. After a whole sweep all that is left in

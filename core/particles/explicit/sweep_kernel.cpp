@@ -1,4 +1,8 @@
 #include "core/particles/explicit/sweep.h"
+
+#include <algorithm>
+#include <bit>
+
 #include "core/simd/inverse_sqrt.h"
 
 #undef SIM_THIS_FILE
@@ -11,73 +15,138 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// The sum of the forces on a block, or what it is one spring at a time from `gathered` on.
+// A block of kBlock<Real> particles, whatever the vectors: what has to be known of a run is looked
+// up once for all of them.
+inline constexpr int kVectors = 512 / SIM_BITS;
+
 template <class Real>
-SIM_INLINE V3<Real> with_care(std::span<const SweepRun<Real>> runs, std::int64_t turn,
-                              const Real* const q[3], int i, const V3<Real>& gathered,
-                              V<Real> errors, const V3<Real>& sum) {
-  if constexpr (std::is_same_v<Real, float>) {
-    return sum;
-  } else {
-    if (!needs_care(errors, sum)) return sum;
-    double block[3][8];
-    store(block[0], gathered.x);
-    store(block[1], gathered.y);
-    store(block[2], gathered.z);
-    add_block_carefully(runs, turn, q, i, kDoubles, block);
-    return {load(block[0]), load(block[1]), load(block[2])};
+struct Numbers {
+  V<Real> of[kVectors];
+};
+template <class Real>
+SIM_INLINE Numbers<Real> load_block(const Real* from) {
+  Numbers<Real> v;
+  for (int h = 0; h < kVectors; ++h) v.of[h] = load(from + h * kLanes<Real>);
+  return v;
+}
+template <class Real>
+SIM_INLINE void store_block(Real* to, const Numbers<Real>& v) {
+  for (int h = 0; h < kVectors; ++h) store(to + h * kLanes<Real>, v.of[h]);
+}
+
+template <class Real>
+struct Points {
+  V3<Real> of[kVectors];
+};
+
+// Where all particles are, by pointers that no store can change.
+template <class Real>
+struct Positions {
+  const Real *x, *y, *z;
+
+  SIM_INLINE explicit Positions(const Real* const q[3]) : x(q[0]), y(q[1]), z(q[2]) {}
+  // Of vector h of the block from i on.
+  SIM_INLINE V3<Real> at(std::int64_t i, int h) const {
+    return {load(x + i + h * kLanes<Real>), load(y + i + h * kLanes<Real>),
+            load(z + i + h * kLanes<Real>)};
+  }
+  SIM_INLINE Points<Real> block(std::int64_t i) const {
+    Points<Real> points;
+    for (int h = 0; h < kVectors; ++h) points.of[h] = at(i, h);
+    return points;
+  }
+};
+
+// Beyond the fast path the sum of a block is made anew, one spring at a time.
+template <class Real>
+SIM_INLINE void take_care(std::span<const SweepRun<Real>> runs, std::int64_t turn,
+                          const Real* const q[3], int i, const Real* const force[3], V<Real> errors,
+                          Points<Real>& sum) {
+  if constexpr (std::is_same_v<Real, double>) {
+    for (int h = 1; h < kVectors; ++h) errors = watched(errors, sum.of[h]);
+    if (!needs_care(errors, sum.of[0])) return;
+    constexpr int lanes = kBlock<double>;
+    double block[3][lanes] = {};
+    for (int axis = 0; force[0] && axis < 3; ++axis)
+      std::copy_n(force[axis] + i, lanes, block[axis]);
+    add_block_carefully(runs, turn, q, i, lanes, block);
+    const double* const axes[3] = {block[0], block[1], block[2]};
+    for (int h = 0; h < kVectors; ++h) sum.of[h] = load(axes, h * kDoubles);
   }
 }
 
-// The springs of a run that a block owns, the block `turn` of the ring: adds their forces and puts
-// their factors, which it returns, into the ring.
-template <class Real>
-SIM_INLINE V<Real> own_springs(const SweepRun<Real>& run, std::int64_t turn, const Real* const q[3],
-                               int i, const V3<Real>& here, V3<Real>& sum, V<Real>& errors) {
-  V<Real> s{};
-  if (const unsigned bits = block_bits<Real>(run.owners, i)) {
-    const V3<Real> d = here - load(q, i + run.stride);
-    s = spring_factors(d, Constants<Real>(run, i), bits, errors);
-    add_scaled(s, d, sum);
+// The springs of a run that a block owns, in the lanes whose bit is set: adds their forces, and
+// returns their factors.
+template <bool kUniform, class Real>
+SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Real>& q,
+                                  std::int64_t i, unsigned bits, const Points<Real>& here,
+                                  Points<Real>& sum, V<Real>& errors) {
+  Constants<Real> spring(run);
+  Numbers<Real> s;
+#pragma GCC unroll 4
+  for (int h = 0; h < kVectors; ++h) {
+    const V3<Real> d = here.of[h] - q.at(i + run.stride, h);
+    if (!kUniform) spring.at(run, i + h * kLanes<Real>);
+    s.of[h] = spring_factors(d, spring, bits >> h * kLanes<Real>, errors);
+    add_scaled(s.of[h], d, sum.of[h]);
   }
+  return s;
+}
+
+// The same for the block `turn` of the ring, into which the factors are put.
+template <class Real>
+SIM_INLINE Numbers<Real> own_springs(const SweepRun<Real>& run, std::int64_t turn,
+                                     const Positions<Real>& q, std::int64_t i,
+                                     const Points<Real>& here, Points<Real>& sum, V<Real>& errors) {
+  Numbers<Real> s{};
+  const unsigned bits = block_bits<Real, kVectors>(run.owners, i);
+  // Without a mask where all lanes own one, but for sets whose masks are free.
+  if (SIM_BITS < 512 && bits == run.whole) [[likely]]
+    s = evaluate<true>(run, q, i, kAllOwn<Real>, here, sum, errors);
+  else if (bits)
+    s = evaluate<false>(run, q, i, bits, here, sum, errors);
   const std::int64_t to = turn & run.mask;
-  store(run.ring + to, s);
-  if (to == 0) store(run.ring + run.mask + 1, s);  // once more behind the end
+  store_block(run.ring + to, s);
+  if (to == 0) store_block(run.ring + run.mask + 1, s);  // once more behind the end
   return s;
 }
 
 // The factors of the springs between a block and the particles `stride` before it, which own them;
 // `own` are those of the block itself.
 template <class Real>
-SIM_INLINE V<Real> arriving(const SweepRun<Real>& run, std::int64_t turn, V<Real> own) {
+SIM_INLINE Numbers<Real> arriving(const SweepRun<Real>& run, std::int64_t turn,
+                                  [[maybe_unused]] const Numbers<Real>& own) {
 #if SIM_BITS == 512
   // Closer than a vector: from this block and the one before, in registers.
   if (run.stride < kLanes<Real>) {
     const std::int64_t before = turn - kLanes<Real>;
-    return lanes_from(kLanes<Real> - static_cast<int>(run.stride),
-                      load(run.ring + (before & run.mask)), own);
+    return {lanes_from(kLanes<Real> - static_cast<int>(run.stride),
+                       load(run.ring + (before & run.mask)), own.of[0])};
   }
-#else
-  (void)own;
 #endif
-  return load(run.ring + ((turn - run.stride) & run.mask));
+  return load_block(run.ring + ((turn - run.stride) & run.mask));
 }
 
 // The forces of all runs on a block.
 template <class Real>
-SIM_INLINE V3<Real> block_forces(std::span<const SweepRun<Real>> runs, std::int64_t turn,
-                                 const Real* const q[3], int i, const Real* const force[3]) {
-  const V3<Real> here = load(q, i);
-  V3<Real> sum{};
-  if (force[0]) sum = load(force, i);
-  const V3<Real> gathered = sum;
+SIM_INLINE Points<Real> block_forces(std::span<const SweepRun<Real>> runs, std::int64_t turn,
+                                     const Real* const positions[3], int i,
+                                     const Real* const force[3]) {
+  const Positions<Real> q(positions);
+  const Points<Real> here = q.block(i);
+  Points<Real> sum{};
+  if (force[0]) sum = Positions<Real>(force).block(i);
   V<Real> errors{};
   for (const SweepRun<Real>& run : runs) {
-    const V<Real> own = own_springs(run, turn, q, i, here, sum, errors);
-    if (run.stride < i + kBlock<Real>)
-      add_scaled(arriving(run, turn, own), here - load(q, i - run.stride), sum);
+    const Numbers<Real> own = own_springs(run, turn, q, i, here, sum, errors);
+    if (run.stride >= i + kBlock<Real>) continue;
+    const Numbers<Real> s = arriving(run, turn, own);
+#pragma GCC unroll 4
+    for (int h = 0; h < kVectors; ++h)
+      add_scaled(s.of[h], here.of[h] - q.at(i - run.stride, h), sum.of[h]);
   }
-  return with_care(runs, turn, q, i, gathered, errors, sum);
+  take_care(runs, turn, positions, i, force, errors, sum);
+  return sum;
 }
 
 template <class Real>
@@ -99,12 +168,49 @@ struct RowSum {
     const int terms = N == kAny ? from.terms : N;
     for (int j = 0; j < terms; ++j) coef[j] = splat<Real>(from.coef[j]);
   }
-  SIM_INLINE V<Real> add_to(V<Real> sum, int axis, int i) const {
+  SIM_INLINE Numbers<Real> add_to(Numbers<Real> sum, int axis, int i) const {
     const int terms = N == kAny ? row->terms : N;
-    for (int j = 0; j < terms; ++j) sum = fma(coef[j], load(row->a[j][axis] + i), sum);
+    for (int j = 0; j < terms; ++j) {
+      const Numbers<Real> a = load_block(row->a[j][axis] + i);
+      for (int h = 0; h < kVectors; ++h) sum.of[h] = fma(coef[j], a.of[h], sum.of[h]);
+    }
     return sum;
   }
 };
+
+template <class Real>
+SIM_INLINE V<Real> part(const V3<Real>& v, int axis) {
+  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+// 1/m and -c/m of a block.
+template <class Real>
+struct Weights {
+  Numbers<Real> inverse_mass, minus_rate;
+
+  SIM_INLINE Weights(const Motion& motion, int i) {
+    for (int h = 0; h < kVectors; ++h) {
+      inverse_mass.of[h] = motion.inverse_masses
+                               ? load<Real>(motion.inverse_masses + i + h * kLanes<Real>)
+                               : splat<Real>(motion.inverse_mass);
+      minus_rate.of[h] = -(splat<Real>(motion.damping) * inverse_mass.of[h]);
+    }
+  }
+};
+
+// 0 where pinned, else v.
+template <class Real>
+SIM_INLINE void keep_free(unsigned free, Numbers<Real>& v) {
+  if (kVectors > 1 && free == kAllOwn<Real>) return;
+  for (int h = 0; h < kVectors; ++h) v.of[h] = keep(free >> h * kLanes<Real>, v.of[h]);
+}
+
+// check += 0 v, not a number if some v is not finite.
+template <class Real>
+SIM_INLINE void add_zeros(const Numbers<Real>& v, V<Real>& check) {
+  const V<Real> zero{};
+  for (const V<Real>& each : v.of) check += zero * each;
+}
 
 // NowTerms, QTerms and VTerms are the numbers of terms of the three rows of the stage.
 template <class Real, int NowTerms, int QTerms, int VTerms>
@@ -114,35 +220,43 @@ SIM_INLINE bool rk_blocks(Rings<Real>& rings, const Motion& motion, const RkStag
   const RowSum<Real, QTerms> q_row(stage.q_row);
   const RowSum<Real, VTerms> v_row(stage.v_row);
   const V<Real> drift = splat<Real>(stage.drift), kick = splat<Real>(stage.kick);
-  const bool damped = motion.damping != 0, last = stage.v_next[0], keep_a = stage.a[0];
-  const V<Real> zero{};
+  // Its bits, a test cheaper than that of a number.
+  const bool damped = std::bit_cast<std::uint64_t>(motion.damping) != 0;
+  const bool last = stage.v_next[0], keep_a = stage.a[0];
   V<Real> check{};
   const std::span<const SweepRun<Real>> runs = rings.runs();
   std::int64_t turn = rings.turn;
-  for (int i = begin; i < end; i += kLanes<Real>, turn += kLanes<Real>) {
-    const V3<Real> sum = block_forces(runs, turn, stage.q, i, stage.force);
-    const V<Real> forces[3] = {sum.x, sum.y, sum.z};
-    const unsigned free = block_bits<Real>(motion.free, i);
-    const V<Real> inverse_mass = motion.inverse_masses ? load<Real>(motion.inverse_masses + i)
-                                                       : splat<Real>(motion.inverse_mass);
-    const V<Real> rate = splat<Real>(motion.damping) * inverse_mass;
+  for (int i = begin; i < end; i += kBlock<Real>, turn += kBlock<Real>) {
+    const Points<Real> force = block_forces(runs, turn, stage.q, i, stage.force);
+    const unsigned free = block_bits<Real, kVectors>(motion.free, i);
+    const Weights<Real> weights(motion, i);
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
-      const V<Real> v0 = load(stage.v0[axis] + i);
       // a = F/m + g - (c/m) v
-      V<Real> a = fma(forces[axis], inverse_mass, splat<Real>(motion.gravity[axis]));
-      if (damped) a = fma(-rate, v_now.add_to(v0, axis, i), a);
-      a = keep(free, a);
-      if (keep_a) store(stage.a[axis] + i, a);
+      const Numbers<Real> v0 = load_block(stage.v0[axis] + i);
+      Numbers<Real> a;
+      for (int h = 0; h < kVectors; ++h)
+        a.of[h] = fma(part(force.of[h], axis), weights.inverse_mass.of[h],
+                      splat<Real>(motion.gravity[axis]));
+      if (damped) {
+        const Numbers<Real> v = v_now.add_to(v0, axis, i);
+        for (int h = 0; h < kVectors; ++h)
+          a.of[h] = fma(weights.minus_rate.of[h], v.of[h], a.of[h]);
+      }
+      keep_free(free, a);
+      if (keep_a) store_block(stage.a[axis] + i, a);
       if (stage.q_next[0]) {
-        const V<Real> q = q_row.add_to(fma(drift, v0, load(stage.q0[axis] + i)), axis, i);
-        store(stage.q_next[axis] + i, q);
-        if (last) check += zero * q;
+        Numbers<Real> q = load_block(stage.q0[axis] + i);
+        for (int h = 0; h < kVectors; ++h) q.of[h] = fma(drift, v0.of[h], q.of[h]);
+        q = q_row.add_to(q, axis, i);
+        store_block(stage.q_next[axis] + i, q);
+        if (last) add_zeros(q, check);
       }
       if (last) {
-        const V<Real> v = fma(kick, a, v_row.add_to(v0, axis, i));
-        store(stage.v_next[axis] + i, v);
-        check += zero * v;
+        Numbers<Real> v = v_row.add_to(v0, axis, i);
+        for (int h = 0; h < kVectors; ++h) v.of[h] = fma(kick, a.of[h], v.of[h]);
+        store_block(stage.v_next[axis] + i, v);
+        add_zeros(v, check);
       }
     }
   }
@@ -155,14 +269,16 @@ template <class Real>
 bool known_blocks(const RkStage<Real>& stage, int begin, int end) {
   const RowSum<Real, kAny> q_row(stage.q_row), v_row(stage.v_row);
   const V<Real> drift = splat<Real>(stage.drift), kick = splat<Real>(stage.kick);
-  for (int i = begin; i < end; i += kLanes<Real>)
+  for (int i = begin; i < end; i += kBlock<Real>)
     for (int axis = 0; axis < 3; ++axis) {
-      const V<Real> v0 = load(stage.v0[axis] + i);
-      const V<Real> q = fma(drift, v0, load(stage.q0[axis] + i));
-      store(stage.q_next[axis] + i, q_row.add_to(q, axis, i));
-      if (stage.v_next[0])
-        store(stage.v_next[axis] + i,
-              fma(kick, load(stage.a[axis] + i), v_row.add_to(v0, axis, i)));
+      const Numbers<Real> v0 = load_block(stage.v0[axis] + i), a = load_block(stage.a[axis] + i);
+      Numbers<Real> q = load_block(stage.q0[axis] + i), v = v_row.add_to(v0, axis, i);
+      for (int h = 0; h < kVectors; ++h) {
+        q.of[h] = fma(drift, v0.of[h], q.of[h]);
+        v.of[h] = fma(kick, a.of[h], v.of[h]);
+      }
+      store_block(stage.q_next[axis] + i, q_row.add_to(q, axis, i));
+      if (stage.v_next[0]) store_block(stage.v_next[axis] + i, v);
     }
   return true;
 }
@@ -187,7 +303,7 @@ bool rk_sweep(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& sta
   return rk_blocks<Real, kAny, kAny, kAny>(rings, motion, stage, begin, end);
 }
 
-// keep v + gain a.
+// keep v + gain a for a block.
 template <class Real, bool kUniform>
 struct KickOf {
   const Kick* kick;
@@ -195,12 +311,15 @@ struct KickOf {
 
   SIM_INLINE explicit KickOf(const Kick& from)
       : kick(&from), keep_v(splat<Real>(from.keep)), gain(splat<Real>(from.gain)) {}
-  SIM_INLINE void at(int i) {
-    if (kUniform) return;
-    keep_v = load<Real>(kick->keeps + i);
-    gain = load<Real>(kick->gains + i);
+  SIM_INLINE void apply(Numbers<Real>& v, const Numbers<Real>& a, int i) {
+    for (int h = 0; h < kVectors; ++h) {
+      if (!kUniform) {
+        keep_v = load<Real>(kick->keeps + i + h * kLanes<Real>);
+        gain = load<Real>(kick->gains + i + h * kLanes<Real>);
+      }
+      v.of[h] = fma(gain, a.of[h], keep_v * v.of[h]);
+    }
   }
-  SIM_INLINE V<Real> operator()(V<Real> v, V<Real> a) const { return fma(gain, a, keep_v * v); }
 };
 
 // One kick of a splitting method, and the drift after it.
@@ -212,33 +331,32 @@ SIM_INLINE bool kick_blocks(Rings<Real>& rings, const Motion& motion, const Kick
   V<Real> inverse_mass = splat<Real>(motion.inverse_mass);
   const std::span<const SweepRun<Real>> runs = rings.runs();
   std::int64_t turn = rings.turn;
-  const V<Real> zero{};
   V<Real> check{};
-  for (int i = begin; i < end; i += kLanes<Real>, turn += kLanes<Real>) {
-    if (!kUniform) inverse_mass = load<Real>(motion.inverse_masses + i);
-    const unsigned free = block_bits<Real>(motion.free, i);
-    const V3<Real> sum = block_forces(runs, turn, stage.q, i, stage.force);
-    const V<Real> forces[3] = {sum.x, sum.y, sum.z};
-    kick.at(i);
-    if (stage.v_after[0]) next_kick.at(i);
+  for (int i = begin; i < end; i += kBlock<Real>, turn += kBlock<Real>) {
+    const unsigned free = block_bits<Real, kVectors>(motion.free, i);
+    const Points<Real> force = block_forces(runs, turn, stage.q, i, stage.force);
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
-      const V<Real> a =
-          keep(free, fma(forces[axis], inverse_mass, splat<Real>(motion.gravity[axis])));
-      V<Real> v = kick(load(stage.v[axis] + i), a);
-      if (stage.v_next[0]) store(stage.v_next[axis] + i, v);
-      if (stage.check) check += zero * v;
-      if (stage.a[0]) store(stage.a[axis] + i, a);
+      Numbers<Real> a;
+      for (int h = 0; h < kVectors; ++h) {
+        if (!kUniform) inverse_mass = load<Real>(motion.inverse_masses + i + h * kLanes<Real>);
+        a.of[h] = fma(part(force.of[h], axis), inverse_mass, splat<Real>(motion.gravity[axis]));
+      }
+      keep_free(free, a);
+      Numbers<Real> v = load_block(stage.v[axis] + i), q = load_block(stage.q[axis] + i);
+      kick.apply(v, a, i);
+      if (stage.v_next[0]) store_block(stage.v_next[axis] + i, v);
+      if (stage.check) add_zeros(v, check);
+      if (stage.a[0]) store_block(stage.a[axis] + i, a);
       if (stage.v_after[0]) {
-        v = next_kick(v, a);
-        store(stage.v_after[axis] + i, v);
+        next_kick.apply(v, a, i);
+        store_block(stage.v_after[axis] + i, v);
       }
-      V<Real> q = load(stage.q[axis] + i);
       if (stage.q_next[0]) {
-        q = fma(drift, v, q);
-        store(stage.q_next[axis] + i, q);
+        for (int h = 0; h < kVectors; ++h) q.of[h] = fma(drift, v.of[h], q.of[h]);
+        store_block(stage.q_next[axis] + i, q);
       }
-      if (stage.check) check += zero * q;
+      if (stage.check) add_zeros(q, check);
     }
   }
   rings.turn = turn;
@@ -264,15 +382,16 @@ bool kick_sweep(Rings<Real>& rings, const Motion& motion, const KickStage<Real>&
 }
 
 template <class Real>
-void warm_up(Rings<Real>& rings, const Real* const q[3], int begin, int end) {
-  for (int i = begin; i < end; i += kLanes<Real>, rings.turn += kLanes<Real>) {
-    const V3<Real> here = load(q, i);
-    const V3<Real> none{};
-    V3<Real> sum = none;
+void warm_up(Rings<Real>& rings, const Real* const positions[3], int begin, int end) {
+  const Positions<Real> q(positions);
+  const Real* const none[3] = {};
+  for (int i = begin; i < end; i += kBlock<Real>, rings.turn += kBlock<Real>) {
+    const Points<Real> here = q.block(i);
+    Points<Real> sum{};
     V<Real> errors{};
     for (const SweepRun<Real>& run : rings.runs())
       own_springs(run, rings.turn, q, i, here, sum, errors);
-    with_care(rings.runs(), rings.turn, q, i, none, errors, sum);
+    take_care(rings.runs(), rings.turn, positions, i, none, errors, sum);
   }
 }
 
@@ -288,7 +407,7 @@ namespace sim {
 
 template <class Real>
 SweepKernels<Real> sweep_kernels() {
-  return for_simd_level(sse2::kSweep<Real>, avx2::kSweep<Real>, avx512::kSweep<Real>);
+  return SIM_CHOOSE(kSweep<Real>);
 }
 
 template SweepKernels<double> sweep_kernels();

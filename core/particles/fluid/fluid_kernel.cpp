@@ -257,9 +257,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-FluidKernels fluid_kernels(const FluidLaw& law) {
-  return for_simd_level(sse2::kernels_of, avx2::kernels_of, avx512::kernels_of)(law);
-}
+FluidKernels fluid_kernels(const FluidLaw& law) { return SIM_CHOOSE(kernels_of)(law); }
 
 }  // namespace sim
 #endif

@@ -103,9 +103,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-BlockKernels block_kernels() {
-  return for_simd_level(sse2::kBlocks, avx2::kBlocks, avx512::kBlocks);
-}
+BlockKernels block_kernels() { return SIM_CHOOSE(kBlocks); }
 
 }  // namespace sim
 #endif

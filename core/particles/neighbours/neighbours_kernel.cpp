@@ -47,7 +47,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-ListKernels list_kernels() { return for_simd_level(sse2::kLists, avx2::kLists, avx512::kLists); }
+ListKernels list_kernels() { return SIM_CHOOSE(kLists); }
 
 }  // namespace sim
 #endif

@@ -160,9 +160,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-PairKernels pair_kernels(const PairLaw& law) {
-  return for_simd_level(sse2::kernels_of, avx2::kernels_of, avx512::kernels_of)(law);
-}
+PairKernels pair_kernels(const PairLaw& law) { return SIM_CHOOSE(kernels_of)(law); }
 
 }  // namespace sim
 #endif

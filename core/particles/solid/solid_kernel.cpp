@@ -197,7 +197,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-SolidKernels solid_kernels() { return for_simd_level(sse2::kSolid, avx2::kSolid, avx512::kSolid); }
+SolidKernels solid_kernels() { return SIM_CHOOSE(kSolid); }
 
 }  // namespace sim
 #endif

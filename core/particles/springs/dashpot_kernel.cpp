@@ -75,9 +75,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-DashpotForces dashpot_forces() {
-  return for_simd_level(sse2::add_runs, avx2::add_runs, avx512::add_runs);
-}
+DashpotForces dashpot_forces() { return SIM_CHOOSE(add_runs); }
 
 }  // namespace sim
 #endif

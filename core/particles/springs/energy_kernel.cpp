@@ -43,9 +43,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-RunEnergies run_energies() {
-  return for_simd_level(sse2::run_energies, avx2::run_energies, avx512::run_energies);
-}
+RunEnergies run_energies() { return SIM_CHOOSE(run_energies); }
 
 }  // namespace sim
 #endif

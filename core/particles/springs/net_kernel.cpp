@@ -100,7 +100,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-NetKernels net_kernels() { return for_simd_level(sse2::kNet, avx2::kNet, avx512::kNet); }
+NetKernels net_kernels() { return SIM_CHOOSE(kNet); }
 
 }  // namespace sim
 #endif

@@ -11,9 +11,13 @@ struct Constants {
   V<Real> k, k_rest;
 
   SIM_INLINE Constants(V<Real> stiffness, V<Real> times_rest) : k(stiffness), k_rest(times_rest) {}
-  SIM_INLINE Constants(const RunColumns& run, std::int64_t i)
-      : k(splat<Real>(run.k)), k_rest(splat<Real>(run.k_rest)) {
-    if (!run.ks) return;
+  SIM_INLINE Constants(const RunColumns& run, std::int64_t i) : Constants(run) { at(run, i); }
+  // Of a uniform run; of another one until at() looks them up. -k is what forces need.
+  SIM_INLINE explicit Constants(const RunColumns& run)
+      : k(-splat<Real>(run.minus_k)), k_rest(splat<Real>(run.k_rest)) {}
+  SIM_INLINE void at(const RunColumns& run, std::int64_t i) {
+    if (!run.ks) [[likely]]
+      return;
     k = load<Real>(run.ks + i);
     k_rest = k * load<Real>(run.rests + i);
   }
@@ -56,11 +60,17 @@ SIM_INLINE Floats spring_factors(const V3<float>& d, const Constants<float>& spr
   return keep(bits, fma(spring.k_rest, inverse_sqrt(greater(squared(d), least)), -spring.k));
 }
 
-// True if a seed failed, or a sum is not finite: it may be a 0 of no spring times a distance that
-// overflowed.
+// The errors and 0, or not a number where a sum is not finite: it may be a 0 of no spring times a
+// distance that overflowed.
+template <class Real>
+SIM_INLINE V<Real> watched(V<Real> errors, const V3<Real>& sum) {
+  const V<Real> zero{};
+  return fma(zero, sum.x, fma(zero, sum.y, fma(zero, sum.z, errors)));
+}
+
+// True if a seed failed, or a sum is not finite.
 SIM_INLINE bool needs_care(Doubles errors, const V3<double>& sum) {
-  const Doubles zero{};
-  return any_above(fma(zero, sum.x, fma(zero, sum.y, fma(zero, sum.z, errors))), kSeedError);
+  return any_above(watched<double>(errors, sum), kSeedError);
 }
 
 }  // namespace sim::SIM_TARGET

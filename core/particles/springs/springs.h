@@ -48,8 +48,8 @@ struct SpringRun {
 // A run as kernels read it: arrays indexed by the particle that owns the spring.
 struct RunColumns {
   const std::uint8_t* owners;
-  const double *ks, *rests;  // null in a uniform run
-  double k, rest, k_rest;    // of a uniform run
+  const double *ks, *rests;         // null in a uniform run
+  double k, rest, k_rest, minus_k;  // of a uniform run
   std::int64_t stride;
 
   explicit RunColumns(const SpringRun& run)
@@ -59,6 +59,7 @@ struct RunColumns {
         k(run.k),
         rest(run.rest),
         k_rest(run.k * run.rest),
+        minus_k(-run.k),
         stride(run.stride) {}
 
   double k_of(std::int64_t a) const { return ks ? ks[a] : k; }

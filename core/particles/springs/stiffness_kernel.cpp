@@ -172,7 +172,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-StiffKernels stiff_kernels() { return for_simd_level(sse2::kStiff, avx2::kStiff, avx512::kStiff); }
+StiffKernels stiff_kernels() { return SIM_CHOOSE(kStiff); }
 
 }  // namespace sim
 #endif

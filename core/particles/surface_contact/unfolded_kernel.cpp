@@ -76,9 +76,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-UnfoldedSheet unfolded_sheet() {
-  return for_simd_level(sse2::unfolded, avx2::unfolded, avx512::unfolded);
-}
+UnfoldedSheet unfolded_sheet() { return SIM_CHOOSE(unfolded); }
 
 }  // namespace sim
 #endif

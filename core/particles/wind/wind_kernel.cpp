@@ -157,7 +157,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-WindKernels wind_kernels() { return for_simd_level(sse2::kWind, avx2::kWind, avx512::kWind); }
+WindKernels wind_kernels() { return SIM_CHOOSE(kWind); }
 
 }  // namespace sim
 #endif

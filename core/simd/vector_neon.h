@@ -1,0 +1,49 @@
+// What core/simd/vector.h leaves to the instruction set; core/simd/vector_sse2.h says what it is.
+SIM_TARGET_BEGIN
+namespace sim::SIM_TARGET {
+
+SIM_INLINE Doubles fma(Doubles a, Doubles b, Doubles c) {
+  return (Doubles)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b);
+}
+SIM_INLINE Floats fma(Floats a, Floats b, Floats c) {
+  return (Floats)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
+}
+
+SIM_INLINE Doubles keep(unsigned bits, Doubles v) {
+  static constexpr std::uint64_t kBits[2] = {1, 2};
+  const uint64x2_t set = vtstq_u64(vdupq_n_u64(bits), vld1q_u64(kBits));
+  return (Doubles)vandq_u64(set, (uint64x2_t)v);
+}
+SIM_INLINE Floats keep(unsigned bits, Floats v) {
+  static constexpr std::uint32_t kBits[4] = {1, 2, 4, 8};
+  const uint32x4_t set = vtstq_u32(vdupq_n_u32(bits), vld1q_u32(kBits));
+  return (Floats)vandq_u32(set, (uint32x4_t)v);
+}
+
+SIM_INLINE Doubles square_root(Doubles v) { return (Doubles)vsqrtq_f64((float64x2_t)v); }
+SIM_INLINE Doubles seed(Doubles v) {
+  const float32x2_t f = vcvt_f32_f64((float64x2_t)v);
+  return (Doubles)vcvt_f64_f32(vdiv_f32(vdup_n_f32(1), vsqrt_f32(f)));
+}
+SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
+  const Doubles kept = keep(bits, v);
+  return fma(kept, kept, sum);
+}
+SIM_INLINE bool any_above(Doubles v, double limit) { return !(v[0] <= limit && v[1] <= limit); }
+
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
+  const double* const a = points + 4 * std::ptrdiff_t{index[0]};
+  const double* const b = points + 4 * std::ptrdiff_t{index[1]};
+  return {Doubles{a[0], b[0]}, Doubles{a[1], b[1]}, Doubles{a[2], b[2]}};
+}
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
+  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
+  fourth = Doubles{last(0), last(1)};
+  return gather(points, index);
+}
+
+// The instruction for a maximum gives NaN where one is not a number.
+SIM_INLINE Floats greater(Floats a, Floats b) { return a > b ? a : b; }
+
+}  // namespace sim::SIM_TARGET
+SIM_TARGET_END
