@@ -8,6 +8,7 @@
 #include "core/base/text.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/plain_split_stepper.h"
+#include "core/particles/explicit/renumbered.h"
 #include "core/particles/explicit/rk_stepper.h"
 #include "core/particles/explicit/split_stepper.h"
 #include "core/particles/implicit/local_global_solver.h"
@@ -227,6 +228,21 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
     std::copy_n(layout().block(y, 3 + axis), layout().n(), layout().block(dydt, axis));
 }
 
+void ParticleSystem::order_by(const ParticleView& initial) {
+  const auto large = [](const Net* net) { return net->reordered(); };
+  if (std::ranges::any_of(nets(), large)) rows_ = Renumbering::rows_of(initial);
+}
+
+const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
+  const auto large = [](const Net* net) { return net->reordered(); };
+  const bool plain = other_forces().empty() && contacts().empty() && is_plain() && !holding_;
+  if (rows_.empty() || !plain || std::ranges::none_of(nets(), large))
+    renumbering_.reset();
+  else if (!renumbering_ || !renumbering_->fits(*this))
+    renumbering_ = std::make_shared<const Renumbering>(*this, rows_);
+  return renumbering_;
+}
+
 // Forces with a memory and particles that are led have steppers for systems of any kind.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   if (plan.precision == Precision::kSingle) {
@@ -234,6 +250,10 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
   if (holding_) return std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan));
+  if (const auto& numbering = renumbering())
+    return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
+      return std::make_unique<RkStepper<double>>(particles, plan);
+    });
   if (is_plain()) return std::make_unique<RkStepper<double>>(*this, plan);
   auto stepper = OdeSystem::explicit_stepper(plan);
   if (!leads().empty()) stepper = std::make_unique<HeldStepper>(*this, std::move(stepper));
@@ -262,6 +282,10 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     return std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get());
   }
   if (!is_plain()) return std::make_unique<PlainSplitStepper>(*this, plan);
+  if (const auto& numbering = renumbering())
+    return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
+      return std::make_unique<SplitStepper<double>>(particles, plan);
+    });
   return std::make_unique<SplitStepper<double>>(*this, plan);
 }
 

@@ -7,9 +7,14 @@
 
 namespace sim {
 
+class Renumbering;
+
 class ParticleSystem final : public OdeSystem, public Particles {
  public:
   using Particles::Particles;
+  // Explicit methods of fixed steps may take particles in another order, that of places, where nets
+  // are large. Their steppers are made after this.
+  void order_by(const ParticleView& initial);
 
   std::size_t size() const noexcept override {
     return layout().size() + memory_size() + (holding_ ? holding_->memory_size() : 0);
@@ -39,8 +44,12 @@ class ParticleSystem final : public OdeSystem, public Particles {
  private:
   // Positions and velocities are all that a step changes.
   bool is_plain() const { return memory_size() == 0 && leads().empty(); }
+  // Of large nets that do without all but springs and affine forces; else null.
+  const std::shared_ptr<const Renumbering>& renumbering();
 
   std::unique_ptr<Holding> holding_;  // where there are constraints
+  std::vector<int> rows_;             // of places, where nets are large
+  std::shared_ptr<const Renumbering> renumbering_;
   CombineRange combine_range_ = combine_range();
 };
 

@@ -125,6 +125,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   }
   compile_constraints(spec, registry);
   compile_contact(spec);
+  particles->order_by(particles->view(0, x.data()));
   apply_switches(*settings);
   system = std::move(compiled);
 }
