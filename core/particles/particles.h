@@ -65,7 +65,7 @@ class Particles {
   double damping_power(double t, const double* state, Array& sums) const;
 
   const Contacts& contacts() const noexcept { return contacts_; }
-  void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
+  void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
 
   // a := the accelerations, in m/s^2; every array but the masses of the view padded as in a layout.
   // Without drag where a method has that in its kicks.
