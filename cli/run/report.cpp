@@ -142,6 +142,7 @@ void Report::header(std::span<Track> tracks, int threads, const std::string& eng
                                      (system.pinned_count() > 0
                                           ? ", " + std::to_string(system.pinned_count()) + " pinned"
                                           : ""));
+      if (system.bodies() > 0) text += label("bodies", std::to_string(system.bodies()));
       text += label("springs", families(system));
       std::string off;
       for (const std::string& name : system.settings().off) off += (off.empty() ? "" : ", ") + name;

@@ -65,6 +65,27 @@ std::string observed_json(Track& track) {
   return object.str();
 }
 
+// Where rigid bodies are at the end.
+std::string bodies_json(const Simulation& system) {
+  std::vector<std::string> list;
+  for (int i = 0; i < system.bodies(); ++i) {
+    const RigidState state = system.body_state(i);
+    const auto numbers = [](const auto& values) {
+      std::vector<std::string> texts;
+      for (const double value : values) texts.push_back(shortest(value));
+      return json_array(texts);
+    };
+    list.push_back(JsonObject()
+                       .text("shape", system.body(i).shape().name())
+                       .json("position", numbers(state.center))
+                       .json("turn", numbers(state.quaternion()))
+                       .json("velocity", numbers(state.velocity))
+                       .json("spin", numbers(state.spin))
+                       .str());
+  }
+  return json_array(list);
+}
+
 std::string system_json(Track& track, const std::string& post_mortem) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
@@ -79,6 +100,7 @@ std::string system_json(Track& track, const std::string& post_mortem) {
     JsonObject springs;
     for (const auto& [family, count] : system.families()) springs.integer(family, count);
     object.json("springs", springs.str());
+    if (system.bodies() > 0) object.json("bodies", bodies_json(system));
   }
   object.text("integrator", system.method().name())
       .number("dt", system.h())

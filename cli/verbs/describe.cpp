@@ -247,6 +247,9 @@ std::string system_facts(const Simulation& system) {
     text = counted(system.particles(), "particle");
     if (system.pinned_count() > 0)
       text += " (" + std::to_string(system.pinned_count()) + " pinned)";
+    if (system.bodies() > 0)
+      text += " of " + std::to_string(system.bodies()) + " rigid " +
+              (system.bodies() == 1 ? "body" : "bodies");
     text += ", " + counted(spring_count(system), "spring");
   }
   return text + "; " + system.method().name() + ", " + brief(system.h()) + " s a step, " +

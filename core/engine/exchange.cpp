@@ -46,6 +46,8 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec) : system_(&system
   refuse_first(spec.constraints, {}, "constraint");
   for (const LeadSpec& lead : spec.particles->leads)
     refuse_scene("a particle that is led", lead.place, "pin it, or run it here");
+  if (!spec.bodies.empty())
+    refuse_scene("a rigid body", spec.bodies.front().place, "leave bodies out, or run it here");
   if (spec.contact) refuse_scene("sim.contact", spec.contact->place, "leave contact out");
   for (const Force* force : particles_->other_forces()) {
     const std::string force_name = particles_->name_of(*force);

@@ -270,14 +270,15 @@ void Way::press(double s, const Vec3& acceleration) {
 }
 
 void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
-                   const ParticleView& initial) {
+                   const ParticleView& initial, int count) {
   if (!ledger_) ledger_ = std::make_unique<ContactLedger>(initial.n);
   auto sides = collider->sides();
   if (sides.empty())
     sides.push_back(std::move(collider));
   else
     bodies_.push_back({std::move(collider), parts_});
-  for (auto& side : sides) add_one(std::move(side), name, initial);
+  if (count < 0) count = initial.n;
+  for (auto& side : sides) add_one(std::move(side), name, initial, count);
   ++parts_;
   set_off({});
 }
@@ -295,12 +296,12 @@ void Contacts::set_off(std::span<const std::size_t> colliders) {
 }
 
 void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& name,
-                       const ParticleView& initial) {
+                       const ParticleView& initial, int count) {
   const std::string title = "collider '" + name + "'";
   collider->bind(initial);
   if (collider->sampled()) collider->look(initial.t, initial.t);
   int held = 0;
-  for (int i = 0; i < initial.n; ++i) {
+  for (int i = 0; i < count; ++i) {
     const Touch start = collider->touch(initial.t, initial.position(i));
     if (start.gap >= -slack(initial.position(i))) continue;
     if (!initial.free(i)) {

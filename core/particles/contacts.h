@@ -37,9 +37,10 @@ struct Way {
 // second at its end, by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
-  // Throws Error{kScene} with the first free particle that is inside at the start.
-  void add(std::unique_ptr<Collider> collider, const std::string& name,
-           const ParticleView& initial);
+  // Throws Error{kScene} with the first of the free particles [0, count), or of all, that is inside
+  // at the start.
+  void add(std::unique_ptr<Collider> collider, const std::string& name, const ParticleView& initial,
+           int count = -1);
 
   // Those that were added as number so and so; the others act.
   void set_off(std::span<const std::size_t> colliders);
@@ -68,7 +69,7 @@ class Contacts {
 
  private:
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,
-               const ParticleView& initial);
+               const ParticleView& initial, int count);
 
   struct Entry {
     std::unique_ptr<Collider> collider;

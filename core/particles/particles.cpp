@@ -142,8 +142,8 @@ std::string Particles::name_of(const Force& force) const {
 }
 
 void Particles::add_collider(std::unique_ptr<Collider> collider, const std::string& name,
-                             const double* x) {
-  contacts_.add(std::move(collider), name, view(0, x));
+                             const double* x, int count) {
+  contacts_.add(std::move(collider), name, view(0, x), count);
 }
 
 bool Particles::conserves_energy() const noexcept {

@@ -65,10 +65,9 @@ class Particles {
   const Contacts& contacts() const noexcept { return contacts_; }
   const Leads& leads() const noexcept { return leads_; }
   Leads& leads() noexcept { return leads_; }  // of pinned particles
-  void add_collider(std::unique_ptr<Collider> collider, const std::string& name, const double* x);
+  void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
 
-  // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or it is in
-  // kicks.
+  // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or kicks have it.
   void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum

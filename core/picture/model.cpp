@@ -77,6 +77,7 @@ std::vector<bool> Model::in_triangles() const {
   std::vector<bool> in(static_cast<std::size_t>(particles));
   for (const auto& triangle : triangles)
     for (const int i : triangle) in[static_cast<std::size_t>(i)] = true;
+  for (const int i : in_bodies) in[static_cast<std::size_t>(i)] = true;
   // What is inside of a block, its skin hides.
   if (!triangles.empty() && std::ranges::min(grid) > 1)
     std::fill_n(in.begin(), grid[0] * grid[1] * grid[2], true);
@@ -96,6 +97,8 @@ Model make_model(const SystemSpec& spec, const Simulation& system) {
     model.mass.push_back(spec.particles->at(i).mass);
     if (system.pinned(i)) model.pinned.push_back(i);
   }
+  for (const RigidSpec& body : spec.bodies)
+    for (int p = 0; p < RigidBody::kParticles; ++p) model.in_bodies.push_back(body.first + p);
   model.families = families_of(system);
   const bool tied =
       !model.families.empty() ||

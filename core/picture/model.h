@@ -28,12 +28,13 @@ struct Model {
   bool second_order = false, flat = false;
   std::vector<double> mass;                   // kg, of each particle; empty in first order
   std::vector<int> pinned;                    // ids, ascending
+  std::vector<int> in_bodies;                 // those that rigid bodies are made of
   std::vector<std::array<int, 3>> triangles;  // of surfaces, or of the grid
   std::array<int, 3> grid{0, 0, 0};           // particles in each direction; 0: there is none
   std::vector<ModelFamily> families;
   Vec3 up{0, 1, 0};  // against gravity, of length 1
 
-  std::vector<bool> in_triangles() const;  // of each particle
+  std::vector<bool> in_triangles() const;  // of each particle: or a solid is drawn for it
 };
 
 struct Frame {

@@ -13,7 +13,8 @@ namespace sim {
 namespace {
 
 constexpr unsigned kFamilies[] = {0x2458C8, 0xE8860C, 0x2E9E54, 0x9A3FB0, 0xC23A4A, 0x1F8F9C};
-constexpr unsigned kPinned = 0x3A3F46, kParticle = 0x3F86C8, kBar = 0x6B7078, kWire = 0x2F4F86;
+constexpr unsigned kPinned = 0x3A3F46, kParticle = 0x3F86C8, kBar = 0x6B7078, kWire = 0x2F4F86,
+                   kBody = 0xC98A4B;
 constexpr std::size_t kMostTrail = 8;  // free particles of a system whose last one leaves a trail
 
 V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - a, c - a); }
@@ -108,7 +109,8 @@ Picture Scenery::picture(std::size_t at) const {
   picture.ground = viewpoint_.ground;
   picture.skins = {{colour(0xD9453C), colour(0xE2B56E), true, 0.0F},
                    {colour(0x7F8FA6), colour(0x7F8FA6), false, 0.5F},
-                   {colour(0xB9BDC4), colour(0x9A9EA6), false, 0.0F}};
+                   {colour(0xB9BDC4), colour(0x9A9EA6), false, 0.0F},
+                   {colour(kBody), colour(kBody), false, 0.3F}};
   for (std::size_t m = 0; m < models_.size(); ++m) {
     const Frame& frame = moment[m];
     surfaces(picture, m, frame);
@@ -188,7 +190,7 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
 // The way of the last free particle so far, where there are few.
 void Scenery::trail(Picture& picture, std::size_t m, std::size_t at) const {
   const Model& model = models_[m];
-  if (!model.triangles.empty() ||
+  if (!model.triangles.empty() || !model.in_bodies.empty() ||
       static_cast<std::size_t>(model.particles) - model.pinned.size() > kMostTrail)
     return;
   int last = model.particles - 1;
@@ -261,7 +263,9 @@ void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
 void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const {
   for (const SolidShape& solid : frame.solids)
     add_solid(picture, solid, viewpoint_, viewpoint_.offsets[m],
-              solid.form == SolidShape::Form::kPlane ? 2 : 1);
+              solid.body                               ? 3
+              : solid.form == SolidShape::Form::kPlane ? 2
+                                                       : 1);
 }
 
 // Above on the left what is seen, below on the right the scale of the colours.

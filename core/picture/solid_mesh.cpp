@@ -1,6 +1,7 @@
 // Solids of a picture: balls, boxes and capsules of triangles, planes as a large square.
 #include <algorithm>
 
+#include "core/particles/rigid/rigid_shape.h"
 #include "core/picture/scenery.h"
 
 namespace sim {
@@ -17,6 +18,9 @@ class MeshMaker {
                                 static_cast<float>(normal.z())});
     if (!picture_.colours.empty()) picture_.colours.push_back(picture_.skins[skin()].front);
     return static_cast<int>(picture_.points.size()) - 1;
+  }
+  void triangle(int a, int b, int c) {
+    picture_.triangles.push_back({{a, b, c}, skin_, true, true});
   }
   void quad(int a, int b, int c, int d, bool casts = true) {
     picture_.triangles.push_back({{a, b, c}, skin_, true, casts});
@@ -84,6 +88,19 @@ void add_capsule(MeshMaker& mesh, const SolidShape& capsule) {
   }
 }
 
+// Flat faces.
+void add_triangles(MeshMaker& mesh, const SolidShape& solid) {
+  const auto place = [&](int i) {
+    const Vec3& p = solid.mesh->points[static_cast<std::size_t>(i)];
+    return solid.center + p[0] * solid.axes[0] + p[1] * solid.axes[1] + p[2] * solid.axes[2];
+  };
+  for (const auto& t : solid.mesh->triangles) {
+    const Vec3 a = place(t[0]), b = place(t[1]), c = place(t[2]);
+    const Vec3 normal = (b - a).cross(c - a).normalized();
+    mesh.triangle(mesh.point(a, normal), mesh.point(b, normal), mesh.point(c, normal));
+  }
+}
+
 }  // namespace
 
 void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint,
@@ -118,6 +135,9 @@ void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewp
       return add_box(mesh, solid);
     case SolidShape::Form::kCapsule:
       return add_capsule(mesh, solid);
+    case SolidShape::Form::kMesh:
+      if (solid.mesh) add_triangles(mesh, solid);
+      return;
   }
 }
 

@@ -51,8 +51,9 @@ std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, 
           solid.form == SolidShape::Form::kNone)
         continue;
       for (const Vec3& axis : solid.axes) {
-        const double size =
-            solid.form == SolidShape::Form::kSphere ? solid.radius : axis.norm() + solid.radius;
+        const bool round =
+            solid.form == SolidShape::Form::kSphere || solid.form == SolidShape::Form::kMesh;
+        const double size = round ? solid.radius : axis.norm() + solid.radius;
         const Vec3 d = size / axis.norm() * axis;
         points.push_back(solid.center + d);
         points.push_back(solid.center - d);

@@ -67,6 +67,21 @@ void add_part(StateHash& hash, const PartSpec& part) {
     for (const int id : *part.particles) hash.add(static_cast<std::uint64_t>(id));
 }
 
+// The particles say the rest.
+void add_bodies(StateHash& hash, const SystemSpec& spec) {
+  for (const RigidSpec& body : spec.bodies) {
+    add_text(hash, body.shape->name());
+    add_vector(hash, body.shape->half);
+    for (const double number :
+         {body.shape->radius, body.shape->length, body.surface.friction, body.surface.restitution})
+      hash.add(number);
+  }
+  for (const BodyPoint& point : spec.points) {
+    hash.add(static_cast<std::uint64_t>(point.body));
+    add_vector(hash, point.at);
+  }
+}
+
 std::uint64_t hash_of(std::string_view bytes) {
   StateHash hash;
   for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
@@ -211,6 +226,7 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
     for (const PartSpec& force : spec.forces) add_part(hash, force);
     for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
     for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);
+    add_bodies(hash, spec);
     if (spec.contact) add_contact(hash, *spec.contact);
   }
   if (spec.first_order) {

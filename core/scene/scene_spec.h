@@ -11,7 +11,9 @@
 #include "core/plugin/elements.h"
 #include "core/plugin/method.h"
 #include "core/plugin/params.h"
+#include "core/scene/contact_spec.h"
 #include "core/scene/particles_spec.h"
+#include "core/scene/rigid_spec.h"
 
 namespace sim {
 
@@ -55,20 +57,13 @@ struct ObserverSpec {
   std::function<double(const Simulation&)> value;
 };
 
-// Contact of surfaces with each other and themselves, as sim.contact says it.
-struct ContactSpec {
-  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0, friction = 0;  // m, > 0; Coulomb's, >= 0
-  bool self = true;                    // each with itself, too
-  double strain_limit = 0;             // of edges, a share of their first length; 0: none
-  Place place = {};
-};
-
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders, constraints;
+  std::vector<RigidSpec> bodies;  // see place_bodies()
+  std::vector<BodyPoint> points;  // that elements name
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::optional<ContactSpec> contact;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none

@@ -10,6 +10,7 @@
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
 #include "core/scene/foreign.h"
+#include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -81,6 +82,7 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
 void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry, int threads) {
   initial = *spec.particles;
   const int n = initial.count();
+  for (const RigidSpec& body : spec.bodies) bodies.emplace_back(body.shape, body.mass, body.first);
   x = Array(Layout(n).size());
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
@@ -88,10 +90,12 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
-    check_elements(part.elements, plugin, params, n, part.place);
+    const Joined joined(part.elements, spec, n);
+    check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
     auto force =
-        placed(part.place, [&] { return made_by(plugin, part.place, params, part.elements); });
+        placed(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
+    if (!joined.nodes.empty()) force = force_on_nodes(std::move(force), joined.nodes);
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
@@ -119,67 +123,17 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
     placed(part.place, [&] {
-      particles->add_collider(made_by(plugin, part.place, params), plugin.name, x.data());
+      particles->add_collider(made_by(plugin, part.place, params), plugin.name, x.data(),
+                              bodies.empty() ? n : bodies.front().first());
     });
     collider_switches.push_back(part.switch_name);
   }
   compile_constraints(spec, registry);
   compile_contact(spec);
   particles->order_by(particles->view(0, x.data()));
+  compile_rigid_contact(spec);
   apply_switches(*settings);
   system = std::move(compiled);
-}
-
-void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
-  if (spec.constraints.empty()) return;
-  for (const PartSpec& part : spec.constraints) {
-    const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
-    const Params params(plugin.title(), plugin.params, part.given, part.place);
-    check_elements(part.elements, plugin, params, initial.count(), part.place);
-    if (part.elements.empty())
-      throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
-                                      plugin.elements.arity == 1 ? "give particles = { ids }"
-                                                                 : "give ties = { {a, b}, ... }"});
-    placed(part.place, [&] {
-      particles->hold().add(made(plugin.make(params, part.elements), plugin), plugin.name,
-                            part.place, params.has("feedback") ? params.number("feedback") : 0.0,
-                            x.data());
-    });
-  }
-  particles->holding()->begin();
-  if (!spec.colliders.empty())
-    throw Error(ErrorKind::kScene, {"colliders and constraints", spec.colliders.front().place,
-                                    "a scene cannot have both",
-                                    "use contact as a force: sim.force.contact { collider "
-                                    "= ..., stiffness = ... }"});
-}
-
-void Simulation::Impl::compile_contact(const SystemSpec& spec) {
-  if (!spec.contact) return;
-  const ContactSpec& contact = *spec.contact;
-  if (!spec.constraints.empty())
-    throw Error(ErrorKind::kScene,
-                {"sim.contact and constraints", contact.place, "a scene cannot have both",
-                 "use springs in place of constraints, or leave contact out"});
-  placed(contact.place, [&] {
-    surface_contact = std::make_unique<SurfaceContact>(
-        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
-                           contact.strain_limit},
-        particles->view(0, x.data()));
-  });
-}
-
-bool Simulation::Impl::keep_apart(double t, double h) {
-  if (!surface_contact) return true;
-  const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
-  if (outcome == SurfaceContact::Outcome::kRefused) {
-    divergence = {StepStatus::kNotAllowed,   -1, step_count + 1, t + h, h, "", "",
-                  surface_contact->refusal()};
-    return false;
-  }
-  if (outcome == SurfaceContact::Outcome::kChanged) integrator->restart(t + h, h, x_next.data());
-  contact_work.lost += surface_contact->take_work();
-  return true;
 }
 
 void Simulation::Impl::apply_switches(const Settings& wanted) {
@@ -204,11 +158,13 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
   try {
     auto method = wanted.method.make();
     method->prepare(*system);
-    if (surface_contact && method->info().adaptive)
+    if ((surface_contact || rigid_contact) && method->info().adaptive)
       throw Error(ErrorKind::kScene,
                   {"integrator does not fit", place,
-                   "this scene has sim.contact, which acts between steps, and an adaptive method "
-                   "does not end its steps there",
+                   std::string(surface_contact ? "this scene has sim.contact, which acts"
+                                               : "this scene has rigid bodies that touch, which "
+                                                 "acts") +
+                       " between steps, and an adaptive method does not end its steps there",
                    "use verlet, rk4 or another method of fixed steps"});
     integrator = std::move(method);
   } catch (const Error& error) {
@@ -282,7 +238,7 @@ int Simulation::steps(std::int64_t most) {
   ContactLedger* const ledger =
       s.particles && !s.particles->contacts().empty() ? &s.particles->contacts().ledger() : nullptr;
   if (ledger) ledger->take();  // of steps that others tried
-  if (s.surface_contact) most = 1;
+  if (s.surface_contact || s.rigid_contact) most = 1;
   const FloatControl control;
   Advance now;
   try {
@@ -346,6 +302,7 @@ void Simulation::reset() {
   }
   impl_->step_count = impl_->n0 = 0;
   impl_->t0 = 0;
+  if (impl_->rigid_contact) impl_->rigid_contact->forget();
   if (impl_->particles)
     impl_->place_particles();
   else
@@ -403,12 +360,15 @@ const SurfaceContact* Simulation::surface_contact() const { return impl_->surfac
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
 std::vector<SolidShape> Simulation::shapes() const {
-  return impl_->particles ? impl_->particles->contacts().shapes(t()) : std::vector<SolidShape>();
+  if (!impl_->particles) return {};
+  std::vector<SolidShape> all = impl_->particles->contacts().shapes(t());
+  for (int i = 0; i < bodies(); ++i) all.push_back(body(i).drawn(body_state(i)));
+  return all;
 }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && !surface_contact() && impl_->particles->conserves_energy() &&
-         !(holding() && holding()->constraints().move());
+  return impl_->particles && !surface_contact() && !impl_->rigid_contact &&
+         impl_->particles->conserves_energy() && !(holding() && holding()->constraints().move());
 }
 
 Energy Simulation::energy() const {

@@ -31,8 +31,7 @@ struct Energy {
 
 class Simulation {
  public:
-  // Compiles one system. Throws Error{kScene} or Error{kPlugin}; nothing throws afterwards but a
-  // right-hand side written in Lua.
+  // Throws Error{kScene} or Error{kPlugin}; nothing throws afterwards but what is written in Lua.
   Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -73,17 +72,17 @@ class Simulation {
   int components() const;            // numbers of a first-order state
   double component(int i) const;     // first-order states, in the order of FirstOrderSpec::state
   ContactWork contact_work() const;  // J, of all steps so far, whatever was restored between them
-  std::vector<SolidShape> shapes() const;  // of the colliders that are on, as they are now
-
+  std::vector<SolidShape> shapes() const;  // of colliders that are on and of bodies, as now
+  int bodies() const;
+  const RigidBody& body(int i) const;
+  RigidState body_state(int i) const;
   bool conserves_energy() const;  // gravity and springs only, without drag: the total must stay
   Energy energy() const;          // second order only
   std::uint64_t hash() const;     // of the bits of the state and the step count
-
   Snapshot snapshot() const;
   void restore(const Snapshot& snapshot);  // of this system: it goes on from there bit for bit
-
   // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or what a plugin throws,
-  // and then leaves everything as it was. A particle that is pinned or unpinned is at rest.
+  // and then leaves all as it was. A particle that is pinned or unpinned is at rest.
   void set_position(int i, const Vec3& x);
   void set_velocity(int i, const Vec3& v);
   void set_component(int i, double value);
@@ -99,6 +98,7 @@ class Simulation {
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
   class Holding* holding() const;                       // of constraints; null where there are none
   const class SurfaceContact* surface_contact() const;  // null where there is none
+  const class RigidContact* rigid_contact() const;      // null where bodies touch nothing
   std::vector<Link> links(int particle) const;          // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 

@@ -55,12 +55,15 @@ void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
 
 Snapshot Simulation::snapshot() const {
   const Impl& s = *impl_;
-  return {s.settings,
-          s.step_count,
-          s.n0,
-          s.t0,
-          {s.x.data(), s.x.data() + s.x.size()},
-          s.integrator->memory()};
+  // Behind that of the method the impulses of bodies that touch, and their number.
+  std::vector<double> memory = s.integrator->memory();
+  if (s.rigid_contact) {
+    const std::vector<double> own = s.rigid_contact->memory();
+    memory.insert(memory.end(), own.begin(), own.end());
+    memory.push_back(static_cast<double>(own.size()));
+  }
+  return {s.settings,       s.step_count, s.n0, s.t0, {s.x.data(), s.x.data() + s.x.size()},
+          std::move(memory)};
 }
 
 void Simulation::restore(const Snapshot& snapshot) {
@@ -73,7 +76,18 @@ void Simulation::restore(const Snapshot& snapshot) {
   s.t0 = snapshot.t0;
   std::ranges::copy(snapshot.x, s.x.data());
   s.restart();
-  if (!snapshot.memory.empty()) s.integrator->recall(snapshot.memory);
+  std::span<const double> memory = snapshot.memory;
+  if (s.rigid_contact) {
+    s.rigid_contact->forget();
+    const double said = memory.empty() ? 0 : memory.back();
+    if (!memory.empty()) memory = memory.first(memory.size() - 1);
+    if (said > 0 && said <= static_cast<double>(memory.size())) {
+      const auto own = static_cast<std::size_t>(said);
+      s.rigid_contact->recall(memory.last(own));
+      memory = memory.first(memory.size() - own);
+    }
+  }
+  if (!memory.empty()) s.integrator->recall(memory);
 }
 
 // A change by hand that breaks constraints moves the others, too, or is refused.

@@ -11,6 +11,7 @@
 #include "core/base/team.h"
 #include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
+#include "core/particles/rigid/rigid_contact.h"
 #include "core/particles/surface_contact/surface_contact.h"
 #include "core/scene/simulation.h"
 
@@ -43,12 +44,14 @@ struct Simulation::Impl {
   ParticleSystem* particles = nullptr;  // the system, in a second-order scene
   std::vector<Place> force_places;      // of its forces, in their order
   StateShape shape;
+  std::vector<RigidBody> bodies;
   std::vector<std::string> force_switches, collider_switches;  // of each part; empty: none
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
   ContactWork contact_work;
   std::unique_ptr<SurfaceContact> surface_contact;  // where the scene asks for it
+  std::unique_ptr<RigidContact> rigid_contact;      // where bodies may touch something
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
@@ -56,6 +59,7 @@ struct Simulation::Impl {
   void compile_particles(const SystemSpec& spec, Registry& registry, int threads);
   void compile_constraints(const SystemSpec& spec, Registry& registry);
   void compile_contact(const SystemSpec& spec);
+  void compile_rigid_contact(const SystemSpec& spec);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
   void apply_switches(const Settings& wanted);
@@ -71,6 +75,7 @@ struct Simulation::Impl {
   Error blaming_force(const Error& misfit, const Place& scene) const;
   // x_next := what contact of surfaces makes of the step to t1; false where it has no way.
   bool keep_apart(double t, double h);
+  bool keep_bodies_apart(double t, double h);
   void restart() { integrator->restart(t(step_count), settings->h, x.data()); }
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);

@@ -241,6 +241,140 @@ local function make_grid(options)
   }
 end
 
+-- Rigid bodies -----------------------------------------------------------------------------------
+
+local shape_class = class("shape", {})
+
+local function new_shape(form, options, known, fields)
+  check_keys(options, known, "sim." .. form)
+  local record = fields(options)
+  record.kind, record.form, record.place = "shape", form, here()
+  local handle = setmetatable({}, shape_class)
+  records[handle] = record
+  return handle
+end
+
+-- shape = sim.box { half = }
+-- A box about its origin, for sim.rigid.
+--   half   {x, y, z}, m, > 0: half of its edges
+local function make_box(options)
+  return new_shape("box", options, { half = true }, function(o)
+    local x, y, z = vector(o.half, "half of sim.box")
+    for _, edge in ipairs { x, y, z } do number_from(edge, 0, true, "half of sim.box", " m") end
+    return { half = { x, y, z } }
+  end)
+end
+
+-- shape = sim.sphere { radius = }
+-- A ball about its origin, for sim.rigid.
+--   radius   m, > 0
+local function make_sphere(options)
+  return new_shape("sphere", options, { radius = true }, function(o)
+    return { radius = number_from(o.radius, 0, true, "radius of sim.sphere", " m") }
+  end)
+end
+
+-- shape = sim.capsule { radius =, length = }
+-- A cylinder along y about its origin, closed by half balls, for sim.rigid.
+--   radius   m, > 0
+--   length   m, > 0, of the cylinder
+local function make_capsule(options)
+  return new_shape("capsule", options, { radius = true, length = true }, function(o)
+    return { radius = number_from(o.radius, 0, true, "radius of sim.capsule", " m"),
+      length = number_from(o.length, 0, true, "length of sim.capsule", " m") }
+  end)
+end
+
+-- shape = sim.mesh { points =, triangles = }
+-- What a closed surface holds, for sim.rigid. Its mass is that of its inside.
+--   points      list of {x, y, z}, m
+--   triangles   list of {a, b, c}, numbers of points from 0, counter-clockwise as seen from outside
+-- Errors, when the scene is finished: an edge without two triangles, triangles inside out.
+local function make_mesh(options)
+  return new_shape("mesh", options, { points = true, triangles = true }, function(o)
+    local points, triangles = {}, {}
+    for name, list in next, { points = o.points or 0, triangles = o.triangles or 0 } do
+      if type(list) ~= "table" or #list == 0 then bad(name .. " of sim.mesh", "a list", list) end
+    end
+    for i = 1, #o.points do
+      points[3 * i - 2], points[3 * i - 1], points[3 * i] =
+        vector(o.points[i], "point " .. i .. " of sim.mesh")
+    end
+    for i = 1, #o.triangles do
+      local triangle = o.triangles[i]
+      if type(triangle) ~= "table" or #triangle ~= 3 then
+        bad("triangle " .. i .. " of sim.mesh", "three numbers {a, b, c}", triangle)
+      end
+      for corner = 1, 3 do
+        triangles[3 * i - 3 + corner] =
+          integer_from(triangle[corner], 0, #o.points - 1, "triangle " .. i .. " of sim.mesh")
+      end
+    end
+    return { points = points, triangles = triangles }
+  end)
+end
+
+local Rigid = {}
+local point_class = class("point", {})
+
+-- point = body:at {x, y, z}
+-- A point of the body, in the frame of its shape, m: for force:tie, constraint:tie, their `ties`, and
+-- the `particles` of a constraint.
+function Rigid:at(place)
+  record_of(self, "rigid", "at")
+  local x, y, z = vector(place, "point of a body")
+  local handle = setmetatable({}, point_class)
+  records[handle] = { kind = "point", body = self, at = { x, y, z } }
+  return handle
+end
+
+local rigid_class = class("rigid", Rigid)
+
+-- body = sim.rigid { shape =, mass =, position =, turn =, velocity =, spin =, friction =, restitution = }
+-- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
+-- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
+--   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
+--   mass          kg, > 0; or
+--   density       kg/m^3, > 0
+--   position      m, where the origin of the shape is; default {0, 0, 0}
+--   turn          rad, about this axis by its length; default {0, 0, 0}
+--   velocity      m/s, of the center of mass; default {0, 0, 0}
+--   spin          rad/s, angular velocity in space; default {0, 0, 0}
+--   friction      Coulomb's, >= 0; default 0; of two that touch the geometric mean
+--   restitution   0 to 1; default 0; of two that touch the smaller
+local function make_rigid(options)
+  check_keys(options, { shape = true, mass = true, density = true, position = true, turn = true,
+    velocity = true, spin = true, friction = true, restitution = true }, "sim.rigid")
+  local place = here()
+  local shape = records[options.shape]
+  if not shape or shape.kind ~= "shape" then
+    bad("shape of sim.rigid", "a sim.box, sim.sphere, sim.capsule or sim.mesh", options.shape,
+      "write shape = sim.box { half = {1, 1, 1} }")
+  end
+  if (options.mass == nil) == (options.density == nil) then
+    fail(place, "bad argument of sim.rigid", "expected either mass or density")
+  end
+  local record = { kind = "rigid", place = place, shape = options.shape,
+    mass = options.mass ~= nil and number_from(options.mass, 0, true, "mass of a body", " kg") or 0,
+    density = options.density ~= nil
+      and number_from(options.density, 0, true, "density of a body", " kg/m^3") or 0,
+    friction = number_from(options.friction == nil and 0 or options.friction, 0, false,
+      "friction of a body", ""),
+    restitution = number_from(options.restitution == nil and 0 or options.restitution, 0, false,
+      "restitution of a body", ""),
+  }
+  if record.restitution > 1 then
+    bad("restitution of a body", "a number from 0 to 1", options.restitution)
+  end
+  for _, name in ipairs { "position", "turn", "velocity", "spin" } do
+    local given = options[name]
+    record[name] = { vector(given == nil and { 0, 0, 0 } or given, name .. " of a body") }
+  end
+  local handle = setmetatable({}, rigid_class)
+  records[handle] = record
+  return handle
+end
+
 -- Forces and fields ------------------------------------------------------------------------------
 
 local Force = {}
@@ -255,13 +389,19 @@ local function add_element(record, place, a, b, c, d, options)
     fail(place, "bad tie", "it joins " .. arity .. " particles, those before it " .. record.arity)
   end
   if a == b or a == c or b == c and c ~= nil or d ~= nil and (a == d or b == d or c == d) then
-    fail(place, "bad tie", "particle " .. ((a == b or a == c or a == d) and a
+    fail(place, "bad tie", "particle " .. tostring((a == b or a == c or a == d) and a
       or (b == c or b == d) and b or c) .. " is tied to itself")
   end
   local ids, last = record.ids, arity * (n - 1)
   ids[last + 1], ids[last + 2] = a, b
   if c ~= nil then ids[last + 3] = c end
   if d ~= nil then ids[last + 4] = d end
+  for slot = last + 1, last + arity do
+    if type(ids[slot]) == "table" then  -- a point of a body
+      record.points = record.points or {}
+      record.points[slot], ids[slot] = ids[slot], -1
+    end
+  end
   record.places[n] = place
   record.count = n
   if options == nil then return end
@@ -281,6 +421,8 @@ end
 
 local function id_of_tie(id)
   if math_type(id) == "integer" and id >= 0 and id <= MOST then return id end
+  local record = records[id]
+  if record and record.kind == "point" then return id end
   return integer_from(id, 0, MOST, "particle id of tie")
 end
 
@@ -288,7 +430,8 @@ local tied = {}  -- forces that join something, in order: each belongs into a sc
 
 -- force:tie(a, b, { NAME = number, ... })
 -- Joins two particles, or three or four: as many as `sim describe NAME` shows for the force.
---   a, b   particle ids, different; all must exist when the scene is finished
+--   a, b   particle ids, different; all must exist when the scene is finished; or points of rigid
+--          bodies, body:at{x, y, z}
 --   NAME   a parameter of the force that a tie may give for itself: of a spring stiffness, N/m,
 --          rest, m, and damping, N s/m; default: what the force says
 -- The key ties = { {a, b, NAME = number}, ... } of the force does the same for a list.
@@ -297,9 +440,9 @@ function Force:tie(a, b, c, d, options)
   local record = records[self]
   if not record or record.kind ~= "constraint" then record = record_of(self, "force", "tie") end
   a, b = id_of_tie(a), id_of_tie(b)
-  if c == nil or type(c) == "table" then
+  if c == nil or type(c) == "table" and not records[c] then
     c, d, options = nil, nil, c
-  elseif d == nil or type(d) == "table" then
+  elseif d == nil or type(d) == "table" and not records[d] then
     c, d, options = id_of_tie(c), nil, d
   else
     c, d = id_of_tie(c), id_of_tie(d)
@@ -588,10 +731,13 @@ end
 --                  s:t()           s
 --                  s:position(i)   {x, y, z} of a particle or point, m
 --                  s:velocity(i)   {vx, vy, vz} of a particle, m/s
+--                  s:body(i)       of a rigid body, the first is 0: its position and velocity (of the
+--                                  center of mass), turn {w, x, y, z} and spin, by name
 --                  s:energy()      total, kinetic, potential, J; of particles
 --                  s:component(i)  of a flat state; the first is 0
 -- Second order (particles with mass and velocity):
---   particles    a sim.particles or sim.grid
+--   particles    a sim.particles or sim.grid; may be left out where there are bodies
+--   bodies       optional list of sim.rigid{...}
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
@@ -634,6 +780,8 @@ end
 local entries = {
   arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
   surface = make_surface, contact = make_contact, cells = make_cells,
+  rigid = make_rigid, box = make_box, sphere = make_sphere, capsule = make_capsule,
+  mesh = make_mesh,
   scene = "made where it is written", world = "made where it is written",
 }
 for _, kind in ipairs(host.kinds) do entries[kind] = constructors(kind) end

@@ -71,6 +71,28 @@ int seen_component(lua_State* L) {
   return 1;
 }
 
+// { position, velocity, turn, spin } of a rigid body; turn is w, x, y, z of length 1.
+int seen_body(lua_State* L) {
+  const Simulation& system = seen(L);
+  const int count = system.second_order() ? system.bodies() : 0;
+  const RigidState state = system.body_state(index_of(L, "body", count));
+  lua_createtable(L, 0, 4);
+  push_vector(L, state.center);
+  lua_setfield(L, -2, "position");
+  push_vector(L, state.velocity);
+  lua_setfield(L, -2, "velocity");
+  push_vector(L, state.spin);
+  lua_setfield(L, -2, "spin");
+  lua_createtable(L, 4, 0);
+  lua_Integer at = 0;
+  for (const double each : state.quaternion()) {
+    lua_pushnumber(L, each);
+    lua_rawseti(L, -2, ++at);
+  }
+  lua_setfield(L, -2, "turn");
+  return 1;
+}
+
 // A force may ask Lua for its potential, which a coroutine that waits cannot be entered for.
 int seen_energy(lua_State* L) {
   const Simulation& system = seen(L);
@@ -92,6 +114,7 @@ int seen_time(lua_State* L) {
 
 constexpr luaL_Reg kMethods[] = {{"position", guarded<seen_position>},
                                  {"velocity", guarded<seen_velocity>},
+                                 {"body", guarded<seen_body>},
                                  {"energy", guarded<seen_energy>},
                                  {"t", guarded<seen_time>},
                                  {"component", guarded<seen_component>}};

@@ -14,8 +14,9 @@ namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",  "particles", "forces", "surfaces", "colliders",  "constraints", "contact",  "switches",
-    "state", "field",     "exact",  "observe",  "integrator", "dt",          "duration", "look"};
+    "name",        "particles",  "bodies",   "forces",   "surfaces", "colliders",
+    "constraints", "contact",    "switches", "state",    "field",    "exact",
+    "observe",     "integrator", "dt",       "duration", "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -178,13 +179,14 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   lua_pop(L, 4);
 
   // Either particles with forces or a state with a field.
-  const bool second = has("particles") || has("forces") || has("surfaces") || has("colliders") ||
-                      has("constraints"),
+  const bool second = has("particles") || has("bodies") || has("forces") || has("surfaces") ||
+                      has("colliders") || has("constraints"),
              first = has("state") || has("field");
   if (second && first)
     scene_error(place, "a scene of two kinds",
                 std::string("it has ") +
                     (has("particles")   ? "particles"
+                     : has("bodies")    ? "bodies"
                      : has("forces")    ? "forces"
                      : has("surfaces")  ? "surfaces"
                      : has("colliders") ? "colliders"
@@ -265,15 +267,21 @@ void SceneReader::each_part(lua_State* L, const std::string& kind, const Place& 
 
 void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {
   const Place& place = spec.place;
-  require_key(push_field(L, scene, "particles"), place, "particles",
-              "particles = sim.particles { ... } or sim.grid { ... }");
+  const bool alone = push_field(L, scene, "bodies") != LUA_TNIL;  // bodies need no others
+  lua_pop(L, 1);
+  const int type = push_field(L, scene, "particles");
+  if (!alone)
+    require_key(type, place, "particles", "particles = sim.particles { ... } or sim.grid { ... }");
   const int handle = lua_absindex(L, -1);
-  const std::string kind = session_->push_record(L, handle);
-  if (kind != "particles")
-    scene_error(place, "bad particles",
-                "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind));
-  spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
-  Body body{*spec.particles, handle};
+  if (!alone || type != LUA_TNIL) {
+    const std::string kind = session_->push_record(L, handle);
+    if (kind != "particles")
+      scene_error(place, "bad particles",
+                  "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind));
+    spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
+  }
+  const std::map<const void*, int> bodies = rigid_bodies(L, scene, spec);
+  Body body{*spec.particles, handle, bodies, spec.points};
 
   require_key(push_field(L, scene, "forces"), place, "forces",
               "forces = { ... }, or forces = {} for none");

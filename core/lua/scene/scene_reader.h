@@ -31,6 +31,8 @@ class SceneReader {
   std::vector<const void*> colliders(lua_State* L, int scene, SystemSpec& spec) const;
   struct Body;
   void constraints(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
+  std::map<const void*, int> rigid_bodies(lua_State* L, int scene, SystemSpec& spec) const;
+  int point(lua_State* L, int handle, const Body& body, const Place& place) const;
   // `parts`: by their handles.
   void switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                 SystemSpec& spec) const;
@@ -41,7 +43,9 @@ class SceneReader {
   // What the parts of a second-order scene may refer to.
   struct Body {
     const ParticlesSpec& particles;
-    int handle;  // of the particles, on the stack
+    int handle;                                // of the particles, on the stack
+    const std::map<const void*, int>& bodies;  // by their handles
+    std::vector<BodyPoint>& points;
     std::map<const void*, std::shared_ptr<const TriangleMesh>> surfaces = {};  // read so far
   };
   PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
@@ -62,7 +66,7 @@ class SceneReader {
   void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,
                   std::vector<GridPairs>& out) const;
   std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,
-                                        const Place& place) const;
+                                        const Place& place, bool points = false) const;
   void require_own(lua_State* L, int index, const Body& body, const Place& place,
                    const std::string& what) const;
   Place place_of(lua_State* L, int record) const;

@@ -65,7 +65,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
     if (count > 0)
       scene_error(place, plugin.title(), "it takes no ties between particles",
                   "write particles = { ids }");
-    if (const auto ids = group(L, index, body, place)) {
+    if (const auto ids = group(L, index, body, place, true)) {
       elements.ids = *ids;
     } else {
       const LuaTable given = record.table("given");
@@ -96,10 +96,17 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
                     " particles by each, not " + std::to_string(arity));
 
   // Who is joined.
-  const LuaTable ids = record.table("ids");
+  const LuaTable ids = record.table("ids"), points = record.table("points");
   elements.ids.resize(static_cast<std::size_t>(count * arity));
   for (lua_Integer i = 0; i < count * arity; ++i) {
     const lua_Integer id = ids.integer(i + 1);
+    if (id < 0) {
+      lua_rawgeti(L, points.index(), i + 1);
+      elements.ids[static_cast<std::size_t>(i)] =
+          point(L, lua_gettop(L), body, place_of_tie(i / arity + 1));
+      lua_pop(L, 1);
+      continue;
+    }
     if (id >= body.particles.count())
       scene_error(place_of_tie(i / arity + 1), "bad " + plugin.elements.name,
                   "there is no particle " + std::to_string(id), known_ids(body.particles));
@@ -179,7 +186,7 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Pl
 }
 
 std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, const Body& body,
-                                                   const Place& place) const {
+                                                   const Place& place, bool points) const {
   const LuaTable record(L, index), given = record.table("given");
   if (push_field(L, given.index(), "particles") == LUA_TNIL) return {};
   const int list = lua_gettop(L);
@@ -193,6 +200,11 @@ std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, cons
   const std::size_t count = read_length(L, list, place, "particles");
   for (std::size_t i = 1; i <= count; ++i) {
     lua_rawgeti(L, list, static_cast<lua_Integer>(i));
+    if (points && lua_istable(L, -1)) {
+      ids.push_back(point(L, lua_gettop(L), body, place));
+      lua_pop(L, 1);
+      continue;
+    }
     const double id = read_number(L, -1, place, "id " + std::to_string(i) + " of particles");
     if (!(id >= 0 && id < body.particles.count() && id == std::floor(id)))
       scene_error(place, "bad id " + std::to_string(i) + " of particles",

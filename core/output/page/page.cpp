@@ -271,7 +271,7 @@ bool Page::measured() const {
 // room sees through its walls.
 std::string Page::solids_json(std::size_t m) const {
   constexpr double kLevel = 0.999999;
-  const char* const forms[] = {"", "plane", "sphere", "box", "capsule"};
+  const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};
   using Form = SolidShape::Form;
   std::vector<std::string> list;
   const auto& first = moments_.front()[m].solids;
@@ -297,6 +297,15 @@ std::string Page::solids_json(std::size_t m) const {
         .json("radius", number(first[s].radius * view_.scale))
         .json("at", json_array(places));
     if (form != Form::kSphere) solid.json("axes", json_array(turns));
+    if (first[s].body) solid.json("body", "1");
+    if (form == Form::kMesh) {
+      std::vector<double> corners;
+      for (const auto& t : first[s].mesh->triangles)
+        for (const int i : t)
+          for (const double x : first[s].mesh->points[static_cast<std::size_t>(i)])
+            corners.push_back(x);
+      solid.json("mesh", numbers(corners));
+    }
     list.push_back(solid.str());
   }
   return json_array(list);

@@ -18,7 +18,8 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
               (settles_inside_ || particles.contacts().empty())),
       a_(half_.size()),
       memory_(particles.memory_size()) {
-  if (!particles.contacts().empty()) settling_.emplace(particles);
+  // Where there are constraints, contact acts between steps.
+  if (!particles.contacts().empty() && !holding) settling_.emplace(particles);
   if (holding) {
     solver_.emplace(holding->constraints());
     weights_.resize(plan.kick.size(), std::vector<double>(static_cast<std::size_t>(one_.n())));

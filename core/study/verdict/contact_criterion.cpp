@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/base/text.h"
+#include "core/particles/rigid/rigid_contact.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
 
@@ -25,6 +26,10 @@ class ContactCriterion final : public Criterion {
       for (const auto& collider : particles.contacts().all())
         deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
     }
+    if (const RigidContact* contact = system_->rigid_contact()) {
+      bodies(*contact, findings);
+      if (touched == 0) return;
+    }
     if (touched == 0) return findings.push_back({Trust::kTrusted, "contact: none"});
     const ContactWork work = balance_.contact();
     std::string words = "contact: " + std::to_string(touched) +
@@ -35,6 +40,17 @@ class ContactCriterion final : public Criterion {
   }
 
  private:
+  void bodies(const RigidContact& contact, std::vector<Finding>& findings) {
+    const RigidContact::Counts& counts = contact.counts();
+    if (counts.most == 0) return findings.push_back({Trust::kTrusted, "bodies touched nothing"});
+    findings.push_back({Trust::kTrusted, "bodies touched at up to " + std::to_string(counts.most) +
+                                             " points, took " + brief(balance_.contact().lost, 3) +
+                                             " J"});
+    if (counts.unsettled > 1e-6 * counts.fastest)
+      findings.push_back({Trust::kSuspect, "impulses between bodies were found to " +
+                                               brief(counts.unsettled, 2) + " m/s only"});
+  }
+
   Simulation* system_;
   EnergyBalance& balance_;
 };
@@ -42,7 +58,8 @@ class ContactCriterion final : public Criterion {
 }  // namespace
 
 std::unique_ptr<Criterion> watch_contact(const Watched& run) {
-  if (!run.system.second_order() || particles_of(run.system)->contacts().empty()) return nullptr;
+  if (!run.system.second_order()) return nullptr;
+  if (particles_of(run.system)->contacts().empty() && !run.system.rigid_contact()) return nullptr;
   return std::make_unique<ContactCriterion>(run);
 }
 

@@ -1,0 +1,213 @@
+#include "core/particles/rigid/impulses.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+constexpr int kMostBounces = 400, kFewSweeps = 3, kMostTurns = 12, kMostSweeps = 200;
+
+// How much an impulse along n at an arm changes the velocity there along n.
+double softness(const Mover& mover, const Vec3& arm, const Vec3& n) {
+  const Vec3 moment = arm.cross(n);
+  return mover.inverse_mass + moment.dot(mover.inverse_inertia * moment);
+}
+
+}  // namespace
+
+void Impulses::apply(std::span<Mover> movers, const Meet& meet, const Vec3& p, double lever) {
+  const auto push = [&](Mover& mover, const Vec3& arm, const Vec3& impulse) {
+    const Vec3 dv = mover.inverse_mass * impulse;
+    const Vec3 dw = mover.inverse_inertia * arm.cross(impulse);
+    mover.velocity += dv;
+    mover.spin += dw;
+    mover.shift += lever * dv;
+    mover.turn += lever * dw;
+  };
+  push(movers[static_cast<std::size_t>(meet.first)], meet.arm1, p);
+  if (meet.second >= 0) push(movers[static_cast<std::size_t>(meet.second)], meet.arm2, -p);
+}
+
+Vec3 Impulses::velocity(std::span<const Mover> movers, const Meet& meet) {
+  const auto of = [&](int i, const Vec3& arm) {
+    const Mover& mover = movers[static_cast<std::size_t>(i)];
+    return mover.velocity + mover.spin.cross(arm);
+  };
+  return of(meet.first, meet.arm1) - (meet.second >= 0 ? of(meet.second, meet.arm2) : meet.ground);
+}
+
+void Impulses::prepare(std::span<Mover> movers, std::span<Meet> meets) const {
+  for (Meet& m : meets) {
+    const Vec3& n = m.normal;
+    const Vec3 side = n.cross(std::fabs(n.x()) < 0.8 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+    m.u = side / side.norm();
+    m.v = n.cross(m.u);
+    const auto soft = [&](const Vec3& along) {
+      double sum = softness(movers[static_cast<std::size_t>(m.first)], m.arm1, along);
+      if (m.second >= 0) sum += softness(movers[static_cast<std::size_t>(m.second)], m.arm2, along);
+      return sum;
+    };
+    m.pull_u = m.u.dot(m.pull), m.pull_v = m.v.dot(m.pull);
+    m.soft_n = soft(n);
+    // Along the surface the larger value of a matrix of 2 x 2.
+    const double diagonal = soft((m.u + m.v) / std::sqrt(2.0)), u = soft(m.u), v = soft(m.v);
+    const double mixed = diagonal - 0.5 * (u + v);
+    m.soft_t = 0.5 * (u + v) + std::sqrt(0.25 * (u - v) * (u - v) + mixed * mixed);
+  }
+}
+
+void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets) const {
+  double fastest = 0;
+  for (const Meet& m : meets)
+    if (m.active) fastest = std::max(fastest, -m.before);
+  for (int sweep = 0; sweep < kMostBounces; ++sweep) {
+    bool done = true;
+    for (Meet& m : meets) {
+      if (!m.active) continue;
+      const Vec3 slip = velocity(movers, m);
+      const double nearing = m.normal.dot(slip) - m.given;
+      if (!(nearing < -1e-13 * fastest)) continue;
+      done = false;
+      const double push = -(1 + m.restitution) * nearing / m.soft_n;
+      Vec3 pull = -(slip - m.normal.dot(slip) * m.normal) / m.soft_t;
+      if (const double size = pull.norm(); size > m.friction * push)
+        pull *= m.friction * push / size;
+      apply(movers, m, push * m.normal + pull, m.after);
+    }
+    if (done) return;
+  }
+}
+
+void Impulses::start(std::span<Mover> movers, std::span<const Meet> meets) const {
+  for (const Meet& m : meets)
+    if (m.active && m.push > 0)
+      apply(movers, m, m.push * m.normal + m.pull_u * m.u + m.pull_v * m.v, m.lever);
+}
+
+// There and back.
+double Impulses::sweep(std::span<Mover> movers, std::span<Meet> meets) const {
+  double change = 0;
+  const auto solve = [&](Meet& m) {
+    if (!m.active) return;
+    const Vec3 w = velocity(movers, m);
+    const double push = std::max(0.0, m.push - (m.normal.dot(w) + m.offset) / m.soft_n);
+    const double added = push - m.push;
+    m.push = push;
+    if (added != 0) apply(movers, m, added * m.normal, m.lever);
+    change = std::max(change, std::fabs(added) * m.soft_n);
+    if (!(m.friction > 0)) return;
+    const Vec3 slip = velocity(movers, m);
+    double pu = m.pull_u - m.u.dot(slip) / m.soft_t, pv = m.pull_v - m.v.dot(slip) / m.soft_t;
+    const double size = std::sqrt(pu * pu + pv * pv), most = m.friction * push;
+    if (size > most) pu *= most / size, pv *= most / size;
+    const double du = pu - m.pull_u, dv = pv - m.pull_v;
+    m.pull_u = pu, m.pull_v = pv;
+    if (du != 0 || dv != 0) apply(movers, m, du * m.u + dv * m.v, m.lever);
+    change = std::max(change, (std::fabs(du) + std::fabs(dv)) * m.soft_t);
+  };
+  for (Meet& m : meets) solve(m);
+  for (std::size_t k = meets.size(); k-- > 0;) solve(meets[k]);
+  return change;
+}
+
+// What pushes keeps doing so, and what sticks sticks: linear equations, singular where more points
+// hold a body than are needed, but consistent.
+void Impulses::stick(std::span<Mover> movers, std::span<Meet> meets, double tolerance) {
+  const std::size_t count = meets.size();
+  search_.resize(count);
+  scratch_.resize(movers.size());
+  const auto parts = [&](const Meet& m, const Search& s, const Vec3& w) {
+    return Vec3(s.push ? m.normal.dot(w) : 0, s.pull ? m.u.dot(w) : 0, s.pull ? m.v.dot(w) : 0);
+  };
+  const auto scaled = [](const Meet& m, const Vec3& r) {
+    return Vec3(r[0] / m.soft_n, r[1] / m.soft_t, r[2] / m.soft_t);
+  };
+  double energy = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Meet& m = meets[k];
+    Search& s = search_[k] = {};
+    s.before = {m.push, m.pull_u, m.pull_v};
+    s.push = m.active && m.push > 0;
+    const double pull = std::sqrt(m.pull_u * m.pull_u + m.pull_v * m.pull_v);
+    s.pull = s.push && pull < (1 - 1e-9) * m.friction * m.push;
+    if (!s.push) continue;
+    s.rest = -parts(m, s, velocity(movers, m) + m.offset * m.normal);
+    s.way = scaled(m, s.rest);
+    energy += s.rest.dot(s.way);
+  }
+  for (std::size_t turn = 0; turn < 6 * movers.size() + 20 && energy > 0; ++turn) {
+    for (std::size_t i = 0; i < movers.size(); ++i) {
+      scratch_[i] = movers[i];
+      scratch_[i].velocity = scratch_[i].spin = {};
+    }
+    for (std::size_t k = 0; k < count; ++k)
+      if (const Meet& m = meets[k]; search_[k].push) {
+        const Vec3& d = search_[k].way;
+        apply(scratch_, m, d[0] * m.normal + d[1] * m.u + d[2] * m.v, 0);
+      }
+    double bend = 0, largest = 0, next = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      Search& s = search_[k];
+      if (!s.push) continue;
+      Vec3 w = velocity(scratch_, meets[k]);
+      if (meets[k].second < 0) w += meets[k].ground;
+      s.image = parts(meets[k], s, w);
+      bend += s.image.dot(s.way);
+    }
+    if (!(bend > 0)) break;
+    for (std::size_t k = 0; k < count; ++k) {
+      Search& s = search_[k];
+      if (!s.push) continue;
+      s.found += energy / bend * s.way;
+      s.rest -= energy / bend * s.image;
+      largest = std::max(largest, s.rest.cwiseAbs().maxCoeff());
+      next += s.rest.dot(scaled(meets[k], s.rest));
+    }
+    if (largest <= 0.1 * tolerance) break;
+    for (std::size_t k = 0; k < count; ++k)
+      search_[k].way = scaled(meets[k], search_[k].rest) + next / energy * search_[k].way;
+    energy = next;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    Meet& m = meets[k];
+    const Search& s = search_[k];
+    if (!s.push) continue;
+    const double push = std::max(0.0, m.push + s.found[0]);
+    double pu = m.pull_u + s.found[1], pv = m.pull_v + s.found[2];
+    const double size = std::sqrt(pu * pu + pv * pv), most = m.friction * push;
+    if (size > most) pu *= most / size, pv *= most / size;
+    apply(movers, m, (push - m.push) * m.normal + (pu - m.pull_u) * m.u + (pv - m.pull_v) * m.v,
+          m.lever);
+    m.push = push, m.pull_u = pu, m.pull_v = pv;
+  }
+}
+
+double Impulses::rest(std::span<Mover> movers, std::span<Meet> meets, double tolerance) {
+  double change = 0;
+  for (int round = 0; round < kMostTurns; ++round) {
+    for (int k = 0; k < kFewSweeps * (1 + round); ++k)
+      if (change = sweep(movers, meets); change <= tolerance) return change;
+    stick(movers, meets, tolerance);
+    const double found = sweep(movers, meets);
+    if (found <= tolerance) return found;
+    if (found > change) set_back(movers, meets);
+  }
+  for (int k = 0; k < kMostSweeps && change > tolerance; ++k) change = sweep(movers, meets);
+  return change;
+}
+
+// The impulses before stick(), which did no good.
+void Impulses::set_back(std::span<Mover> movers, std::span<Meet> meets) const {
+  for (std::size_t k = 0; k < meets.size(); ++k) {
+    Meet& m = meets[k];
+    if (!m.active) continue;
+    const Vec3& old = search_[k].before;
+    apply(movers, m,
+          (old[0] - m.push) * m.normal + (old[1] - m.pull_u) * m.u + (old[2] - m.pull_v) * m.v,
+          m.lever);
+    m.push = old[0], m.pull_u = old[1], m.pull_v = old[2];
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,74 @@
+// The impulses at which bodies that touch neither sink in nor slip more than friction lets them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/math/mat3.h"
+
+namespace sim {
+
+// What moves: a rigid body at the end of a step. Infinite mass: inverse_mass 0.
+struct Mover {
+  double inverse_mass = 0;  // 1/kg
+  Mat3 inverse_inertia;     // in space, 1/(kg m^2)
+  Vec3 velocity, spin;      // m/s, rad/s
+  Vec3 shift, turn;         // m, rad: what the impulses so far have moved it
+};
+
+// One point where two of them touch; a second of -1 is what no impulse moves.
+struct Meet {
+  int first = 0, second = -1, feature = 0;
+  Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
+  Vec3 ground;              // velocity of what does not move, m/s
+  double gap = 0;           // m, at the end of the free step
+  double friction = 0, restitution = 0;
+  double before = 0;  // m/s, the normal velocity just before they touch; < 0: nearing
+  double after = 0;   // s, from the touch to the end of the step
+  double lever = 0;   // s: an impulse p moves the gap by lever * p / mass
+  bool active = false;
+  Vec3 u, v;                      // directions along the surface
+  double soft_n = 0, soft_t = 0;  // 1/kg, along the normal and, at most, along the surface
+  double push = 0, pull_u = 0, pull_v = 0;  // N s, of resting contact
+  Vec3 pull;                                // N s, the last two in space, to begin with
+  double given = 0;                         // m/s, gained by forces after the touch
+  double offset = 0;                        // what rests is 0 <= normal velocity + offset
+  int collider = -1;                        // what does not move
+};
+
+class Impulses {
+ public:
+  // Sizes and directions of a meeting; its active ones take part in what follows.
+  void prepare(std::span<Mover> movers, std::span<Meet> meets) const;
+
+  // What bounces: pair by pair in their order, again and again, each by Newton's law with Coulomb's
+  // friction, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle.
+  void bounce(std::span<Mover> movers, std::span<Meet> meets) const;
+
+  // What rests: 0 <= push, 0 <= normal velocity, one of them 0, and |pull| <= friction * push,
+  // along the slip where that is an equation (Moreau (1988); Jean (1999)). Projected Gauss-Seidel,
+  // forwards and backwards, from the impulses at hand, which start() applies; every few sweeps the
+  // equations of all that then sticks are solved together by conjugate gradients (Silcowitz,
+  // Niebuhr & Erleben (2010), Visual Computer 26, 893-901). Until a sweep changes no velocity by
+  // more than `tolerance`, m/s. Returns the last change.
+  void start(std::span<Mover> movers, std::span<const Meet> meets) const;
+  double rest(std::span<Mover> movers, std::span<Meet> meets, double tolerance);
+
+  // An impulse p on the first, -p on the second, and what it moves.
+  static void apply(std::span<Mover> movers, const Meet& meet, const Vec3& p, double lever);
+  static Vec3 velocity(std::span<const Mover> movers, const Meet& meet);  // of the first, relative
+
+ private:
+  struct Search {
+    Vec3 before, found, rest, way, image;  // of one meeting, along its normal, u and v
+    bool push = false, pull = false;
+  };
+  double sweep(std::span<Mover> movers, std::span<Meet> meets) const;
+  void stick(std::span<Mover> movers, std::span<Meet> meets, double tolerance);
+  void set_back(std::span<Mover> movers, std::span<Meet> meets) const;
+
+  std::vector<Search> search_;
+  std::vector<Mover> scratch_;
+};
+
+}  // namespace sim

@@ -1,0 +1,237 @@
+#include "core/particles/rigid/points.h"
+
+#include <algorithm>
+
+#include "core/base/array.h"
+#include "core/particles/layout.h"
+#include "core/particles/springs/springs.h"
+
+namespace sim {
+namespace {
+
+// The nodes as particles of their own.
+class NodeView {
+ public:
+  explicit NodeView(std::vector<Node> nodes)
+      : nodes_(std::move(nodes)),
+        layout_(static_cast<int>(nodes_.size())),
+        state_(layout_.size()),
+        mass_(nodes_.size()) {}
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+  int size() const { return static_cast<int>(nodes_.size()); }
+
+  ParticleView look(const ParticleView& from) {
+    const double* const in[6] = {from.x, from.y, from.z, from.vx, from.vy, from.vz};
+    for (int block = 0; block < 6; ++block) {
+      double* const out = layout_.block(state_.data(), block);
+      if (!in[block]) continue;
+      for (std::size_t k = 0; k < nodes_.size(); ++k) {
+        const Node& node = nodes_[k];
+        double sum = in[block][node.ids[0]];
+        if (node.count > 1) {
+          sum *= node.weights[0];
+          for (std::size_t p = 1; p < 4; ++p) sum += node.weights[p] * in[block][node.ids[p]];
+        }
+        out[k] = sum;
+      }
+    }
+    // A point of a body has no mass of its own; what asks is told that of all of it.
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      mass_[k] = 0;
+      for (int p = 0; p < nodes_[k].count; ++p)
+        mass_[k] += from.mass[nodes_[k].ids[static_cast<std::size_t>(p)]];
+    }
+    const double* const x = state_.data();
+    ParticleView view = from;
+    view.n = size();
+    view.x = layout_.block(x, 0), view.y = layout_.block(x, 1), view.z = layout_.block(x, 2);
+    if (from.vx)
+      view.vx = layout_.block(x, 3), view.vy = layout_.block(x, 4), view.vz = layout_.block(x, 5);
+    view.mass = mass_.data();
+    return view;
+  }
+
+ private:
+  std::vector<Node> nodes_;
+  Layout layout_;
+  Array state_;
+  std::vector<double> mass_;
+};
+
+// Evaluated as a whole on one thread before the tiles, and then handed out.
+class NodeForce final : public Force {
+ public:
+  NodeForce(std::unique_ptr<Force> force, std::vector<Node> nodes)
+      : force_(std::move(force)),
+        seen_(std::move(nodes)),
+        layout_(seen_.size(), 3),
+        sums_(layout_.size()),
+        friction_(layout_.size()) {
+    for (int k = 0; k < seen_.size(); ++k) {
+      const Node& node = seen_.nodes()[static_cast<std::size_t>(k)];
+      for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p)
+        shares_.push_back({node.ids[p], k, node.weights[p]});
+    }
+    std::ranges::stable_sort(shares_, {}, &Share::particle);
+  }
+
+  void bind(const ParticleView& initial) override {
+    force_->bind(seen_.look(initial));
+    if (const Springs* springs = force_->springs())
+      for (int a = 0; a < seen_.size(); ++a)
+        springs->at(a, [&](int b, double k, double rest) {
+          if (a < b) springs_.push_back({a, b, k, k * rest});
+        });
+    gathers_ = force_->accumulates();
+  }
+
+  void prepare(const ParticleView& view, Team& team) override {
+    now_ = seen_.look(view);
+    std::ranges::fill(sums_.span(), 0.0);
+    std::ranges::fill(friction_.span(), 0.0);
+    const auto [fx, fy, fz] = layout_.axes(sums_.data());
+    const ForceSink sink{fx, fy, fz};
+    for (const Spring& s : springs_) {
+      const Vec3 force = spring_force(now_.position(s.a) - now_.position(s.b), s.k, s.k_rest);
+      sink.add(s.a, force);
+      sink.add(s.b, -force);
+    }
+    force_->prepare(now_, team);
+    if (!gathers_) return;
+    const Tile all{0, seen_.size()};
+    force_->accumulate(now_, all, sink);
+    if (!resists()) return;
+    const auto [rx, ry, rz] = layout_.axes(friction_.data());
+    // What a spring accumulates is its damping alone.
+    if (force_->springs())
+      force_->accumulate(now_, all, {rx, ry, rz});
+    else
+      force_->resist(now_, all, {rx, ry, rz});
+  }
+
+  void accumulate(const ParticleView&, Tile tile, ForceSink sink) const override {
+    hand_out(sums_, tile, sink);
+  }
+  bool depends_on_velocity() const override { return gathers_ && force_->depends_on_velocity(); }
+
+  int memory_size() const override { return force_->memory_size(); }
+  void start(std::span<double> memory) const override { force_->start(memory); }
+  void derive(const ParticleView& view, std::span<double> rate) const override {
+    ParticleView own = now_;
+    own.t = view.t, own.memory = view.memory;
+    force_->derive(force_->remembers_particles() ? own : view, rate);
+  }
+  bool remembers_particles() const override { return force_->remembers_particles(); }
+
+  double potential(const ParticleView&, Tile tile) const override {
+    return tile.begin == 0 ? force_->potential(now_, {0, seen_.size()}) : 0;
+  }
+  bool conservative() const override { return !resists() && force_->conservative(); }
+  bool resists() const override {
+    return gathers_ && (force_->springs() != nullptr || force_->resists());
+  }
+  void resist(const ParticleView&, Tile tile, ForceSink sink) const override {
+    hand_out(friction_, tile, sink);
+  }
+  std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
+
+ private:
+  struct Spring {
+    int a, b;
+    double k, k_rest;  // N/m, N
+  };
+  struct Share {
+    int particle, node;
+    double weight;
+  };
+
+  void hand_out(const Array& forces, Tile tile, ForceSink sink) const {
+    const auto axes = layout_.axes(forces.data());
+    auto share = std::ranges::lower_bound(shares_, tile.begin, {}, &Share::particle);
+    for (; share != shares_.end() && share->particle < tile.end; ++share)
+      sink.add(share->particle, share->weight * Vec3(axes[0][share->node], axes[1][share->node],
+                                                     axes[2][share->node]));
+  }
+
+  std::unique_ptr<Force> force_;
+  NodeView seen_;
+  ParticleView now_;
+  Layout layout_;
+  Array sums_, friction_;
+  std::vector<Spring> springs_;
+  std::vector<Share> shares_;  // by particle
+  bool gathers_ = true;
+};
+
+class NodeConstraint final : public Constraint {
+ public:
+  NodeConstraint(std::unique_ptr<Constraint> constraint, std::vector<Node> nodes)
+      : constraint_(std::move(constraint)), seen_(std::move(nodes)) {}
+
+  void bind(const ParticleView& initial) override {
+    constraint_->bind(seen_.look(initial));
+    own_ = constraint_->pattern();
+    gradient_.resize(own_.ids.size());
+    // Each row joins a particle once, through however many nodes.
+    for (int r = 0; r < own_.rows(); ++r) {
+      const auto first = pattern_.ids.size();
+      for (int e = own_.begin[at(r)]; e < own_.begin[at(r + 1)]; ++e) {
+        const Node& node = seen_.nodes()[at(own_.ids[at(e)])];
+        for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p) {
+          auto place = std::find(pattern_.ids.begin() + static_cast<std::ptrdiff_t>(first),
+                                 pattern_.ids.end(), node.ids[p]);
+          const auto slot = static_cast<int>(place - pattern_.ids.begin());
+          if (place == pattern_.ids.end()) pattern_.ids.push_back(node.ids[p]);
+          shares_.push_back({e, slot, node.weights[p]});
+        }
+      }
+      pattern_.begin.push_back(static_cast<int>(pattern_.ids.size()));
+    }
+  }
+
+  RowPattern pattern() const override { return pattern_; }
+
+  void evaluate(const ParticleView& view, const Rows& rows) const override {
+    constraint_->evaluate(seen_.look(view), {rows.phi, gradient_.data(), rows.drive, rows.bias});
+    std::fill_n(rows.gradient, pattern_.ids.size(), Vec3());
+    for (const Share& share : shares_)
+      rows.gradient[at(share.slot)] += share.weight * gradient_[at(share.entry)];
+  }
+
+  bool moves() const override { return constraint_->moves(); }
+  int memory_size() const override { return constraint_->memory_size(); }
+  void start(std::span<double> memory) const override { constraint_->start(memory); }
+  void follow(const ParticleView& view, std::span<double> memory) const override {
+    constraint_->follow(seen_.look(view), memory);
+  }
+  std::string name(int row) const override { return constraint_->name(row) + " of its points"; }
+  std::string complaint() const override { return constraint_->complaint(); }
+  std::string note() const override { return constraint_->note(); }
+
+ private:
+  struct Share {
+    int entry, slot;  // of the rows on nodes, and of those on particles
+    double weight;
+  };
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+  std::unique_ptr<Constraint> constraint_;
+  mutable NodeView seen_;  // constraints are asked on one thread
+  mutable std::vector<Vec3> gradient_;
+  RowPattern own_, pattern_;
+  std::vector<Share> shares_;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> force_on_nodes(std::unique_ptr<Force> force, std::vector<Node> nodes) {
+  return std::make_unique<NodeForce>(std::move(force), std::move(nodes));
+}
+
+std::unique_ptr<Constraint> constraint_on_nodes(std::unique_ptr<Constraint> constraint,
+                                                std::vector<Node> nodes) {
+  return std::make_unique<NodeConstraint>(std::move(constraint), std::move(nodes));
+}
+
+}  // namespace sim

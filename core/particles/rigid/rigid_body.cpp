@@ -1,0 +1,165 @@
+#include "core/particles/rigid/rigid_body.h"
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/math/sine.h"
+#include "core/particles/rigid_motion.h"
+
+namespace sim {
+namespace {
+
+Vec3 column_of(const Mat3& m, std::size_t k) { return {m(0, k), m(1, k), m(2, k)}; }
+
+Mat3 matrix_of_columns(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}, {a[2], b[2], c[2]}};
+}
+
+}  // namespace
+
+Mat3 transpose_of(const Mat3& m) { return {column_of(m, 0), column_of(m, 1), column_of(m, 2)}; }
+
+Mat3 turned_by(const Vec3& turn) {
+  constexpr double kTurnsPerRadian = 0.15915494309189533577;
+  Pose pose;
+  if (const double angle = turn.norm(); angle > 0) {
+    const auto [sine, cosine] = sine_cosine(angle * kTurnsPerRadian);
+    pose.axis = turn / angle;
+    pose.sine = sine;
+    pose.cosine = cosine;
+  }
+  return matrix_of_columns(pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1}));
+}
+
+// From the largest of the four, so that no root is of a difference (Shepperd (1978), J. Guidance
+// Control 1, 223).
+std::array<double, 4> RigidState::quaternion() const {
+  const Mat3& r = axes;
+  const double trace = r(0, 0) + r(1, 1) + r(2, 2);
+  const double squares[] = {trace, r(0, 0), r(1, 1), r(2, 2)};
+  std::size_t most = 0;
+  for (std::size_t k = 1; k < 4; ++k)
+    if (squares[k] > squares[most]) most = k;
+  std::array<double, 4> q{};
+  const double four =
+      2 * std::sqrt(std::max(0.0, most == 0 ? 1 + trace : 1 + 2 * squares[most] - trace));
+  q[most] = four / 4;
+  const double difference[] = {r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (most == 0) {
+      q[k + 1] = difference[k] / four;
+    } else if (k + 1 != most) {
+      q[k + 1] = (r(k, most - 1) + r(most - 1, k)) / four;
+    }
+  }
+  if (most > 0) q[0] = difference[most - 1] / four;
+  if (q[0] < 0)
+    for (double& each : q) each = -each;
+  return q;
+}
+
+RigidBody::RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int first)
+    : shape_(std::move(shape)), mass_(mass), first_(first) {
+  const Bulk bulk = bulk_of(*shape_);
+  center_ = bulk.center;
+  const PrincipalAxes principal = principal_axes(bulk.covariance / bulk.volume);
+  principal_ = principal.columns;
+  for (std::size_t k = 0; k < 3; ++k) extent_[k] = std::sqrt(std::max(0.0, principal.values[k]));
+  const double most = extent_.maxCoeff();
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(extent_[k] > 1e-6 * most) || !std::isfinite(most))
+      throw Error(ErrorKind::kScene,
+                  {"rigid body", "", "its shape has no thickness in one direction",
+                   "make it at least a millionth of its length thick"});
+}
+
+Vec3 RigidBody::moments() const {
+  const Vec3& a = extent_;
+  return mass_ *
+         Vec3(a[1] * a[1] + a[2] * a[2], a[2] * a[2] + a[0] * a[0], a[0] * a[0] + a[1] * a[1]);
+}
+
+Mat3 RigidBody::inertia(const RigidState& state) const {
+  const Mat3 d = state.axes * principal_;
+  return d * Mat3::Diagonal(moments()) * transpose_of(d);
+}
+
+Mat3 RigidBody::inverse_inertia(const RigidState& state) const {
+  const Vec3 m = moments();
+  const Mat3 d = state.axes * principal_;
+  return d * Mat3::Diagonal({1 / m[0], 1 / m[1], 1 / m[2]}) * transpose_of(d);
+}
+
+Vec3 RigidBody::corner(const RigidState& state, int particle) const {
+  Vec3 local;
+  for (std::size_t k = 0; k < 3; ++k) local[k] = sign(particle, k) * extent_[k];
+  return state.axes * (principal_ * local);
+}
+
+std::array<double, 4> RigidBody::weights(const Vec3& at) const {
+  const Vec3 local = transpose_of(principal_) * (at - center_);
+  std::array<double, 4> w{};
+  for (int p = 0; p < kParticles; ++p) {
+    double sum = 1;
+    for (std::size_t k = 0; k < 3; ++k) sum += sign(p, k) * local[k] / extent_[k];
+    w[static_cast<std::size_t>(p)] = 0.25 * sum;
+  }
+  return w;
+}
+
+// d_k = sum of sign x / (4 extent_k): the principal axes. With d_k' = spin x d_k,
+// spin = 1/2 sum d_k x d_k'.
+RigidState RigidBody::state(const ParticleView& view) const {
+  RigidState state;
+  Vec3 d[3], rate[3];
+  for (int p = 0; p < kParticles; ++p) {
+    state.center += 0.25 * view.position(first_ + p);
+    state.velocity += 0.25 * view.velocity(first_ + p);
+  }
+  for (int p = 0; p < kParticles; ++p) {
+    const Vec3 x = view.position(first_ + p) - state.center;
+    const Vec3 v = view.velocity(first_ + p) - state.velocity;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double share = sign(p, k) / (4 * extent_[k]);
+      d[k] += share * x;
+      rate[k] += share * v;
+    }
+  }
+  // Right angles to the last bit, for what is drawn and told.
+  d[0] = d[0].normalized();
+  d[1] = (d[1] - d[1].dot(d[0]) * d[0]).normalized();
+  d[2] = d[0].cross(d[1]);
+  for (std::size_t k = 0; k < 3; ++k) state.spin += 0.5 * d[k].cross(rate[k]);
+  state.axes = matrix_of_columns(d[0], d[1], d[2]) * transpose_of(principal_);
+  return state;
+}
+
+SolidShape RigidBody::drawn(const RigidState& state) const {
+  SolidShape solid;
+  solid.center = place(state, {});
+  solid.radius = shape_->radius;
+  solid.body = true;
+  for (std::size_t k = 0; k < 3; ++k) solid.axes[k] = column_of(state.axes, k);
+  switch (shape_->form) {
+    case RigidShape::Form::kSphere:
+      solid.form = SolidShape::Form::kSphere;
+      break;
+    case RigidShape::Form::kBox:
+      solid.form = SolidShape::Form::kBox;
+      for (std::size_t k = 0; k < 3; ++k) solid.axes[k] *= shape_->half[k];
+      break;
+    case RigidShape::Form::kCapsule:
+      solid.form = SolidShape::Form::kCapsule;
+      solid.axes = {0.5 * shape_->length * column_of(state.axes, 1), column_of(state.axes, 2),
+                    column_of(state.axes, 0)};
+      break;
+    case RigidShape::Form::kMesh:
+      solid.form = SolidShape::Form::kMesh;
+      solid.mesh = shape_;
+      for (const Vec3& point : shape_->points) solid.radius = std::max(solid.radius, point.norm());
+      break;
+  }
+  return solid;
+}
+
+}  // namespace sim

@@ -1,0 +1,69 @@
+// A rigid body as four particles.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "core/particles/rigid/rigid_shape.h"
+#include "core/particles/solid_shape.h"
+#include "core/particles/view.h"
+
+namespace sim {
+
+// What of a body changes. The columns of `axes` are the axes of its shape.
+struct RigidState {
+  Vec3 center, velocity, spin;  // of mass, m, m/s; rad/s
+  Mat3 axes = Mat3::Identity();
+
+  std::array<double, 4> quaternion() const;  // w, x, y, z of length 1, w >= 0
+};
+
+// Four particles of a quarter of the mass each, at the corners (+ + +), (+ - -), (- + -), (- - +)
+// of a box of half edges `extent` about the center of mass, along the principal axes: they have the
+// mass, the center and the moments of the body, and hence its motion (Routh (1905), Elementary
+// Rigid Dynamics, art. 33-46). Its axes are linear in them: natural coordinates (Garcia de Jalon &
+// Bayo (1994), Kinematic and Dynamic Simulation of Multibody Systems).
+class RigidBody {
+ public:
+  static constexpr int kParticles = 4;
+
+  // first: the id of its first particle. mass > 0, kg. Throws Error{kScene} where the shape has no
+  // mass in some direction.
+  RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int first);
+
+  int first() const { return first_; }
+  double mass() const { return mass_; }
+  const RigidShape& shape() const { return *shape_; }
+  const Vec3& extent() const { return extent_; }  // m
+  const Vec3& center() const { return center_; }  // of mass, in the frame of the shape, m
+  Vec3 moments() const;                           // of inertia, about the principal axes, kg m^2
+  Mat3 inertia(const RigidState& state) const;    // about its center, in space, kg m^2
+  Mat3 inverse_inertia(const RigidState& state) const;
+
+  static double sign(int particle, std::size_t axis) {
+    return particle == 0 || static_cast<std::size_t>(particle) == axis + 1 ? 1 : -1;
+  }
+  Vec3 corner(const RigidState& state, int particle) const;  // from the center, m
+  // Of a point of the body, in the frame of the shape: its place is the sum of those of the four
+  // particles by these weights, at all times.
+  std::array<double, kParticles> weights(const Vec3& at) const;
+
+  RigidState state(const ParticleView& view) const;
+  Vec3 place(const RigidState& state, const Vec3& at) const {
+    return state.center + state.axes * (at - center_);
+  }
+  SolidShape drawn(const RigidState& state) const;
+
+ private:
+  std::shared_ptr<const RigidShape> shape_;
+  double mass_;
+  int first_;
+  Vec3 center_, extent_;
+  Mat3 principal_;  // columns, in the frame of the shape
+};
+
+// The axes turned by |turn| rad about `turn`.
+Mat3 turned_by(const Vec3& turn);
+Mat3 transpose_of(const Mat3& m);
+
+}  // namespace sim

@@ -1,0 +1,93 @@
+// Contact of rigid bodies with colliders and with each other, between the steps of any method.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/particles/explicit/settling.h"
+#include "core/particles/rigid/impulses.h"
+#include "core/particles/rigid/touching.h"
+
+namespace sim {
+
+// A method makes a step from x to x_next as if nothing touched; resolve() then adds the impulses of
+// what does. Each acts at the moment of its touch: of what hits, where the gap closes inside the
+// step, by Newton's law of restitution; of what rests, as a constant force through the step. So a
+// stack at rest keeps its velocities and places to rounding, and bounces and slides are of order 2
+// in uniform gravity. What overlaps all the same, by what turns leave, is moved apart, in place and
+// not in velocity. Impulses of rest begin with those of the step before: memory(). Of two surfaces
+// the friction is the geometric mean, the restitution the larger one.
+class RigidContact {
+ public:
+  static constexpr double kNoGap = 1e-8;  // of a radius: a gap that is none
+
+  // surfaces: of each body. Throws Error{kScene} for pairs that nothing knows how
+  // to touch, and for bodies that overlap at the start.
+  RigidContact(std::vector<RigidBody> bodies, std::vector<Surface> surfaces, Particles& particles,
+               const double* initial);
+
+  // True where it changed x_next. What is no body of the particles is settled as ever.
+  bool resolve(double t, double h, const double* x, double* x_next);
+  // Why the last step has no end; empty where it has one.
+  const std::string& refusal() const { return refusal_; }
+
+  // The impulses of the last step, for those of the next.
+  static constexpr std::size_t kNumbers = 7;  // of each point
+  std::vector<double> memory() const;
+  void recall(std::span<const double> memory);
+  void forget() { kept_.clear(); }
+
+  double take_work();  // J, that contact took since the last call
+
+  struct Counts {
+    int most = 0;          // points that touched at once
+    double fastest = 0;    // m/s, of what touched
+    double unsettled = 0;  // m/s, the last change of the solver where it did not get to its end
+  };
+  const Counts& counts() const { return counts_; }
+
+ private:
+  struct Kept {
+    int first, second, feature;  // second: of a collider -1 - its number
+    Vec3 pull;                   // N s
+    double push;
+  };
+  struct Reach {  // of one body in one step
+    RigidState before, after;
+    double radius = 0, way = 0;  // m, around the center of mass; the longest of any point
+    double lever = 0;            // s: a force through the step moves it by lever * its velocity
+    bool pulled = false;         // a force acted
+    bool fixed = false;          // one of its particles is pinned
+  };
+
+  Placed placed(int body, const RigidState& state) const;
+  void load(double t, double h, const double* x, const double* x_next);
+  void find(double t, double h);
+  template <class Touch>
+  void meet(int first, int second, int collider, double margin, double h, const Touch& touch);
+  void add_meet(const TouchPoint& point, int first, int second, int collider, double t, double h,
+                double left);
+  void remember(Meet& meet) const;
+  double solve(double h);
+  void separate(double t);
+  void store(double* x_next) const;
+  void check_start(const double* initial);
+
+  std::vector<RigidBody> bodies_;
+  std::vector<Surface> surfaces_;
+  Particles* particles_;
+  std::optional<Settling> settling_;  // of the other particles, where there are colliders
+  Impulses impulses_;
+  std::vector<Reach> reach_;
+  std::vector<Mover> movers_, moves_;
+  std::vector<Meet> meets_, overlaps_;
+  std::vector<TouchPoint> points_;
+  std::vector<Kept> kept_;
+  std::string refusal_;
+  double work_ = 0, now_ = 0;
+  Counts counts_;
+};
+
+}  // namespace sim

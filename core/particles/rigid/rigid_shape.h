@@ -1,0 +1,46 @@
+// The shape of a rigid body, and what it weighs.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/math/mat3.h"
+
+namespace sim {
+
+// About the origin of its own frame; the axis of a capsule is y.
+struct RigidShape {
+  enum class Form { kSphere, kBox, kCapsule, kMesh };
+
+  Form form = Form::kSphere;
+  Vec3 half{0, 0, 0};  // m, of the edges of a box
+  double radius = 0;   // m, of a sphere and a capsule
+  double length = 0;   // m, of the straight part of a capsule
+  // Of a mesh: m, and triangles that are counter-clockwise as seen from outside.
+  std::vector<Vec3> points = {};
+  std::vector<std::array<int, 3>> triangles = {};
+
+  const char* name() const;
+};
+
+// Of a body of density 1 kg/m^3.
+struct Bulk {
+  double volume = 0;     // m^3
+  Vec3 center{0, 0, 0};  // m
+  Mat3 covariance;       // m^5, the integral of r r^T about the center
+};
+
+// Closed forms; of a mesh exact, over the tetrahedra from one point to its triangles. Throws
+// Error{kScene} for a mesh that is not closed, inside out or without volume.
+Bulk bulk_of(const RigidShape& shape);
+
+struct PrincipalAxes {
+  Vec3 values;   // of the matrix
+  Mat3 columns;  // of length 1, right-handed
+};
+
+// Of a symmetric matrix, by Jacobi's rotations; of a diagonal one the axes themselves.
+PrincipalAxes principal_axes(Mat3 matrix);
+
+}  // namespace sim

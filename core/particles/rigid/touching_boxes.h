@@ -1,0 +1,12 @@
+// Two boxes that touch.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/rigid/touching.h"
+
+namespace sim {
+
+void touching_boxes(const Placed& a, const Placed& b, double margin, std::vector<TouchPoint>& out);
+
+}  // namespace sim

@@ -1,0 +1,118 @@
+// What of a simulation acts between and behind its steps: constraints, bodies, contact.
+#include "core/base/finite.h"
+#include "core/particles/rigid/rigid_rows.h"
+#include "core/scene/joined.h"
+#include "core/scene/simulation_impl.h"
+
+namespace sim {
+namespace {
+
+std::string note_on(const SystemSpec& spec) {
+  if (spec.bodies.size() < 2 || spec.constraints.empty()) return {};
+  return "the bodies of a scene with constraints pass through each other";
+}
+
+}  // namespace
+
+void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
+  if (!bodies.empty())
+    particles->hold().add(std::make_unique<RigidRows>(bodies, note_on(spec)), "rigid",
+                          spec.bodies.front().place, 0, x.data());
+  for (const PartSpec& part : spec.constraints) {
+    const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    const Joined joined(part.elements, spec, initial.count());
+    check_elements(joined.elements, plugin, params, joined.count, part.place);
+    if (part.elements.empty())
+      throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
+                                      plugin.elements.arity == 1 ? "give particles = { ids }"
+                                                                 : "give ties = { {a, b}, ... }"});
+    placed(part.place, [&] {
+      auto constraint = made(plugin.make(params, joined.elements), plugin);
+      if (!joined.nodes.empty())
+        constraint = constraint_on_nodes(std::move(constraint), joined.nodes);
+      particles->hold().add(std::move(constraint), plugin.name, part.place,
+                            params.has("feedback") ? params.number("feedback") : 0.0, x.data());
+    });
+  }
+  if (!particles->holding()) return;
+  particles->holding()->begin();
+  if (!spec.colliders.empty() && !spec.constraints.empty())
+    throw Error(ErrorKind::kScene, {"colliders and constraints", spec.colliders.front().place,
+                                    "a scene cannot have both",
+                                    "use contact as a force: sim.force.contact { collider "
+                                    "= ..., stiffness = ... }"});
+}
+
+void Simulation::Impl::compile_contact(const SystemSpec& spec) {
+  if (!spec.contact) return;
+  const ContactSpec& contact = *spec.contact;
+  if (!bodies.empty())
+    throw Error(ErrorKind::kScene,
+                {"sim.contact and rigid bodies", contact.place,
+                 "surfaces and bodies do not know of each other", "leave one of them out"});
+  if (!spec.constraints.empty())
+    throw Error(ErrorKind::kScene,
+                {"sim.contact and constraints", contact.place, "a scene cannot have both",
+                 "use springs in place of constraints, or leave contact out"});
+  placed(contact.place, [&] {
+    surface_contact = std::make_unique<SurfaceContact>(
+        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
+                           contact.strain_limit},
+        particles->view(0, x.data()));
+  });
+}
+
+// Bodies touch colliders and each other, where no constraint would have to share the impulses.
+void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
+  if (bodies.empty() || !spec.constraints.empty()) return;
+  if (bodies.size() < 2 && spec.colliders.empty()) return;
+  std::vector<Surface> surfaces;
+  for (const RigidSpec& body : spec.bodies) surfaces.push_back(body.surface);
+  placed(spec.bodies.front().place, [&] {
+    rigid_contact =
+        std::make_unique<RigidContact>(bodies, std::move(surfaces), *particles, x.data());
+  });
+}
+
+bool Simulation::Impl::keep_bodies_apart(double t, double h) {
+  const bool changed = rigid_contact->resolve(t, h, x.data(), x_next.data());
+  std::string why = rigid_contact->refusal();
+  if (why.empty() && changed && !all_finite({x_next.data(), x_next.size()}))
+    why = "contact of rigid bodies leads to numbers that are not finite";
+  if (!why.empty()) {
+    divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "", why};
+    return false;
+  }
+  if (changed) integrator->restart(t + h, h, x_next.data());
+  contact_work.lost += rigid_contact->take_work();
+  return true;
+}
+
+bool Simulation::Impl::keep_apart(double t, double h) {
+  if (rigid_contact && !keep_bodies_apart(t, h)) return false;
+  if (!surface_contact) return true;
+  const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
+  if (outcome == SurfaceContact::Outcome::kRefused) {
+    divergence = {StepStatus::kNotAllowed,   -1, step_count + 1, t + h, h, "", "",
+                  surface_contact->refusal()};
+    return false;
+  }
+  if (outcome == SurfaceContact::Outcome::kChanged) integrator->restart(t + h, h, x_next.data());
+  contact_work.lost += surface_contact->take_work();
+  return true;
+}
+
+const RigidContact* Simulation::rigid_contact() const { return impl_->rigid_contact.get(); }
+
+int Simulation::bodies() const { return static_cast<int>(impl_->bodies.size()); }
+
+const RigidBody& Simulation::body(int i) const {
+  return impl_->bodies[static_cast<std::size_t>(i)];
+}
+
+RigidState Simulation::body_state(int i) const {
+  return body(i).state(impl_->particles->view(t(), impl_->x.data()));
+}
+
+}  // namespace sim

@@ -1,0 +1,244 @@
+// Rigid bodies that touch: closed forms of Coulomb's and Newton's laws, and what has to stay.
+#include <cmath>
+
+#include "core/scene/timeline.h"
+#include "tests/lua/scene_text.h"
+#include "tests/support/allocations.h"
+#include "tests/support/scenes.h"
+
+using namespace sim;
+using namespace sim::test;
+
+namespace {
+
+const char* const kFloor = "sim.collider.plane { normal = {0, 1, 0}, friction = 0.5 }";
+
+std::string scene_of(const std::string& bodies, const std::string& colliders, bool gravity = true,
+                     const std::string& before = "") {
+  return before + "return sim.scene { bodies = { " + bodies + " }, colliders = { " + colliders +
+         " }, forces = { " + (gravity ? "sim.force.gravity { g = {0, -9.81, 0} }" : "") +
+         " }, integrator = 'verlet', dt = 0.01, duration = 1 }\n";
+}
+
+struct Scene {
+  Scene(const std::string& text, const std::string& method, double dt, int threads = 1)
+      : spec(load_text(text)),
+        system(spec.systems[0], registry,
+               {.integrator = MethodChoice{method}, .dt = dt, .threads = threads}) {}
+  void run_to(double t) {
+    while (system.t() < t - 1e-9) REQUIRE(system.step());
+  }
+  Registry registry = sim_test::make_registry();
+  SceneSpec spec;
+  Simulation system;
+};
+
+std::string box_on_incline(double friction, double speed) {
+  const std::string mu = std::to_string(friction), v = std::to_string(speed);
+  return scene_of(
+      "b", "sim.collider.plane { normal = n, friction = " + mu + " }", true,
+      "local n, d = { -math.sin(0.4), math.cos(0.4), 0 }, { math.cos(0.4), math.sin(0.4), 0 }\n"
+      "local b = sim.rigid { shape = sim.box { half = {0.3, 0.1, 0.2} }, mass = 2, turn = {0, 0, "
+      "0.4}, position = { 0.1 * n[1], 0.1 * n[2], 0 }, friction = " +
+          mu + ", velocity = { -" + v + " * d[1], -" + v + " * d[2], 0 } }\n");
+}
+
+double slid(const Simulation& system) {
+  return -system.body_state(0).center.dot(Vec3(std::cos(0.4), std::sin(0.4), 0));
+}
+
+std::string stack(int n, const std::string& lean = "0") {
+  return scene_of("table.unpack(b)", kFloor, true,
+                  "local b = {}\nfor i = 1, " + std::to_string(n) +
+                      " do b[i] = sim.rigid { shape = sim.box { half = {0.5, 0.5, 0.5} }, mass = "
+                      "1, friction = 0.5, position = { " +
+                      lean + " * i, i - 0.5, 0 } } end\n");
+}
+
+struct Momentum {
+  Vec3 linear, angular;
+};
+
+Momentum momentum_of(const Simulation& system) {
+  Momentum sum;
+  for (int i = 0; i < system.bodies(); ++i) {
+    const RigidBody& body = system.body(i);
+    const RigidState state = system.body_state(i);
+    const Vec3 p = body.mass() * state.velocity;
+    sum.linear += p;
+    sum.angular += state.center.cross(p) + body.inertia(state) * state.spin;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a box on an incline rests or slides as friction says", "[rigid]") {
+  for (const char* method : {"verlet", "rk4", "symplectic_euler"}) {
+    Scene rests(box_on_incline(0.5, 0), method, 0.01);
+    rests.run_to(1);
+    CHECK(std::fabs(slid(rests.system)) < 1e-12);
+    if (std::string(method) == "symplectic_euler") continue;
+    Scene slides(box_on_incline(0.3, 0), method, 0.01);
+    slides.run_to(1);
+    CHECK(slid(slides.system) ==
+          Approx(0.5 * 9.81 * (std::sin(0.4) - 0.3 * std::cos(0.4))).margin(1e-12));
+    CHECK(slides.system.body_state(0).spin.norm() < 1e-12);
+    // It comes to rest within a step, and then stays.
+    Scene stops(box_on_incline(0.5, 0.3), method, 0.01);
+    stops.run_to(1.5);
+    const double brakes = 9.81 * (0.5 * std::cos(0.4) - std::sin(0.4));
+    CHECK(slid(stops.system) == Approx(0.09 / (2 * brakes)).margin(2e-6));
+    CHECK(stops.system.body_state(0).velocity.norm() < 1e-12);
+  }
+}
+
+TEST_CASE("a ball bounces as Newton says, exactly in uniform gravity", "[rigid]") {
+  const std::string text = scene_of(
+      "sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 2, position = {0, 1.1, 0}, "
+      "restitution = 0.8 }",
+      kFloor);
+  const double fall = std::sqrt(2 / 9.81), after = 1 - fall;
+  for (const char* method : {"verlet", "rk4"}) {
+    Scene scene(text, method, 0.01);
+    scene.run_to(1);
+    CHECK(scene.system.body_state(0).center.y() ==
+          Approx(0.1 + 0.8 * 9.81 * fall * after - 0.5 * 9.81 * after * after).margin(1e-12));
+    const Energy energy = scene.system.energy();
+    CHECK(energy.total() + scene.system.contact_work().lost ==
+          Approx(2 * 9.81 * 1.1).epsilon(1e-12));
+  }
+  // Once it is slow it lies still.
+  Scene scene(text, "verlet", 0.01);
+  scene.run_to(10);
+  CHECK(scene.system.body_state(0).center.y() == Approx(0.1).margin(1e-9));
+}
+
+TEST_CASE("a ball that slides rolls in the end, at 5/7 of its velocity", "[rigid]") {
+  Scene scene(scene_of("sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1, position = {0, "
+                       "0.1, 0}, velocity = {2, 0, 0}, friction = 0.5 }",
+                       kFloor),
+              "verlet", 0.001);
+  scene.run_to(1);
+  const RigidState state = scene.system.body_state(0);
+  CHECK(state.velocity.x() == Approx(10.0 / 7).epsilon(1e-9));
+  CHECK(state.spin.z() == Approx(-100.0 / 7).epsilon(1e-9));
+  CHECK(state.center.y() == Approx(0.1).margin(1e-9));
+}
+
+TEST_CASE("a stack of ten boxes stands for ten seconds", "[rigid]") {
+  for (const char* lean : {"0", "0.05"}) {
+    Scene scene(stack(10, lean), "verlet", 0.005);
+    std::vector<Vec3> start;
+    for (int i = 0; i < 10; ++i) start.push_back(scene.system.body_state(i).center);
+    scene.run_to(10);
+    for (int i = 0; i < 10; ++i)
+      CHECK((scene.system.body_state(i).center - start[static_cast<std::size_t>(i)]).norm() < 1e-6);
+  }
+}
+
+TEST_CASE("a stack that leans too far falls and comes to rest", "[rigid]") {
+  Scene scene(stack(6, "0.3"), "verlet", 0.002);
+  const double energy = scene.system.energy().total();
+  scene.run_to(4);
+  CHECK(scene.system.energy().total() < energy);
+  double highest = 0;
+  for (int i = 0; i < 6; ++i) {
+    const RigidState state = scene.system.body_state(i);
+    highest = std::max(highest, state.center.y());
+    CHECK(state.center.y() > 0.49);
+  }
+  CHECK(highest < 4.5);
+}
+
+TEST_CASE("Newton's cradle gives on what hits it", "[rigid]") {
+  const auto cradle = [](int hit) {
+    return scene_of("table.unpack(b)", "", false,
+                    "local b = {}\nfor i = 1, 5 do b[i] = sim.rigid { shape = sim.sphere { radius "
+                    "= 0.1 }, mass = 1, restitution = 1, position = { 0.2 * i - (i <= " +
+                        std::to_string(hit) + " and 0.3 or 0), 0, 0 }, velocity = { i <= " +
+                        std::to_string(hit) + " and 1 or 0, 0, 0 } } end\n");
+  };
+  for (const int hit : {1, 2}) {
+    Scene scene(cradle(hit), "rk4", 0.007);
+    scene.run_to(0.7);
+    for (int i = 0; i < 5; ++i)
+      CHECK(scene.system.body_state(i).velocity.x() == Approx(i >= 5 - hit ? 1 : 0).margin(1e-12));
+    CHECK(scene.system.energy().kinetic == Approx(0.5 * hit).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("momentum stays when bodies of all shapes hit each other", "[rigid]") {
+  const std::string text = scene_of(
+      "sim.rigid { shape = box, mass = 1, position = {-1, 0.1, 0}, velocity = {2, 0, 0.1}, spin = "
+      "{1, 2, 3}, friction = 0.4, restitution = 0.5 },\n"
+      "sim.rigid { shape = box, mass = 2, position = {1, 0, 0}, velocity = {-2, 0, 0}, spin = {0, "
+      "1, -2}, friction = 0.4 },\n"
+      "sim.rigid { shape = ball, mass = 1, position = {0, 1.2, 0}, velocity = {0, -2, 0}, friction "
+      "= 0.4 },\n"
+      "sim.rigid { shape = pin, mass = 1, position = {0, -1.3, 0}, velocity = {0, 2, 0}, friction "
+      "= 0.4, spin = {0, 0, 5} },\n"
+      "sim.rigid { shape = pin, mass = 0.5, position = {0.1, 0, -1.3}, velocity = {0, 0, 3}, "
+      "restitution = 0.3, turn = {1, 0, 0} }",
+      "", false,
+      "local box, ball, pin = sim.box { half = {0.4, 0.3, 0.2} }, sim.sphere { radius = 0.3 }, "
+      "sim.capsule { radius = 0.15, length = 0.5 }\n");
+  for (const char* method : {"verlet", "rk4"}) {
+    Scene scene(text, method, 0.004);
+    const Momentum start = momentum_of(scene.system);
+    double energy = scene.system.energy().kinetic;
+    for (int n = 0; n < 500; ++n) {
+      REQUIRE(scene.system.step());
+      const double now = scene.system.energy().kinetic;
+      CHECK(now < energy * (1 + 1e-4));
+      energy = now;
+    }
+    CHECK(scene.system.contact_work().lost > 1);
+    const Momentum end = momentum_of(scene.system);
+    CHECK((end.linear - start.linear).norm() < 1e-12);
+    CHECK((end.angular - start.angular).norm() < 2e-3);
+  }
+}
+
+TEST_CASE("contact of bodies is the same on more threads and back in time", "[rigid]") {
+  const std::string text = stack(4, "0.3");
+  Scene one(text, "verlet", 0.002), two(text, "verlet", 0.002, 2);
+  one.run_to(0.7);
+  two.run_to(0.35);
+  const Snapshot middle = two.system.snapshot();
+  two.run_to(0.7);
+  CHECK(one.system.hash() == two.system.hash());
+  two.system.restore(middle);
+  two.run_to(0.7);
+  CHECK(one.system.hash() == two.system.hash());
+}
+
+TEST_CASE("a step of bodies that touch takes no memory", "[rigid]") {
+  Scene scene(stack(3), "verlet", 0.002);
+  for (int n = 0; n < 10; ++n) REQUIRE(scene.system.step());
+  const std::size_t before = sim_test::allocation_count();
+  for (int n = 0; n < 10; ++n) REQUIRE(scene.system.step());
+  CHECK(sim_test::allocation_count() == before);
+}
+
+TEST_CASE("what bodies cannot touch is refused by name", "[rigid]") {
+  const auto why = [](const std::string& text) {
+    const auto error = text_error(text);
+    REQUIRE(error);
+    return error->text().what + ": " + error->text().why + "; " + error->text().remedy;
+  };
+  const std::string ball = "sim.rigid { shape = sim.sphere { radius = 1 }, mass = 1 }";
+  CHECK(contains(why(scene_of(ball, kFloor)), "body 0 (sphere) is 1 m inside a collider"));
+  CHECK(contains(why(scene_of(ball + ", " + ball, "")), "body 1 (sphere) overlap by"));
+  const std::string mesh =
+      "sim.rigid { mass = 1, shape = sim.mesh { points = { {0,0,0}, {1,0,0}, {0,1,0}, {0,0,1} }, "
+      "triangles = { {0,2,1}, {0,1,3}, {0,3,2}, {1,2,3} } }, position = {9, 9, 9} }";
+  CHECK(contains(why(scene_of(ball + ", " + mesh, "")), "body 1 (mesh) do not know how to touch"));
+  CHECK(contains(why(scene_of("sim.rigid { shape = sim.box { half = {1, 1, 1} }, mass = 1 }",
+                              "sim.collider.sphere { radius = 1, center = {9, 0, 0} }")),
+                 "a collider that is no plane"));
+  Registry registry = sim_test::make_registry();
+  const SceneSpec spec = load_text(stack(2));
+  CHECK_THROWS_WITH(Simulation(spec.systems[0], registry, {.integrator = MethodChoice{"dopri5"}}),
+                    Catch::Contains("adaptive"));
+}
