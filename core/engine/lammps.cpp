@@ -104,8 +104,14 @@ LammpsFolder::LammpsFolder() {
 }
 
 LammpsFolder::~LammpsFolder() {
+  // What Open MPI still writes while it ends may come between.
+  constexpr int kTries = 50;  // 10 ms apart
   std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
+  for (int tried = 0; tried < kTries && std::filesystem::exists(path_, ignored); ++tried) {
+    const timespec moment{0, tried == 0 ? 0 : 10'000'000};
+    ::nanosleep(&moment, nullptr);
+    std::filesystem::remove_all(path_, ignored);
+  }
   if (held_ >= 0) ::close(held_);
 }
 
