@@ -1,4 +1,7 @@
 // What of a simulation acts between and behind its steps: constraints, bodies, contact.
+#include <algorithm>
+#include <set>
+
 #include "core/base/finite.h"
 #include "core/particles/rigid/rigid_rows.h"
 #include "core/scene/joined.h"
@@ -7,9 +10,19 @@
 namespace sim {
 namespace {
 
+// What a user may expect of bodies, and does not happen.
 std::string note_on(const SystemSpec& spec) {
-  if (spec.bodies.size() < 2 || spec.constraints.empty()) return {};
-  return "the bodies of a scene with constraints pass through each other";
+  const int singles = spec.bodies.front().first;
+  const auto pinned =
+      std::ranges::count_if(std::set(spec.particles->pinned.begin(), spec.particles->pinned.end()),
+                            [&](int id) { return id < singles; });
+  std::string note;
+  if (spec.bodies.size() > 1 && !spec.constraints.empty())
+    note = "the bodies of a scene with constraints pass through each other";
+  if (pinned < singles)
+    note += std::string(note.empty() ? "" : "; ") + "bodies and single particles pass through " +
+            "each other";
+  return note;
 }
 
 }  // namespace

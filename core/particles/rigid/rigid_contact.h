@@ -8,6 +8,7 @@
 
 #include "core/particles/explicit/settling.h"
 #include "core/particles/rigid/impulses.h"
+#include "core/particles/rigid/rigid_body.h"
 #include "core/particles/rigid/touching.h"
 
 namespace sim {

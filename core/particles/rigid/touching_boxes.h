@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/particles/rigid/touching.h"
+#include "core/particles/rigid/touch_point.h"
 
 namespace sim {
 
