@@ -341,7 +341,7 @@ local rigid_class = class("rigid", Rigid)
 --   velocity      m/s, of the center of mass; default {0, 0, 0}
 --   spin          rad/s, angular velocity in space; default {0, 0, 0}
 --   friction      Coulomb's, >= 0; default 0; of two that touch the geometric mean
---   restitution   0 to 1; default 0; of two that touch the smaller
+--   restitution   0 to 1; default 0; of two that touch the larger
 local function make_rigid(options)
   check_keys(options, { shape = true, mass = true, density = true, position = true, turn = true,
     velocity = true, spin = true, friction = true, restitution = true }, "sim.rigid")

@@ -20,7 +20,8 @@ class ContactCriterion final : public Criterion {
     const ParticleView view = particles.view(system_->t(), system_->state().data());
     int touched = 0;
     double deepest = 0;
-    for (int i = 0; i < view.n; ++i) {
+    const bool collides = !particles.contacts().empty();  // bodies may touch each other alone
+    for (int i = 0; collides && i < view.n; ++i) {
       if (!particles.contacts().ledger().touched(i)) continue;
       ++touched;
       for (const auto& collider : particles.contacts().all())
