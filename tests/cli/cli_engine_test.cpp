@@ -274,7 +274,8 @@ TEST_CASE("what LAMMPS would not mean in the same way is refused before anything
   refused({"scenes/circle.lua"}, 3, "first-order");
   refused({"scenes/cloth_ball.lua"}, 3, "collider 'sphere'");
   refused({"scenes/rope.lua", "-i", "verlet"}, 3, "constraint 'distance'");
-  refused({"scenes/twist.lua"}, 3, "sim.contact");
+  refused({"scenes/flag.lua"}, 3, "sim.contact");
+  refused({"scenes/twist.lua"}, 3, "a particle that is led");
   refused({"scenes/gas.lua"}, 3, "force 'pair'");
   refused({"scenes/double_well.lua", "-i", "verlet"}, 3, "force 'expression'");
   write_text(
