@@ -18,4 +18,4 @@ local bonds = sim.force.expression { "bond*(1 - exp(-alpha*(r - rest)))^2", bond
 for i = 1, n - 1 do bonds:tie(i - 1, i) end
 
 return sim.scene { name = "double_well", particles = beads, forces = { wells, bonds },
-  integrator = "verlet", dt = 0.005, duration = 10 }
+  integrator = "verlet", dt = 0.0025, duration = 10 }

@@ -35,6 +35,13 @@ TEST_CASE("the report of a run is short and fits a terminal") {
   check_width(outcome.out.substr(0, outcome.out.rfind("trusted: ")));  // words may be longer
 }
 
+TEST_CASE("what stands still on something is trusted") {
+  const Outcome outcome = run_sim({"scenes/stack.lua", "-T", "2"});
+  CHECK(outcome.code == 0);
+  CHECK_THAT(outcome.out, Catch::Contains("trusted: "));
+  CHECK_THAT(outcome.out, Catch::Contains("hardly anything moves"));
+}
+
 TEST_CASE("the positional integrator and step read like the options") {
   const Outcome words = run_sim({"scenes/sample.lua", "r", "0.005", "-n", "50", "--dump", "-q"});
   const Outcome options =
