@@ -17,6 +17,9 @@ CLI::App* add_view_options(CLI::App& app, ViewTexts& texts) {
       ->disable_flag_override();
   view->add_flag("--terminal", texts.terminal, "in this terminal instead, with its mouse")
       ->disable_flag_override();
+  view->add_flag("--pause-hidden", texts.pause_hidden,
+                 "pause while a page is hidden, as behind a tab")
+      ->disable_flag_override();
   view->add_option("--record", texts.record,
                    "what hands do, line by line; sim --replay FILE\nrepeats it with the same bits")
       ->type_name("FILE");
@@ -50,6 +53,7 @@ ViewRequest view_request(const ViewTexts& texts, SceneRequest scene,
     request.port = static_cast<int>(integer_between("--port", texts.port, 1, kMostPort));
   request.open = !texts.no_open;
   request.terminal = texts.terminal;
+  request.pause_hidden = texts.pause_hidden;
   if (!texts.record.empty()) request.record = texts.record;
   request.compare = panels(methods, texts.record);
   if (request.compare.size() == 1) {

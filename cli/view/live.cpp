@@ -90,13 +90,14 @@ Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, 
   measure_limits();
 }
 
-std::string Live::page() const {
+std::string Live::page(bool pause_hidden) const {
   std::vector<std::string> methods, switches;
   for (const std::string& name : registry_.names<Integrator>())
     methods.push_back(json_string(name));
   JsonObject live;
   live.text("socket", "@SOCKET@").json("methods", json_array(methods));
   live.flag("world", scene_.spec.world).integer("page", number_);
+  live.flag("pauseHidden", pause_hidden);
   live.json("args", args_json(scene_.spec.args));
   return page_->of_live(live.str());
 }

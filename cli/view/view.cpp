@@ -139,7 +139,7 @@ class Stage {
 // Until a signal: served, stepped and shown.
 int serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
           const Interrupts& interrupts, Console& console) {
-  const ViewTask task{stage.live().page(), random_token(), request.port};
+  const ViewTask task{stage.live().page(request.pause_hidden), random_token(), request.port};
   const auto server =
       made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
   const std::string address = server->address();
@@ -158,7 +158,7 @@ int serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
       if (const auto wish = stage.live().take_wish()) {
         try {
           stage.set(wish->name, wish->value);
-          server->renew(stage.live().page());
+          server->renew(stage.live().page(request.pause_hidden));
         } catch (const Error& error) {
           answer = JsonObject().text("error", error.what()).str();
         }

@@ -186,6 +186,25 @@ def test_panels(browser, server):
     other.close()
 
 
+def test_hidden(browser, server):
+    tab = open_page(browser, server)
+    tab.until("sim.state.playing")
+    seen = "Object.defineProperty(document,'hidden',{configurable:true,get:()=>%s});"
+    seen += "document.dispatchEvent(new Event('visibilitychange'))"
+    tab.js(seen % "true")
+    tab.until("!sim.state.playing")
+    tab.js(seen % "false")
+    tab.until("sim.state.playing")
+    tab.js("sim.say('pause')")  # what a hand paused stays so
+    tab.until("!sim.state.playing")
+    tab.js(seen % "true")
+    tab.js(seen % "false")
+    time.sleep(0.3)
+    assert not tab.js("sim.state.playing")
+    assert not exceptions(tab)
+    tab.close()
+
+
 def run(browser, test, *arguments):
     with Server(PROGRAM, *arguments) as server:
         test(browser, server)
@@ -212,6 +231,7 @@ if __name__ == "__main__":
         run(chromium, test_tabs)
         run(chromium, test_switches_and_world, "scenes/sample.lua")
         run(chromium, test_wind, "scenes/flag.lua")
+        run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_panels, "-i", "rk4", "-i", "verlet")
     finally:
         chromium.close()
