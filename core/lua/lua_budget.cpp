@@ -71,7 +71,7 @@ void LuaBudget::end() {
 void LuaBudget::fresh() {
   steps_ = pending_ = allocated_ = 0;
   before_ = 0;
-  timed_ = clocked_ = false;
+  timed_ = clocked_ = suspected_ = false;
 }
 
 LuaBudget::Aside::Aside(LuaBudget& budget)
@@ -125,17 +125,30 @@ double LuaBudget::used() const {
   return before_ + (clocked_ ? seconds_of(CLOCK_THREAD_CPUTIME_ID) - start_ : 0);
 }
 
+// Whether the instructions since the last look took so long, or the machine had others to serve:
+// the processor's own clock says so at the second look in a row. (A busy machine must not make
+// looks frequent: to change how often they come costs a walk over all calls that are open.)
+bool LuaBudget::slow(double passed) {
+  constexpr double kSlow = 0.03, kSurely = 1;  // s
+  if (passed <= kSlow) return suspected_ = false;
+  const double now = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+  const bool proven = passed > kSurely || (suspected_ && now - slow_since_ > kSlow);
+  suspected_ = true;
+  slow_since_ = now;
+  return proven;
+}
+
 // The time of day first, which costs less to ask. Where instructions take long (they compare long
 // strings, or pass a million values) there are fewer of them between two looks.
 void LuaBudget::look_at_clock(lua_State* L) {
-  constexpr double kSlow = 0.03, kQuick = 0.001, kAim = 0.01;  // s
+  constexpr double kQuick = 0.001, kAim = 0.01;  // s
   const auto seconds = [](double s) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
   };
   const Clock::time_point now = Clock::now();
   const double passed = timed_ ? std::chrono::duration<double>(now - last_).count() : kQuick;
   last_ = now;
-  if (passed > kSlow && interval_ > 1) {
+  if (interval_ > 1 && slow(passed)) {
     interval_ = std::max(1, static_cast<int>(interval_ * kAim / passed));
     arm(L, interval_);
   } else if (passed < kQuick && interval_ < longest_interval_) {

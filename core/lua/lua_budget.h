@@ -82,13 +82,13 @@ class LuaBudget {
   void arm(lua_State* L, int count) const;
   void settle(lua_State* L);
   void take(lua_State* L, std::uint64_t units);
+  bool slow(double passed);
   void look_at_clock(lua_State* L);
   void stop(lua_State* L, End end);
   [[noreturn]] void raise_end(lua_State* L) const;
   void note_string(std::size_t size);
   double used() const;
   ErrorText time_error(const std::string& where) const;
-
   LuaLimits limits_;
   bool (*interrupted_)();
   std::size_t memory_ = 0, refused_ = 0;  // bytes
@@ -97,11 +97,11 @@ class LuaBudget {
   std::string place_;
   std::uint64_t steps_ = 0, pending_ = 0, allocated_ = 0;
   int interval_ = kTick, longest_interval_ = kTick;  // instructions between two looks
-  bool timed_ = false, clocked_ = false;             // deadline_, start_ are known
+  bool timed_ = false, clocked_ = false,
+       suspected_ = false;  // deadline_, start_, slow_since_ known
   Clock::time_point last_, deadline_;
-  double start_ = 0, before_ = 0;  // s of processor time
-  // Read by the watchdog.
-  std::atomic<std::uint64_t> entries_{0};  // odd inside
+  double start_ = 0, before_ = 0, slow_since_ = 0;  // s of processor time
+  std::atomic<std::uint64_t> entries_{0};  // odd inside; read by the watchdog, as is the next
   std::atomic<pthread_t> thread_{};
   std::uint64_t seen_ = 0;  // by the watchdog, and since what time of the thread
   double seen_at_ = 0;
