@@ -106,6 +106,22 @@ TEST_CASE("the work of a path is in the balance of energy", "[lua][lead]") {
   }
 }
 
+TEST_CASE("a particle that is led gives energy through contact, too", "[lua][lead]") {
+  const std::string scene =
+      (std::filesystem::path(SIM_SOURCE_DIR) / "scripts/scenes/ring.lua").string();
+  Registry registry({SIM_PLUGIN_DIR});
+  const SceneSpec spec = load(scene, {{"n", "5"}});
+  Simulation system(spec.systems[0], registry);
+  study::EnergyBalance balance(system);
+  const double before = system.energy().total();
+  while (system.t() < 0.3) {
+    REQUIRE(system.step());
+    balance.advance(1);
+  }
+  const double change = system.energy().total() - before;
+  CHECK(std::abs(change + balance.taken()) < 1e-3);  // J; 0.05 came through contact
+}
+
 // Landau & Lifshitz, Mechanics, section 30: stands where (a w)^2 > 2 g l.
 TEST_CASE("a pendulum stands on a pivot that shakes fast enough", "[lua][lead]") {
   const std::string scene =

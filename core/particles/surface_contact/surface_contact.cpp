@@ -312,8 +312,12 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
     after = total(t + h, x_next);
     if (paid) break;
   }
-  // What the free step alone lost, by its own error, contact does not give.
-  work_ += std::max(0.0, free - after);
+  // What the free step alone lost, by its own error, contact does not give. Where particles are led
+  // the step may lose and contact give, in turns.
+  const bool led = std::ranges::any_of(pairs_.parts().vertices(), [&](int i) {
+    return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero();
+  });
+  work_ += led ? free - after : std::max(0.0, free - after);
   if (!collides_) return;
   for (const int i : pairs_.parts().vertices())
     if (changed(i) && inverse_mass_[slot(i)] > 0)
