@@ -73,8 +73,7 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
 }
 
 void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
-  std::ostream nowhere(nullptr);
-  Output file({folder + "/" + kNotesFile}, nowhere);
+  Output file(folder + "/" + kNotesFile);
   file.buffer() = "engine lammps\n" +
                   (notes.steps ? "steps " + std::to_string(*notes.steps)
                                : "time " + shortest(notes.time.value_or(0))) +

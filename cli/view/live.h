@@ -33,10 +33,10 @@ class Live {
   // nothing. Never throws for what is said.
   std::string take(std::uint64_t from, const std::string& line);
 
-  std::string page(bool pause_hidden) const;              // the whole page
-  std::string frame();                   // what it draws next
-  bool fresh() const { return fresh_; }  // something changed since the last one
-  std::string strip() const;             // the energies so far, JSON
+  std::string page(bool pause_hidden) const;  // the whole page
+  std::string frame();                        // what it draws next
+  bool fresh() const { return fresh_; }       // something changed since the last one
+  std::string strip() const;                  // the energies so far, JSON
   Player& player() { return player_; }
 
   // That a parameter of the scene be another one: for who can load it again.

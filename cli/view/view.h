@@ -15,7 +15,7 @@ struct ViewRequest {
   int port = 0;      // 0: one that is free
   bool open = true;  // in the browser, where there is one
   bool terminal = false;
-  bool pause_hidden = false;  // while no eye is on a page it pauses
+  bool pause_hidden = false;          // while no eye is on a page it pauses
   std::vector<MethodChoice> compare;  // several: the scene once with each, under the same hands
   std::optional<std::string> record;
 };

@@ -36,8 +36,11 @@ class Survey {
  public:
   explicit Survey(const Exchange& scene);
 
-  int type_of(double mass) const { return masses.size() > kMostMasses ? 1 : masses.at(mass); }
   bool own_masses() const { return masses.size() > kMostMasses; }
+  int type_of(double mass) const { return own_masses() ? 1 : masses.at(mass); }
+  double mass_of(const Exchange& scene, int i) const {
+    return scene.free(i) ? scene.mass(i) : pinned_mass;
+  }
   // Springs whose ends are both pinned move nothing.
   static bool moves(const Exchange& scene, int a, int b) { return scene.free(a) || scene.free(b); }
 
@@ -57,7 +60,7 @@ class Survey {
 
 Survey::Survey(const Exchange& scene) {
   for (int i = 0; i < scene.particles(); ++i)
-    if (scene.free(i) && masses.size() <= kMostMasses) masses.try_emplace(scene.mass(i), 0);
+    if (scene.free(i) && !own_masses()) masses.try_emplace(scene.mass(i), 0);
   if (masses.empty()) masses.emplace(1.0, 0);
   int type = 0;
   for (auto& [mass, number] : masses) number = ++type;
@@ -103,7 +106,6 @@ void Survey::find_box(const Exchange& scene) {
   const Vec3 size = high - low;
   const double side = std::max({size.x(), size.y(), size.z()});
   const double margin = std::max({1e-3 * side, 1e-6 * most, 1e-3 * longest, 1e-9});
-  double cells = 1;
   for (int axis = 0; axis < 3; ++axis) {
     low[axis] -= margin;
     high[axis] += margin;
@@ -111,7 +113,7 @@ void Survey::find_box(const Exchange& scene) {
   if (longest == 0) return;
   // Springs as long as a cell keep near what belongs together; of few cells there are many in one.
   for (bin = longest;; bin *= 2) {
-    cells = 1;
+    double cells = 1;
     for (int axis = 0; axis < 3; ++axis) cells *= std::max(1.0, (high[axis] - low[axis]) / bin);
     if (cells <= 8.0 * scene.particles() + 100) return;
   }
@@ -126,8 +128,6 @@ void add_row(std::string& out, std::int64_t id, const Vec3& v) {
   out += '\n';
 }
 
-Target file_in(const std::string& folder, const char* name) { return {folder + "/" + name}; }
-
 // Comments end with their line.
 std::string plain(const std::string& text) {
   std::string out;
@@ -136,16 +136,14 @@ std::string plain(const std::string& text) {
 }
 
 void write_data(const Exchange& scene, const Survey& survey, const std::string& folder) {
-  std::ostream nowhere(nullptr);
-  Output file(file_in(folder, kLammpsData), nowhere);
+  Output file(folder + "/" + kLammpsData);
   std::string& out = file.buffer();
   const int n = scene.particles();
   out += "Scene '" + plain(scene.name()) + "' at step " + std::to_string(scene.step()) + "\n\n" +
          std::to_string(n) + " atoms\n";
   const bool tied = survey.springs > 0;
   if (tied) out += std::to_string(survey.springs) + " bonds\n";
-  const std::size_t types = survey.own_masses() ? 1 : survey.masses.size();
-  out += std::to_string(types) + " atom types\n";
+  out += std::to_string(survey.own_masses() ? 1 : survey.masses.size()) + " atom types\n";
   if (tied) out += std::to_string(survey.law_list.size()) + " bond types\n";
   out += '\n';
   for (int axis = 0; axis < 3; ++axis) {
@@ -173,11 +171,8 @@ void write_data(const Exchange& scene, const Survey& survey, const std::string& 
 
   out += "\nAtoms # bond\n\n";
   for (int i = 0; i < n; ++i, file.flush_if_full()) {
-    const int type = survey.own_masses()
-                         ? 1
-                         : survey.type_of(scene.free(i) ? scene.mass(i) : survey.pinned_mass);
     out += std::to_string(i + 1) + (scene.free(i) ? " 1 " : " 2 ");
-    add_row(out, type, scene.position(i));
+    add_row(out, survey.type_of(survey.mass_of(scene, i)), scene.position(i));
   }
   out += "\nVelocities\n\n";
   const Array sums = scene.accelerations();
@@ -200,7 +195,7 @@ void write_data(const Exchange& scene, const Survey& survey, const std::string& 
     // The charge is the mass that gravity acts on.
     out += "\nInertia\n\n";
     for (int i = 0; i < n; ++i, file.flush_if_full()) {
-      const double mass = scene.free(i) ? scene.mass(i) : survey.pinned_mass;
+      const double mass = survey.mass_of(scene, i);
       out += std::to_string(i + 1) + ' ' + shortest(mass_there(mass)) + ' ' + shortest(mass) + '\n';
     }
   }
@@ -225,8 +220,7 @@ std::string weights(const Exchange& scene, const Survey& survey) {
 
 void write_script(const Exchange& scene, const Survey& survey, std::int64_t end,
                   const std::string& folder) {
-  std::ostream nowhere(nullptr);
-  Output file(file_in(folder, kLammpsScript), nowhere);
+  Output file(folder + "/" + kLammpsScript);
   const bool tied = survey.springs > 0;
   file.buffer() +=
       "# Scene '" + plain(scene.name()) + "' from step " + std::to_string(scene.step()) +
@@ -267,8 +261,7 @@ void write_lammps(const Exchange& scene, std::span<const std::int64_t> moments,
                  "a run there has at most 1e9", "run it in parts, with --snap and --resume"});
   const Survey survey(scene);
   write_data(scene, survey, folder);
-  std::ostream nowhere(nullptr);
-  Output file(file_in(folder, kLammpsMoments), nowhere);
+  Output file(folder + "/" + kLammpsMoments);
   for (const std::int64_t step : moments.subspan(1)) {
     file.buffer() += std::to_string(step) + '\n';
     file.flush_if_full();

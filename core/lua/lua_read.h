@@ -14,6 +14,16 @@ namespace sim {
 [[noreturn]] void scene_error(const Place& where, const std::string& what, const std::string& why,
                               const std::string& remedy = {});
 
+// What make() returns; an error that it throws becomes one of the scene at this place.
+template <class Make>
+auto of_scene(const Place& where, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    scene_error(where, error.text().what, error.text().why, error.text().remedy);
+  }
+}
+
 // A value in a few words for an error: "-1", "'abc'", "nothing", "a table".
 std::string show(lua_State* L, int index);
 

@@ -15,6 +15,7 @@ class Mat3 {
   }
   // By rows.
   constexpr Mat3(const Vec3& a, const Vec3& b, const Vec3& c) : rows_{a, b, c} {}
+  constexpr Vec3 column(std::size_t k) const { return {rows_[0][k], rows_[1][k], rows_[2][k]}; }
 
   constexpr double operator()(std::size_t row, std::size_t column) const {
     return rows_[row][column];
@@ -58,6 +59,9 @@ class Mat3 {
  private:
   Vec3 rows_[3];
 };
+
+// It also makes a matrix of columns from one that was given them as rows.
+constexpr Mat3 transposed(const Mat3& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
 // a b^T.
 constexpr Mat3 outer(const Vec3& a, const Vec3& b) { return {a[0] * b, a[1] * b, a[2] * b}; }

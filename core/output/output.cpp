@@ -62,13 +62,22 @@ Output::Output(const Target& target, std::ostream& standard_output) : name_(targ
   if (target.standard_output()) {
     name_ = "standard output";
     stream_ = &standard_output;
-  } else if (is_stream(name_)) {
+    buffer_.reserve(kRoom);
+  } else {
+    open();
+  }
+}
+
+Output::Output(const std::string& file) : name_(file) { open(); }
+
+void Output::open() {
+  if (is_stream(name_)) {
     descriptor_ = ::open(name_.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC);
     if (descriptor_ < 0) fail(errno);
   } else {
     create_beside(resolved(name_));
   }
-  buffer_.reserve(kChunk + 4096);
+  buffer_.reserve(kRoom);
 }
 
 int open_temporary(const fs::path& folder, const std::string& ending, fs::path& path) {

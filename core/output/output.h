@@ -41,6 +41,7 @@ class Output {
  public:
   // Throws Error{kIo}: no such folder, a folder of that name, no permission, ...
   Output(const Target& target, std::ostream& standard_output);
+  explicit Output(const std::string& file);  // whatever its name
   ~Output();  // without commit(): the new file is removed, the old one stays
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -55,8 +56,9 @@ class Output {
   void commit_safely();  // the same; and it is there even if the machine stops right after
 
  private:
-  static constexpr std::size_t kChunk = std::size_t{1} << 20;
+  static constexpr std::size_t kChunk = std::size_t{1} << 20, kRoom = kChunk + 4096;
 
+  void open();
   void create_beside(const std::filesystem::path& file);
   void take_name(bool durable);
   [[noreturn]] void fail(int error) const;

@@ -21,45 +21,41 @@ void set(const Leads::Axes& axes, int i, const Vec3& value) {
 
 void Leads::add(int i, const Vec3& now, std::shared_ptr<const RigidMotion> motion) {
   constexpr double kNear = 1e-9;
-  Path path{std::move(motion), now, Vec3::Zero()};
-  const Vec3 start = path.at(0);
-  if (!path.motion->sampled())
-    path.offset = now - start;
+  const Vec3 start = motion->at(0, now).center;
+  Vec3 offset = Vec3::Zero();
+  if (!motion->sampled())
+    offset = now - start;
   else if (!((start - now).norm() <= kNear * (1 + now.norm())))
     throw Error(ErrorKind::kScene,
                 {"bad lead", "",
                  "particle " + std::to_string(i) + " is at " + text_of(now) +
                      ", but its path begins at " + text_of(start),
                  "put the particle there, or let the path begin where the particle is"});
-  path.points = NinePoints::best([&](double t) { return path.at(t); }, 0.5,
-                                 [](const Vec3& d) { return d.norm(); });
   ids_.push_back(i);
-  paths_.push_back(std::move(path));
+  paths_.emplace_back(std::move(motion), now, offset);
 }
 
 void Leads::place(double t, const Axes& q, const Axes& v) const {
   for (std::size_t k = 0; k < ids_.size(); ++k) {
-    const Pose pose = paths_[k].motion->at(t, paths_[k].center);
-    set(q, ids_[k], pose.center + paths_[k].offset);
+    const Pose pose = paths_[k].pose(t);
+    set(q, ids_[k], pose.center);
     set(v, ids_[k], pose.velocity);
   }
 }
 
 void Leads::velocities(double t, const Axes& v) const {
-  for (std::size_t k = 0; k < ids_.size(); ++k)
-    set(v, ids_[k], paths_[k].motion->at(t, paths_[k].center).velocity);
+  for (std::size_t k = 0; k < ids_.size(); ++k) set(v, ids_[k], paths_[k].pose(t).velocity);
 }
 
 void Leads::chords(double t, double d, const Axes& q, const Axes& v) const {
   for (std::size_t k = 0; k < ids_.size(); ++k) {
     const int i = ids_[k];
-    set(v, i, (paths_[k].at(t + d) - Vec3(q[0][i], q[1][i], q[2][i])) / d);
+    set(v, i, (paths_[k].place(t + d) - Vec3(q[0][i], q[1][i], q[2][i])) / d);
   }
 }
 
 void Leads::accelerate(double t, const Axes& a) const {
-  for (std::size_t k = 0; k < ids_.size(); ++k)
-    set(a, ids_[k], paths_[k].points.second([&](double s) { return paths_[k].at(s); }, t));
+  for (std::size_t k = 0; k < ids_.size(); ++k) set(a, ids_[k], paths_[k].acceleration(t));
 }
 
 }  // namespace sim

@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/math/differences.h"
-#include "core/particles/rigid_motion.h"
+#include "core/particles/constraints/driven.h"
 
 namespace sim {
 
@@ -32,16 +31,8 @@ class Leads {
   void accelerate(double t, const Axes& a) const;                       // := p''(t)
 
  private:
-  struct Path {
-    std::shared_ptr<const RigidMotion> motion;
-    Vec3 center, offset;
-    NinePoints points = NinePoints();  // of the second derivative
-
-    Vec3 at(double t) const { return motion->at(t, center).center + offset; }
-  };
-
   std::vector<int> ids_;
-  std::vector<Path> paths_;
+  std::vector<Driven> paths_;
 };
 
 }  // namespace sim

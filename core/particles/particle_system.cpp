@@ -228,15 +228,17 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
     std::copy_n(layout().block(y, 3 + axis), layout().n(), layout().block(dydt, axis));
 }
 
+bool ParticleSystem::has_large_nets() const {
+  return std::ranges::any_of(nets(), [](const Net* net) { return net->reordered(); });
+}
+
 void ParticleSystem::order_by(const ParticleView& initial) {
-  const auto large = [](const Net* net) { return net->reordered(); };
-  if (std::ranges::any_of(nets(), large)) rows_ = Renumbering::rows_of(initial);
+  if (has_large_nets()) rows_ = Renumbering::rows_of(initial);
 }
 
 const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
-  const auto large = [](const Net* net) { return net->reordered(); };
   const bool plain = other_forces().empty() && contacts().empty() && is_plain() && !holding_;
-  if (rows_.empty() || !plain || std::ranges::none_of(nets(), large))
+  if (rows_.empty() || !plain || !has_large_nets())
     renumbering_.reset();
   else if (!renumbering_ || !renumbering_->fits(*this))
     renumbering_ = std::make_shared<const Renumbering>(*this, rows_);

@@ -16,7 +16,7 @@ bool names_points(const Elements& of, const SystemSpec& spec, int n) {
 
 }  // namespace
 
-Joined::Joined(const Elements& of, const SystemSpec& spec, int n)
+Joined::Joined(const Elements& of, const SystemSpec& spec, std::span<const RigidBody> bodies, int n)
     : own(names_points(of, spec, n) ? of : Elements()), elements(own.empty() ? of : own), count(n) {
   if (own.empty()) return;
   const int points = static_cast<int>(spec.points.size());
@@ -32,10 +32,9 @@ Joined::Joined(const Elements& of, const SystemSpec& spec, int n)
       if (id < 0 || id - n >= points)
         throw Error(ErrorKind::kScene, {"a point of a body", "", "it does not exist", ""});
       const BodyPoint& point = spec.points[static_cast<std::size_t>(id - n)];
-      const RigidSpec& body = spec.bodies[static_cast<std::size_t>(point.body)];
-      const int a = body.first;
-      nodes.push_back(
-          {4, {a, a + 1, a + 2, a + 3}, RigidBody(body.shape, body.mass, a).weights(point.at)});
+      const RigidBody& body = bodies[static_cast<std::size_t>(point.body)];
+      const int a = body.first();
+      nodes.push_back({4, {a, a + 1, a + 2, a + 3}, body.weights(point.at)});
     }
     id = node->second;
   }

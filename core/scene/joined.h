@@ -1,6 +1,7 @@
 // What a part of a scene joins: particles, or nodes where points of bodies are among them.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/particles/rigid/points.h"
@@ -9,8 +10,8 @@
 namespace sim {
 
 struct Joined {
-  // of: elements of a scene of n particles, which outlive it.
-  Joined(const Elements& of, const SystemSpec& spec, int n);
+  // of: elements of a scene of n particles and these bodies; they outlive it.
+  Joined(const Elements& of, const SystemSpec& spec, std::span<const RigidBody> bodies, int n);
   Joined(const Joined&) = delete;
 
   Elements own;              // of nodes, where there are any

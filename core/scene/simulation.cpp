@@ -90,7 +90,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
-    const Joined joined(part.elements, spec, n);
+    const Joined joined(part.elements, spec, bodies, n);
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
     auto force =

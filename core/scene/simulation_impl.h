@@ -13,22 +13,10 @@
 #include "core/particles/particle_system.h"
 #include "core/particles/rigid/rigid_contact.h"
 #include "core/particles/surface_contact/surface_contact.h"
+#include "core/scene/placed.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
-
-// Adds what is known here to an error thrown by a plugin: its place in the scene.
-template <class Make>
-auto placed(const Place& place, Make make) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    ErrorText text = error.text();
-    if (!text.where.empty()) throw;
-    text.where = place;
-    throw Error(error.kind(), text);
-  }
-}
 
 struct Simulation::Impl {
   std::string name;

@@ -34,7 +34,7 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
-    const Joined joined(part.elements, spec, initial.count());
+    const Joined joined(part.elements, spec, bodies, initial.count());
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     if (part.elements.empty())
       throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",

@@ -89,10 +89,13 @@ SIM_TARGET_END
 #include "core/simd/vector_avx512.h"
 #elif SIM_BITS == 256
 #include "core/simd/vector_avx2.h"
-#elif defined(__aarch64__)
+#else
+#if defined(__aarch64__)
 #include "core/simd/vector_neon.h"
 #else
 #include "core/simd/vector_sse2.h"
+#endif
+#include "core/simd/vector_pairs.h"
 #endif
 
 SIM_TARGET_BEGIN

@@ -25,22 +25,7 @@ SIM_INLINE Doubles seed(Doubles v) {
   const float32x2_t f = vcvt_f32_f64((float64x2_t)v);
   return (Doubles)vcvt_f64_f32(vdiv_f32(vdup_n_f32(1), vsqrt_f32(f)));
 }
-SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
-  const Doubles kept = keep(bits, v);
-  return fma(kept, kept, sum);
-}
 SIM_INLINE bool any_above(Doubles v, double limit) { return !(v[0] <= limit && v[1] <= limit); }
-
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
-  const double* const a = points + 4 * std::ptrdiff_t{index[0]};
-  const double* const b = points + 4 * std::ptrdiff_t{index[1]};
-  return {Doubles{a[0], b[0]}, Doubles{a[1], b[1]}, Doubles{a[2], b[2]}};
-}
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
-  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
-  fourth = Doubles{last(0), last(1)};
-  return gather(points, index);
-}
 
 // The instruction for a maximum gives NaN where one is not a number.
 SIM_INLINE Floats greater(Floats a, Floats b) { return a > b ? a : b; }

@@ -1,4 +1,5 @@
-// What core/simd/vector.h leaves to the instruction set. Vectors of 128 bits with and without FMA.
+// What core/simd/vector.h leaves to the instruction set; core/simd/vector_pairs.h has the rest. 128
+// bits with and without FMA.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
@@ -42,28 +43,9 @@ SIM_INLINE Doubles seed(Doubles v) {
   return (Doubles)_mm_cvtps_pd(_mm_div_ps(_mm_set1_ps(1), _mm_sqrt_ps(two)));
 }
 
-// sum + v^2 where the bit of the lane is set, sum elsewhere.
-SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
-  const Doubles kept = keep(bits, v);
-  return fma(kept, kept, sum);
-}
-
 // True if any lane is greater than the limit, or not a number.
 SIM_INLINE bool any_above(Doubles v, double limit) {
   return _mm_movemask_pd(_mm_cmpnle_pd((__m128d)v, (__m128d)splat<double>(limit))) != 0;
-}
-
-// The points at points[4 index[lane]], each of four doubles.
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
-  const double* const a = points + 4 * std::ptrdiff_t{index[0]};
-  const double* const b = points + 4 * std::ptrdiff_t{index[1]};
-  return {Doubles{a[0], b[0]}, Doubles{a[1], b[1]}, Doubles{a[2], b[2]}};
-}
-// Likewise, and the fourth double of each.
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
-  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
-  fourth = Doubles{last(0), last(1)};
-  return gather(points, index);
 }
 
 // The greater one, b where one is not a number.

@@ -37,7 +37,7 @@ for i = 0, around - 1 do
   end
 end
 
--- The middle starts slowly and stops slowly: the integral of v*smooth(t/0.2).
+-- The middle starts and stops softly.
 local way = sim.arg("way", 0.9, "that the middle is drawn, m")
 local middle = cloth:id(n // 2, n // 2)
 local x0, y0, z0 = s * (n // 2) - half, wire + 2 * thickness, s * (n // 2) - half

@@ -13,14 +13,13 @@ command -v valgrind >/dev/null && command -v callgrind_annotate >/dev/null || sk
 grep -qw avx2 /proc/cpuinfo || skip 'no AVX2'
 
 counts=$(mktemp)
-trap 'rm -f "$counts"' EXIT
+trap 'rm -f "$counts" "$counts.txt"' EXIT
 
 # Holds method $1, of $2 evaluations a step, to $3 instructions.
 hold() {
   SIM_SIMD=avx2 valgrind --tool=callgrind --callgrind-out-file="$counts" \
     "$sim" scenes/cloth.lua "$1" 0.001 -s n=32 -n "$steps" -q --no-verify >/dev/null 2>"$counts.txt" ||
-    { cat "$counts.txt" >&2; rm -f "$counts.txt"; echo "error: $sim failed under valgrind" >&2; exit 1; }
-  rm -f "$counts.txt"
+    { cat "$counts.txt" >&2; echo "error: $sim failed under valgrind" >&2; exit 1; }
   callgrind_annotate --threshold=100 "$counts" |
     awk -v name="$1" -v work="$((steps * springs * $2))" -v bound="$3" '
     /_sweep<double>/ { gsub(",", "", $1); total += $1 }

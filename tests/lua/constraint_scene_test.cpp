@@ -16,13 +16,6 @@ std::string with(const std::string& constraint, const std::string& points = "{0,
          "'rk4', dt = 0.01, duration = 1 }\n";
 }
 
-std::string said(const std::string& text) {
-  const auto error = text_error(text);
-  REQUIRE(error);
-  CHECK(contains(error->text().where, "scene.lua:"));
-  return error->text().what + ": " + error->text().why + "; " + error->text().remedy;
-}
-
 }  // namespace
 
 TEST_CASE("constraints of every kind can be said in a scene", "[lua][constraints]") {

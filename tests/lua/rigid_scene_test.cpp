@@ -19,13 +19,6 @@ std::string with(const std::string& body, const std::string& more = "",
          more + " }\n";
 }
 
-std::string said(const std::string& text) {
-  const auto error = text_error(text);
-  REQUIRE(error);
-  CHECK(contains(error->text().where, "scene.lua:"));
-  return error->text().what + ": " + error->text().why + "; " + error->text().remedy;
-}
-
 }  // namespace
 
 TEST_CASE("rigid bodies of every shape can be said in a scene", "[lua][rigid]") {

@@ -88,6 +88,32 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+// What is refused in a scene of this text, as people read it behind its place.
+inline std::string said(const std::string& text) {
+  const auto error = text_error(text);
+  REQUIRE(error);
+  CHECK(contains(error->text().where, "scene.lua:"));
+  return error->text().what + ": " + error->text().why + "; " + error->text().remedy;
+}
+
+// A scene of this text that runs.
+struct TextRun {
+  TextRun(const std::string& text, const std::string& method, double dt, int threads = 1)
+      : spec(load_text(text)),
+        system(spec.systems[0], registry,
+               {.integrator = method == "dopri5" ? MethodChoice{method, {{"tol", 1e-12}}}
+                                                 : MethodChoice{method},
+                .dt = dt,
+                .threads = threads}) {}
+  void run_to(double t) {
+    while (system.t() < t - 1e-9) REQUIRE(system.step());
+  }
+
+  Registry registry{{SIM_PLUGIN_DIR}};
+  SceneSpec spec;
+  Simulation system;
+};
+
 // The rest of a scene whose first lines made `particles` and `forces`.
 inline const std::string kEnd =
     "return sim.scene { particles = particles, forces = forces, integrator = \"rk4\", dt = 0.01, "

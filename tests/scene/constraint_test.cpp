@@ -38,16 +38,8 @@ std::string chain(const std::string& points, int links, const std::string& more 
 
 const std::string kDouble = chain("{0, 0, 0}, {1, 0, 0}, {2, 0, 0}", 2);
 
-struct Scene {
-  Scene(const std::string& text, const std::string& method, double dt)
-      : spec(load_text(text)),
-        system(spec.systems[0], registry,
-               {.integrator = method == "dopri5" ? MethodChoice{method, {{"tol", 1e-12}}}
-                                                 : MethodChoice{method},
-                .dt = dt}) {}
-  void run_to(double t) {
-    while (system.t() < t - 1e-9) REQUIRE(system.step());
-  }
+struct Scene : TextRun {
+  using TextRun::TextRun;
   double off(int i, const Vec3& x) const { return (system.position(i) - x).norm(); }
 
   std::vector<HoldingForce> forces() const {
@@ -56,10 +48,6 @@ struct Scene {
   ConstraintDrift drift() const {
     return system.holding()->drift(system.t(), system.state().data());
   }
-
-  Registry registry = sim_test::make_registry();
-  SceneSpec spec;
-  Simulation system;
 };
 
 // The observed order from three step sizes, each half of the one before.

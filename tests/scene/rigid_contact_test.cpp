@@ -20,19 +20,6 @@ std::string scene_of(const std::string& bodies, const std::string& colliders, bo
          " }, integrator = 'verlet', dt = 0.01, duration = 1 }\n";
 }
 
-struct Scene {
-  Scene(const std::string& text, const std::string& method, double dt, int threads = 1)
-      : spec(load_text(text)),
-        system(spec.systems[0], registry,
-               {.integrator = MethodChoice{method}, .dt = dt, .threads = threads}) {}
-  void run_to(double t) {
-    while (system.t() < t - 1e-9) REQUIRE(system.step());
-  }
-  Registry registry = sim_test::make_registry();
-  SceneSpec spec;
-  Simulation system;
-};
-
 std::string box_on_incline(double friction, double speed) {
   const std::string mu = std::to_string(friction), v = std::to_string(speed);
   return scene_of(
@@ -75,17 +62,17 @@ Momentum momentum_of(const Simulation& system) {
 
 TEST_CASE("a box on an incline rests or slides as friction says", "[rigid]") {
   for (const char* method : {"verlet", "rk4", "symplectic_euler"}) {
-    Scene rests(box_on_incline(0.5, 0), method, 0.01);
+    TextRun rests(box_on_incline(0.5, 0), method, 0.01);
     rests.run_to(1);
     CHECK(std::fabs(slid(rests.system)) < 1e-12);
     if (std::string(method) == "symplectic_euler") continue;
-    Scene slides(box_on_incline(0.3, 0), method, 0.01);
+    TextRun slides(box_on_incline(0.3, 0), method, 0.01);
     slides.run_to(1);
     CHECK(slid(slides.system) ==
           Approx(0.5 * 9.81 * (std::sin(0.4) - 0.3 * std::cos(0.4))).margin(1e-12));
     CHECK(slides.system.body_state(0).spin.norm() < 1e-12);
     // It comes to rest within a step, and then stays.
-    Scene stops(box_on_incline(0.5, 0.3), method, 0.01);
+    TextRun stops(box_on_incline(0.5, 0.3), method, 0.01);
     stops.run_to(1.5);
     const double brakes = 9.81 * (0.5 * std::cos(0.4) - std::sin(0.4));
     CHECK(slid(stops.system) == Approx(0.09 / (2 * brakes)).margin(2e-6));
@@ -100,7 +87,7 @@ TEST_CASE("a ball bounces as Newton says, exactly in uniform gravity", "[rigid]"
       kFloor);
   const double fall = std::sqrt(2 / 9.81), after = 1 - fall;
   for (const char* method : {"verlet", "rk4"}) {
-    Scene scene(text, method, 0.01);
+    TextRun scene(text, method, 0.01);
     scene.run_to(1);
     CHECK(scene.system.body_state(0).center.y() ==
           Approx(0.1 + 0.8 * 9.81 * fall * after - 0.5 * 9.81 * after * after).margin(1e-12));
@@ -109,16 +96,17 @@ TEST_CASE("a ball bounces as Newton says, exactly in uniform gravity", "[rigid]"
           Approx(2 * 9.81 * 1.1).epsilon(1e-12));
   }
   // Once it is slow it lies still.
-  Scene scene(text, "verlet", 0.01);
+  TextRun scene(text, "verlet", 0.01);
   scene.run_to(10);
   CHECK(scene.system.body_state(0).center.y() == Approx(0.1).margin(1e-9));
 }
 
 TEST_CASE("a ball that slides rolls in the end, at 5/7 of its velocity", "[rigid]") {
-  Scene scene(scene_of("sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1, position = {0, "
-                       "0.1, 0}, velocity = {2, 0, 0}, friction = 0.5 }",
-                       kFloor),
-              "verlet", 0.001);
+  TextRun scene(
+      scene_of("sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1, position = {0, "
+               "0.1, 0}, velocity = {2, 0, 0}, friction = 0.5 }",
+               kFloor),
+      "verlet", 0.001);
   scene.run_to(1);
   const RigidState state = scene.system.body_state(0);
   CHECK(state.velocity.x() == Approx(10.0 / 7).epsilon(1e-9));
@@ -128,7 +116,7 @@ TEST_CASE("a ball that slides rolls in the end, at 5/7 of its velocity", "[rigid
 
 TEST_CASE("a stack of ten boxes stands for ten seconds", "[rigid]") {
   for (const char* lean : {"0", "0.05"}) {
-    Scene scene(stack(10, lean), "verlet", 0.005);
+    TextRun scene(stack(10, lean), "verlet", 0.005);
     std::vector<Vec3> start;
     for (int i = 0; i < 10; ++i) start.push_back(scene.system.body_state(i).center);
     scene.run_to(10);
@@ -138,7 +126,7 @@ TEST_CASE("a stack of ten boxes stands for ten seconds", "[rigid]") {
 }
 
 TEST_CASE("a stack that leans too far falls and comes to rest", "[rigid]") {
-  Scene scene(stack(6, "0.3"), "verlet", 0.002);
+  TextRun scene(stack(6, "0.3"), "verlet", 0.002);
   const double energy = scene.system.energy().total();
   scene.run_to(4);
   CHECK(scene.system.energy().total() < energy);
@@ -160,7 +148,7 @@ TEST_CASE("Newton's cradle gives on what hits it", "[rigid]") {
                         std::to_string(hit) + " and 1 or 0, 0, 0 } } end\n");
   };
   for (const int hit : {1, 2}) {
-    Scene scene(cradle(hit), "rk4", 0.007);
+    TextRun scene(cradle(hit), "rk4", 0.007);
     scene.run_to(0.7);
     for (int i = 0; i < 5; ++i)
       CHECK(scene.system.body_state(i).velocity.x() == Approx(i >= 5 - hit ? 1 : 0).margin(1e-12));
@@ -184,7 +172,7 @@ TEST_CASE("momentum stays when bodies of all shapes hit each other", "[rigid]") 
       "local box, ball, pin = sim.box { half = {0.4, 0.3, 0.2} }, sim.sphere { radius = 0.3 }, "
       "sim.capsule { radius = 0.15, length = 0.5 }\n");
   for (const char* method : {"verlet", "rk4"}) {
-    Scene scene(text, method, 0.004);
+    TextRun scene(text, method, 0.004);
     const Momentum start = momentum_of(scene.system);
     double energy = scene.system.energy().kinetic;
     for (int n = 0; n < 500; ++n) {
@@ -202,7 +190,7 @@ TEST_CASE("momentum stays when bodies of all shapes hit each other", "[rigid]") 
 
 TEST_CASE("contact of bodies is the same on more threads and back in time", "[rigid]") {
   const std::string text = stack(4, "0.3");
-  Scene one(text, "verlet", 0.002), two(text, "verlet", 0.002, 2);
+  TextRun one(text, "verlet", 0.002), two(text, "verlet", 0.002, 2);
   one.run_to(0.7);
   two.run_to(0.35);
   const Snapshot middle = two.system.snapshot();
@@ -214,7 +202,7 @@ TEST_CASE("contact of bodies is the same on more threads and back in time", "[ri
 }
 
 TEST_CASE("a step of bodies that touch takes no memory", "[rigid]") {
-  Scene scene(stack(3), "verlet", 0.002);
+  TextRun scene(stack(3), "verlet", 0.002);
   for (int n = 0; n < 10; ++n) REQUIRE(scene.system.step());
   const std::size_t before = sim_test::allocation_count();
   for (int n = 0; n < 10; ++n) REQUIRE(scene.system.step());

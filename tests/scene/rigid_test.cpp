@@ -14,22 +14,6 @@ using namespace sim::test;
 
 namespace {
 
-struct Scene {
-  Scene(const std::string& text, const std::string& method, double dt, int threads = 1)
-      : spec(load_text(text)),
-        system(spec.systems[0], registry,
-               {.integrator = method == "dopri5" ? MethodChoice{method, {{"tol", 1e-12}}}
-                                                 : MethodChoice{method},
-                .dt = dt,
-                .threads = threads}) {}
-  void run_to(double t) {
-    while (system.t() < t - 1e-9) REQUIRE(system.step());
-  }
-  Registry registry = sim_test::make_registry();
-  SceneSpec spec;
-  Simulation system;
-};
-
 // A box of 1 kg with the moments 0.02, 0.05 and 0.06 kg m^2.
 const char* const kFreeTop =
     "local b = sim.rigid { mass = 1, spin = {10, 1, -2}, shape = sim.box { half = "
@@ -63,7 +47,7 @@ double off_of(const RigidState& state, const Truth& truth) {
 }
 
 double error_of_top(const std::string& method, double dt, const Truth& truth) {
-  Scene scene(kFreeTop, method, dt);
+  TextRun scene(kFreeTop, method, dt);
   scene.run_to(truth.t);
   return off_of(scene.system.body_state(0), truth);
 }
@@ -90,7 +74,7 @@ TEST_CASE("a free top turns as Jacobi's functions say", "[rigid]") {
 TEST_CASE("momentum of a free top stays to rounding, and verlet keeps its energy", "[rigid]") {
   const Vec3 momentum(0.2, 0.05, -0.12);
   for (const char* method : {"verlet", "rk4"}) {
-    Scene scene(kFreeTop, method, 1e-3);
+    TextRun scene(kFreeTop, method, 1e-3);
     CHECK((angular_momentum(scene.system) - momentum).norm() < 1e-15);
     double lowest = HUGE_VAL, highest = 0;
     for (int n = 0; n < 20000; ++n) {
@@ -131,7 +115,7 @@ TEST_CASE("a heavy top goes round as evenly as it should", "[rigid]") {
       "return sim.scene { particles = p, bodies = { top }, forces = { sim.force.gravity { g = "
       "{0, -g, 0} } }, integrator = 'rk4', dt = 0.0002, duration = 1, constraints = { "
       "sim.constraint.joint {}:tie(top:at {0, -l, 0}, 0) } }\n";
-  Scene scene(text, "rk4", 5e-5);
+  TextRun scene(text, "rk4", 5e-5);
   for (const double t : {0.25, 0.5, 1.0}) {
     scene.run_to(t);
     const double out = 0.12 * std::sin(0.4);
@@ -162,7 +146,7 @@ TEST_CASE("a body between two springs swings and turns without coupling", "[rigi
   }
   const double period = 2 * 3.14159265358979323846 / (rate * x);
   const int steps = 400;
-  Scene scene(text, "rk4", period / steps);
+  TextRun scene(text, "rk4", period / steps);
   const double energy = scene.system.energy().total();
   for (int n = 0; n < steps; ++n) REQUIRE(scene.system.step());
   const RigidState state = scene.system.body_state(0);
@@ -182,7 +166,7 @@ TEST_CASE("a dashpot on a body takes what the balance of energy says", "[rigid]"
       "s:tie(b:at {0, 0.1, 0}, 0)\n"
       "return sim.scene { particles = p, bodies = { b }, forces = { sim.force.gravity {}, s }, "
       "integrator = 'rk4', dt = 0.001, duration = 20 }\n";
-  Scene scene(text, "rk4", 1e-3);
+  TextRun scene(text, "rk4", 1e-3);
   scene.run_to(15);
   // At rest where 50 (l - 0.5) = 9.81, l from the hook to the point.
   CHECK(scene.system.body_state(0).center.y() == Approx(-(0.5 + 9.81 / 50) - 0.1).margin(1e-9));
@@ -218,7 +202,7 @@ TEST_CASE("moments of a mesh are those of its box, however it is turned", "[rigi
 
 TEST_CASE("bodies go on from checkpoints and back in time bit for bit", "[rigid]") {
   for (const char* method : {"rk4", "verlet", "dopri5"}) {
-    Scene scene(kFreeTop, method, 0.01);
+    TextRun scene(kFreeTop, method, 0.01);
     scene.run_to(0.3);
     const Snapshot middle = scene.system.snapshot();
     scene.run_to(0.6);

@@ -267,13 +267,13 @@ void SceneReader::each_part(lua_State* L, const std::string& kind, const Place& 
 
 void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {
   const Place& place = spec.place;
-  const bool alone = push_field(L, scene, "bodies") != LUA_TNIL;  // bodies need no others
+  const bool has_bodies = push_field(L, scene, "bodies") != LUA_TNIL;  // they need no others
   lua_pop(L, 1);
   const int type = push_field(L, scene, "particles");
-  if (!alone)
+  if (!has_bodies)
     require_key(type, place, "particles", "particles = sim.particles { ... } or sim.grid { ... }");
   const int handle = lua_absindex(L, -1);
-  if (!alone || type != LUA_TNIL) {
+  if (type != LUA_TNIL) {
     const std::string kind = session_->push_record(L, handle);
     if (kind != "particles")
       scene_error(place, "bad particles",

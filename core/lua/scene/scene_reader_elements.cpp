@@ -242,11 +242,9 @@ std::shared_ptr<const RigidMotion> SceneReader::motion(lua_State* L, int record)
   const auto& plugin = registry_.get<RigidMotion>(lua_tostring(L, -1), place);
   lua_pop(L, 1);
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
-  try {
+  return of_scene(place, [&] {
     return made(plugin.make(Params(plugin.title(), plugin.params, spec.given, place)), plugin);
-  } catch (const Error& error) {
-    scene_error(place, error.text().what, error.text().why, error.text().remedy);
-  }
+  });
 }
 
 std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int record) const {
@@ -260,12 +258,8 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   for (const auto& [name, value] : spec.given)
     maker->text += (maker->text.empty() ? "" : ", ") + name + " = " + to_text(value);
   maker->text = "sim.collider." + plugin.name + " { " + maker->text + " }";
-  maker->make = [&plugin, params, place]() -> std::unique_ptr<Collider> {
-    try {
-      return made(plugin.make(params), plugin);
-    } catch (const Error& error) {
-      scene_error(place, error.text().what, error.text().why, error.text().remedy);
-    }
+  maker->make = [&plugin, params, place] {
+    return of_scene(place, [&] { return made(plugin.make(params), plugin); });
   };
   maker->make();  // what is wrong is said here
   return maker;
@@ -312,11 +306,9 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
     }
   }
 
-  try {
-    known = std::make_shared<const TriangleMesh>(body.particles.count(), std::move(triangles));
-  } catch (const Error& error) {
-    scene_error(place, error.text().what, error.text().why, error.text().remedy);
-  }
+  known = of_scene(place, [&] {
+    return std::make_shared<const TriangleMesh>(body.particles.count(), std::move(triangles));
+  });
   const int flat = flat_triangle(*known, [&](int id) { return body.particles.at(id).position; });
   if (flat >= 0)
     scene_error(place, "bad triangle " + std::to_string(flat + 1) + " of a surface",

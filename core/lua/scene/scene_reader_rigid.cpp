@@ -59,11 +59,9 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
       session_->push_record(L, lua_gettop(L));
       auto shape = std::make_shared<const RigidShape>(read_shape(L, lua_gettop(L)));
       body.mass = record.number("mass");
-      try {
-        if (!(body.mass > 0)) body.mass = record.number("density") * bulk_of(*shape).volume;
-      } catch (const Error& error) {
-        scene_error(body.place, error.text().what, error.text().why, error.text().remedy);
-      }
+      if (!(body.mass > 0))
+        body.mass =
+            record.number("density") * of_scene(body.place, [&] { return bulk_of(*shape).volume; });
       body.shape = std::move(shape);
       body.position = record.vector("position");
       body.turn = record.vector("turn");

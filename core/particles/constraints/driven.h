@@ -9,29 +9,41 @@
 
 namespace sim {
 
-// Where the center of a motion is. Derivatives come from nine of its values.
+// Where the center of a motion is, that rests at `center`, moved by `offset`. Derivatives come from
+// nine of its values.
 class Driven {
  public:
   struct At {
     Vec3 x, v, a;
   };
 
-  explicit Driven(std::shared_ptr<const RigidMotion> motion) : motion_(std::move(motion)) {
+  explicit Driven(std::shared_ptr<const RigidMotion> motion, const Vec3& center = Vec3::Zero(),
+                  const Vec3& offset = Vec3::Zero())
+      : motion_(std::move(motion)), center_(center), offset_(offset) {
     if (moves())
       points_ = NinePoints::best([&](double t) { return place(t); }, 0.5,
                                  [](const Vec3& d) { return d.norm(); });
   }
 
   bool moves() const { return !motion_->rests(); }
-  Vec3 place(double t) const { return motion_->at(t, Vec3::Zero()).center; }
+  Pose pose(double t) const {
+    Pose pose = motion_->at(t, center_);
+    pose.center += offset_;
+    return pose;
+  }
+  Vec3 place(double t) const { return pose(t).center; }
+  Vec3 acceleration(double t) const {
+    return points_.second([&](double s) { return place(s); }, t);
+  }
   At at(double t) const {
     if (!moves()) return {place(t), Vec3::Zero(), Vec3::Zero()};
     const auto f = [&](double s) { return place(s); };
-    return {place(t), points_.first(f, t), points_.second(f, t)};
+    return {place(t), points_.first(f, t), acceleration(t)};
   }
 
  private:
   std::shared_ptr<const RigidMotion> motion_;
+  Vec3 center_, offset_;
   NinePoints points_;
 };
 

@@ -14,6 +14,20 @@ double softness(const Mover& mover, const Vec3& arm, const Vec3& n) {
   return mover.inverse_mass + moment.dot(mover.inverse_inertia * moment);
 }
 
+// Coulomb's law: no pull along the surface beyond `most`.
+void limit(double most, double& pu, double& pv) {
+  const double size = std::sqrt(pu * pu + pv * pv);
+  if (size > most) pu *= most / size, pv *= most / size;
+}
+
+// The impulses of a meeting become these: the movers feel the difference.
+void change(std::span<Mover> movers, Meet& m, double push, double pu, double pv) {
+  Impulses::apply(movers, m,
+                  (push - m.push) * m.normal + (pu - m.pull_u) * m.u + (pv - m.pull_v) * m.v,
+                  m.lever);
+  m.push = push, m.pull_u = pu, m.pull_v = pv;
+}
+
 }  // namespace
 
 void Impulses::apply(std::span<Mover> movers, const Meet& meet, const Vec3& p, double lever) {
@@ -99,8 +113,7 @@ double Impulses::sweep(std::span<Mover> movers, std::span<Meet> meets) const {
     if (!(m.friction > 0)) return;
     const Vec3 slip = velocity(movers, m);
     double pu = m.pull_u - m.u.dot(slip) / m.soft_t, pv = m.pull_v - m.v.dot(slip) / m.soft_t;
-    const double size = std::sqrt(pu * pu + pv * pv), most = m.friction * push;
-    if (size > most) pu *= most / size, pv *= most / size;
+    limit(m.friction * push, pu, pv);
     const double du = pu - m.pull_u, dv = pv - m.pull_v;
     m.pull_u = pu, m.pull_v = pv;
     if (du != 0 || dv != 0) apply(movers, m, du * m.u + dv * m.v, m.lever);
@@ -175,11 +188,8 @@ void Impulses::stick(std::span<Mover> movers, std::span<Meet> meets, double tole
     if (!s.push) continue;
     const double push = std::max(0.0, m.push + s.found[0]);
     double pu = m.pull_u + s.found[1], pv = m.pull_v + s.found[2];
-    const double size = std::sqrt(pu * pu + pv * pv), most = m.friction * push;
-    if (size > most) pu *= most / size, pv *= most / size;
-    apply(movers, m, (push - m.push) * m.normal + (pu - m.pull_u) * m.u + (pv - m.pull_v) * m.v,
-          m.lever);
-    m.push = push, m.pull_u = pu, m.pull_v = pv;
+    limit(m.friction * push, pu, pv);
+    change(movers, m, push, pu, pv);
   }
 }
 
@@ -200,13 +210,8 @@ double Impulses::rest(std::span<Mover> movers, std::span<Meet> meets, double tol
 // The impulses before stick(), which did no good.
 void Impulses::set_back(std::span<Mover> movers, std::span<Meet> meets) const {
   for (std::size_t k = 0; k < meets.size(); ++k) {
-    Meet& m = meets[k];
-    if (!m.active) continue;
     const Vec3& old = search_[k].before;
-    apply(movers, m,
-          (old[0] - m.push) * m.normal + (old[1] - m.pull_u) * m.u + (old[2] - m.pull_v) * m.v,
-          m.lever);
-    m.push = old[0], m.pull_u = old[1], m.pull_v = old[2];
+    if (meets[k].active) change(movers, meets[k], old[0], old[1], old[2]);
   }
 }
 

@@ -66,8 +66,7 @@ class NodeForce final : public Force {
       : force_(std::move(force)),
         seen_(std::move(nodes)),
         layout_(seen_.size(), 3),
-        sums_(layout_.size()),
-        friction_(layout_.size()) {
+        sums_(layout_.size()) {
     for (int k = 0; k < seen_.size(); ++k) {
       const Node& node = seen_.nodes()[static_cast<std::size_t>(k)];
       for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p)
@@ -89,25 +88,14 @@ class NodeForce final : public Force {
   void prepare(const ParticleView& view, Team& team) override {
     now_ = seen_.look(view);
     std::ranges::fill(sums_.span(), 0.0);
-    std::ranges::fill(friction_.span(), 0.0);
-    const auto [fx, fy, fz] = layout_.axes(sums_.data());
-    const ForceSink sink{fx, fy, fz};
+    const ForceSink sink = sink_of(sums_);
     for (const Spring& s : springs_) {
       const Vec3 force = spring_force(now_.position(s.a) - now_.position(s.b), s.k, s.k_rest);
       sink.add(s.a, force);
       sink.add(s.b, -force);
     }
     force_->prepare(now_, team);
-    if (!gathers_) return;
-    const Tile all{0, seen_.size()};
-    force_->accumulate(now_, all, sink);
-    if (!resists()) return;
-    const auto [rx, ry, rz] = layout_.axes(friction_.data());
-    // What a spring accumulates is its damping alone.
-    if (force_->springs())
-      force_->accumulate(now_, all, {rx, ry, rz});
-    else
-      force_->resist(now_, all, {rx, ry, rz});
+    if (gathers_) force_->accumulate(now_, all(), sink);
   }
 
   void accumulate(const ParticleView&, Tile tile, ForceSink sink) const override {
@@ -125,14 +113,20 @@ class NodeForce final : public Force {
   bool remembers_particles() const override { return force_->remembers_particles(); }
 
   double potential(const ParticleView&, Tile tile) const override {
-    return tile.begin == 0 ? force_->potential(now_, {0, seen_.size()}) : 0;
+    return tile.begin == 0 ? force_->potential(now_, all()) : 0;
   }
   bool conservative() const override { return !resists() && force_->conservative(); }
   bool resists() const override {
     return gathers_ && (force_->springs() != nullptr || force_->resists());
   }
+  // Asked for now and then. What a spring accumulates is its damping alone.
   void resist(const ParticleView&, Tile tile, ForceSink sink) const override {
-    hand_out(friction_, tile, sink);
+    Array friction(layout_.size());
+    if (force_->springs())
+      force_->accumulate(now_, all(), sink_of(friction));
+    else
+      force_->resist(now_, all(), sink_of(friction));
+    hand_out(friction, tile, sink);
   }
   std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
 
@@ -146,6 +140,12 @@ class NodeForce final : public Force {
     double weight;
   };
 
+  Tile all() const { return {0, seen_.size()}; }
+  ForceSink sink_of(Array& sums) const {
+    const auto [fx, fy, fz] = layout_.axes(sums.data());
+    return {fx, fy, fz};
+  }
+
   void hand_out(const Array& forces, Tile tile, ForceSink sink) const {
     const auto axes = layout_.axes(forces.data());
     auto share = std::ranges::lower_bound(shares_, tile.begin, {}, &Share::particle);
@@ -158,7 +158,7 @@ class NodeForce final : public Force {
   NodeView seen_;
   ParticleView now_;
   Layout layout_;
-  Array sums_, friction_;
+  Array sums_;
   std::vector<Spring> springs_;
   std::vector<Share> shares_;  // by particle
   bool gathers_ = true;

@@ -7,18 +7,6 @@
 #include "core/particles/rigid_motion.h"
 
 namespace sim {
-namespace {
-
-Vec3 column_of(const Mat3& m, std::size_t k) { return {m(0, k), m(1, k), m(2, k)}; }
-
-Mat3 matrix_of_columns(const Vec3& a, const Vec3& b, const Vec3& c) {
-  return {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}, {a[2], b[2], c[2]}};
-}
-
-}  // namespace
-
-Mat3 transpose_of(const Mat3& m) { return {column_of(m, 0), column_of(m, 1), column_of(m, 2)}; }
-
 Mat3 turned_by(const Vec3& turn) {
   constexpr double kTurnsPerRadian = 0.15915494309189533577;
   Pose pose;
@@ -28,7 +16,7 @@ Mat3 turned_by(const Vec3& turn) {
     pose.sine = sine;
     pose.cosine = cosine;
   }
-  return matrix_of_columns(pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1}));
+  return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
 }
 
 // From the largest of the four, so that no root is of a difference (Shepperd (1978), J. Guidance
@@ -81,13 +69,13 @@ Vec3 RigidBody::moments() const {
 
 Mat3 RigidBody::inertia(const RigidState& state) const {
   const Mat3 d = state.axes * principal_;
-  return d * Mat3::Diagonal(moments()) * transpose_of(d);
+  return d * Mat3::Diagonal(moments()) * transposed(d);
 }
 
 Mat3 RigidBody::inverse_inertia(const RigidState& state) const {
   const Vec3 m = moments();
   const Mat3 d = state.axes * principal_;
-  return d * Mat3::Diagonal({1 / m[0], 1 / m[1], 1 / m[2]}) * transpose_of(d);
+  return d * Mat3::Diagonal({1 / m[0], 1 / m[1], 1 / m[2]}) * transposed(d);
 }
 
 Vec3 RigidBody::corner(const RigidState& state, int particle) const {
@@ -97,7 +85,7 @@ Vec3 RigidBody::corner(const RigidState& state, int particle) const {
 }
 
 std::array<double, 4> RigidBody::weights(const Vec3& at) const {
-  const Vec3 local = transpose_of(principal_) * (at - center_);
+  const Vec3 local = transposed(principal_) * (at - center_);
   std::array<double, 4> w{};
   for (int p = 0; p < kParticles; ++p) {
     double sum = 1;
@@ -107,30 +95,33 @@ std::array<double, 4> RigidBody::weights(const Vec3& at) const {
   return w;
 }
 
-// d_k = sum of sign x / (4 extent_k): the principal axes. With d_k' = spin x d_k,
-// spin = 1/2 sum d_k x d_k'.
+Directors RigidBody::directors(const ParticleView& view, const Vec3& x0, const Vec3& v0) const {
+  Directors directors;
+  for (int p = 0; p < kParticles; ++p) {
+    const Vec3 x = view.position(first_ + p) - x0, v = view.velocity(first_ + p) - v0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double share = sign(p, k) / (4 * extent_[k]);
+      directors.d[k] += share * x;
+      directors.rate[k] += share * v;
+    }
+  }
+  return directors;
+}
+
+// With d_k' = spin x d_k, spin = 1/2 sum d_k x d_k'.
 RigidState RigidBody::state(const ParticleView& view) const {
   RigidState state;
-  Vec3 d[3], rate[3];
   for (int p = 0; p < kParticles; ++p) {
     state.center += 0.25 * view.position(first_ + p);
     state.velocity += 0.25 * view.velocity(first_ + p);
   }
-  for (int p = 0; p < kParticles; ++p) {
-    const Vec3 x = view.position(first_ + p) - state.center;
-    const Vec3 v = view.velocity(first_ + p) - state.velocity;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double share = sign(p, k) / (4 * extent_[k]);
-      d[k] += share * x;
-      rate[k] += share * v;
-    }
-  }
+  auto [d, rate] = directors(view, state.center, state.velocity);
   // Right angles to the last bit, for what is drawn and told.
   d[0] = d[0].normalized();
   d[1] = (d[1] - d[1].dot(d[0]) * d[0]).normalized();
   d[2] = d[0].cross(d[1]);
   for (std::size_t k = 0; k < 3; ++k) state.spin += 0.5 * d[k].cross(rate[k]);
-  state.axes = matrix_of_columns(d[0], d[1], d[2]) * transpose_of(principal_);
+  state.axes = transposed({d[0], d[1], d[2]}) * transposed(principal_);
   return state;
 }
 
@@ -139,7 +130,7 @@ SolidShape RigidBody::drawn(const RigidState& state) const {
   solid.center = place(state, {});
   solid.radius = shape_->radius;
   solid.body = true;
-  for (std::size_t k = 0; k < 3; ++k) solid.axes[k] = column_of(state.axes, k);
+  for (std::size_t k = 0; k < 3; ++k) solid.axes[k] = state.axes.column(k);
   switch (shape_->form) {
     case RigidShape::Form::kSphere:
       solid.form = SolidShape::Form::kSphere;
@@ -150,8 +141,8 @@ SolidShape RigidBody::drawn(const RigidState& state) const {
       break;
     case RigidShape::Form::kCapsule:
       solid.form = SolidShape::Form::kCapsule;
-      solid.axes = {0.5 * shape_->length * column_of(state.axes, 1), column_of(state.axes, 2),
-                    column_of(state.axes, 0)};
+      solid.axes = {0.5 * shape_->length * state.axes.column(1), state.axes.column(2),
+                    state.axes.column(0)};
       break;
     case RigidShape::Form::kMesh:
       solid.form = SolidShape::Form::kMesh;

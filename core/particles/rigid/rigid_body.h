@@ -18,6 +18,11 @@ struct RigidState {
   std::array<double, 4> quaternion() const;  // w, x, y, z of length 1, w >= 0
 };
 
+// d_k = sum of sign_pk x_p / (4 extent_k), the principal axes as the particles have them, and d_k'.
+struct Directors {
+  std::array<Vec3, 3> d{}, rate{};
+};
+
 // Four particles of a quarter of the mass each, at the corners (+ + +), (+ - -), (- + -), (- - +)
 // of a box of half edges `extent` about the center of mass, along the principal axes: they have the
 // mass, the center and the moments of the body, and hence its motion (Routh (1905), Elementary
@@ -49,6 +54,8 @@ class RigidBody {
   std::array<double, kParticles> weights(const Vec3& at) const;
 
   RigidState state(const ParticleView& view) const;
+  // Of places and velocities less x0 and v0, which change roundings alone.
+  Directors directors(const ParticleView& view, const Vec3& x0, const Vec3& v0) const;
   Vec3 place(const RigidState& state, const Vec3& at) const {
     return state.center + state.axes * (at - center_);
   }
@@ -64,6 +71,5 @@ class RigidBody {
 
 // The axes turned by |turn| rad about `turn`.
 Mat3 turned_by(const Vec3& turn);
-Mat3 transpose_of(const Mat3& m);
 
 }  // namespace sim

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -20,12 +21,8 @@ Vec3 turned_over(const Vec3& r, const Vec3& w) {
 }
 
 Mat3 turned_over(const Mat3& axes, const Vec3& w) {
-  Mat3 out;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 column = turned_over(Vec3(axes(0, k), axes(1, k), axes(2, k)), w);
-    for (std::size_t row = 0; row < 3; ++row) out(row, k) = column[row];
-  }
-  return out;
+  return transposed({turned_over(axes.column(0), w), turned_over(axes.column(1), w),
+                     turned_over(axes.column(2), w)});
 }
 
 }  // namespace
@@ -222,10 +219,6 @@ void RigidContact::recall(std::span<const double> memory) {
                      memory[k + 6]});
 }
 
-double RigidContact::take_work() {
-  const double work = work_;
-  work_ = 0;
-  return work;
-}
+double RigidContact::take_work() { return std::exchange(work_, 0.0); }
 
 }  // namespace sim

@@ -14,24 +14,15 @@ RowPattern RigidRows::pattern() const {
 }
 
 // phi = s (d_k.d_l - [k = l]), halved for k = l, with s the smaller of both extents, so that it is
-// in m; d_k = sum of sign_pk x_p / (4 extent_k).
+// in m.
 void RigidRows::evaluate(const ParticleView& view, const Rows& rows) const {
   constexpr std::size_t kPairs[kRows][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
   std::size_t row = 0;
   Vec3* gradient = rows.gradient;
   for (const RigidBody& body : bodies_) {
     const Vec3& extent = body.extent();
-    Vec3 d[3], rate[3];
-    const Vec3 x0 = view.position(body.first()), v0 = view.velocity(body.first());
-    for (int p = 0; p < RigidBody::kParticles; ++p) {
-      const Vec3 x = view.position(body.first() + p) - x0;
-      const Vec3 v = view.velocity(body.first() + p) - v0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double share = RigidBody::sign(p, k) / (4 * extent[k]);
-        d[k] += share * x;
-        rate[k] += share * v;
-      }
-    }
+    const auto [d, rate] =
+        body.directors(view, view.position(body.first()), view.velocity(body.first()));
     for (const auto& [k, l] : kPairs) {
       const double scale = (k == l ? 0.5 : 1) * std::min(extent[k], extent[l]);
       rows.phi[row] = scale * (d[k].dot(d[l]) - (k == l ? 1 : 0));

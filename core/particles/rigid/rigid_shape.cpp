@@ -109,18 +109,16 @@ PrincipalAxes principal_axes(Mat3 a) {
         const double t =
             std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
         const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        Mat3 turn = Mat3::Identity(), back = turn;
-        turn(p, p) = turn(q, q) = back(p, p) = back(q, q) = c;
-        turn(p, q) = back(q, p) = s;
-        turn(q, p) = back(p, q) = -s;
-        a = back * a * turn;
+        Mat3 turn = Mat3::Identity();
+        turn(p, p) = turn(q, q) = c;
+        turn(p, q) = s;
+        turn(q, p) = -s;
+        a = transposed(turn) * a * turn;
         v = v * turn;
       }
     if (done) break;
   }
-  const Vec3 x(v(0, 0), v(1, 0), v(2, 0)), y(v(0, 1), v(1, 1), v(2, 1)),
-      z(v(0, 2), v(1, 2), v(2, 2));
-  if (x.cross(y).dot(z) < 0)
+  if (v.column(0).cross(v.column(1)).dot(v.column(2)) < 0)
     for (std::size_t row = 0; row < 3; ++row) v(row, 2) = -v(row, 2);
   return {{a(0, 0), a(1, 1), a(2, 2)}, v};
 }

@@ -10,8 +10,6 @@ namespace {
 
 using Form = RigidShape::Form;
 
-Vec3 axis_of(const Mat3& m, std::size_t k) { return {m(0, k), m(1, k), m(2, k)}; }
-
 struct NearestGap {
   double gap;   // m
   Vec3 normal;  // away from the solid
@@ -22,7 +20,7 @@ bool is_round(const RigidShape& shape) {
 }
 
 // Half of the axis of a capsule; of a sphere 0.
-Vec3 half_axis(const Placed& a) { return 0.5 * a.shape->length * axis_of(a.axes, 1); }
+Vec3 half_axis(const Placed& a) { return 0.5 * a.shape->length * a.axes.column(1); }
 
 // From a sphere or capsule: the distance from the axis, less the radius.
 NearestGap gap_from_round(const Placed& b, const Vec3& x) {
@@ -40,16 +38,16 @@ NearestGap gap_from_box(const Placed& b, const Vec3& x) {
   std::size_t nearest = 0;
   double depth = -HUGE_VAL;
   for (std::size_t k = 0; k < 3; ++k) {
-    local[k] = axis_of(b.axes, k).dot(d);
+    local[k] = b.axes.column(k).dot(d);
     const double beyond = std::fabs(local[k]) - b.shape->half[k];
     out[k] = std::max(0.0, beyond);
     if (beyond > depth) depth = beyond, nearest = k;
   }
   const double gap = out.norm();
-  if (!(gap > 0)) return {depth, std::copysign(1.0, local[nearest]) * axis_of(b.axes, nearest)};
+  if (!(gap > 0)) return {depth, std::copysign(1.0, local[nearest]) * b.axes.column(nearest)};
   Vec3 normal;
   for (std::size_t k = 0; k < 3; ++k)
-    normal += std::copysign(out[k] / gap, local[k]) * axis_of(b.axes, k);
+    normal += std::copysign(out[k] / gap, local[k]) * b.axes.column(k);
   return {gap, normal};
 }
 

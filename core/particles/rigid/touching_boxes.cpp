@@ -9,8 +9,7 @@ namespace {
 
 struct TurnedBox {
   explicit TurnedBox(const Placed& placed) : center(placed.center), half(placed.shape->half) {
-    for (std::size_t k = 0; k < 3; ++k)
-      axis[k] = {placed.axes(0, k), placed.axes(1, k), placed.axes(2, k)};
+    for (std::size_t k = 0; k < 3; ++k) axis[k] = placed.axes.column(k);
   }
   double reach(const Vec3& n) const {
     double sum = 0;

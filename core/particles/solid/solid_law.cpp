@@ -9,10 +9,6 @@ namespace {
 
 Vec3 row_of(const Mat3& m, std::size_t i) { return {m(i, 0), m(i, 1), m(i, 2)}; }
 
-Mat3 transposed(const Mat3& m) {
-  return {{m(0, 0), m(1, 0), m(2, 0)}, {m(0, 1), m(1, 1), m(2, 1)}, {m(0, 2), m(1, 2), m(2, 2)}};
-}
-
 // A:B, the sum of the products of their entries.
 double contracted(const Mat3& a, const Mat3& b) {
   double sum = 0;

@@ -286,6 +286,9 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   };
   const double before = total(t, x), free = total(t + h, x_next);
   const double most = std::max(before, free);
+  const bool led = std::ranges::any_of(pairs_.parts().vertices(), [&](int i) {
+    return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero();
+  });
   write(particles, x_next);
   double after = total(t + h, x_next);
   for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
@@ -293,11 +296,10 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
     if (!paid) {
       Vec3 moment = Vec3::Zero();
       double mass = 0;
-      bool held = false, led = false;
+      bool held = false;
       for (const int i : pairs_.parts().vertices()) {
         touched_[slot(i)] = 1;
         held = held || inverse_mass_[slot(i)] == 0;
-        led = led || (inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero());
         if (inverse_mass_[slot(i)] == 0) continue;
         mass += 1 / inverse_mass_[slot(i)];
         moment += way_[slot(i)] / inverse_mass_[slot(i)];
@@ -314,9 +316,6 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   }
   // What the free step alone lost, by its own error, contact does not give. Where particles are led
   // the step may lose and contact give, in turns.
-  const bool led = std::ranges::any_of(pairs_.parts().vertices(), [&](int i) {
-    return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero();
-  });
   work_ += led ? free - after : std::max(0.0, free - after);
   if (!collides_) return;
   for (const int i : pairs_.parts().vertices())

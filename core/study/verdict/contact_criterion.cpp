@@ -27,11 +27,12 @@ class ContactCriterion final : public Criterion {
       for (const auto& collider : particles.contacts().all())
         deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
     }
-    if (const RigidContact* contact = system_->rigid_contact()) {
-      bodies(*contact, findings);
-      if (touched == 0) return;
+    const RigidContact* const contact = system_->rigid_contact();
+    if (contact) bodies(*contact, findings);
+    if (touched == 0) {
+      if (!contact) findings.push_back({Trust::kTrusted, "contact: none"});
+      return;
     }
-    if (touched == 0) return findings.push_back({Trust::kTrusted, "contact: none"});
     const ContactWork work = balance_.contact();
     std::string words = "contact: " + std::to_string(touched) +
                         (touched == 1 ? " particle" : " particles") + ", deepest " +

@@ -63,13 +63,14 @@ Finding EnergyCriterion::finding() const {
     return {Trust::kTrusted, "energy not checked: forces do work between the states"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
   // of the coordinates. That is fine for a system at rest.
-  const double way = std::sqrt(2 * scale / mass_) * (system_->t() - start_t_);
-  if (way <= kAtRest * size_) return {Trust::kTrusted, "hardly anything moves"};
+  const auto way_of = [&](double energy) {
+    return std::sqrt(2 * energy / mass_) * (system_->t() - start_t_);
+  };
+  const double way = way_of(scale);
   // What stands on something sinks in by roundings, which no velocity shows.
   constexpr double kSunk = 1e-9;
-  const double moved = std::sqrt(2 * kinetic_ / mass_) * (system_->t() - start_t_);
-  if (moved <= kAtRest * size_ && scale <= kSunk * largest_)
-    return {Trust::kTrusted, "hardly anything moves"};
+  const bool sunk = scale <= kSunk * largest_ && way_of(kinetic_) <= kAtRest * size_;
+  if (way <= kAtRest * size_ || sunk) return {Trust::kTrusted, "hardly anything moves"};
   if (kRounding * largest_ > kTolerance * scale) {
     if (!(way > kNoWay * size_)) return {Trust::kTrusted, "hardly anything moves"};
     return {Trust::kSuspect, "energies of " + brief(largest_, 3) + " J round away the " + whole,
