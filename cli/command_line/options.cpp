@@ -181,7 +181,10 @@ Parser::Parser() {
       ->type_name("");
   plugin_ = verb("plugin", "new KIND NAME: a folder to start a plugin from");
   plugin_->add_option("new", t.plugin_words[0], "the word new")->type_name("");
-  plugin_->add_option("KIND", t.plugin_words[1], "force, field or integrator")->type_name("");
+  plugin_
+      ->add_option("KIND", t.plugin_words[1],
+                   "force, field, integrator, constraint, collider or\nmotion")
+      ->type_name("");
   plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
   studies_.add_to(app_);
   plot_ = verb("plot", "TABLE.csv: one column over another, as .svg");

@@ -197,6 +197,124 @@ return sim.scene {
   integrator = "rk4", dt = 0.01, duration = 5,
 }
 )--"},
+    {"collider",
+     R"--(// A pole without ends: everything within a radius of an upright line is solid.
+#include "core/plugin/plugin.h"
+#include "core/plugin/solid.h"
+
+namespace {
+
+// About the origin and at rest: the base class moves it, gives it friction and a thickness.
+class CLASS final : public sim::Solid {
+ public:
+  explicit CLASS(const sim::Params& params)
+      : Solid(params, params.vector("center")), radius_(params.number("radius")) {}
+
+ private:
+  // m to the surface, < 0 inside, and its gradient, which is defined everywhere.
+  Distance distance(const sim::Vec3& x) const override {
+    const double across = std::sqrt(x[0] * x[0] + x[2] * x[2]);
+    if (across == 0) return {-radius_, {1, 0, 0}};
+    return {across - radius_, {x[0] / across, 0, x[2] / across}};
+  }
+
+  sim::SolidShape form() const override {
+    return {.form = sim::SolidShape::Form::kCapsule,
+            .axes = {sim::Vec3(0, 10, 0), sim::Vec3(0, 0, 1), sim::Vec3(1, 0, 0)},
+            .radius = radius_};
+  }
+
+  double radius_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Collider, "NAME") {
+  registrar.add(sim::Plugin<sim::Collider>{
+      {.name = "NAME",
+       .summary = "a pole without ends",
+       .formula = "|x - center| across >= radius + thickness",
+       .params = sim::solid_params(
+           {{.name = "radius", .default_value = 0.25, .unit = "m", .doc = "of the pole", .min = 0},
+            {.name = "center",
+             .type = sim::ParamType::kVector,
+             .default_value = sim::Vec3(0, 0, 0),
+             .unit = "m",
+             .doc = "a point of its axis"}})},
+      [](const sim::Params& params) { return std::make_unique<CLASS>(params); }});
+}
+)--",
+     R"--(-- Balls thrown at NAME; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+for i = 0, 4 do
+  particles:add({ -1, 0, 0.1 * i - 0.2 }, { velocity = {2, 0, 0} })
+end
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.gravity { g = {0, -9.81, 0} } },
+  colliders = { sim.collider.NAME { radius = 0.25, restitution = 0.5 } },
+  integrator = "verlet", dt = 0.01, duration = 1,
+}
+)--"},
+    {"motion", R"--(// An eight on its side: twice up and down while once to and fro.
+#include "core/math/sine.h"
+#include "core/particles/rigid_motion.h"
+#include "core/plugin/periodic.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class CLASS final : public sim::RigidMotion {
+ public:
+  explicit CLASS(const sim::Params& params)
+      : period_(params, "motion 'NAME'"), size_(params.number("size")) {}
+
+  // A function of t alone; the sine is the same on every machine.
+  sim::Pose at(double t, const sim::Vec3& center) const override {
+    const auto [s, c] = sim::sine_cosine(period_.turns(t));
+    return {.center = center + size_ * sim::Vec3(s, s * c, 0),
+            .velocity = size_ * period_.rate() * sim::Vec3(c, c * c - s * s, 0)};
+  }
+  double fastest() const override { return 1.5 * std::fabs(period_.rate() * size_); }
+
+ private:
+  sim::Period period_;
+  double size_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(RigidMotion, "NAME") {
+  registrar.add(sim::Plugin<sim::RigidMotion>{
+      {.name = "NAME",
+       .summary = "an eight on its side",
+       .formula = "center(t) = center + size {sin a, sin a cos a, 0}, a = 2 pi t / period + phase",
+       .params = sim::periodic_params({{.name = "size",
+                                        .default_value = 0.5,
+                                        .unit = "m",
+                                        .doc = "how far to either side",
+                                        .min = 0}})},
+      [](const sim::Params& params) { return std::make_unique<CLASS>(params); }});
+}
+)--",
+     R"--(-- A weight on a spring whose other end goes as NAME says; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+particles:add {0, 0, 0}
+particles:add {0, -1, 0}
+particles:lead(0, sim.motion.NAME { size = 0.3, period = 2 })
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.gravity { g = {0, -9.81, 0} },
+    sim.force.spring { stiffness = 100 }:tie(0, 1) },
+  integrator = "rk4", dt = 0.01, duration = 5,
+}
+)--"},
 };
 
 }  // namespace

@@ -77,6 +77,33 @@ TEST_CASE("each broken promise of an integrator is found") {
         Names{"the same bits from memory()", "the same bits after a restart"});
 }
 
+TEST_CASE("each broken promise of a collider is found, and no other") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_colliders")});
+  const auto broken = [&](const char* name) {
+    return failures(contract_of(registry.get<sim::Collider>(name), registry));
+  };
+  CHECK(broken("floor").empty());
+  CHECK(broken("length").contains("normals have the length 1"));
+  CHECK(broken("normal").contains("its normal is the gradient of its gap, by differences"));
+  CHECK(broken("gap").contains("its gap changes by at most the way"));
+  CHECK(broken("clearance") == Names{"its clearance is no more than the gap in the box"});
+  CHECK(broken("velocity").contains("its velocity is how its gap falls, by differences"));
+  CHECK(broken("fastest") == Names{"is nowhere faster than it says"});
+  CHECK(broken("bounce") == Names{"restitution is 0 .. 1, friction at least 0"});
+}
+
+TEST_CASE("each broken promise of a motion is found, and no other") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_motions")});
+  const auto broken = [&](const char* name) {
+    return failures(contract_of(registry.get<sim::RigidMotion>(name), registry));
+  };
+  CHECK(broken("round").empty());
+  CHECK(broken("velocity") == Names{"its velocity is that of its center, by differences"});
+  CHECK(broken("rate") == Names{"its rate is that of its angle, by differences"});
+  CHECK(broken("axis") == Names{"its axis and its angle are proper"});
+  CHECK(broken("fastest") == Names{"is never faster than it says"});
+}
+
 TEST_CASE("the bits of a contract are those of what was computed") {
   sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_forces")});
   const auto bits = [&](const char* name) {

@@ -193,6 +193,10 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
     contract::check_integrator(registry, static_cast<const IntegratorPlugin&>(plugin), contract);
   else if (plugin.kind == kind_of<Constraint>)
     contract::check_constraint(static_cast<const Plugin<Constraint>&>(plugin), contract);
+  else if (plugin.kind == kind_of<Collider>)
+    contract::check_collider(static_cast<const Plugin<Collider>&>(plugin), contract);
+  else if (plugin.kind == kind_of<RigidMotion>)
+    contract::check_motion(static_cast<const Plugin<RigidMotion>&>(plugin), contract);
   else
     contract.checks.push_back({plugin.title(), "registers", Outcome::kOk,
                                "there are no checks of this kind of plugin yet"});

@@ -52,6 +52,8 @@ class Examiner {
 void check_force(const ForcePlugin& plugin, Contract& contract);
 void check_field(const FieldPlugin& plugin, Contract& contract);
 void check_constraint(const Plugin<Constraint>& plugin, Contract& contract);
+void check_collider(const Plugin<Collider>& plugin, Contract& contract);
+void check_motion(const Plugin<RigidMotion>& plugin, Contract& contract);
 void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contract& contract);
 
 Params example_params(const PluginInfo& plugin);
