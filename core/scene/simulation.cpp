@@ -165,7 +165,8 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
                                                : "this scene has rigid bodies that touch, which "
                                                  "acts") +
                        " between steps, and an adaptive method does not end its steps there",
-                   "use verlet, rk4 or another method of fixed steps"});
+                   std::string("use verlet, rk4 or another method of fixed steps") +
+                       (rigid_contact ? ", or give the bodies touches = false" : "")});
     integrator = std::move(method);
   } catch (const Error& error) {
     throw blaming_force(error, place);

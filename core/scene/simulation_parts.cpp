@@ -16,13 +16,8 @@ std::string note_on(const SystemSpec& spec) {
   const auto pinned =
       std::ranges::count_if(std::set(spec.particles->pinned.begin(), spec.particles->pinned.end()),
                             [&](int id) { return id < singles; });
-  std::string note;
-  if (spec.bodies.size() > 1 && !spec.constraints.empty())
-    note = "the bodies of a scene with constraints pass through each other";
-  if (pinned < singles)
-    note += std::string(note.empty() ? "" : "; ") + "bodies and single particles pass through " +
-            "each other";
-  return note;
+  if (spec.constraints.empty() || (spec.bodies.size() == 1 && pinned == singles)) return {};
+  return "in a scene with constraints bodies pass through each other and through particles";
 }
 
 }  // namespace
@@ -76,15 +71,44 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec) {
   });
 }
 
-// Bodies touch colliders and each other, where no constraint would have to share the impulses.
+namespace {
+
+// Bodies and particles that forces join.
+std::set<std::pair<int, int>> tied_to_bodies(const SystemSpec& spec, int n) {
+  std::set<std::pair<int, int>> tied;
+  if (spec.points.empty()) return tied;
+  for (const PartSpec& force : spec.forces) {
+    const std::vector<int>& ids = force.elements.ids;
+    const auto arity = static_cast<std::size_t>(std::max(1, force.elements.arity));
+    for (std::size_t k = 0; k + arity <= ids.size(); k += arity)
+      for (const int point : std::span(ids).subspan(k, arity))
+        for (const int particle : std::span(ids).subspan(k, arity))
+          if (point >= n && particle < n)
+            tied.emplace(spec.points[static_cast<std::size_t>(point - n)].body, particle);
+  }
+  return tied;
+}
+
+}  // namespace
+
+// Bodies touch colliders, each other and single particles, where no constraint would have to share
+// the impulses.
 void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
   if (bodies.empty() || !spec.constraints.empty()) return;
-  if (bodies.size() < 2 && spec.colliders.empty()) return;
+  SolidsSpec solids{.bodies = bodies, .touch = {}, .singles = bodies.front().first(), .tied = {}};
   std::vector<Surface> surfaces;
-  for (const RigidSpec& body : spec.bodies) surfaces.push_back(body.surface);
+  for (const RigidSpec& body : spec.bodies) {
+    surfaces.push_back(body.surface);
+    solids.touch.push_back(body.touches);
+  }
+  solids.tied = tied_to_bodies(spec, initial.count());
+  const auto touching = std::ranges::count(solids.touch, true);
+  const std::int64_t all = touching * solids.singles;
+  const bool others = all > static_cast<std::int64_t>(solids.tied.size());
+  if (touching == 0 || (touching == 1 && spec.colliders.empty() && !others)) return;
   placed(spec.bodies.front().place, [&] {
-    rigid_contact =
-        std::make_unique<RigidContact>(bodies, std::move(surfaces), *particles, x.data());
+    rigid_contact = std::make_unique<RigidContact>(Solids(std::move(solids), *particles, x.data()),
+                                                   std::move(surfaces), *particles);
   });
 }
 

@@ -330,7 +330,8 @@ end
 
 local rigid_class = class("rigid", Rigid)
 
--- body = sim.rigid { shape =, mass =, position =, turn =, velocity =, spin =, friction =, restitution = }
+-- body = sim.rigid { shape =, mass =, position =, turn =, velocity =, spin =, friction =, restitution =,
+--   touches = }
 -- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
 -- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
 --   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
@@ -342,9 +343,10 @@ local rigid_class = class("rigid", Rigid)
 --   spin          rad/s, angular velocity in space; default {0, 0, 0}
 --   friction      Coulomb's, >= 0; default 0; of two that touch the geometric mean
 --   restitution   0 to 1; default 0; of two that touch the larger
+--   touches       false: it goes through particles, colliders and bodies; default true
 local function make_rigid(options)
   check_keys(options, { shape = true, mass = true, density = true, position = true, turn = true,
-    velocity = true, spin = true, friction = true, restitution = true }, "sim.rigid")
+    velocity = true, spin = true, friction = true, restitution = true, touches = true }, "sim.rigid")
   local place = here()
   local shape = records[options.shape]
   if not shape or shape.kind ~= "shape" then
@@ -365,6 +367,10 @@ local function make_rigid(options)
   }
   if record.restitution > 1 then
     bad("restitution of a body", "a number from 0 to 1", options.restitution)
+  end
+  record.touches = options.touches ~= false
+  if options.touches ~= nil and type(options.touches) ~= "boolean" then
+    bad("touches of a body", "true or false", options.touches)
   end
   for _, name in ipairs { "position", "turn", "velocity", "spin" } do
     local given = options[name]

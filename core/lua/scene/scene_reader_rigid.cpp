@@ -67,6 +67,7 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
       body.turn = record.vector("turn");
       body.velocity = record.vector("velocity");
       body.spin = record.vector("spin");
+      body.touches = record.flag("touches");
       body.surface = {record.number("restitution"), record.number("friction")};
     }
   }

@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// What moves: a rigid body at the end of a step. Infinite mass: inverse_mass 0.
+// What moves: a rigid body or a particle at the end of a step. Infinite mass: inverse_mass 0.
 struct Mover {
   double inverse_mass = 0;  // 1/kg
   Mat3 inverse_inertia;     // in space, 1/(kg m^2)
@@ -19,6 +19,7 @@ struct Mover {
 // One point where two of them touch; a second of -1 is what no impulse moves.
 struct Meet {
   int first = 0, second = -1, feature = 0;
+  int key1 = 0, key2 = 0;   // of what these are, the same from step to step
   Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
   Vec3 ground;              // velocity of what does not move, m/s
   double gap = 0;           // m, at the end of the free step

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
-
-#include "core/base/error.h"
-#include "core/base/text.h"
 
 namespace sim {
 namespace {
@@ -60,7 +58,7 @@ double RigidContact::solve(double h) {
       Vec3 way = moved(m.first, m.arm1);
       if (m.second >= 0) way -= moved(m.second, m.arm2);
       const double gap = m.gap + m.normal.dot(way);
-      if (gap >= -kNoGap * reach_[static_cast<std::size_t>(m.first)].radius) continue;
+      if (gap >= -kNoGap * reach_[static_cast<std::size_t>(m.first)].scale) continue;
       const double rate = m.normal.dot(Impulses::velocity(movers_, m));
       if (!(rate < 0)) continue;
       m.active = true, all = false;
@@ -75,7 +73,6 @@ double RigidContact::solve(double h) {
 
 // What overlaps is moved apart in the metric of the masses, again until it does not.
 void RigidContact::separate(double t) {
-  const auto colliders = particles_->contacts().all();
   const auto now = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     RigidState state = reach_[at].after;
@@ -98,10 +95,9 @@ void RigidContact::separate(double t) {
       RigidState b;
       if (of.second >= 0) {
         b = now(of.second);
-        touching(placed(of.first, a), placed(of.second, b), 0, points_);
+        solids_.touch(of.first, a, of.second, b, 0, points_);
       } else {
-        touching(placed(of.first, a), *colliders[static_cast<std::size_t>(of.collider)], t, 0,
-                 points_);
+        solids_.touch(of.first, a, static_cast<std::size_t>(of.collider), t, 0, points_);
       }
       for (const TouchPoint& point : points_) {
         Meet m;
@@ -109,11 +105,12 @@ void RigidContact::separate(double t) {
         m.normal = point.normal, m.arm1 = point.x - a.center, m.arm2 = point.x - b.center;
         m.offset = point.gap, m.active = true;
         meets.push_back(m);
-        deepest = std::max(deepest, -point.gap / reach_[static_cast<std::size_t>(of.first)].radius);
+        deepest = std::max(deepest, -point.gap / reach_[static_cast<std::size_t>(of.first)].scale);
       }
     }
     if (deepest <= kOverlap) return;
     // Places in the role of velocities.
+    moves_.resize(movers_.size());
     for (std::size_t i = 0; i < movers_.size(); ++i) {
       moves_[i] = movers_[i];
       moves_[i].velocity = moves_[i].spin = {};
@@ -129,20 +126,28 @@ void RigidContact::separate(double t) {
 
 void RigidContact::store(double* x_next) const {
   const auto q = particles_->layout().axes(x_next), v = particles_->layout().axes(x_next, 3);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (std::size_t i = 0; i < movers_.size(); ++i) {
     const Mover& mover = movers_[i];
     const RigidState& free = reach_[i].after;
     if (mover.inverse_mass == 0 || (mover.velocity == free.velocity && mover.spin == free.spin &&
                                     mover.shift == Vec3() && mover.turn == Vec3()))
       continue;
+    const auto bodies = static_cast<std::size_t>(solids_.bodies());
+    if (i >= bodies) {
+      const int id = entered_[i - bodies];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        q[axis][id] += mover.shift[axis], v[axis][id] = mover.velocity[axis];
+      continue;
+    }
     // Of a body that was turned the angular momentum stays, not the spin.
     RigidState now = free;
     now.axes = turned_over(free.axes, mover.turn);
-    const Vec3 spin = mover.turn == Vec3() ? mover.spin
-                                           : bodies_[i].inverse_inertia(now) *
-                                                 (bodies_[i].inertia(free) * mover.spin);
+    const RigidBody& body = solids_.body(static_cast<int>(i));
+    const Vec3 spin = mover.turn == Vec3()
+                          ? mover.spin
+                          : body.inverse_inertia(now) * (body.inertia(free) * mover.spin);
     for (int p = 0; p < RigidBody::kParticles; ++p) {
-      const int id = bodies_[i].first() + p;
+      const int id = body.first() + p;
       const Vec3 r = turned_over(Vec3(q[0][id], q[1][id], q[2][id]) - free.center, mover.turn);
       const Vec3 place = free.center + mover.shift + r, rate = mover.velocity + spin.cross(r);
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -156,7 +161,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   // Single particles among colliders.
   const Layout& layout = particles_->layout();
   bool changed = false;
-  if (const int others = bodies_.front().first(); settling_ && others > 0) {
+  if (const int others = solids_.singles(); settling_ && others > 0) {
     settling_->begin(t, t + h);
     settling_->end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
                    layout.axes(x_next, 3), 0, others);
@@ -168,8 +173,9 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     settling_->begin(t, t + h);
   }
 
-  load(t, h, x, x_next);
-  find(t, h);
+  const Step step{t, h, x, x_next};
+  load(step);
+  find(step);
   const bool touches = std::ranges::any_of(meets_, &Meet::active);
   if (!touches) {
     kept_.clear();
@@ -184,17 +190,25 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   const double before = energy();
   store(x_next);
   work_ += before - energy();
+  keep();
+  return true;
+}
+
+// The impulses of this step, for the next.
+void RigidContact::keep() {
   kept_.clear();
   int most = 0;
   for (const Meet& m : meets_) {
     if (!m.active) continue;
     ++most;
     if (m.push > 0)
-      kept_.push_back({m.first, m.second >= 0 ? m.second : -1 - m.collider, m.feature,
-                       m.pull_u * m.u + m.pull_v * m.v, m.push});
+      kept_.push_back({m.key1, m.key2, m.feature, m.pull_u * m.u + m.pull_v * m.v, m.push});
   }
   counts_.most = std::max(counts_.most, most);
-  return true;
+  // Particles are movers in the order in which they came.
+  if (!entered_.empty())
+    std::ranges::sort(kept_, {},
+                      [](const Kept& k) { return std::tuple(k.first, k.second, k.feature); });
 }
 
 std::vector<double> RigidContact::memory() const {

@@ -1,15 +1,16 @@
-// Contact of rigid bodies with colliders and with each other, between the steps of any method.
+// Contact of rigid bodies with colliders, with each other and with single particles, between the
+// steps of any method.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/particles/explicit/settling.h"
 #include "core/particles/rigid/impulses.h"
-#include "core/particles/rigid/rigid_body.h"
-#include "core/particles/rigid/touching.h"
+#include "core/particles/rigid/solids.h"
 
 namespace sim {
 
@@ -19,17 +20,16 @@ namespace sim {
 // stack at rest keeps its velocities and places to rounding, and bounces and slides are of order 2
 // in uniform gravity. What overlaps all the same, by what turns leave, is moved apart, in place and
 // not in velocity. Impulses of rest begin with those of the step before: memory(). Of two surfaces
-// the friction is the geometric mean, the restitution the larger one.
+// the friction is the geometric mean, the restitution the larger one; a particle has those of what
+// it touches.
 class RigidContact {
  public:
   static constexpr double kNoGap = 1e-8;  // of a radius: a gap that is none
 
-  // surfaces: of each body. Throws Error{kScene} for pairs that nothing knows how
-  // to touch, and for bodies that overlap at the start.
-  RigidContact(std::vector<RigidBody> bodies, std::vector<Surface> surfaces, Particles& particles,
-               const double* initial);
+  // surfaces: of each body.
+  RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles);
 
-  // True where it changed x_next. What is no body of the particles is settled as ever.
+  // True where it changed x_next. Single particles are settled among colliders as ever.
   bool resolve(double t, double h, const double* x, double* x_next);
   // Why the last step has no end; empty where it has one.
   const std::string& refusal() const { return refusal_; }
@@ -51,43 +51,59 @@ class RigidContact {
 
  private:
   struct Kept {
-    int first, second, feature;  // second: of a collider -1 - its number
+    int first, second, feature;  // keys of movers; second: of a collider -1 - its number
     Vec3 pull;                   // N s
     double push;
   };
-  struct Reach {  // of one body in one step
+  struct Reach {  // of one mover in one step
     RigidState before, after;
     double radius = 0, way = 0;  // m, around the center of mass; the longest of any point
+    double scale = 0;            // m, what small gaps are measured by
     double lever = 0;            // s: a force through the step moves it by lever * its velocity
     bool pulled = false;         // a force acted
-    bool fixed = false;          // one of its particles is pinned
+    bool fixed = false;          // or one of its particles is pinned
+  };
+  struct Step {
+    double t, h;
+    const double *x, *x_next;
   };
 
-  Placed placed(int body, const RigidState& state) const;
-  void load(double t, double h, const double* x, const double* x_next);
-  void find(double t, double h);
-  template <class Touch>
-  void meet(int first, int second, int collider, double margin, double h, const Touch& touch);
-  void add_meet(const TouchPoint& point, int first, int second, int collider, double t, double h,
+  // The same from step to step: of a body its number, of a particle its id behind those.
+  int key(int mover) const;
+  void load(const Step& step);
+  void measure(Reach& reach, double h) const;
+  int enter(int particle, int body, const Step& step);
+  void find(const Step& step);
+  void find_pairs();
+  void find_particles(int body, const Step& step);
+  template <class Touching>
+  void meet(int first, int second, int collider, double margin, const Step& step,
+            const Touching& touching);
+  void add_meet(const TouchPoint& point, int first, int second, int collider, const Step& step,
                 double left);
   void remember(Meet& meet) const;
   double solve(double h);
   void separate(double t);
   void store(double* x_next) const;
-  void check_start(const double* initial);
+  void keep();
 
-  std::vector<RigidBody> bodies_;
+  Solids solids_;
   std::vector<Surface> surfaces_;
   Particles* particles_;
-  std::optional<Settling> settling_;  // of the other particles, where there are colliders
+  std::optional<Settling> settling_;  // of single particles, where there are colliders
   Impulses impulses_;
-  std::vector<Reach> reach_;
+  std::vector<int> entered_;   // particles that are movers in this step, behind the bodies
+  std::vector<int> mover_of_;  // of each single particle, -1: none
+  double fastest_single_ = 0;  // m/s
+  std::vector<Reach> reach_;   // of movers
   std::vector<Mover> movers_, moves_;
+  std::vector<int> order_;                  // bodies from left to right
+  std::vector<std::pair<int, int>> pairs_;  // of bodies that are near, ascending
   std::vector<Meet> meets_, overlaps_;
   std::vector<TouchPoint> points_;
   std::vector<Kept> kept_;
   std::string refusal_;
-  double work_ = 0, now_ = 0;
+  double work_ = 0;
   Counts counts_;
 };
 

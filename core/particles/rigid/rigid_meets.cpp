@@ -4,38 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/base/text.h"
-
 namespace sim {
 namespace {
 
 constexpr double kNoGap = RigidContact::kNoGap;
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
-double radius_of(const RigidBody& body) {
-  const RigidShape& shape = body.shape();
-  switch (shape.form) {
-    case RigidShape::Form::kSphere:
-      return shape.radius;
-    case RigidShape::Form::kBox:
-      return shape.half.norm();
-    case RigidShape::Form::kCapsule:
-      return shape.radius + 0.5 * shape.length;
-    case RigidShape::Form::kMesh:
-      break;
-  }
-  double radius = 0;
-  for (const Vec3& point : shape.points) radius = std::max(radius, (point - body.center()).norm());
-  return radius;
-}
+// m, from how far a mover is looked at: what impulses may add to its way is in it.
+double margin_of(double way, double radius) { return 2 * way + 1e-3 * radius; }
 
-// The least half thickness: what moves less cannot be missed.
-double thinness_of(const RigidBody& body) {
-  const RigidShape& shape = body.shape();
-  if (shape.form == RigidShape::Form::kBox)
-    return std::min(shape.half[0], std::min(shape.half[1], shape.half[2]));
-  return shape.form == RigidShape::Form::kMesh ? 2 * radius_of(body) : shape.radius;
+// Before the end of the step by a share of it.
+template <class Reach>
+RigidState on_the_way(const Reach& reach, double left) {
+  RigidState state = reach.after;
+  if (left > 0) state.center -= left * (reach.after.center - reach.before.center);
+  return state;
 }
 
 // How long before the end of a step of h a gap closed that is `gap` then, changes by `rate` and has
@@ -51,101 +34,101 @@ double time_since(double gap, double rate, double a, double h) {
 
 }  // namespace
 
-RigidContact::RigidContact(std::vector<RigidBody> bodies, std::vector<Surface> surfaces,
-                           Particles& particles, const double* initial)
-    : bodies_(std::move(bodies)),
+RigidContact::RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles)
+    : solids_(std::move(solids)),
       surfaces_(std::move(surfaces)),
       particles_(&particles),
-      reach_(bodies_.size()),
-      movers_(bodies_.size()),
-      moves_(bodies_.size()) {
+      mover_of_(static_cast<std::size_t>(solids_.singles()), -1) {
   if (!particles.contacts().empty()) settling_.emplace(particles);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) reach_[i].radius = radius_of(bodies_[i]);
-  check_start(initial);
+  constexpr int kFew = 4096;  // more make room when they come
+  const auto most = static_cast<std::size_t>(solids_.bodies() + std::min(kFew, solids_.singles()));
+  entered_.reserve(most);
+  reach_.reserve(most);
+  movers_.reserve(most);
+  moves_.reserve(most);
+  for (int i = 0; i < solids_.bodies(); ++i)
+    if (solids_.touches(i)) order_.push_back(i);
 }
 
-Placed RigidContact::placed(int body, const RigidState& state) const {
-  const RigidBody& of = bodies_[static_cast<std::size_t>(body)];
-  return {&of.shape(), of.place(state, {}), state.axes};
+int RigidContact::key(int mover) const {
+  const int bodies = solids_.bodies();
+  if (mover < bodies) return mover;
+  return bodies + entered_[static_cast<std::size_t>(mover - bodies)];
 }
 
-void RigidContact::check_start(const double* initial) {
-  const auto refuse = [](const std::string& why, const std::string& remedy) {
-    throw Error(ErrorKind::kScene, {"contact of rigid bodies", "", why, remedy});
-  };
-  const auto name = [&](std::size_t i) {
-    return "body " + std::to_string(i) + " (" + bodies_[i].shape().name() + ")";
-  };
-  const ParticleView view = particles_->view(0, initial);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) reach_[i].before = bodies_[i].state(view);
-  const auto deepest = [&] {
-    double gap = 0;
-    for (const TouchPoint& point : points_) gap = std::min(gap, point.gap);
-    points_.clear();
-    return -gap;
-  };
-  constexpr double kSunk = 1e-6;  // of a radius
-  const auto colliders = particles_->contacts().all();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Placed own = placed(static_cast<int>(i), reach_[i].before);
-    for (Collider* const collider : colliders) {
-      const SolidShape::Form form = collider->shape(0).form;
-      const bool flat = form == SolidShape::Form::kPlane || form == SolidShape::Form::kNone;
-      const bool round = own.shape->form == RigidShape::Form::kSphere;
-      if (!flat && !round)
-        refuse(name(i) + " and a collider that is no plane do not know how to touch",
-               "use a plane, a room (inside = true), or a body in the shape of a sphere");
-      touching(own, *collider, 0, 0, points_);
-      if (const double deep = deepest(); deep > kSunk * reach_[i].radius)
-        refuse(name(i) + " is " + brief(deep, 3) + " m inside a collider at the start",
-               "move it out");
-    }
-    for (std::size_t j = i + 1; j < bodies_.size(); ++j) {
-      if (!can_touch(bodies_[i].shape(), bodies_[j].shape()))
-        refuse(name(i) + " and " + name(j) + " do not know how to touch",
-               "give them the shape of a box, sphere or capsule");
-      const Vec3 apart = reach_[i].before.center - reach_[j].before.center;
-      if (apart.norm() > reach_[i].radius + reach_[j].radius) continue;
-      touching(own, placed(static_cast<int>(j), reach_[j].before), 0, points_);
-      const double radius = std::min(reach_[i].radius, reach_[j].radius);
-      if (const double deep = deepest(); deep > kSunk * radius)
-        refuse(name(i) + " and " + name(j) + " overlap by " + brief(deep, 3) + " m at the start",
-               "move them apart");
-    }
-  }
+// From the states at both ends.
+void RigidContact::measure(Reach& reach, double h) const {
+  const RigidState &a = reach.before, &b = reach.after;
+  reach.way = h * (std::max(a.velocity.norm(), b.velocity.norm()) +
+                   reach.radius * std::max(a.spin.norm(), b.spin.norm()));
+  // Half a step of most methods; a whole one of symplectic Euler.
+  const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
+  const double square = gained.squaredNorm();
+  reach.pulled = square > 0;
+  reach.lever = reach.pulled ? std::clamp(moved.dot(gained) / square, 0.25 * h, h) : 0.5 * h;
 }
 
-void RigidContact::load(double t, double h, const double* x, const double* x_next) {
-  const ParticleView from = particles_->view(t, x), to = particles_->view(t + h, x_next);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+void RigidContact::load(const Step& step) {
+  const ParticleView from = particles_->view(step.t, step.x),
+                     to = particles_->view(step.t + step.h, step.x_next);
+  for (const int particle : entered_) mover_of_[static_cast<std::size_t>(particle)] = -1;
+  entered_.clear();
+  const auto bodies = static_cast<std::size_t>(solids_.bodies());
+  reach_.resize(bodies);
+  movers_.resize(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) {
     Reach& reach = reach_[i];
-    const RigidBody& body = bodies_[i];
+    const RigidBody& body = solids_.body(static_cast<int>(i));
     reach.before = body.state(from);
     reach.after = body.state(to);
-    const RigidState &a = reach.before, &b = reach.after;
-    reach.way = h * (std::max(a.velocity.norm(), b.velocity.norm()) +
-                     reach.radius * std::max(a.spin.norm(), b.spin.norm()));
-    // Half a step of most methods; a whole one of symplectic Euler.
-    const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
-    const double square = gained.squaredNorm();
-    reach.pulled = square > 0;
-    reach.lever = reach.pulled ? std::clamp(moved.dot(gained) / square, 0.25 * h, h) : 0.5 * h;
+    reach.radius = reach.scale = solids_.radius(static_cast<int>(i));
+    measure(reach, step.h);
     reach.fixed = false;
     for (int p = 0; p < RigidBody::kParticles; ++p)
       reach.fixed = reach.fixed || !to.free(body.first() + p);
     Mover& mover = movers_[i] = {};
-    mover.velocity = b.velocity;
-    mover.spin = b.spin;
+    mover.velocity = reach.after.velocity;
+    mover.spin = reach.after.spin;
     if (reach.fixed) continue;
     mover.inverse_mass = 1 / body.mass();
-    mover.inverse_inertia = body.inverse_inertia(b);
+    mover.inverse_inertia = body.inverse_inertia(reach.after);
   }
+  fastest_single_ = 0;
+  for (int p = 0; p < solids_.singles(); ++p)
+    fastest_single_ = std::max(
+        fastest_single_, std::max(from.velocity(p).squaredNorm(), to.velocity(p).squaredNorm()));
+  fastest_single_ = std::sqrt(fastest_single_);
 }
 
-void RigidContact::add_meet(const TouchPoint& point, int first, int second, int collider, double t,
-                            double h, double left) {
+// A particle near a body becomes a mover without size and turns. What presses it, presses it
+// through the step as it does the body: else it would not lie still between the body and a
+// collider.
+int RigidContact::enter(int particle, int body, const Step& step) {
+  int& mover = mover_of_[static_cast<std::size_t>(particle)];
+  if (mover >= 0) return mover;
+  mover = static_cast<int>(movers_.size());
+  entered_.push_back(particle);
+  const ParticleView from = particles_->view(step.t, step.x),
+                     to = particles_->view(step.t + step.h, step.x_next);
+  Reach& reach = reach_.emplace_back();
+  reach.before.center = from.position(particle), reach.before.velocity = from.velocity(particle);
+  reach.after.center = to.position(particle), reach.after.velocity = to.velocity(particle);
+  reach.fixed = !to.free(particle);
+  measure(reach, step.h);
+  const Reach& near = reach_[static_cast<std::size_t>(body)];
+  reach.scale = near.radius, reach.lever = near.lever, reach.pulled = near.pulled;
+  Mover& added = movers_.emplace_back();
+  added.velocity = reach.after.velocity;
+  if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
+  return mover;
+}
+
+void RigidContact::add_meet(const TouchPoint& point, int first, int second, int collider,
+                            const Step& step, double left) {
+  const double t = step.t, h = step.h;
   const auto f = static_cast<std::size_t>(first);
   Meet m;
+  m.key1 = key(first), m.key2 = second >= 0 ? key(second) : -1 - collider;
   m.first = first, m.second = second, m.collider = collider, m.feature = point.feature;
   m.normal = point.normal;
   const auto center = [&](std::size_t i) {
@@ -157,14 +140,14 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
   m.arm1 = point.x + (second < 0 ? 0.5 * point.gap : 0.0) * point.normal - center(f);
   Vec3 now = at(reach_[f].after, m.arm1), before = at(reach_[f].before, m.arm1);
   Surface other;
-  double size = reach_[f].radius;
+  double size = reach_[f].scale;
   if (second >= 0) {
     const auto s = static_cast<std::size_t>(second);
     m.arm2 = point.x - center(s);
     now -= at(reach_[s].after, m.arm2);
     before -= at(reach_[s].before, m.arm2);
-    other = surfaces_[s];
-    size = std::min(size, reach_[s].radius);
+    other = s < surfaces_.size() ? surfaces_[s] : surfaces_[f];
+    size = std::min(size, reach_[s].scale);
   } else {
     Collider& solid = *particles_->contacts().all()[static_cast<std::size_t>(collider)];
     m.ground = solid.touch(t + h, point.x).velocity;
@@ -172,8 +155,9 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
     before -= solid.moves() ? solid.touch(t, point.x).velocity : m.ground;
     other = solid.surface();
   }
-  m.friction = std::sqrt(surfaces_[f].friction * other.friction);
-  m.restitution = std::max(surfaces_[f].restitution, other.restitution);
+  const Surface& own = f < surfaces_.size() ? surfaces_[f] : other;
+  m.friction = std::sqrt(own.friction * other.friction);
+  m.restitution = std::max(own.restitution, other.restitution);
 
   // What the gap did in the step, from its end and both rates.
   const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
@@ -205,10 +189,10 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
 
 // The impulses that it had in the step before.
 void RigidContact::remember(Meet& m) const {
-  const int second = m.second >= 0 ? m.second : -1 - m.collider;
   const auto key = [](const Kept& kept) { return std::pair(kept.first, kept.second); };
-  auto place = std::ranges::lower_bound(kept_, std::pair(m.first, second), {}, key);
-  for (; place != kept_.end() && key(*place) == std::pair(m.first, second); ++place)
+  const std::pair own(m.key1, m.key2);
+  auto place = std::ranges::lower_bound(kept_, own, {}, key);
+  for (; place != kept_.end() && key(*place) == own; ++place)
     if (place->feature == m.feature) {
       m.push = place->push;
       const Vec3& n = m.normal;
@@ -221,61 +205,111 @@ void RigidContact::remember(Meet& m) const {
 
 // Points of one pair at the end of the free step; where it is so fast that it may be through by
 // then, at the first of some moments at which it touches.
-template <class Touch>
-void RigidContact::meet(int first, int second, int collider, double margin, double h,
-                        const Touch& touch) {
-  const auto f = static_cast<std::size_t>(first);
-  double way = reach_[f].way, thin = thinness_of(bodies_[f]);
+template <class Touching>
+void RigidContact::meet(int first, int second, int collider, double margin, const Step& step,
+                        const Touching& touching) {
+  double way = reach_[static_cast<std::size_t>(first)].way, thin = solids_.thinness(first);
   if (second >= 0) {
-    const auto s = static_cast<std::size_t>(second);
-    way += reach_[s].way;
-    thin = std::min(thin, thinness_of(bodies_[s]));
+    way += reach_[static_cast<std::size_t>(second)].way;
+    if (second < solids_.bodies()) thin = std::min(thin, solids_.thinness(second));
   }
   const int trials = static_cast<int>(std::clamp(2 * way / thin, 1.0, double{kMostLooks}));
   for (int k = 1; k <= trials; ++k) {
     const double left = static_cast<double>(trials - k) / trials;
     points_.clear();
-    touch(left, k == trials ? margin : 0.0);
+    touching(left, k == trials ? margin : 0.0);
     if (points_.empty()) continue;
-    for (const TouchPoint& point : points_) add_meet(point, first, second, collider, now_, h, left);
+    for (const TouchPoint& point : points_) add_meet(point, first, second, collider, step, left);
     return;
   }
 }
 
-// All pairs in ascending order.
-void RigidContact::find(double t, double h) {
-  meets_.clear();
-  now_ = t;
-  const auto colliders = particles_->contacts().all();
-  const auto at = [&](int i, double left) {
+// Bodies whose balls may touch: those whose shadows on the x axis overlap are looked at.
+void RigidContact::find_pairs() {
+  pairs_.clear();
+  const auto span = [&](int i) {
     const Reach& reach = reach_[static_cast<std::size_t>(i)];
-    RigidState state = reach.after;
-    if (left > 0) state.center -= left * (reach.after.center - reach.before.center);
-    return placed(i, state);
+    return reach.radius + margin_of(reach.way, reach.radius);
   };
-  const auto margin_of = [&](std::size_t i) { return 2 * reach_[i].way + 1e-3 * reach_[i].radius; };
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const int first = static_cast<int>(i);
-    if (!reach_[i].fixed)
+  const auto middle = [&](int i) { return reach_[static_cast<std::size_t>(i)].after.center; };
+  // Nearly sorted since the step before.
+  const auto low = [&](int i) { return middle(i).x() - span(i); };
+  for (std::size_t k = 1; k < order_.size(); ++k)
+    for (std::size_t j = k; j > 0 && low(order_[j]) < low(order_[j - 1]); --j)
+      std::swap(order_[j], order_[j - 1]);
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const int i = order_[k];
+    const double high = middle(i).x() + span(i);
+    for (std::size_t l = k + 1; l < order_.size() && !(low(order_[l]) > high); ++l) {
+      const int j = order_[l];
+      const double reach = span(i) + span(j);
+      if ((middle(i) - middle(j)).squaredNorm() > reach * reach) continue;
+      pairs_.emplace_back(std::min(i, j), std::max(i, j));
+    }
+  }
+  std::ranges::sort(pairs_);
+}
+
+// Single particles that may touch a body.
+void RigidContact::find_particles(int body, const Step& step) {
+  const Reach own = reach_[static_cast<std::size_t>(body)];
+  const Vec3 center = own.after.center;
+  const double most = own.radius + margin_of(own.way, own.radius) + 2 * step.h * fastest_single_;
+  const ParticleView to = particles_->view(step.t + step.h, step.x_next);
+  for (int p = 0; p < solids_.singles(); ++p) {
+    if ((to.position(p) - center).squaredNorm() > most * most) continue;
+    if (solids_.are_tied(body, p) || (own.fixed && !to.free(p))) continue;
+    const int second = enter(p, body, step);
+    const double way = reach_[static_cast<std::size_t>(second)].way;
+    meet(body, second, -1, margin_of(own.way + way, own.radius), step,
+         [&](double left, double margin) {
+           solids_.touch(body, on_the_way(reach_[static_cast<std::size_t>(body)], left), second,
+                         on_the_way(reach_[static_cast<std::size_t>(second)], left), margin,
+                         points_);
+         });
+  }
+}
+
+// All pairs in ascending order; of each mover first those with colliders, then those with others.
+void RigidContact::find(const Step& step) {
+  meets_.clear();
+  const double h = step.h, end = step.t + h;
+  const auto colliders = particles_->contacts().all();
+  const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
+  const auto margin_to = [&](const Reach& reach) { return margin_of(reach.way, reach.scale); };
+  find_pairs();
+  auto pair = pairs_.cbegin();
+  for (int i = 0; i < solids_.bodies(); ++i) {
+    if (!solids_.touches(i)) continue;
+    if (!reach_of(i).fixed)
       for (std::size_t c = colliders.size(); c-- > 0;) {
         const Collider& solid = *colliders[c];
-        const double moved = solid.moves() ? 2 * h * solid.fastest(t, t + h) : 0;
-        const double reach = reach_[i].radius + margin_of(i) + moved;
-        if (solid.touch(t + h, reach_[i].after.center).gap > reach) continue;
-        meet(first, -1, static_cast<int>(c), margin_of(i) + moved, h,
-             [&](double left, double margin) {
-               touching(at(first, left), solid, t + h - left * h, margin, points_);
-             });
+        const double margin =
+            margin_to(reach_of(i)) + (solid.moves() ? 2 * h * solid.fastest(step.t, end) : 0);
+        if (solid.touch(end, reach_of(i).after.center).gap > reach_of(i).radius + margin) continue;
+        meet(i, -1, static_cast<int>(c), margin, step, [&](double left, double margin_now) {
+          solids_.touch(i, on_the_way(reach_of(i), left), c, end - left * h, margin_now, points_);
+        });
       }
-    for (std::size_t j = i + 1; j < bodies_.size(); ++j) {
-      if (reach_[i].fixed && reach_[j].fixed) continue;
-      const double margin = margin_of(i) + margin_of(j);
-      const double reach = reach_[i].radius + reach_[j].radius + margin;
-      if ((reach_[i].after.center - reach_[j].after.center).squaredNorm() > reach * reach) continue;
-      const int second = static_cast<int>(j);
-      meet(first, second, -1, margin, h, [&](double left, double margin_now) {
-        touching(at(first, left), at(second, left), margin_now, points_);
-      });
+    for (; pair != pairs_.cend() && pair->first == i; ++pair) {
+      const int j = pair->second;
+      if (reach_of(i).fixed && reach_of(j).fixed) continue;
+      meet(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)), step,
+           [&](double left, double margin) {
+             solids_.touch(i, on_the_way(reach_of(i), left), j, on_the_way(reach_of(j), left),
+                           margin, points_);
+           });
+    }
+    find_particles(i, step);
+  }
+  // What bodies push may meet colliders; where these let it be, it is settled already.
+  const int all = static_cast<int>(movers_.size());
+  for (int i = solids_.bodies(); i < all; ++i) {
+    if (reach_of(i).fixed) continue;
+    for (std::size_t c = colliders.size(); c-- > 0;) {
+      points_.clear();
+      solids_.touch(i, reach_of(i).after, c, end, margin_to(reach_of(i)), points_);
+      for (const TouchPoint& point : points_) add_meet(point, i, -1, static_cast<int>(c), step, 0);
     }
   }
 }

@@ -21,6 +21,7 @@ struct RigidShape {
   std::vector<Vec3> points = {};
   std::vector<std::array<int, 3>> triangles = {};
 
+  bool is_round() const { return form == Form::kSphere || form == Form::kCapsule; }
   const char* name() const;
 };
 

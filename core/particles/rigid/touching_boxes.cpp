@@ -1,8 +1,9 @@
 #include "core/particles/rigid/touching_boxes.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "core/particles/rigid/cut_face.h"
 
 namespace sim {
 namespace {
@@ -28,29 +29,6 @@ struct TurnedBox {
 
 constexpr double kOnEdge = 1e-7;  // a corner above an edge is above the face
 
-// A polygon of at most 8 corners, cut by four half planes one after the other.
-struct CutFace {
-  std::array<Vec3, 16> x;
-  std::array<int, 16> feature{};
-  std::size_t count = 0;
-
-  void add(const Vec3& point, int of) {
-    if (count < x.size()) x[count] = point, feature[count] = of, ++count;
-  }
-  // What lies in n.x <= most (Sutherland & Hodgman 1974).
-  CutFace cut(const Vec3& n, double most, int side) const {
-    CutFace kept;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t j = (i + 1) % count;
-      const double here = n.dot(x[i]) - most, there = n.dot(x[j]) - most;
-      if (here <= 0) kept.add(x[i], feature[i]);
-      if ((here <= 0) != (there <= 0))
-        kept.add(x[i] + here / (here - there) * (x[j] - x[i]), 8 * side + feature[i] + 100);
-    }
-    return kept;
-  }
-};
-
 // The face of `other` that looks most against n, cut to the sides of the face of `own` along axis
 // k, whose normal n is.
 void add_face(const TurnedBox& own, std::size_t k, const Vec3& n, const TurnedBox& other,
@@ -62,7 +40,7 @@ void add_face(const TurnedBox& own, std::size_t k, const Vec3& n, const TurnedBo
   const std::size_t p = (most + 1) % 3, q = (most + 2) % 3;
   const Vec3 middle = other.center + other.half[most] * face, u = other.half[p] * other.axis[p],
              v = other.half[q] * other.axis[q];
-  CutFace polygon;
+  CutFace<16> polygon;
   polygon.add(middle - u - v, 0);
   polygon.add(middle + u - v, 1);
   polygon.add(middle + u + v, 2);
