@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/error.h"
+#include "core/plugin/params.h"
 
 namespace sim {
 
