@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "cli/command_line/option_values.h"
+#include "core/output/writer.h"
 
 namespace sim::cli {
 namespace {
@@ -17,11 +18,15 @@ constexpr const char* kExportFooter =
     "run.txt for sim import. LAMMPS adds frames.bin and log.lammps.\n"
     "What LAMMPS would not mean in the same way is refused by name: methods other than\n"
     "verlet and symplectic_euler, single precision, colliders, constraints, contact,\n"
-    "forces other than springs without damping, gravity and drag.\n";
+    "forces other than springs without damping, gravity and drag.\n"
+    "h5md: the scene as it begins as one file, for h5py and MDAnalysis, and .xmf\n"
+    "beside it for ParaView: sim export scenes/jelly.lua --format h5md jelly.h5;\n"
+    "--out writes whole runs. It needs a build with libhdf5-dev.\n";
 
 constexpr const char* kImportFooter =
     "A mesh becomes a scene to edit: sim import bunny.obj --out bunny.lua; without\n"
-    "--out it is printed. A folder of sim export, with the frames of its run, becomes\n"
+    "--out it is printed. So does H5MD (.h5): its last state, masses, ties as springs.\n"
+    "A folder of sim export, with the frames of its run, becomes\n"
     "what the run itself would have written: sim import cloth --dump=run.csv; all\n"
     "options for tables, files and the verdict hold, as in sim --help.\n";
 
@@ -40,12 +45,12 @@ std::vector<CLI::Option*> add_engine_options(CLI::App& app, EngineTexts& t) {
 }
 
 CLI::App* add_export(CLI::App& app, EngineTexts& t) {
-  CLI::App* verb = app.add_subcommand("export", "SCENE DIR: files for LAMMPS, on any machine");
+  CLI::App* verb = app.add_subcommand("export", "SCENE DIR: files for LAMMPS; or SCENE FILE.h5");
   verb->fallthrough()->allow_extras();
   verb->get_formatter()->column_width(26);
   verb->add_option("SCENE", t.scene, "Lua file")->type_name("");
-  verb->add_option("DIR", t.folder, "a folder; it is made if it is not there")->type_name("");
-  verb->add_option("--format", t.format, "lammps")->type_name("F");
+  verb->add_option("DIR", t.folder, "a folder, made if it is not there; or a file")->type_name("");
+  verb->add_option("--format", t.format, "lammps (a folder) or h5md (a file)")->type_name("F");
   verb->footer(std::string("It takes -i, -d, --time, --steps, --every, --resume, --from-rest, "
                            "--quiet, --set,\n--off, --without, --seed and --json, as in sim "
                            "--help.\n") +
@@ -54,10 +59,10 @@ CLI::App* add_export(CLI::App& app, EngineTexts& t) {
 }
 
 CLI::App* add_import(CLI::App& app, EngineTexts& t) {
-  CLI::App* verb = app.add_subcommand("import", "MESH: a scene to edit from it; DIR: results");
+  CLI::App* verb = app.add_subcommand("import", "MESH or FILE.h5: a scene to edit; DIR: results");
   verb->fallthrough()->allow_extras();
   verb->get_formatter()->column_width(26);
-  verb->add_option("SOURCE", t.source, "a mesh (.obj, .ply; in metres) or a folder")->type_name("");
+  verb->add_option("SOURCE", t.source, "a mesh (.obj, .ply; in m), .h5, or a folder")->type_name("");
   verb->footer(kImportFooter);
   return verb;
 }
@@ -109,9 +114,16 @@ RunRequest export_request(const EngineTexts& t, RunRequest run) {
   if (t.scene.empty() || t.folder.empty())
     usage_error("argument missing", "sim export", "it needs a scene and a folder",
                 "as in: sim export scenes/cloth.lua -i verlet --format lammps cloth");
-  if (t.format != "lammps")
-    usage_error("unknown format", "--format '" + t.format + "'", "there is one", "known: lammps");
+  if (t.format != "lammps" && t.format != "h5md")
+    usage_error("unknown format", "--format '" + t.format + "'", "there are two",
+                "known: lammps, h5md");
   run.export_to = t.folder;
+  run.export_file = t.format == "h5md";
+  if (run.export_file && !is_hdf5(ending_of(t.folder)))
+    usage_error("unknown ending of a file", t.folder, "H5MD is .h5", "name it so");
+  if (run.export_file && (run.time || run.steps || run.every))
+    usage_error("option of a run", t.folder, "--format h5md writes the state it begins with",
+                "sim SCENE --out run.h5 writes a run");
   return run;
 }
 

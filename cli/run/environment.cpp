@@ -76,6 +76,8 @@ DevelopmentFiles development_files() {
   return {fs::is_directory(installed, error) ? installed : tree, prefix / "lib"};
 }
 
+fs::path helper_program(const std::string& name) { return prefix_of_program() / "lib/sim" / name; }
+
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 
 std::string version_line() {

@@ -33,6 +33,9 @@ struct DevelopmentFiles {
 };
 DevelopmentFiles development_files();
 
+// A program that serves this one, lib/sim/NAME beside bin/; it need not be there.
+std::filesystem::path helper_program(const std::string& name);
+
 struct BuildFacts {
   std::string version, commit, compiler;
 };

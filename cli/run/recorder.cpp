@@ -25,7 +25,9 @@ const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
   }
   throw Error(ErrorKind::kUsage,
               {"unknown ending of a file", "--out " + file,
-               ending.empty() ? "its name has none" : "nothing writes ." + ending,
+               ending.empty()    ? "its name has none"
+               : is_hdf5(ending) ? "this build has no HDF5; install libhdf5-dev and build again"
+                                 : "nothing writes ." + ending,
                "known: " + join(known, ", ") + "; a plugin of the kind writer may bring others"});
 }
 

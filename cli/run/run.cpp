@@ -367,7 +367,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     request.out.show = false;
   }
   LoadedScene scene = load(request.scene, environment, registry);
-  if ((request.engine || !request.export_to.empty()) && scene.spec.world)
+  const bool files = !request.export_to.empty() && !request.export_file;
+  if ((request.engine || files) && scene.spec.world)
     throw Error(ErrorKind::kScene,
                 {"not for lammps", scene.spec.file, "it is a sim.world", "give one of its scenes"});
   if (replays) replays->begin(scene, registry);
@@ -381,7 +382,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     const Interrupts interrupts;
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
-  if (!request.export_to.empty())
+  if (request.export_file) return export_state(request, scene, accounts, registry, console);
+  if (files)
     return export_scene(request, scene, accounts.empty() ? nullptr : accounts.data(), console);
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,

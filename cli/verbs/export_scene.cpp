@@ -90,6 +90,37 @@ int export_scene(const RunRequest& request, LoadedScene& scene, const Account* a
   return 0;
 }
 
+int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
+                 Registry& registry, Console& console) {
+  OutRequest out;
+  out.files = {request.export_to};
+  Recorder recorder(out, scene, registry);
+  long particles = 0, springs = 0;
+  for (std::size_t i = 0; i < scene.systems.size(); ++i) {
+    Simulation& system = scene.systems[i];
+    Track track(scene.spec.systems[i], system, system.step_count(), Track::kNever, Track::kNever);
+    if (!accounts.empty()) track.continue_from(accounts[i].start_energy, accounts[i].work);
+    recorder.look(i, track, true);
+    particles += system.particles();
+    springs += spring_count(system);
+  }
+  recorder.commit({});
+  std::string text;
+  if (request.json)
+    text = JsonObject()
+               .text("file", request.export_to)
+               .integer("particles", particles)
+               .integer("springs", springs)
+               .str() +
+           '\n';
+  else if (!request.quiet)
+    text = label("wrote", request.export_to) + label("particles", std::to_string(particles)) +
+           label("springs", std::to_string(springs));
+  put(console.out, text);
+  flush_or_throw(console.out, "standard output");
+  return 0;
+}
+
 void complete_import(RunRequest& request, const Checkpoint& saved) {
   const EngineNotes notes = read_engine_notes(request.engine->results);
   request.scene.scene = saved.scene;

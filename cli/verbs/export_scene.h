@@ -1,4 +1,5 @@
-// `sim export SCENE DIR`: a scene as files that LAMMPS runs, on this machine or another.
+// `sim export SCENE DIR`: a scene as files that LAMMPS runs, on this machine or another; or as one
+// file of its state.
 #pragma once
 
 #include "cli/run/checkpoint_file.h"
@@ -10,6 +11,10 @@ namespace sim::cli {
 // what is refused, before anything is written, and for a folder that holds results.
 int export_scene(const RunRequest& request, LoadedScene& scene, const Account* account,
                  Console& console);
+
+// Writes the present state as a file by its ending; `accounts` of a run that goes on, or none.
+int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
+                 Registry& registry, Console& console);
 
 // What an import of results starts from: the checkpoint and length of the folder, where the request
 // says nothing else.

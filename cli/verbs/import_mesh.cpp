@@ -2,10 +2,12 @@
 
 #include <filesystem>
 
+#include "cli/verbs/import_h5md.h"
 #include "cli/verbs/mesh_file.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
+#include "core/output/writer.h"
 
 namespace sim::cli {
 namespace {
@@ -77,6 +79,7 @@ std::string plain_name(const std::string& file) {
 }  // namespace
 
 int import_mesh(const ImportRequest& request, Console& console) {
+  if (is_hdf5(ending_of(request.mesh))) return import_h5md(request, console);
   const Mesh mesh = read_mesh(request.mesh);
   Target target;
   if (!request.out.empty()) target.file = request.out;

@@ -8,7 +8,7 @@
 namespace sim::cli {
 
 struct ImportRequest {
-  std::string mesh;  // .obj or .ply
+  std::string mesh;  // .obj or .ply, or .h5
   std::string out;   // .lua; empty: standard output
 };
 

@@ -12,4 +12,8 @@ std::string ending_of(const std::string& file) {
   return ending;
 }
 
+bool is_hdf5(const std::string& ending) {
+  return ending == "h5" || ending == "h5md" || ending == "hdf5";
+}
+
 }  // namespace sim

@@ -43,4 +43,7 @@ class Writer {
 // What follows the last dot of a file's name, in small letters; "" without one.
 std::string ending_of(const std::string& file);
 
+// Files of H5MD, which some builds do not know.
+bool is_hdf5(const std::string& ending);
+
 }  // namespace sim

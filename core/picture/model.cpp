@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/particles.h"
 #include "core/particles/solid/tetrahedra.h"
 
 namespace sim {
@@ -71,6 +73,27 @@ std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) 
   return grid_triangles(grid.size, mirrored);
 }
 
+// What a list of springs with one gravity and one drag leaves out.
+std::vector<std::string> others_of(const SystemSpec& spec, const Particles& particles,
+                                   const std::vector<std::string>& off) {
+  std::set<std::string> others;
+  for (const Force* force : particles.forces())
+    if (std::ranges::count(particles.other_forces(), force) > 0 || force->memory_size() > 0)
+      others.insert(force->springs() ? "damping of springs"
+                                     : "force '" + particles.name_of(*force) + "'");
+  const auto add = [&](const char* kind, const std::vector<PartSpec>& parts) {
+    for (const PartSpec& part : parts)
+      if (part.switch_name.empty() || !std::ranges::binary_search(off, part.switch_name))
+        others.insert(std::string(kind) + " '" + part.plugin + "'");
+  };
+  add("collider", spec.colliders);
+  add("constraint", spec.constraints);
+  if (!spec.bodies.empty()) others.insert("rigid bodies");
+  if (spec.contact) others.insert("contact of surfaces");
+  if (!spec.particles->leads.empty()) others.insert("leads");
+  return {others.begin(), others.end()};
+}
+
 }  // namespace
 
 std::vector<bool> Model::in_triangles() const {
@@ -84,7 +107,7 @@ std::vector<bool> Model::in_triangles() const {
   return in;
 }
 
-Model make_model(const SystemSpec& spec, const Simulation& system) {
+Model make_model(const SystemSpec& spec, Simulation& system) {
   Model model;
   model.name = system.name();
   model.method = system.method().label();
@@ -106,6 +129,11 @@ Model make_model(const SystemSpec& spec, const Simulation& system) {
   model.triangles = triangles_of(spec, tied);
   if (spec.particles->grid) model.grid = spec.particles->grid->size;
   model.up = up_of(spec);
+  const auto& particles = dynamic_cast<const Particles&>(system.ode());
+  const Motion& motion = particles.motion();
+  model.gravity = {motion.gravity[0], motion.gravity[1], motion.gravity[2]};
+  model.drag = motion.damping;
+  model.others = others_of(spec, particles, system.settings().off);
   return model;
 }
 

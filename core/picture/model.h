@@ -32,7 +32,10 @@ struct Model {
   std::vector<std::array<int, 3>> triangles;  // of surfaces, or of the grid
   std::array<int, 3> grid{0, 0, 0};           // particles in each direction; 0: there is none
   std::vector<ModelFamily> families;
-  Vec3 up{0, 1, 0};  // against gravity, of length 1
+  Vec3 up{0, 1, 0};                 // against gravity, of length 1
+  Vec3 gravity{0, 0, 0};            // m/s^2, on all particles
+  double drag = 0;                  // kg/s, on all particles
+  std::vector<std::string> others;  // that act besides these and springs: "collider 'sphere'"
 
   std::vector<bool> in_triangles() const;  // of each particle: or a solid is drawn for it
 };
@@ -58,7 +61,7 @@ struct Frame {
 // One frame a system, in the order of the models.
 using Moment = std::vector<Frame>;
 
-Model make_model(const SystemSpec& spec, const Simulation& system);
+Model make_model(const SystemSpec& spec, Simulation& system);
 
 // Without energies and values.
 Frame take_frame(const Simulation& system);

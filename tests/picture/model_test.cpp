@@ -55,6 +55,9 @@ TEST_CASE("a cloth is triangles of its grid and springs by family") {
   CHECK(model.families[1].ends.size() == 98);
   CHECK(model.families[2].ends.size() == 96);
   CHECK(model.up.y() == 1);
+  CHECK(model.gravity == sim::Vec3(0, -9.81, 0));
+  CHECK(model.drag == Approx(2.0 / 64));
+  CHECK(model.others.empty());
   const sim::Frame& frame = seen.moments[0][0];
   CHECK(frame.x.size() == 192);
   CHECK(frame.at(9).x() == 0.125);
@@ -65,7 +68,8 @@ TEST_CASE("particles without springs are no surface") {
   sim::Registry registry = sim_test::make_registry();
   sim::SystemSpec spec = sim_test::make_cloth(4);
   std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.plugin == "spring"; });
-  const Model model = sim::make_model(spec, sim::Simulation(spec, registry));
+  sim::Simulation system(spec, registry);
+  const Model model = sim::make_model(spec, system);
   CHECK(model.triangles.empty());
   CHECK(model.families.empty());
 }

@@ -1,0 +1,87 @@
+#include "cli/verbs/import_h5md.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "cli/run/environment.h"
+#include "core/base/error.h"
+#include "core/output/output.h"
+#include "core/output/process.h"
+
+namespace sim::cli {
+namespace {
+
+// A file without a name, for what the other program writes: it finds it through us.
+class Between {
+ public:
+  Between() {
+    std::string name = std::filesystem::temp_directory_path() / "sim-import-XXXXXX";
+    file_ = ::mkostemp(name.data(), O_CLOEXEC);
+    if (file_ < 0)
+      throw Error(ErrorKind::kIo, {"cannot write", name, std::strerror(errno),
+                                   "TMPDIR says where files of a moment are"});
+    ::unlink(name.c_str());
+  }
+  ~Between() { ::close(file_); }
+  Between(const Between&) = delete;
+  Between& operator=(const Between&) = delete;
+
+  std::string path() const {
+    return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(file_);
+  }
+  // The next part of the text; empty at its end.
+  std::string read() {
+    std::string text(std::size_t{1} << 20, '\0');
+    const ssize_t count = ::pread(file_, text.data(), text.size(), at_);
+    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    at_ += static_cast<off_t>(text.size());
+    return text;
+  }
+
+ private:
+  int file_ = -1;
+  off_t at_ = 0;
+};
+
+}  // namespace
+
+int import_h5md(const ImportRequest& request, Console& console) {
+  namespace fs = std::filesystem;
+  if (::access(request.mesh.c_str(), R_OK) != 0)
+    throw Error(ErrorKind::kIo, {"cannot read", request.mesh, std::strerror(errno),
+                                 "check the name and its permissions"});
+  const fs::path reader = helper_program("read_h5md");
+  if (::access(reader.c_str(), X_OK) != 0)
+    throw Error(ErrorKind::kIo, {"cannot import", request.mesh, "this build has no HDF5",
+                                 "install libhdf5-dev and build again"});
+  Target target;
+  if (!request.out.empty()) target.file = request.out;
+  Output file(target, console.out);
+  Between between;
+  Process process({reader.string(), fs::absolute(request.mesh).string(), between.path()});
+  std::string why = process.finish();
+  if (why == "it failed") why = "it is damaged: the HDF5 library failed over it";
+  if (!why.empty())
+    throw Error(ErrorKind::kUsage, {"bad H5MD file", request.mesh, why,
+                                    "sim import reads H5MD 1, as --out run.h5 writes it"});
+  std::string text = between.read();
+  // What it could not say in a scene stands first in it.
+  for (std::size_t at = 0; text.compare(at, 3, "-- ") == 0;) {
+    const std::size_t end = std::min(text.find('\n', at), text.size() - 1);
+    console.err << "sim: " << text.substr(at + 3, end - at - 3) << '\n';
+    at = end + 1;
+  }
+  for (; !text.empty(); text = between.read()) {
+    file.buffer() += text;
+    file.flush_if_full();
+  }
+  file.commit();
+  return 0;
+}
+
+}  // namespace sim::cli
