@@ -25,16 +25,16 @@ constexpr const char* kExportFooter =
 
 constexpr const char* kImportFooter =
     "A mesh becomes a scene to edit: sim import bunny.obj --out bunny.lua; without\n"
-    "--out it is printed. So does H5MD (.h5): its last state, masses, ties as springs.\n"
-    "A folder of sim export, with the frames of its run, becomes\n"
-    "what the run itself would have written: sim import cloth --dump=run.csv; all\n"
+    "--out it is printed. So does H5MD (.h5): its last state, masses, ties as\n"
+    "springs. A folder of sim export, with the frames of its run, becomes what the\n"
+    "run itself would have written: sim import cloth --dump=run.csv; all\n"
     "options for tables, files and the verdict hold, as in sim --help.\n";
 
 }  // namespace
 
 std::vector<CLI::Option*> add_engine_options(CLI::App& app, EngineTexts& t) {
   return {
-      app.add_option("--engine", t.engine, "another program makes the steps: lammps")
+      app.add_option("--engine", t.engine, "another program makes the steps:\nlammps or petsc")
           ->type_name("NAME"),
       app.add_option("--ranks", t.ranks, "processes of it; 1 if not given")->type_name("N"),
       app.add_option("--launch", t.launch,
@@ -62,7 +62,8 @@ CLI::App* add_import(CLI::App& app, EngineTexts& t) {
   CLI::App* verb = app.add_subcommand("import", "MESH or FILE.h5: a scene to edit; DIR: results");
   verb->fallthrough()->allow_extras();
   verb->get_formatter()->column_width(26);
-  verb->add_option("SOURCE", t.source, "a mesh (.obj, .ply; in m), .h5, or a folder")->type_name("");
+  verb->add_option("SOURCE", t.source, "a mesh (.obj, .ply; in m), .h5, or a folder")
+      ->type_name("");
   verb->footer(kImportFooter);
   return verb;
 }
@@ -86,15 +87,17 @@ void complete_engine(RunRequest& request, const EngineTexts& t) {
   if (t.engine.empty()) {
     if (!t.ranks.empty() || !t.launch.empty())
       usage_error("an engine is missing", t.ranks.empty() ? "--launch" : "--ranks",
-                  "it starts another program", "add --engine lammps");
+                  "it starts another program", "add --engine lammps or petsc");
     return;
   }
-  if (t.engine != "lammps")
-    usage_error("unknown engine", "--engine '" + t.engine + "'", "there is one", "known: lammps");
+  if (!engine::make_engine(t.engine))
+    usage_error("unknown engine", "--engine '" + t.engine + "'", "there are two",
+                std::string("known: ") + engine::kEngines);
   if (request.replay)
     usage_error("no hands there", "--engine with --replay", "an engine knows no hands",
                 "leave --engine out");
   EngineRequest engine;
+  engine.name = t.engine;
   constexpr std::int64_t kMostRanks = 1'000'000;
   if (!t.ranks.empty())
     engine.launch.ranks = static_cast<int>(integer_between("--ranks", t.ranks, 1, kMostRanks));

@@ -13,6 +13,7 @@
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/engine/lammps_frames.h"
 #include "core/engine/lammps_input.h"
 #include "core/output/output.h"
 #include "core/study/verdict/looks.h"
@@ -41,7 +42,7 @@ std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
 }  // namespace
 
 std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
-                                     const Recorder* recorder) {
+                                     const Recorder* recorder, std::size_t number) {
   constexpr double kMost = 5e7;
   const Simulation& system = track.system();
   const std::int64_t first = system.step_count();
@@ -67,8 +68,9 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
     steps.insert(std::max(first, step));
     looks.take(step);
   }
-  if (recorder) recorder->moments(system, last, [&](std::int64_t step) { steps.insert(step); });
-  steps.insert(std::min(last, first + engine::FirstSteps::kSteps));
+  if (recorder)
+    recorder->moments(number, system, last, [&](std::int64_t step) { steps.insert(step); });
+  steps.insert(std::min(last, first + engine::kExactSteps));
   return {steps.begin(), steps.end()};
 }
 
@@ -122,15 +124,17 @@ EngineNotes read_engine_notes(const std::string& folder) {
 }
 
 EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
-                     std::vector<std::int64_t> moments, bool quiet, Console& console)
+                     std::vector<std::int64_t> moments, Registry& registry, bool quiet,
+                     Console& console)
     : request_(request),
       quiet_(quiet),
       console_(console),
       last_(moments.back()),
       folder_(request.results),
-      scene_(track.system(), spec) {
+      engine_(engine::make_engine(request.name)),
+      scene_(track.system(), spec, engine_->name(), engine_->methods()) {
   const bool started = request.results.empty() && moments.size() > 1;
-  title_ = "lammps, " + std::string(request.results.empty() ? "" : "results of ") +
+  title_ = engine_->name() + ", " + std::string(request.results.empty() ? "" : "results of ") +
            (!request.results.empty()        ? request.results
             : !request.launch.words.empty() ? join(request.launch.words, " ")
                                             : counted(request.launch.ranks, "rank"));
@@ -140,19 +144,33 @@ EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track
                   {"too many ranks", "--ranks " + std::to_string(request.launch.ranks),
                    "there are " + counted(track.system().particles(), "particle"),
                    "some thousand particles are worth a rank"});
-    command_ = engine::lammps_command(request.launch);
+    command_ = engine_->command(request.launch);
     temporary_.emplace();
     folder_ = temporary_->path();
-    engine::write_lammps(scene_, moments, folder_);
+    engine_->write(scene_, moments, folder_);
   }
-  frames_.emplace(folder_, scene_, track.system());
+  frames_ = engine_->frames(folder_, scene_, track.system());
   constexpr int kMostCompared = 10'000'000;
   if (request.compare && moments.size() > 1 && track.system().particles() <= kMostCompared)
-    first_steps_.emplace(track.system(), last_ - moments.front());
+    take_first_steps(track.system(), last_ - moments.front(), registry);
+}
+
+// The kernel solves them to roundings, too, where the engine does.
+void EngineRun::take_first_steps(Simulation& system, std::int64_t most, Registry& registry) {
+  constexpr double kExact = 1e-12;
+  const Method method = system.method();
+  const bool solved = engine_->solves() && method.params().has("tol");
+  if (solved) {
+    MethodChoice exact = method.choice();
+    exact.given["tol"] = kExact;
+    system.set_integrator(Method(registry, exact));
+  }
+  first_steps_.emplace(system, most);
+  if (solved) system.set_integrator(method);
 }
 
 void EngineRun::start() {
-  if (!command_.empty()) process_ = engine::start_lammps(command_, folder_);
+  if (!command_.empty()) process_ = engine_->start(command_, folder_);
 }
 
 bool EngineRun::advance(Track& track) {
@@ -161,14 +179,14 @@ bool EngineRun::advance(Track& track) {
   while (true) {
     const bool ended = !process_ || process_->ended();
     switch (frames_->next(last_)) {
-      case engine::LammpsFrames::Next::kState:
+      case engine::Frames::Next::kState:
         if (first_steps_ && system.step_count() == first_steps_->step()) compare(system);
         return true;
-      case engine::LammpsFrames::Next::kNotFinite:
-        track.mark_diverged("in lammps a number is not finite at step " +
+      case engine::Frames::Next::kNotFinite:
+        track.mark_diverged("in " + engine_->name() + " a number is not finite at step " +
                             std::to_string(frames_->step()) + ", h = " + brief(system.h()) + " s");
         return false;
-      case engine::LammpsFrames::Next::kNone:
+      case engine::Frames::Next::kNone:
         break;
     }
     if (ended) return give_up(track);
@@ -180,12 +198,12 @@ bool EngineRun::advance(Track& track) {
 
 // There is no further state.
 bool EngineRun::give_up(Track& track) {
-  const engine::LammpsLog log = engine::read_lammps_log(folder_);
+  const engine::EngineLog log = engine_->log(folder_);
   const std::string at =
       "step " + std::to_string(track.system().step_count()) + " of " + std::to_string(last_);
   if (log.halted) {
-    track.mark_diverged("the energy in lammps was no longer a number at step " +
-                        std::to_string(*log.halted) + ", h = " + brief(track.system().h()) + " s");
+    track.mark_diverged(log.why + " at step " + std::to_string(*log.halted) +
+                        ", h = " + brief(track.system().h()) + " s");
     return false;
   }
   if (!process_)
@@ -197,7 +215,7 @@ bool EngineRun::give_up(Track& track) {
   if (SessionSignals::any()) return false;
   const std::string said = process_->finish();
   throw Error(ErrorKind::kIo,
-              {"lammps failed", title_ + ", at " + at,
+              {engine_->name() + " failed", title_ + ", at " + at,
                !log.error.empty() ? log.error
                : said.empty()     ? "it ended too early"
                                   : said,
@@ -213,12 +231,12 @@ void EngineRun::compare(const Simulation& system) {
   const std::string digits = std::isinf(answer.digits) ? "all" : brief(answer.digits, 3);
   const std::string steps = "step " + std::to_string(system.step_count());
   if (!answer.same)
-    throw Error(ErrorKind::kCheck, {"lammps and the kernel part", title_,
+    throw Error(ErrorKind::kCheck, {engine_->name() + " and the kernel part", title_,
                                     "at " + steps + " they agree to " + digits + " digits only",
                                     "--no-compare goes on all the same"});
   if (quiet_) return;
-  std::string version = engine::read_lammps_log(folder_).version;
-  if (version.empty()) version = "lammps";
+  std::string version = engine_->log(folder_).version;
+  if (version.empty()) version = engine_->name();
   console_.err << "sim: note: " << version << " and the kernel agree to " << digits << " digits at "
                << steps << '\n'
                << std::flush;

@@ -10,16 +10,16 @@
 #include "cli/run/recorder.h"
 #include "cli/run/track.h"
 #include "cli/terminal/console.h"
-#include "core/engine/exchange.h"
+#include "core/engine/engine.h"
+#include "core/engine/engine_folder.h"
 #include "core/engine/first_steps.h"
-#include "core/engine/lammps.h"
-#include "core/engine/lammps_frames.h"
 
 namespace sim::cli {
 
-// --engine lammps, or sim import of a folder.
+// --engine NAME, or sim import of a folder.
 struct EngineRequest {
-  engine::LammpsLaunch launch;
+  std::string name = "lammps";
+  engine::Launch launch;
   bool compare = true;  // the first steps with those of the kernel
   std::string results;  // a folder with frames that are there already; empty: it is started
 };
@@ -28,7 +28,7 @@ struct EngineRequest {
 // that is a whole step at the end. `strides` in steps: of tables and rows of the report; a recorder
 // may be null. With drag there are more between them, for the work that it takes; ranks 0: unknown.
 std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
-                                     const Recorder* recorder);
+                                     const Recorder* recorder, std::size_t system = 0);
 
 // What a folder needs besides the engine's own files, for `sim import`.
 struct EngineNotes {
@@ -44,10 +44,10 @@ inline constexpr const char* kEngineStart = "start.snap";  // a checkpoint
 
 class EngineRun {
  public:
-  // Refuses what is refused; writes the files, unless there are results. Track and console outlive
-  // it. Throws Error.
+  // Refuses what is refused; writes the files, unless there are results. Track, registry and
+  // console outlive it. Throws Error.
   EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
-            std::vector<std::int64_t> moments, bool quiet, Console& console);
+            std::vector<std::int64_t> moments, Registry& registry, bool quiet, Console& console);
 
   std::string title() const { return title_; }  // "lammps, 2 ranks"
   void start();
@@ -56,6 +56,7 @@ class EngineRun {
 
  private:
   bool give_up(Track& track);
+  void take_first_steps(Simulation& system, std::int64_t most, Registry& registry);
   void compare(const Simulation& system);
 
   EngineRequest request_;
@@ -64,11 +65,12 @@ class EngineRun {
   std::int64_t last_;  // step
   std::string title_;
   std::vector<std::string> command_;
-  std::optional<engine::LammpsFolder> temporary_;
+  std::optional<engine::EngineFolder> temporary_;
   std::string folder_;
+  std::unique_ptr<engine::Engine> engine_;
   engine::Exchange scene_;
   std::optional<engine::FirstSteps> first_steps_;
-  std::optional<engine::LammpsFrames> frames_;
+  std::unique_ptr<engine::Frames> frames_;
   std::unique_ptr<Process> process_;  // ends before its folder goes
 };
 

@@ -193,10 +193,10 @@ std::int64_t Recorder::due(std::size_t system, const Simulation& simulation) con
   return std::max<std::int64_t>(1, steps);
 }
 
-void Recorder::moments(const Simulation& simulation, std::int64_t last,
+void Recorder::moments(std::size_t system, const Simulation& simulation, std::int64_t last,
                        const std::function<void(std::int64_t)>& tell) const {
   for (const auto& channel : channels_)
-    for (std::int64_t moment = channel->systems[0].next;; ++moment) {
+    for (std::int64_t moment = channel->systems[system].next;; ++moment) {
       const std::int64_t step = channel->step_of(moment, simulation);
       if (step > last) break;
       if (step >= simulation.step_count()) tell(step);

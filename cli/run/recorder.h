@@ -45,8 +45,8 @@ class Recorder {
 
   // Steps of a system until some file wants a frame of it, at least 1.
   std::int64_t due(std::size_t system, const Simulation& simulation) const;
-  // Tells the steps up to `last` of which files want a frame, for a single system.
-  void moments(const Simulation& simulation, std::int64_t last,
+  // Tells the steps of a system up to `last` of which files want a frame.
+  void moments(std::size_t system, const Simulation& simulation, std::int64_t last,
                const std::function<void(std::int64_t)>& tell) const;
   // Takes the frames that are due, and always the last one.
   void look(std::size_t system, Track& track, bool last);

@@ -236,7 +236,7 @@ void Report::footer(std::span<Track> tracks, double seconds) {
   for (const Track& track : tracks) {
     const Simulation& system = track.system();
     const IntegratorInfo info = system.integrator_info();
-    if (info.adaptive || info.implicit)
+    if ((info.adaptive || info.implicit) && system.integrator().effort().evaluations > 0)
       text +=
           label("effort", effort_line(system) + (scene_.spec.world ? "  " + system.name() : ""));
   }

@@ -71,7 +71,7 @@ class Run {
   std::optional<ObserveTable> observe_;
   std::optional<TensionTable> tension_;
   std::optional<Recorder> recorder_;
-  std::optional<EngineRun> engine_;
+  std::vector<std::unique_ptr<EngineRun>> engines_;  // of each track, or none
   Report report_;
   Progress progress_;
   double seconds_ = 0;
@@ -126,14 +126,17 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   if (request.tension) tension_.emplace(*request.tension, console.out, scope);
   if (request.out.any()) recorder_.emplace(request.out, scene, registry);
   if (!request.engine) return;
-  const std::int64_t strides[] = {tables ? frame_stride : Track::kNever,
-                                  tracks_.front().row_stride()};
-  engine_.emplace(
-      *request.engine, scene.spec.systems.front(), tracks_.front(),
-      moments_of(tracks_.front(), strides,
-                 request.engine->launch.words.empty() ? request.engine->launch.ranks : 0,
-                 recorder_ ? &*recorder_ : nullptr),
-      request.quiet, console);
+  const engine::Launch& launch = request.engine->launch;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    EngineRequest own = *request.engine;
+    if (scene.spec.world && !own.results.empty()) own.results += "/" + scene.systems[i].name();
+    const std::int64_t strides[] = {tables ? frame_stride : Track::kNever, tracks_[i].row_stride()};
+    engines_.push_back(std::make_unique<EngineRun>(
+        own, scene.spec.systems[i], tracks_[i],
+        moments_of(tracks_[i], strides, launch.words.empty() ? launch.ranks : 0,
+                   recorder_ ? &*recorder_ : nullptr, i),
+        registry, request.quiet, console));
+  }
 }
 
 // Systems go together: the one that is furthest behind in time takes the next step.
@@ -169,7 +172,8 @@ void Run::measure(Track& track, bool last) {
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   perform(track);
-  if (engine_) return engine_->advance(track);
+  if (!engines_.empty())
+    return engines_[static_cast<std::size_t>(&track - tracks_.data())]->advance(track);
   try {
     std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
     if (replays_) most = std::min(most, replays_->due(system));
@@ -183,14 +187,15 @@ bool Run::step(Track& track) {
 
 int Run::go() {
   const Interrupts interrupts;
-  report_.header(tracks_, request_.scene.threads, engine_ ? engine_->title() : "");
+  report_.header(tracks_, request_.scene.threads,
+                 engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
     measure(track);
   }
 
   const auto begin = std::chrono::steady_clock::now();
-  if (engine_) engine_->start();
+  for (const auto& each : engines_) each->start();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
     if (!step(*track)) {
@@ -367,10 +372,6 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     request.out.show = false;
   }
   LoadedScene scene = load(request.scene, environment, registry);
-  const bool files = !request.export_to.empty() && !request.export_file;
-  if ((request.engine || files) && scene.spec.world)
-    throw Error(ErrorKind::kScene,
-                {"not for lammps", scene.spec.file, "it is a sim.world", "give one of its scenes"});
   if (replays) replays->begin(scene, registry);
   std::vector<Account> accounts;
   if (saved) {
@@ -383,8 +384,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
   if (request.export_file) return export_state(request, scene, accounts, registry, console);
-  if (files)
-    return export_scene(request, scene, accounts.empty() ? nullptr : accounts.data(), console);
+  if (!request.export_to.empty()) return export_scene(request, scene, accounts, console);
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",

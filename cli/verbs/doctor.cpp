@@ -10,6 +10,7 @@
 #include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/engine/petsc.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
 #include "core/output/process.h"
@@ -49,8 +50,12 @@ void Examination::build() {
   std::vector<std::string> engines;
   for (const char* name : {"lmp", "mpirun"})
     if (const std::string found = find_program(name); !found.empty()) engines.push_back(found);
-  checks_.push_back({"engines", engines.empty() ? "none; --engine lammps needs the package lammps"
-                                                : join(engines, ", ")});
+  const std::string petsc = engine::petsc_program();
+  if (!petsc.empty()) engines.push_back(petsc);
+  checks_.push_back({"engines", engines.empty()
+                                    ? "none; lammps needs the package lammps, petsc a build with "
+                                      "libpetsc-real-dev"
+                                    : join(engines, ", ")});
 }
 
 void Examination::folders(const std::string& name, const Folders& list) {

@@ -4,6 +4,8 @@
 
 #include "cli/run/run_length.h"
 #include "core/base/error.h"
+#include "core/engine/lammps.h"
+#include "core/engine/lammps_frames.h"
 #include "core/engine/lammps_input.h"
 #include "core/output/format.h"
 
@@ -32,59 +34,91 @@ SceneRequest findable(SceneRequest request) {
   return request;
 }
 
+// One system of what is exported.
+struct Part {
+  engine::Exchange scene;
+  std::vector<std::int64_t> moments;
+  std::string folder;
+
+  std::int64_t steps() const { return moments.back() - moments.front(); }
+};
+
+std::string part_json(const Part& part, const Simulation& system) {
+  return JsonObject()
+      .text("folder", part.folder)
+      .integer("particles", system.particles())
+      .integer("springs", spring_count(system))
+      .integer("steps", part.steps())
+      .integer("frames", static_cast<std::int64_t>(part.moments.size()))
+      .str();
+}
+
+std::string part_text(const Part& part, const Simulation& system) {
+  const auto frames = static_cast<double>(part.moments.size());
+  const double bytes = 8.0 * engine::kLammpsColumns * system.particles() * frames;
+  return label("wrote", part.folder) + label("particles", std::to_string(system.particles())) +
+         label("springs", std::to_string(spring_count(system))) +
+         label("steps", std::to_string(part.steps()) + " of " + brief(system.h()) + " s, " +
+                            system.method().name()) +
+         label("frames",
+               std::to_string(part.moments.size()) + ", " + brief(1e-6 * bytes, 3) + " MB") +
+         label("run", "cd " + part.folder + "; mpirun -np 4 lmp -in " + engine::kLammpsScript);
+}
+
 }  // namespace
 
-int export_scene(const RunRequest& request, LoadedScene& scene, const Account* account,
+int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
                  Console& console) {
-  Simulation& system = scene.systems.front();
-  const engine::Exchange exchange(system, scene.spec.systems.front());
+  const engine::Lammps lammps;
+  std::vector<Part> parts;
+  std::vector<Account> starts;
   const RunLength length{request.time, request.steps};
-  const std::int64_t steps = steps_of(length, system);
-  const std::int64_t tenth = std::max<std::int64_t>(1, (steps + 9) / 10);
-  const std::int64_t every = request.every.value_or(tenth);
-  Track track(scene.spec.systems.front(), system, steps, every, tenth);
-  shorten(length, track);
-  if (account) track.continue_from(account->start_energy, account->work);
-  const std::int64_t strides[] = {every, tenth};
-  const std::vector<std::int64_t> moments = moments_of(track, strides, 0, nullptr);
+  const auto tenth_of = [&](const Simulation& system) {
+    return std::max<std::int64_t>(1, (steps_of(length, system) + 9) / 10);
+  };
+  std::int64_t every = tenth_of(scene.systems.front());
+  for (const Simulation& system : scene.systems) every = std::min(every, tenth_of(system));
+  every = request.every.value_or(every);
+  for (std::size_t i = 0; i < scene.systems.size(); ++i) {
+    Simulation& system = scene.systems[i];
+    const SystemSpec& spec = scene.spec.systems[i];
+    Part part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}};
+    const std::int64_t tenth = tenth_of(system);
+    Track track(spec, system, steps_of(length, system), every, tenth);
+    shorten(length, track);
+    if (!accounts.empty()) track.continue_from(accounts[i].start_energy, accounts[i].work);
+    const std::int64_t strides[] = {every, tenth};
+    part.moments = moments_of(track, strides, 0, nullptr);
+    part.folder = request.export_to + (scene.spec.world ? "/" + system.name() : "");
+    starts.push_back({track.start_energy().total(), track.work_memory()});
+    parts.push_back(std::move(part));
+  }
 
-  const std::string& folder = request.export_to;
-  make_folder(folder);
+  make_folder(request.export_to);
+  for (const Part& part : parts) make_folder(part.folder);
   EngineNotes notes;
   if (request.steps)
     notes.steps = request.steps;
   else
-    notes.time = request.time.value_or(system.duration());
+    notes.time = request.time.value_or(scene.systems.front().duration());
   notes.every = every;
   notes.without = request.scene.without;
-  write_engine_notes(notes, folder);
-  const Account start{track.start_energy().total(), track.work_memory()};
-  save_checkpoint(folder + "/" + kEngineStart, findable(request.scene), scene, {&start, 1},
+  write_engine_notes(notes, request.export_to);
+  save_checkpoint(request.export_to + "/" + kEngineStart, findable(request.scene), scene, starts,
                   console.out);
-  engine::write_lammps(exchange, moments, folder);
-
-  const std::int64_t last = moments.back();
-  const double bytes = 8.0 * engine::kLammpsColumns * system.particles();
   std::string text;
+  std::vector<std::string> objects;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    lammps.write(parts[i].scene, parts[i].moments, parts[i].folder);
+    objects.push_back(part_json(parts[i], scene.systems[i]));
+    text += part_text(parts[i], scene.systems[i]);
+  }
   if (request.json)
-    text = JsonObject()
-               .text("folder", folder)
-               .integer("particles", system.particles())
-               .integer("springs", spring_count(system))
-               .integer("steps", last - moments.front())
-               .integer("frames", static_cast<std::int64_t>(moments.size()))
-               .str() +
-           '\n';
-  else if (!request.quiet)
-    text =
-        label("wrote", folder) + label("particles", std::to_string(system.particles())) +
-        label("springs", std::to_string(spring_count(system))) +
-        label("steps", std::to_string(last - moments.front()) + " of " + brief(system.h()) +
-                           " s, " + system.method().name()) +
-        label("frames", std::to_string(moments.size()) + ", " +
-                            brief(1e-6 * bytes * static_cast<double>(moments.size()), 3) + " MB") +
-        label("run", "cd " + folder + "; mpirun -np 4 lmp -in " + engine::kLammpsScript) +
-        label("then", "sim import " + folder + " --dump=run.csv");
+    text = (scene.spec.world ? json_array(objects) : objects.front()) + '\n';
+  else if (request.quiet)
+    text.clear();
+  else
+    text += label("then", "sim import " + request.export_to + " --dump=run.csv");
   put(console.out, text);
   flush_or_throw(console.out, "standard output");
   return 0;

@@ -7,9 +7,10 @@
 
 namespace sim::cli {
 
-// Writes the files of request.export_to; `account` of a run that goes on, or null. Throws Error for
-// what is refused, before anything is written, and for a folder that holds results.
-int export_scene(const RunRequest& request, LoadedScene& scene, const Account* account,
+// Writes the files of request.export_to, of each system of a world in a folder in it; `accounts` of
+// a run that goes on, or none. Throws Error for what is refused, before anything is written, and
+// for a folder that holds results.
+int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
                  Console& console);
 
 // Writes the present state as a file by its ending; `accounts` of a run that goes on, or none.

@@ -1,67 +1,95 @@
 #include "core/engine/exchange.h"
 
+#include <algorithm>
+
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace sim::engine {
 namespace {
 
-[[noreturn]] void refuse_scene(const std::string& what, const Place& place,
-                               const std::string& remedy) {
-  throw Error(ErrorKind::kScene,
-              {"not for lammps", place, what + " would not mean the same there", remedy});
-}
-
 constexpr const char* kLeaveOut = "--without NAME leaves a part out; or run it here";
 
-// A part that is on, of a list that switches may have shortened.
-void refuse_first(const std::vector<PartSpec>& parts, const std::vector<std::string>& off,
-                  const std::string& kind) {
-  for (const PartSpec& part : parts)
-    if (part.switch_name.empty() || !std::ranges::binary_search(off, part.switch_name))
-      refuse_scene(kind + " '" + part.plugin + "'", part.place, kLeaveOut);
-}
+// What refuses in the name of an engine.
+class Border {
+ public:
+  explicit Border(const std::string& engine) : engine_(engine) {}
 
-Method method_of(const Simulation& system, const Place& place) {
+  [[noreturn]] void scene(const std::string& what, const Place& place,
+                          const std::string& remedy) const {
+    throw Error(ErrorKind::kScene,
+                {"not for " + engine_, place, what + " would not mean the same there", remedy});
+  }
+  [[noreturn]] void method(const std::string& why, const Place& place,
+                           const std::string& remedy) const {
+    throw Error(ErrorKind::kUsage, {"not for " + engine_, place, why, remedy});
+  }
+  // A part that is on, of a list that switches may have shortened.
+  void first(const std::vector<PartSpec>& parts, const std::vector<std::string>& off,
+             const std::string& kind) const {
+    for (const PartSpec& part : parts)
+      if (part.switch_name.empty() || !std::ranges::binary_search(off, part.switch_name))
+        scene(kind + " '" + part.plugin + "'", part.place, kLeaveOut);
+  }
+
+ private:
+  std::string engine_;
+};
+
+Method method_of(const Simulation& system, const Place& place, const Border& border,
+                 const std::string& engine, std::span<const EngineMethod> methods) {
+  const Params& params = system.method().params();
+  if (params.has("precision") && to_text(params.value("precision")) == "single")
+    border.method("its numbers are doubles", place, "leave --precision single out");
+  constexpr std::int64_t kOneStep = 1;
+  if (params.has("newton_steps") && params.integer("newton_steps") == kOneStep)
+    border.method("it solves the equations of a step", place, "leave newton_steps out");
   const std::string& name = system.method().plugin().name;
-  const Value* precision = system.method().params().has("precision")
-                               ? &system.method().params().value("precision")
-                               : nullptr;
-  if (precision && to_text(*precision) == "single")
-    throw Error(ErrorKind::kUsage, {"not for lammps", place, "its numbers are doubles",
-                                    "leave --precision single out"});
-  if (name == "verlet") return Method::kVerlet;
-  if (name == "symplectic_euler") return Method::kSymplecticEuler;
-  throw Error(ErrorKind::kUsage, {"not for lammps", place, "it does not step as " + name + " does",
-                                  "lammps takes verlet and symplectic_euler: add -i verlet"});
+  std::vector<std::string> known;
+  for (const EngineMethod& each : methods) {
+    if (each.name == name) return each.method;
+    known.emplace_back(each.name);
+  }
+  const std::string last = known.back();
+  known.pop_back();
+  border.method(
+      "it does not step as " + name + " does", place,
+      engine + " takes " + join(known, ", ") + " and " + last + ": add -i " + methods.front().name);
 }
 
 }  // namespace
 
-Exchange::Exchange(Simulation& system, const SystemSpec& spec) : system_(&system) {
+Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string& engine,
+                   std::span<const EngineMethod> methods)
+    : system_(&system) {
+  const Border border(engine);
   const std::vector<std::string>& off = system.settings().off;
   if (!system.second_order())
-    refuse_scene("a first-order state", spec.place, "give a scene of particles");
+    border.scene("the first-order state of '" + system.name() + "'", spec.place,
+                 "give a scene of particles");
   particles_ = dynamic_cast<ParticleSystem*>(&system.ode());
-  refuse_first(spec.colliders, off, "collider");
-  refuse_first(spec.constraints, {}, "constraint");
+  border.first(spec.colliders, off, "collider");
+  border.first(spec.constraints, {}, "constraint");
   for (const LeadSpec& lead : spec.particles->leads)
-    refuse_scene("a particle that is led", lead.place, "pin it, or run it here");
+    border.scene("a particle that is led", lead.place, "pin it, or run it here");
   if (!spec.bodies.empty())
-    refuse_scene("a rigid body", spec.bodies.front().place, "leave bodies out, or run it here");
-  if (spec.contact) refuse_scene("sim.contact", spec.contact->place, "leave contact out");
+    border.scene("a rigid body", spec.bodies.front().place, "leave bodies out, or run it here");
+  if (spec.contact) border.scene("sim.contact", spec.contact->place, "leave contact out");
   for (const Force* force : particles_->other_forces()) {
     const std::string force_name = particles_->name_of(*force);
     Place place = spec.place;
     for (const PartSpec& part : spec.forces)
       if (part.plugin == force_name) place = part.place;
     if (force->springs())
-      refuse_scene("the damping of springs", place, "leave damping out, or run it here");
-    refuse_scene("force '" + force_name + "'", place, kLeaveOut);
+      border.scene("the damping of springs", place, "leave damping out, or run it here");
+    border.scene("force '" + force_name + "'", place, kLeaveOut);
   }
   for (const Force* force : particles_->forces())
     if (force->memory_size() > 0)
-      refuse_scene("force '" + particles_->name_of(*force) + "'", spec.place, kLeaveOut);
-  method_ = method_of(system, spec.place);
+      border.scene("force '" + particles_->name_of(*force) + "'", spec.place, kLeaveOut);
+  method_ = method_of(system, spec.place, border, engine, methods);
+  const Params& params = system.method().params();
+  if (params.has("tol")) tolerance_ = params.number("tol");
 }
 
 Vec3 Exchange::gravity() const {

@@ -1,6 +1,10 @@
 // A compiled scene as flat data, for programs beside ours that know no plugins.
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <string>
+
 #include "core/base/array.h"
 #include "core/engine/kick_map.h"
 #include "core/particles/particle_system.h"
@@ -8,14 +12,23 @@
 
 namespace sim::engine {
 
-// Masses under springs, one gravity and one drag, stepped by verlet or symplectic_euler:
+struct EngineMethod {
+  const char* name;  // of the plugin
+  Method method;
+};
+
+// The first steps, which engines are compared with the kernel at.
+inline constexpr std::int64_t kExactSteps = 20;
+
+// Masses under springs, one gravity and one drag:
 //   m x'' = -sum of k (|d| - rest) d / |d| + m g - c x',  x'' = x' = 0 where pinned
 // A view of the present state of a simulation, which it outlives.
 class Exchange {
  public:
-  // Throws Error{kScene}, or Error{kUsage} for the method, and names what of the scene another
-  // program would not mean in the same way.
-  Exchange(Simulation& system, const SystemSpec& spec);
+  // Throws Error{kScene}, or Error{kUsage} for a method that is none of these, and names what of
+  // the scene the engine would not mean in the same way.
+  Exchange(Simulation& system, const SystemSpec& spec, const std::string& engine,
+           std::span<const EngineMethod> methods);
 
   const std::string& name() const { return system_->name(); }
   Method method() const { return method_; }
@@ -26,9 +39,12 @@ class Exchange {
   double mass(int i) const { return view().mass[i]; }  // kg, of a free one
   Vec3 position(int i) const { return view().position(i); }
   Vec3 velocity(int i) const { return view().velocity(i); }
-  Vec3 gravity() const;                                                 // m/s^2
-  double drag() const { return particles_->motion().damping; }          // kg/s
-  KickMap map(int i) const { return {method_, mass(i), drag(), h()}; }  // of a free one
+  Vec3 gravity() const;                                         // m/s^2
+  double drag() const { return particles_->motion().damping; }  // kg/s
+  double tolerance() const { return tolerance_; }  // of implicit methods; 0: what is enough
+  // Of a free one, and of methods with kicks.
+  KickMap map(int i) const { return kick_map(mass(i)); }
+  KickMap kick_map(double mass_there) const { return {method_, mass_there, drag(), h()}; }
 
   // Without drag, in m/s^2: three coordinates in a Layout(particles(), 3).
   Array accelerations() const;
@@ -52,6 +68,7 @@ class Exchange {
   Simulation* system_;
   ParticleSystem* particles_ = nullptr;
   Method method_ = Method::kVerlet;
+  double tolerance_ = 0;
 };
 
 }  // namespace sim::engine

@@ -28,7 +28,7 @@ double rms_between(const std::vector<double>& a, const std::vector<double>& b) {
 FirstSteps::FirstSteps(Simulation& system, std::int64_t most) {
   const Snapshot before = system.snapshot();
   start_ = places_of(system);
-  const std::int64_t wanted = std::min(kSteps, most);
+  const std::int64_t wanted = std::min(kExactSteps, most);
   const auto run_on = [&] {
     std::int64_t done = 0;
     while (done < wanted) {

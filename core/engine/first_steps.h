@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/scene/simulation.h"
+#include "core/engine/exchange.h"
 
 namespace sim::engine {
 
@@ -12,8 +12,6 @@ namespace sim::engine {
 // roundings, which says how far apart two correct runs may be.
 class FirstSteps {
  public:
-  static constexpr std::int64_t kSteps = 20;
-
   // Of at most so many steps; the system is then where it was.
   FirstSteps(Simulation& system, std::int64_t most);
 

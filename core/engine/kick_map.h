@@ -6,7 +6,8 @@
 
 namespace sim::engine {
 
-enum class Method { kVerlet, kSymplecticEuler };
+// How a scene is stepped that another program may step, too; the first two by kicks.
+enum class Method { kVerlet, kSymplecticEuler, kRk4, kImplicitEuler, kImplicitMidpoint, kTrBdf2 };
 
 // Velocity Verlet with a force that reads velocities (LAMMPS: fix nve, fix viscous) makes its whole
 // kick of the velocity u between two states, in two halves around each state:

@@ -106,7 +106,7 @@ void LammpsFrames::take(const double* row) {
   }
 }
 
-LammpsFrames::Next LammpsFrames::next(std::int64_t last) {
+Frames::Next LammpsFrames::next(std::int64_t last) {
   const std::int64_t before = step_;
   if (!stream_.is_open()) stream_.open(file_, std::ios::binary);
   // Half a frame is not tried: it is written in one go, soon.

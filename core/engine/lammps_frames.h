@@ -6,26 +6,18 @@
 #include <string>
 #include <vector>
 
-#include "core/engine/exchange.h"
+#include "core/engine/engine.h"
 #include "core/scene/snapshot.h"
 
 namespace sim::engine {
 
-class LammpsFrames {
+class LammpsFrames final : public Frames {
  public:
-  enum class Next {
-    kState,      // the system is at the next frame now
-    kNone,       // there is no further whole frame, as yet
-    kNotFinite,  // the next frame has numbers that are not; the system stays where it is
-  };
-
   // The system is where the scene was when it was written; the frames are of the same folder.
   LammpsFrames(const std::string& folder, const Exchange& scene, Simulation& system);
 
-  // Throws Error{kCheckpoint} for a file that is of another scene or start, or damaged.
-  // Frames behind step `last` are none.
-  Next next(std::int64_t last);
-  std::int64_t step() const { return step_; }  // of the frame that was read last
+  Next next(std::int64_t last) override;
+  std::int64_t step() const override { return step_; }
 
  private:
   bool read_head();

@@ -152,9 +152,7 @@ void write_data(const Exchange& scene, const Survey& survey, const std::string& 
            name + "hi\n";
   }
 
-  const auto mass_there = [&](double mass) {
-    return KickMap(scene.method(), mass, scene.drag(), scene.h()).mass();
-  };
+  const auto mass_there = [&](double mass) { return scene.kick_map(mass).mass(); };
   out += "\nMasses\n\n";
   if (survey.own_masses())
     out += "1 1\n";
@@ -211,7 +209,7 @@ std::string weights(const Exchange& scene, const Survey& survey) {
   std::string out;
   for (const auto& [mass, type] : survey.masses) {
     const std::string number = std::to_string(type);
-    const double phi = KickMap(scene.method(), mass, scene.drag(), scene.h()).phi();
+    const double phi = scene.kick_map(mass).phi();
     out += "group mass" + number + " type " + number + "\nfix weight" + number + " mass" + number +
            " gravity " + shortest(phi * length(g)) + " vector" + along + '\n';
   }

@@ -4,96 +4,12 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/output/process.h"
-#include "tests/cli/program.h"
+#include "tests/cli/engine_case.h"
 #include "tests/support/plain_lammps.h"
-#include "tests/support/temporary.h"
 
 namespace sim_test {
-namespace {
 
 using Catch::Contains;
-
-// 60 particles anywhere, moving, tied at random by springs that all differ, under oblique gravity.
-constexpr const char* kNet = R"lua(
-local sim = require "sim"
-local masses, drag = sim.arg("masses", "three", ""), sim.arg("drag", 0.01, "kg/s")
-local n, ties = sim.arg("n", 60, ""), sim.arg("ties", 200, "")
-local seed = 12345
-local function any()
-  seed = (seed * 16807) % 2147483647
-  return seed / 2147483647
-end
-local p = sim.particles { mass = 0.01 }
-for i = 0, n - 1 do
-  local m = masses == "three" and 0.01 * (1 + i % 3) or 0.01 * (1 + any())
-  p:add({ any(), any(), any() }, { mass = m, velocity = { any() - 0.5, any() - 0.5, any() } })
-end
-for i = 1, sim.arg("pins", 3, "") do p:pin(((i - 1) * 7) % n) end
-local springs = sim.force.spring { stiffness = 5 }
-for _ = 1, ties do
-  local a, b = math.floor(any() * n), math.floor(any() * n)
-  if a ~= b then springs:tie(a, b, { stiffness = 1 + 4 * any(), rest = 0.1 + 0.5 * any() }) end
-end
-local g = sim.arg("g", 9.81, "m/s^2")
-local forces = { sim.force.gravity { g = { 0.3 * g, -g, 0.2 * g } } }
-if drag > 0 then forces[#forces + 1] = sim.force.drag { k = drag } end
-if ties > 0 then forces[#forces + 1] = springs end
-return sim.scene { name = "net", particles = p, forces = forces, integrator = "verlet", dt = 0.002,
-  duration = 0.4 }
-)lua";
-
-using Words = std::vector<std::string>;
-
-Words with(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
-
-struct Apart {
-  double x = 0, v = 0;  // m, m/s
-};
-
-// Of two tables of states with the same head, steps, times and particles.
-Apart apart(const std::filesystem::path& a, const std::filesystem::path& b) {
-  const auto mine = lines_of(read_text(a)), theirs = lines_of(read_text(b));
-  REQUIRE(mine.size() == theirs.size());
-  REQUIRE(mine.size() > 1);
-  CHECK(mine[0] == theirs[0]);
-  Apart most;
-  for (std::size_t i = 1; i < mine.size(); ++i) {
-    const auto left = cells_of(mine[i]), right = cells_of(theirs[i]);
-    for (std::size_t k = 0; k < 3; ++k) REQUIRE(left[k] == right[k]);
-    for (std::size_t k = 3; k < 9; ++k) {
-      double& worst = k < 6 ? most.x : most.v;
-      const double difference = std::fabs(std::stod(left[k]) - std::stod(right[k]));
-      worst = difference <= worst ? worst : difference;
-    }
-  }
-  return most;
-}
-
-struct Here {
-  TemporaryFolder folder;
-  ProgramOptions options;
-
-  Here() {
-    options.folder = folder.path();
-    options.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
-                           {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}};
-    write_text(folder.path() / "net.lua", kNet);
-  }
-  std::filesystem::path operator()(const std::string& name) const { return folder.path() / name; }
-  Outcome sim(const Words& words) const { return run_sim(words, options); }
-};
-
-bool have(const std::string& program) {
-  if (!sim::find_program(program).empty()) return true;
-  WARN("skipped: there is no " << program);
-  return false;
-}
-
-}  // namespace
 
 TEST_CASE("an export says the scene in the words of LAMMPS") {
   const Here here;
@@ -270,7 +186,7 @@ TEST_CASE("what LAMMPS would not mean in the same way is refused before anything
   refused({"scenes/cloth.lua"}, 2, "rk4 does; lammps takes verlet and symplectic_euler");
   refused({"scenes/cloth.lua", "-i", "dopri5"}, 2, "dopri5");
   refused({"scenes/cloth.lua", "-i", "verlet:precision=single"}, 2, "doubles");
-  refused({"scenes/sample.lua"}, 3, "sim.world");
+  refused({"scenes/sample.lua"}, 3, "the first-order state of 'circle'");
   refused({"scenes/circle.lua"}, 3, "first-order");
   refused({"scenes/cloth_ball.lua"}, 3, "collider 'sphere'");
   refused({"scenes/rope.lua", "-i", "verlet"}, 3, "constraint 'distance'");
@@ -297,6 +213,56 @@ TEST_CASE("what LAMMPS would not mean in the same way is refused before anything
   const Outcome hub = here.sim({"export", "hub.lua", "hub"});
   CHECK(hub.code == 3);
   CHECK_THAT(hub.err, Contains("particle 0") && Contains("1001 springs"));
+}
+
+TEST_CASE("each system of a world is a run of its own") {
+  const Here here;
+  write_text(
+      here("world.lua"),
+      "local sim = require 'sim'\n"
+      "local function chain(n, dt)\n"
+      "  local p = sim.particles { mass = 0.1 }\n"
+      "  for i = 0, n do p:add { 0.1 * i, 0, 0 } end\n"
+      "  p:pin(0)\n"
+      "  local s = sim.force.spring { stiffness = 50 }\n"
+      "  for i = 1, n do s:tie(i - 1, i) end\n"
+      "  return sim.scene { name = 'chain', particles = p, integrator = 'verlet', dt = dt,\n"
+      "    forces = { s, sim.force.gravity {}, sim.force.drag { k = 0.01 } }, duration = 1 }\n"
+      "end\n"
+      "return sim.world { long = chain(9, 0.002), short = chain(3, 0.005) }\n");
+  const Words tables{"-q", "--dump=mine.csv", "--energy=e.csv", "--every", "10"};
+  REQUIRE(here.sim(with({"world.lua"}, tables)).code == 0);
+  const auto same = [&](const Outcome& done) {
+    INFO(done.err);
+    REQUIRE(done.code == 0);
+    const auto mine = lines_of(read_text(here("mine.csv")));
+    const auto theirs = lines_of(read_text(here("theirs.csv")));
+    REQUIRE(mine.size() == theirs.size());
+    double most = 0;
+    for (std::size_t i = 1; i < mine.size(); ++i) {
+      const auto left = cells_of(mine[i]), right = cells_of(theirs[i]);
+      for (std::size_t k = 0; k < 4; ++k) REQUIRE(left[k] == right[k]);
+      for (std::size_t k = 4; k < 7; ++k)
+        most = std::max(most, std::fabs(std::stod(left[k]) - std::stod(right[k])));
+    }
+    CHECK(most < 1e-13);
+    const auto energies = lines_of(read_text(here("e.csv")));
+    CHECK(lines_of(read_text(here("f.csv"))).size() == energies.size());
+  };
+  const Outcome made = here.sim({"export", "world.lua", "out", "--every", "10"});
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  CHECK_THAT(made.out, Contains("cd out/long; ") && Contains("cd out/short; "));
+  PlainLammps(here("out") / "long").run();
+  CHECK(here.sim({"import", "out"}).code == 6);
+  PlainLammps(here("out") / "short").run();
+  same(here.sim({"import", "out", "-q", "--dump=theirs.csv", "--energy=f.csv"}));
+  const Words again{"-q", "--dump=theirs.csv", "--energy=f.csv", "--every", "10"};
+  if (have("lmp")) same(here.sim(with(with({"world.lua"}, again), {"--engine", "lammps"})));
+  if (std::filesystem::exists(std::filesystem::path(SIM_BINARY).parent_path() / "sim-petsc")) {
+    REQUIRE(here.sim(with({"world.lua", "-i", "rk4"}, tables)).code == 0);
+    same(here.sim(with(with({"world.lua", "-i", "rk4"}, again), {"--engine", "petsc"})));
+  }
 }
 
 TEST_CASE("wrong options of engines are told") {

@@ -1,0 +1,84 @@
+// A program beside ours that makes the steps of a scene: what is written for it, how it is started,
+// and what it leaves.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/engine/exchange.h"
+#include "core/output/process.h"
+
+namespace sim::engine {
+
+struct Launch {
+  int ranks = 1;
+  std::vector<std::string> words;  // that start it, without its own arguments; empty: found here
+};
+
+// What its log in a folder says; empty where there is none.
+struct EngineLog {
+  std::string version;                 // "LAMMPS (29 Sep 2021)"
+  std::string error;                   // its last line of an error
+  std::optional<std::int64_t> halted;  // the last step that it could not take further
+  std::string why;                     // it halted
+};
+
+// The states that it writes, read one by one while they are written.
+class Frames {
+ public:
+  enum class Next {
+    kState,      // the system is at the next frame now
+    kNone,       // there is no further whole frame, as yet
+    kNotFinite,  // the next frame has numbers that are not; the system stays where it is
+  };
+  virtual ~Frames() = default;
+
+  // Throws Error{kCheckpoint} for a file that is of another scene or start, or damaged.
+  // Frames behind step `last` are none.
+  virtual Next next(std::int64_t last) = 0;
+  virtual std::int64_t step() const = 0;  // of the frame that was read last
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  virtual std::string name() const = 0;
+  virtual std::span<const EngineMethod> methods() const = 0;
+  // Solves equations to a tolerance, which the first steps are held to beyond what is asked for.
+  virtual bool solves() const { return false; }
+
+  // The words that start it: PROGRAM, or `mpirun -np N PROGRAM`, as paths. Throws Error{kIo} where
+  // a program is missing, with the package that has it.
+  virtual std::vector<std::string> command(const Launch& launch) const = 0;
+  // Writes its files, each whole or not at all. `moments`, ascending, are the steps of which there
+  // will be a frame, the present one first and the end last. Throws Error{kIo}, and Error{kScene}
+  // for what would take too much memory there.
+  virtual void write(const Exchange& scene, std::span<const std::int64_t> moments,
+                     const std::string& folder) const = 0;
+  virtual std::unique_ptr<Process> start(std::vector<std::string> command,
+                                         const std::string& folder) const = 0;
+  // The system is where the scene was when it was written.
+  virtual std::unique_ptr<Frames> frames(const std::string& folder, const Exchange& scene,
+                                         Simulation& system) const = 0;
+  virtual EngineLog log(const std::string& folder) const = 0;
+};
+
+inline constexpr const char* kEngines = "lammps, petsc";
+std::unique_ptr<Engine> make_engine(const std::string& name);  // null: there is none of that name
+
+// For engines: a program in PATH or by its path; throws Error{kIo}.
+std::string program_or_throw(const std::string& name, const std::string& option,
+                             const std::string& remedy);
+// With mpirun before it, where there are several ranks.
+std::vector<std::string> with_ranks(const std::string& program, int ranks);
+// Open MPI is told that ranks may be more than processors, and that those who wait let others work:
+// on a busy machine two ranks that spin take ten times as long. What it leaves where it is stopped
+// goes with the folder.
+std::unique_ptr<Process> start_in(std::vector<std::string> command, const std::string& folder);
+
+}  // namespace sim::engine
