@@ -51,6 +51,21 @@ TEST_CASE("a recording is run again, to the hash at its end") {
   CHECK(settings.err.find("not the settings of the recording") != std::string::npos);
 }
 
+TEST_CASE("steps are doubled for the verdict also after a hand has held something") {
+  const TemporaryFolder folder;
+  write(folder.path() / "hold.rec",
+        "scene scenes/cloth.lua\n+100 grab 60\n+0 move 60 0.3 -0.4 0.8 over 90\n+400 pin 20\n"
+        "+500 end 0000000000000000\n");
+  for (const char* method : {"verlet", "rk4", "pefrl"}) {
+    INFO(method);
+    const Outcome outcome =
+        run_sim({"--replay", "hold.rec", "-i", method}, {.folder = folder.path()});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.find("hands were in it") != std::string::npos);
+  }
+}
+
 TEST_CASE("what a session at the prompt changed is run again with the same bits") {
   const TemporaryFolder folder;
   ProgramOptions prompt{.program = SIM_REPL_BINARY, .folder = folder.path()};

@@ -27,6 +27,9 @@ class Criterion {
   // first-order system.
   virtual void look(const Energy* energy) = 0;
 
+  // After a hand held, pinned or switched something: what was prepared for the system is void.
+  virtual void touched() {}
+
   // At the last state: its figures, and its findings in the order in which people want them.
   virtual void conclude(Figures& figures, std::vector<Finding>& findings) = 0;
 };

@@ -1,6 +1,7 @@
 // The step: as a share of the largest stable one, and by its error.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/base/array.h"
 #include "core/base/text.h"
@@ -94,14 +95,13 @@ void LimitCriterion::measure() {
 class SingleStepCriterion final : public Criterion {
  public:
   SingleStepCriterion(const Watched& run, int times)
-      : system_(&run.system),
-        size_(scene_size(run.system)),
-        probes_(run.steps, times),
-        map_(run.system.ode(), run.system.method().make()) {}
+      : system_(&run.system), size_(scene_size(run.system)), probes_(run.steps, times) {}
 
   void look(const Energy* /*energy*/) override {
     if (probes_.take(system_->step_count())) probe();
   }
+
+  void touched() override { map_.reset(); }
 
   void conclude(Figures& figures, std::vector<Finding>& findings) override {
     figures.step_error = error_;
@@ -118,8 +118,9 @@ class SingleStepCriterion final : public Criterion {
     const double* x = system_->state().data();
     const std::size_t n = system_->state().size();
     Array whole(n), half(n), halves(n);
-    if (!map_.step(t, h, x, whole.data()) || !map_.step(t, h / 2, x, half.data()) ||
-        !map_.step(t + h / 2, h / 2, half.data(), halves.data()))
+    if (!map_) map_.emplace(system_->ode(), system_->method().make());
+    if (!map_->step(t, h, x, whole.data()) || !map_->step(t, h / 2, x, half.data()) ||
+        !map_->step(t + h / 2, h / 2, half.data(), halves.data()))
       return;
     double most = 0;
     const StatePart& part = system_->shape().first();
@@ -133,7 +134,7 @@ class SingleStepCriterion final : public Criterion {
   Simulation* system_;
   double size_;  // m
   Spread probes_;
-  StepMap map_;
+  std::optional<StepMap> map_;
   double error_ = std::nan("");
 };
 

@@ -62,6 +62,7 @@ Monitor& Monitor::operator=(Monitor&&) noexcept = default;
 
 // Momentum holds no longer where a hand pulled.
 void Monitor::touched(double energy) {
+  for (const auto& criterion : criteria_) criterion->touched();
   if (!balance_) return;
   balance_->touched(energy);
   start_.potential += energy;
