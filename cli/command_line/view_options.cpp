@@ -15,6 +15,8 @@ CLI::App* add_view_options(CLI::App& app, ViewTexts& texts) {
       ->type_name("N");
   view->add_flag("--no-open", texts.no_open, "print the address, open no browser")
       ->disable_flag_override();
+  view->add_flag("--window", texts.window, "in a window on this machine instead")
+      ->disable_flag_override();
   view->add_flag("--terminal", texts.terminal, "in this terminal instead, with its mouse")
       ->disable_flag_override();
   view->add_flag("--pause-hidden", texts.pause_hidden,
@@ -52,6 +54,9 @@ ViewRequest view_request(const ViewTexts& texts, SceneRequest scene,
   if (!texts.port.empty())
     request.port = static_cast<int>(integer_between("--port", texts.port, 1, kMostPort));
   request.open = !texts.no_open;
+  if (texts.window && texts.terminal)
+    usage_error("two places to look", "--window --terminal", "it is seen in one", "leave out one");
+  request.window = texts.window;
   request.terminal = texts.terminal;
   request.pause_hidden = texts.pause_hidden;
   if (!texts.record.empty()) request.record = texts.record;

@@ -15,7 +15,7 @@ namespace sim::cli {
 // As text, as the command line has them.
 struct ViewTexts {
   std::string scene, port, record;
-  bool no_open = false, terminal = false, pause_hidden = false;
+  bool no_open = false, window = false, terminal = false, pause_hidden = false;
 };
 
 CLI::App* add_view_options(CLI::App& app, ViewTexts& texts);

@@ -31,26 +31,6 @@ const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
                "known: " + join(known, ", ") + "; a plugin of the kind writer may bring others"});
 }
 
-// How far the fastest mode moves each particle, the most as 1; it stays as it was at the start.
-std::vector<double> mode_of(Simulation& system) {
-  const study::Spectrum found = study::spectrum(system);
-  const StatePart& part = system.shape().first();
-  std::vector<double> values;
-  for (int i = 0; i < (system.flat() ? 1 : system.particles()); ++i) {
-    double square = 0;
-    for (std::size_t c = 0; c < part.components.size(); ++c)
-      for (const std::vector<double>* side : {&found.shape, &found.partner}) {
-        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
-        if (at < side->size() && (side == &found.shape || !system.second_order()))
-          square += (*side)[at] * (*side)[at];
-      }
-    values.push_back(std::sqrt(square));
-  }
-  const double most = std::ranges::max(values);
-  for (double& value : values) value = most > 0 ? value / most : 0;
-  return values;
-}
-
 }  // namespace
 
 void check_files(const OutRequest& request, Registry& registry) {
@@ -149,7 +129,7 @@ Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& regi
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     Simulation& system = scene.systems[i];
     if (look_.colour == "error") companions_.emplace_back(scene.spec.systems[i], system, registry);
-    if (look_.colour == "mode") modes_.push_back(mode_of(system));
+    if (look_.colour == "mode") modes_.push_back(study::fastest_mode(system));
     start.push_back(take_frame(system));
     measure(i, system, start.back());
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/text.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
 
@@ -11,24 +10,32 @@ namespace sim::cli {
 namespace {
 
 constexpr std::size_t kMostSamples = 2000;
-constexpr double kMostDrift = 0.01;  // of the energy in play, as in a verdict
+constexpr std::int64_t kLeastSteps = 1000;  // that a verdict is about
+constexpr double kRarely = 20;              // times of what it costs, between two looks
+constexpr double kOften = 0.1;              // s, at most
+
+std::chrono::steady_clock::time_point after(std::chrono::steady_clock::time_point begin) {
+  const auto now = std::chrono::steady_clock::now();
+  const double cost = std::chrono::duration<double>(now - begin).count();
+  return now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                   std::chrono::duration<double>(std::max(kOften, kRarely * cost)));
+}
 
 }  // namespace
 
-EnergyAccount::EnergyAccount(Player& player, std::size_t system)
-    : player_(&player), index_(system) {
+EnergyAccount::EnergyAccount(Player& player, std::size_t system, const SystemSpec& spec,
+                             Registry& registry)
+    : player_(&player), index_(system), spec_(&spec), registry_(&registry) {
   begin(0);
   sample();
 }
 
-std::int64_t EnergyAccount::due() const {
-  return balance_ ? std::max<std::int64_t>(1, balance_->due()) : 64;
-}
+std::int64_t EnergyAccount::due() const { return std::clamp<std::int64_t>(monitor_->due(), 1, 64); }
 
 // The work up to the present state, under the velocities that led to it.
 void EnergyAccount::look() {
   const std::int64_t now = player_->system(index_).step_count();
-  if (balance_ && now > step_) balance_->advance(now - step_);
+  if (now > step_) monitor_->advance(now - step_);
   step_ = now;
 }
 
@@ -36,9 +43,12 @@ void EnergyAccount::begin(double drift) {
   Simulation& system = player_->system(index_);
   step_ = system.step_count();
   touches_ = player_->timeline(index_).touches();
+  const std::int64_t steps = std::max(kLeastSteps, system.steps_for(system.duration()));
+  monitor_ = std::make_unique<study::Monitor>(*spec_, system, steps, registry_);
+  judged_ = -1;
+  checked_ = judging_ = {};
   if (!system.second_order()) return;
-  balance_.emplace(system);
-  if (!system.settings().held.empty()) balance_->touched(0);
+  if (touches_ > 0 || !system.settings().held.empty()) monitor_->touched(0);
   start_ = player_->timeline(index_).start_energy(system);
   base_ = system.energy().total() - drift;
 }
@@ -52,9 +62,9 @@ void EnergyAccount::stepped() {
   touches_ = player_->timeline(index_).touches();
   // What comes later will be other.
   while (!samples_.empty() && samples_.back().step > step_) samples_.pop_back();
-  if (!balance_) return;
+  if (!system.second_order()) return;
   const double start = player_->timeline(index_).start_energy(system);
-  balance_->touched(start - start_);
+  monitor_->touched(start - start_);
   base_ += start - start_;
   start_ = start;
 }
@@ -69,18 +79,17 @@ void EnergyAccount::travelled() {
   begin(known);
 }
 
-double EnergyAccount::drift() {
-  return player_->system(index_).energy().total() + balance_->taken() - base_;
-}
-
 EnergySample EnergyAccount::sample() {
   Simulation& system = player_->system(index_);
   EnergySample now{.step = system.step_count(), .t = system.t()};
-  if (balance_) {
+  if (system.second_order()) {
     const Energy energy = system.energy();
     now.kinetic = energy.kinetic;
     now.potential = energy.potential;
-    now.drift = drift();
+    now.drift = energy.total() + monitor_->work() - base_;
+    check(energy);
+  } else {
+    check({});
   }
   const auto place = std::ranges::lower_bound(samples_, now.step, {}, &EnergySample::step);
   if (place != samples_.end() && place->step == now.step)
@@ -97,7 +106,7 @@ EnergySample EnergyAccount::sample() {
 
 std::int64_t EnergyAccount::last_good() const {
   constexpr double kExplosion = 1e6;
-  if (!balance_ || samples_.empty()) return -1;
+  if (!player_->system(index_).second_order() || samples_.empty()) return -1;
   double in_play = 0;
   std::int64_t good = samples_.front().step;
   for (const EnergySample& each : samples_) {
@@ -118,17 +127,20 @@ double stable_share(Simulation& system) {
   return study::step_share(system.integrator(), fastest, system.h()).share;
 }
 
-std::string live_verdict(const EnergySample& now, const std::vector<EnergySample>& past,
-                         double share, const Simulation& system) {
-  if (!system.second_order()) return "";
-  double in_play = now.kinetic;
-  for (const EnergySample& each : past)
-    in_play = std::max(in_play, each.kinetic + std::abs(each.potential - past.front().potential));
-  const double off = in_play > 0 ? std::abs(now.drift) / in_play : 0;
-  if (share > 1) return "suspect: dt is " + brief(100 * share, 3) + " % of the largest stable step";
-  if (off > kMostDrift)
-    return "suspect: energy off by " + brief(100 * off, 2) + " % of what is in play";
-  return "trusted so far: energy to " + brief(100 * off, 2) + " %";
+void EnergyAccount::check(const Energy& energy) {
+  const auto now = Clock::now();
+  if (now < checked_ || !std::isfinite(energy.total())) return;
+  monitor_->look(player_->system(index_).second_order() ? &energy : nullptr);
+  checked_ = after(now);
+}
+
+const study::Verdict& EnergyAccount::verdict(const study::Parting& parted) {
+  const auto now = Clock::now();
+  if (judged_ == step_ || now < judging_) return verdict_;
+  verdict_ = monitor_->verdict(parted);
+  judged_ = step_;
+  judging_ = after(now);
+  return verdict_;
 }
 
 }  // namespace sim::cli

@@ -19,7 +19,10 @@ constexpr int kPreviewMoments = 12;
 constexpr double kLongestDebt = 0.1;  // s behind the clock, more is never caught up
 constexpr double kHandRate = 60;      // moves a second
 constexpr double kMeasured = 0.5;     // s between two measurements of the speed
+constexpr double kSpare = 0.1;  // of real time: steps that leave room for those of half the size
+constexpr int kFew = 20000;     // particles
 constexpr std::size_t kMostHands = 32;
+constexpr double kFurthest = 1e9;  // m, that a hand reaches
 
 double seconds_since(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
@@ -58,48 +61,47 @@ std::vector<Moment> preview_of(const LoadedScene& scene, const SceneRequest& req
   return moments;
 }
 
-std::string json_numbers(const std::vector<double>& values, int digits) {
-  std::vector<std::string> texts;
-  for (const double value : values)
-    texts.push_back(std::isfinite(value) ? brief(value, digits) : "null");
-  return json_array(texts);
-}
-
-std::string json_ids(const std::vector<int>& ids) {
-  std::vector<std::string> texts;
-  for (const int id : ids) texts.push_back(std::to_string(id));
-  return json_array(texts);
-}
-
 }  // namespace
 
-Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, int number)
+Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, int number,
+           std::vector<Timeline> timelines)
     : scene_(scene),
       registry_(registry),
       number_(number),
-      player_(scene.systems, scene.spec.world),
+      player_(timelines.empty() ? Player(scene.systems, scene.spec.world)
+                                : Player(scene.systems, scene.spec.world, std::move(timelines))),
       preview_(preview_of(scene, request, registry)),
+      measured_(scene, registry),
       shares_(scene.systems.size(), std::nan("")),
       last_(Clock::now()) {
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     models_.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
-    accounts_.emplace_back(player_, i);
-    player_.before_touch(i, [this, i] { accounts_[i].look(); });
+    accounts_.emplace_back(player_, i, scene_.spec.systems[i], registry_);
+    before_.push_back(player_.timeline(i).actions());
+    player_.before_touch(i, [this, i] {
+      accounts_[i].look();
+      measured_.before_touch(i);
+    });
   }
-  page_ = std::make_unique<Page>(models_, preview_, look_of(scene.spec, {}));
   measure_limits();
+  measured_.afford(few());
+  if (player_.step() > 0) preview_.push_back(moment());
 }
 
-std::string Live::page(bool pause_hidden) const {
-  std::vector<std::string> methods, switches;
-  for (const std::string& name : registry_.names<Integrator>())
-    methods.push_back(json_string(name));
-  JsonObject live;
-  live.text("socket", "@SOCKET@").json("methods", json_array(methods));
-  live.flag("world", scene_.spec.world).integer("page", number_);
-  live.flag("pauseHidden", pause_hidden);
-  live.json("args", args_json(scene_.spec.args));
-  return page_->of_live(live.str());
+// So few that a second run beside it is soon made.
+bool Live::few() const {
+  int particles = 0;
+  for (const Model& model : models_) particles += model.particles;
+  return particles < kFew;
+}
+
+ViewScene Live::scene() const {
+  ViewScene scene{.number = number_, .world = scene_.spec.world, .models = models_};
+  scene.preview = preview_;
+  scene.look = look_of(scene_.spec, {});
+  scene.methods = registry_.names<Integrator>();
+  scene.args = scene_.spec.args;
+  return scene;
 }
 
 // --- Time -------------------------------------------------------------------------------------
@@ -148,6 +150,8 @@ void Live::run(double seconds) {
   if (wall_ > kMeasured) {
     us_ = taken_ > 0 ? 1e6 * spent_ / static_cast<double>(taken_) : us_;
     real_ = simulated_ / wall_;
+    // What is not asked for stops for good, until a reset, where it takes too much.
+    if (step_cost_ * speed_ > kSpare * player_.system().h()) measured_.afford(false);
     was_slow_ = slow;
     spent_ = wall_ = simulated_ = 0;
     taken_ = 0;
@@ -177,6 +181,7 @@ std::string Live::limit_words(std::size_t i) {
 
 void Live::go_to(std::int64_t step) {
   player_.go_to(step);
+  measured_.begin_anew();
   settle();
 }
 
@@ -206,6 +211,12 @@ std::string Live::failure() {
 
 // --- Hands ------------------------------------------------------------------------------------
 
+void Live::perform(std::size_t system, const Action& action) {
+  measured_.before_touch(system);
+  player_.act(system, action);
+  measured_.touched(system, action);
+}
+
 // What is held goes to where the pointer is, along a line until the next look at the pointer.
 void Live::move_hands() {
   for (Hand& hand : hands_) {
@@ -214,7 +225,7 @@ void Live::move_hands() {
     const double steps = speed_ / kHandRate / player_.system(hand.system).h();
     Action move{.what = Action::What::kMove, .particle = hand.particle, .x = hand.to};
     move.steps = static_cast<std::int64_t>(std::clamp(std::round(steps), 1.0, 1e6));
-    player_.act(hand.system, move);
+    perform(hand.system, move);
   }
   for (EnergyAccount& each : accounts_) each.stepped();
 }
@@ -227,7 +238,8 @@ void Live::let_go(std::uint64_t from) {
     }
     const Hand hand = hands_[i];
     hands_.erase(hands_.begin() + static_cast<std::ptrdiff_t>(i));
-    player_.act(hand.system, {.what = Action::What::kRelease, .particle = hand.particle});
+    const Action release{.what = Action::What::kRelease, .particle = hand.particle};
+    perform(hand.system, release);
   }
   settle();
 }
@@ -242,10 +254,13 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
   if (grabs && hands_.size() >= kMostHands) refuse_word("no hand is free", "32 hold something");
   const bool held = std::ranges::any_of(hands_, same);
   if (grabs || hands_.empty()) player_.part();
-  player_.act(system, action);
+  before_[system] = std::min(before_[system], player_.timeline(system).actions());
+  perform(system, action);
   if (grabs && !held) hands_.push_back({system, action.particle, from});
   if (action.what == Action::What::kRelease) std::erase_if(hands_, same);
   settle();
+  if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
+    accounts_[system].travelled();
   const bool pins = action.what == Action::What::kPin || action.what == Action::What::kUnpin;
   if (action.changes_settings() && !pins) measure_limits();
 }
@@ -255,9 +270,10 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
 std::string Live::take(std::uint64_t from, const std::string& line) {
   fresh_ = true;
   try {
-    return obey(from, line);
+    obey(from, line);
+    return "";
   } catch (const Error& error) {
-    return JsonObject().text("error", error.what()).str();
+    return error.what();
   }
 }
 
@@ -269,8 +285,7 @@ std::string Live::word_of(std::string& line) {
   return word;
 }
 
-std::string Live::obey(std::uint64_t from, const std::string& line) {
-  if (line == "hello") return strip();
+void Live::obey(std::uint64_t from, const std::string& line) {
   std::string rest = line;
   std::size_t system = 0;
   if (const std::size_t colon = rest.find(": "); colon < rest.find(' ')) {
@@ -283,7 +298,7 @@ std::string Live::obey(std::uint64_t from, const std::string& line) {
   std::string arguments = rest;
   const std::string word = word_of(arguments);
   if (word == "pull") {
-    pull_to(system, arguments);
+    pull(system, arguments);
   } else if (word == "set") {
     const std::string name = word_of(arguments);
     wish_ = Wish{from, name, arguments};
@@ -294,18 +309,13 @@ std::string Live::obey(std::uint64_t from, const std::string& line) {
     for (std::size_t i = each ? 0 : system; i < (each ? player_.count() : system + 1); ++i)
       act(from, i, action);
   }
-  return "";
 }
 
-void Live::pull_to(std::size_t system, std::string arguments) {
+void Live::pull(std::size_t system, std::string arguments) {
   const int particle = static_cast<int>(number_in(word_of(arguments), 0, 2e9));
-  Vec3 point;
+  Vec3 to;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    point[axis] = number_in(word_of(arguments), -1e6, 1e6);
-  pull(system, particle, page_->metres(system, point));
-}
-
-void Live::pull(std::size_t system, int particle, const Vec3& to) {
+    to[axis] = number_in(word_of(arguments), -kFurthest, kFurthest);
   bool any = false;
   for (Hand& hand : hands_)
     if ((all_ || hand.system == system) && hand.particle == particle) {
@@ -318,7 +328,7 @@ void Live::pull(std::size_t system, int particle, const Vec3& to) {
 
 // What changes no state but where in time it is looked at; false for another word.
 bool Live::control(const std::string& word, const std::string& argument, std::uint64_t from) {
-  constexpr double kFurthest = 1e6, kFastest = 100;
+  constexpr double kMostBack = 1e6, kFastest = 100;
   if (word == "play") {
     playing_ = player_.failed() < 0;
     if (playing_) failure_.clear();
@@ -335,22 +345,33 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
     if (player_.failed() >= 0) failure_ = failure();
   } else if (word == "back") {
     playing_ = false;
-    go_to(player_.step() - static_cast<std::int64_t>(number_in(argument, 1, kFurthest)));
+    go_to(player_.step() - static_cast<std::int64_t>(number_in(argument, 1, kMostBack)));
   } else if (word == "goto") {
     playing_ = false;
     go_to(player_.step_at(number_in(argument, 0, 1e9)));
   } else if (word == "undo") {
     hands_.clear();
-    if (!player_.undo()) refuse_word("nothing to undo", "no hand has done anything");
+    bool any = false;
+    for (std::size_t i = 0; i < player_.count(); ++i)
+      any = any || player_.timeline(i).actions() > before_[i];
+    if (!any || !player_.undo()) refuse_word("nothing to undo", "no hand has done anything");
+    measured_.begin_anew();
     settle();
     measure_limits();
   } else if (word == "reset") {
     hands_.clear();
     player_.reset();
+    before_.assign(player_.count(), 0);
+    measured_.afford(few());
+    measured_.begin_anew();
     accounts_.clear();
-    for (std::size_t i = 0; i < player_.count(); ++i) accounts_.emplace_back(player_, i);
+    for (std::size_t i = 0; i < player_.count(); ++i)
+      accounts_.emplace_back(player_, i, scene_.spec.systems[i], registry_);
     settle();
+  } else if (word == "colour") {
+    measured_.ask(from, argument);
   } else if (word == "bye") {
+    measured_.leave(from);
     let_go(from);
   } else {
     return false;
@@ -360,75 +381,57 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
 
 // --- What is shown ----------------------------------------------------------------------------
 
-std::string Live::words() {
-  if (playing_ && Clock::now() > limits_) measure_limits();
-  std::vector<std::string> systems;
-  for (std::size_t i = 0; i < player_.count(); ++i) {
-    Simulation& system = player_.system(i);
-    const EnergySample now = accounts_[i].sample();
-    JsonObject each;
-    each.integer("step", now.step).number("t", now.t).number("h", system.h());
-    each.text("method", system.method().label());
-    each.number("share", shares_[i]).number("kinetic", now.kinetic);
-    each.number("potential", now.potential).number("drift", now.drift);
-    each.json("pinned", json_ids(system.settings().pinned));
-    each.json("held", json_ids(system.settings().held));
-    each.text("verdict", live_verdict(now, accounts_[i].samples(), shares_[i], system));
-    JsonObject switches;
-    for (const auto& [name, on] : system.switches()) switches.flag(name, on);
-    each.json("switches", switches.str());
-    if (!playing_) each.text("hash", hash_text(system));
-    systems.push_back(each.str());
-  }
-  JsonObject all;
-  all.integer("page", number_)
-      .flag("playing", playing_)
-      .number("speed", speed_)
-      .number("real", real_)
-      .number("us", us_);
-  all.flag("slow", was_slow_).number("known", player_.system().t(player_.known()));
-  all.text("failure", failure_).json("systems", json_array(systems));
-  return all.str();
-}
-
-Moment Live::moment() const {
+Moment Live::moment() {
   Moment moment;
   for (const Simulation& each : scene_.systems) moment.push_back(take_frame(each));
+  measured_.fill(moment, models_);
   return moment;
 }
 
+// As that of a run which ends here, but for what only a run that has ended can be asked: whether
+// positions that differ with half the step do so by the step or by chaos.
 std::string Live::verdict(std::size_t i) {
-  if (!failure_.empty()) return failure_;
-  return live_verdict(accounts_[i].sample(), accounts_[i].samples(), shares_[i], player_.system(i));
+  constexpr double kWrong = 0.02;  // of the size, as in a verdict
+  const study::Parting parted = measured_.parted(i);
+  const bool right = parted.verified() && parted.share <= kWrong;
+  study::Verdict verdict = accounts_[i].verdict(right ? parted : study::Parting());
+  if (parted.verified() && !right) {
+    verdict.trust = std::max(verdict.trust, study::Trust::kSuspect);
+    verdict.reason =
+        "positions differ by up to " + brief(parted.error, 2) +
+        " m from those with half the step: dt is too long, or the motion is chaotic; " +
+        verdict.reason;
+  } else if (!right && player_.step() > 0) {
+    verdict.reason += "; positions not verified: half the step is too slow here";
+  }
+  return std::string(study::trust_name(verdict.trust)) + ": " + verdict.reason;
 }
 
-std::string Live::frame() {
+ViewState Live::state() {
   fresh_ = false;
-  const Moment now = moment();
-  std::string text = words();
-  std::vector<std::string> solids;
-  for (std::size_t i = 0; i < now.size(); ++i) solids.push_back(page_->solids(now, i));
-  text.pop_back();
-  text += ",\"solids\":" + json_array(solids) + "}";
-  return page_->frame(now, text);
-}
-
-std::string Live::strip() const {
-  std::vector<double> t, kinetic, potential;
+  if (playing_ && Clock::now() > limits_) measure_limits();
+  ViewState all{.number = number_, .playing = playing_, .slow = was_slow_};
+  all.speed = speed_;
+  all.real = real_;
+  all.us = us_;
+  all.known = player_.system().t(player_.known());
+  all.failure = failure_;
+  all.measured = measured_.name();
+  for (std::size_t i = 0; i < player_.count(); ++i) {
+    Simulation& system = player_.system(i);
+    ViewSystem each{.now = accounts_[i].sample(), .h = system.h(), .share = shares_[i]};
+    each.method = system.method().label();
+    each.verdict = verdict(i);
+    each.pinned = system.settings().pinned;
+    each.held = system.settings().held;
+    each.switches = system.switches();
+    if (!playing_) each.hash = hash_text(system);
+    all.systems.push_back(std::move(each));
+  }
   std::size_t shown = 0;
   while (shown + 1 < models_.size() && !models_[shown].second_order) ++shown;
-  const std::vector<EnergySample>& past = accounts_[shown].samples();
-  const std::size_t every = past.size() / 500 + 1;
-  for (std::size_t i = 0; i < past.size(); i += every) {
-    t.push_back(past[i].t);
-    kinetic.push_back(past[i].kinetic);
-    potential.push_back(past[i].potential);
-  }
-  return JsonObject()
-      .json("t", json_numbers(t, 7))
-      .json("kinetic", json_numbers(kinetic, 5))
-      .json("potential", json_numbers(potential, 5))
-      .str();
+  all.past = accounts_[shown].samples();
+  return all;
 }
 
 }  // namespace sim::cli

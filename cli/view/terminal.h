@@ -8,7 +8,7 @@
 
 #include "cli/terminal/cells.h"
 #include "cli/view/live.h"
-#include "core/picture/scenery.h"
+#include "core/output/front.h"
 
 namespace sim::cli {
 
@@ -38,35 +38,19 @@ class TerminalFront {
   explicit TerminalFront(Live& live);
 
   void take(const TerminalEvent& event);
-  bool closed() const { return closed_; }
+  bool closed() const { return front_.closed(); }
   std::string picture();  // what is to be written now
 
  private:
-  struct Spot {
-    std::size_t system = 0;
-    int particle = -1;
-  };
-  void key(const std::string& key);
-  void say(const std::string& line);
-  void turn(Viewpoint& view) const;
-  Spot under(int x, int y) const;
-  std::string name(std::size_t system) const;
-  void pull(int x, int y);
   std::string status() const;
 
   Live& live_;
+  Front front_;
+  ViewState state_;
   CellSize size_;
   Cells cells_;
   std::unique_ptr<Raster> raster_;
-  sim::Look look_;
-  Viewpoint base_, view_;
-  double yaw_ = 0, pitch_ = 0, distance_ = 1;
-  V3 at_;
-  Moment moment_;
-  Spot held_, picked_;
-  bool pinning_ = false, turning_ = false, closed_ = false, help_ = false;
-  int x_ = 0, y_ = 0;  // of the mouse, in cells
-  float depth_ = 0;
+  bool help_ = false;
   std::string said_;
 };
 

@@ -22,7 +22,6 @@
 #include "cli/view/live.h"
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
-#include "core/output/format.h"
 #include "core/output/view.h"
 
 namespace sim::cli {
@@ -70,13 +69,16 @@ std::string random_token() {
   return token;
 }
 
-const Plugin<View>& page_plugin(Registry& registry) {
-  const PluginInfo* found = registry.find(kind_of<View>, "web");
-  if (!found)
-    throw Error(ErrorKind::kIo,
-                {"no page", "sim view", "this build has no web server",
-                 "install libwebsockets-dev and build again, or look with --terminal"});
-  return static_cast<const Plugin<View>&>(*found);
+const Plugin<View>& plugin_of(bool window, Registry& registry) {
+  if (const PluginInfo* found = registry.find(kind_of<View>, window ? "window" : "web"))
+    return static_cast<const Plugin<View>&>(*found);
+  if (window)
+    throw Error(ErrorKind::kIo, {"no window", "sim view --window", "this build has none",
+                                 "install libglfw3-dev, libepoxy-dev and libimgui-dev and build "
+                                 "again, or leave out --window"});
+  throw Error(ErrorKind::kIo,
+              {"no page", "sim view", "this build has no web server",
+               "install libwebsockets-dev and build again, or look with --window or --terminal"});
 }
 
 // Where there is a screen; the browser is its own process.
@@ -100,15 +102,20 @@ void open_browser(const std::string& address) {
 class Stage {
  public:
   Stage(const ViewRequest& request, const Environment& environment, Registry& registry)
-      : request_(request), environment_(environment), registry_(registry) {
+      : request_(request), environment_(&environment), registry_(&registry) {
     put_on(request.scene);
   }
 
-  Live& live() { return *live_; }
-  const LoadedScene& scene() const { return *scene_; }
+  explicit Stage(Live& lent) : lent_(&lent) {}
+
+  Live& live() { return lent_ ? *lent_ : *live_; }
+  bool world() const { return scene_->spec.world; }
 
   // From the start, with another value. Throws as load() does, and goes on with what it had.
   void set(const std::string& name, const std::string& value) {
+    if (lent_)
+      throw Error(ErrorKind::kUsage, {"no other scene", name, "the scene is that of the prompt",
+                                      "close this and say .set " + name + " " + value});
     if (request_.record)
       throw Error(ErrorKind::kUsage, {"no other scene", name, "what is recorded is of one scene",
                                       "start sim view with -s " + name + "=" + value});
@@ -119,9 +126,9 @@ class Stage {
 
  private:
   void put_on(const SceneRequest& asked) {
-    auto scene = std::make_unique<LoadedScene>(load(asked, environment_, registry_));
-    if (!request_.compare.empty()) *scene = side_by_side(*scene, request_, registry_);
-    auto live = std::make_unique<Live>(*scene, asked, registry_, number_++);
+    auto scene = std::make_unique<LoadedScene>(load(asked, *environment_, *registry_));
+    if (!request_.compare.empty()) *scene = side_by_side(*scene, request_, *registry_);
+    auto live = std::make_unique<Live>(*scene, asked, *registry_, number_++);
     if (!request_.compare.empty()) live->act_on_all();
     live_ = std::move(live);
     scene_ = std::move(scene);
@@ -129,61 +136,70 @@ class Stage {
   }
 
   ViewRequest request_;
-  const Environment& environment_;
-  Registry& registry_;
+  const Environment* environment_ = nullptr;
+  Registry* registry_ = nullptr;
   int number_ = 0;
+  Live* lent_ = nullptr;
   std::unique_ptr<LoadedScene> scene_;
   std::unique_ptr<Live> live_;
 };
 
-// Until a signal: served, stepped and shown.
-int serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
-          const Interrupts& interrupts, Console& console) {
-  const ViewTask task{stage.live().page(request.pause_hidden), random_token(), request.port};
-  const auto server =
-      made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
-  const std::string address = server->address();
-  const std::size_t colon = address.find(':', 6) + 1;
+void announce(const std::string& address, bool open, Console& console) {
+  const std::size_t colon = address.rfind(':') + 1;
   const std::string port = address.substr(colon, address.find('/', colon) - colon);
   console.out << address << '\n';
   console.err << "from elsewhere: ssh -L " << port << ":127.0.0.1:" << port
               << " HOST, then that address; Ctrl-C ends\n";
   flush_or_throw(console.out, "standard output");
-  if (request.open) open_browser(address);
+  if (open) open_browser(address);
+}
+
+using Caught = std::function<int()>;  // the signal that came, or 0
+
+// Until it is closed or a signal comes: served, stepped and shown.
+void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
+           const Caught& caught, Console& console) {
+  ViewTask task{.scene = stage.live().scene(), .title = "sim " + request.scene.scene};
+  task.token = random_token();
+  task.port = request.port;
+  task.pause_hidden = request.pause_hidden;
+  const auto shown = made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+  if (const std::string address = shown->address(); !address.empty())
+    announce(address, request.open, console);
   auto next = Clock::now(), quiet = next;
-  while (!interrupts.caught()) {
+  while (!caught() && !shown->closed()) {
     const double left = std::chrono::duration<double>(next - Clock::now()).count();
-    for (const ViewMessage& message : server->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
-      std::string answer = stage.live().take(message.from, message.text);
+    for (const ViewMessage& message : shown->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
+      std::string refused = stage.live().take(message.from, message.text);
       if (const auto wish = stage.live().take_wish()) {
         try {
           stage.set(wish->name, wish->value);
-          server->renew(stage.live().page(request.pause_hidden));
+          shown->renew(stage.live().scene());
         } catch (const Error& error) {
-          answer = JsonObject().text("error", error.what()).str();
+          refused = error.what();
         }
       }
-      if (!answer.empty()) server->answer(message.from, answer);
+      if (!refused.empty()) shown->refuse(message.from, refused);
     }
     Live& live = stage.live();
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
     live.run(kShare * kFrame);
     // Where nothing happens a few frames are enough, for whoever missed the last one.
-    if (!server->wants_frame() || (!live.fresh() && Clock::now() < quiet)) continue;
+    const bool changed = live.fresh() || shown->touched();
+    if (!shown->wants_frame() || (!changed && Clock::now() < quiet)) continue;
     quiet = Clock::now() + span(kQuiet);
-    server->show(live.frame());
+    shown->show(live.moment(), live.state());
   }
-  return 128 + interrupts.caught();
 }
 
 // Until Q or a signal.
-int play_in_terminal(Live& live, const Interrupts& interrupts) {
+void play_in_terminal(Live& live, const Caught& caught) {
   const Takeover takeover;
   TerminalFront front(live);
   std::string input;
   auto next = Clock::now(), next_picture = next;
-  while (!interrupts.caught() && !front.closed()) {
+  while (!caught() && !front.closed()) {
     const double left = std::chrono::duration<double>(next - Clock::now()).count();
     pollfd keys{0, POLLIN, 0};
     if (::poll(&keys, 1, static_cast<int>(std::max(0.0, 1000 * left))) > 0) {
@@ -201,17 +217,36 @@ int play_in_terminal(Live& live, const Interrupts& interrupts) {
     put(std::cout, front.picture());
     std::cout.flush();
   }
-  return interrupts.caught() ? 128 + interrupts.caught() : 0;
 }
+
+// Where a scene is seen: what is not there is said before anything is loaded.
+class Screen {
+ public:
+  Screen(const ViewRequest& request, Registry& registry)
+      : request_(request),
+        plugin_(request.terminal ? nullptr : &plugin_of(request.window, registry)) {
+    if (const std::string why = no_pictures(); request.terminal && !why.empty())
+      throw Error(ErrorKind::kIo, {"no pictures in this terminal", "sim view --terminal", why,
+                                   "leave out --terminal"});
+  }
+
+  void show(Stage& stage, const Caught& caught, Console& console) const {
+    if (plugin_)
+      serve(stage, *plugin_, request_, caught, console);
+    else
+      play_in_terminal(stage.live(), caught);
+  }
+
+ private:
+  const ViewRequest& request_;
+  const Plugin<View>* plugin_;
+};
 
 }  // namespace
 
 int view(const ViewRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
-  const Plugin<View>* const plugin = request.terminal ? nullptr : &page_plugin(registry);
-  if (const std::string why = no_pictures(); request.terminal && !why.empty())
-    throw Error(ErrorKind::kIo, {"no pictures in this terminal", "sim view --terminal", why,
-                                 "leave out --terminal"});
+  const Screen screen(request, registry);
   Stage stage(request, environment, registry);
 
   std::ofstream file;
@@ -220,15 +255,31 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
     file.open(*request.record, std::ios::binary | std::ios::trunc);
     if (!file)
       throw Error(ErrorKind::kIo, {"cannot write", *request.record, std::strerror(errno), ""});
-    writer.emplace(file, recording_header(request.scene), stage.scene().spec.world);
-    stage.live().player().record(&*writer);
+    writer.emplace(file, recording_header(request.scene), stage.world());
+    stage.live().player().record(*writer);
   }
 
   const Interrupts interrupts;
-  const int code = plugin ? serve(stage, *plugin, request, interrupts, console)
-                          : play_in_terminal(stage.live(), interrupts);
+  screen.show(
+      stage, [&] { return interrupts.caught(); }, console);
   stage.live().player().end_record();
-  return code;
+  return interrupts.caught() ? 128 + interrupts.caught() : 0;
+}
+
+void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const ViewRequest& request,
+                  const std::vector<RecordingWriter*>& writers, Registry& registry,
+                  Console& console, const std::function<int()>& caught) {
+  const Screen screen(request, registry);
+  Live live(scene, request.scene, registry, 0, std::move(timelines));
+  struct GiveBack {
+    Live& live;
+    std::vector<Timeline>& to;
+    ~GiveBack() { to = live.player().take_timelines(); }
+  } const give_back{live, timelines};
+  for (RecordingWriter* writer : writers) live.player().record(*writer);
+  live.take(0, "pause");
+  Stage stage(live);
+  screen.show(stage, caught, console);
 }
 
 }  // namespace sim::cli

@@ -1,44 +1,94 @@
-// What somebody looks at while a scene runs: a page that is served, and words that come back from
-// it. Each kind is a plugin, opened when it is asked for.
+// What somebody looks at while a scene runs, and touches it with: a page that is served, a window.
+// Each is a plugin, opened when it is asked for. A scene goes in once, then moments of it; what
+// comes back are words.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "core/picture/look.h"
+#include "core/picture/model.h"
 
 namespace sim {
 
-struct ViewTask {
-  std::string page;   // HTML; @SOCKET@ in it becomes the address its WebSocket has
-  std::string token;  // what an address must hold to be answered: letters and digits
-  int port = 0;       // 0: one that is free
+// What stays until renew(), when what it points to may have gone.
+struct ViewScene {
+  int number = 0;      // a scene that comes later has another one
+  bool world = false;  // words begin with the name of their system
+  std::span<const Model> models;
+  std::span<const Moment> preview;  // of the time to come: what the first camera sees
+  Look look;
+  std::vector<std::string> methods;  // names of integrators
+  std::vector<SceneArg> args;        // parameters of the scene
 };
 
-// What somebody said, and who: the number of a connection.
+struct ViewTask {
+  ViewScene scene;
+  std::string title;
+  std::string token;          // what an address must hold to be answered: letters and digits
+  int port = 0;               // 0: one that is free
+  bool pause_hidden = false;  // while no eye is on it, it pauses
+};
+
+struct EnergySample {
+  std::int64_t step = 0;
+  double t = 0;                                  // s
+  double kinetic = 0, potential = 0, drift = 0;  // J
+};
+
+// One system as it is; the share is that of the largest stable step, or not a number.
+struct ViewSystem {
+  EnergySample now;
+  double h = 0, share = std::nan("");  // s
+  std::string method, verdict;
+  std::vector<int> pinned, held;
+  std::vector<std::pair<std::string, bool>> switches;
+  std::string hash;  // while it pauses
+};
+
+struct ViewState {
+  int number = 0;  // of the scene
+  bool playing = true, slow = false;
+  double speed = 1, real = 0;       // of real time: wanted, and reached
+  double us = 0;                    // microseconds a step
+  double known = 0;                 // s, as far as it has been
+  std::string failure;              // why it stopped
+  std::string measured;             // what `values` of the frames are: energy, error, mode, or ""
+  std::vector<ViewSystem> systems;  // as the models
+  std::span<const EnergySample> past;  // of the first system that has energies
+};
+
+// What somebody said, and who: the number of a connection. Words are actions as recordings have
+// them; "pull I X Y Z" of what is held, in m; play, pause, speed S, step N, back N, goto T, undo,
+// reset, set NAME VALUE, colour NAME, and "bye" of who goes.
 struct ViewMessage {
   std::uint64_t from = 0;
   std::string text;
 };
 
-// Knows no scene. Nothing blocks but wait(), and nothing that comes from outside can throw.
+// Nothing blocks but wait(), and nothing that comes from outside can throw.
 class View {
  public:
   static constexpr std::size_t kMostText = 4096;  // bytes of a message; longer ones end its sender
 
   virtual ~View() = default;
 
-  virtual std::string address() const = 0;  // to be opened by a person
+  virtual std::string address() const { return ""; }  // to be opened by a person, if it is one
 
   // Serves what is due, for at most so many milliseconds; returns what came in.
   virtual std::vector<ViewMessage> wait(int milliseconds) = 0;
+  virtual bool closed() const { return false; }  // nobody will look again
 
-  // The connections that are open. One is told of a frame only when its last one has left: until
-  // then the newest waits.
-  virtual int watchers() const = 0;
-  virtual bool wants_frame() const = 0;
-  virtual void show(const std::string& frame) = 0;                     // bytes, to all
-  virtual void answer(std::uint64_t to, const std::string& text) = 0;  // text, to one
-  virtual void renew(const std::string& page) = 0;                     // for who asks from now on
+  // A moment is drawn, or sent to all whose last one has left.
+  virtual bool wants_frame() const { return true; }
+  virtual bool touched() const { return false; }  // wants one although nothing happened
+  virtual void show(const Moment& moment, const ViewState& state) = 0;
+  virtual void refuse(std::uint64_t to, const std::string& why) = 0;  // what was said
+  virtual void renew(const ViewScene& scene) = 0;                     // another one from now on
 };
 
 }  // namespace sim

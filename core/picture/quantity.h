@@ -30,6 +30,12 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
 ColourScale colour_scale(const Look& look, std::span<const Model> models,
                          std::span<const Moment> moments);
 
+// The end of a scale that goes on while what it shows changes: it grows at once, and shrinks when
+// there is a fifth left.
+inline double steady_most(double now, double before) {
+  return now > before || now < 0.2 * before ? now : before;
+}
+
 // The least of 1, 2, 3, 5 times a power of ten that is not below; 1 for what is not above 0.
 double round_up(double value);
 

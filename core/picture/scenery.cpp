@@ -55,6 +55,8 @@ Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments,
       viewpoint_(make_viewpoint(models, moments, look)),
       scale_(colour_scale(look, models, moments)) {
   for (std::size_t m = 0; m < models.size(); ++m) turned_.push_back(shows_back(m));
+  for (std::size_t m = 0; look.wireframe && m < models.size(); ++m)
+    wires_.push_back(edges_of(models[m]));
   std::vector<std::string> names;
   int most = 0;
   bool colours = look.colour == "none";
@@ -251,7 +253,7 @@ void Scenery::springs(Picture& picture, std::size_t m, const Frame& frame) const
 
 void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
   const std::vector<double> values = quantity(models_[m], frame, look_.colour);
-  for (const auto& [a, b] : edges_of(models_[m])) {
+  for (const auto& [a, b] : wires_[m]) {
     V3 tint = colour(kWire);
     if (!values.empty())
       tint = scale_.colour(

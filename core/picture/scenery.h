@@ -1,6 +1,7 @@
 // Models and moments become pictures, all seen from one place with one scale of colours.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ class Scenery {
   // Another viewpoint or scale than those found: panels side by side share them.
   void set_viewpoint(const Viewpoint& viewpoint) { viewpoint_ = viewpoint; }
   void set_scale(const ColourScale& scale) { scale_ = scale; }
+  void set_picked(std::vector<int> ids) { look_.picked = std::move(ids); }  // that have springs
   const Viewpoint& viewpoint() const { return viewpoint_; }
   const ColourScale& scale() const { return scale_; }
   // Words instead of the system's name, method and time.
@@ -43,7 +45,8 @@ class Scenery {
   std::span<const Model> models_;
   std::span<const Moment> moments_;
   Look look_;
-  std::vector<bool> turned_;  // systems whose surface would show its back
+  std::vector<bool> turned_;                            // systems whose surface would show its back
+  std::vector<std::vector<std::array<int, 2>>> wires_;  // of each system, if they are drawn
   Viewpoint viewpoint_;
   ColourScale scale_;
   std::vector<std::string> caption_;

@@ -17,6 +17,16 @@ Player::Player(std::vector<Simulation>& systems, bool world, std::size_t budget)
   }
 }
 
+Player::Player(std::vector<Simulation>& systems, bool world, std::vector<Timeline> timelines)
+    : systems_(&systems), timelines_(std::move(timelines)) {
+  for (const Simulation& each : systems) names_.push_back(world ? each.name() : "");
+}
+
+std::vector<Timeline> Player::take_timelines() {
+  for (Timeline& each : timelines_) each.before_touch(nullptr);
+  return std::move(timelines_);
+}
+
 std::vector<std::int64_t> Player::steps() const {
   std::vector<std::int64_t> all;
   for (const Simulation& each : *systems_) all.push_back(each.step_count());
@@ -24,9 +34,10 @@ std::vector<std::int64_t> Player::steps() const {
 }
 
 void Player::end_record() {
-  for (std::size_t i = 0; writer_ && i < count(); ++i)
-    writer_->end(names_[i], system(i).step_count(), system(i).hash());
-  writer_ = nullptr;
+  for (RecordingWriter* writer : writers_)
+    for (std::size_t i = 0; i < count(); ++i)
+      writer->end(names_[i], system(i).step_count(), system(i).hash());
+  writers_.clear();
 }
 
 bool Player::step_system(std::size_t i) {
@@ -56,7 +67,8 @@ std::int64_t Player::advance(std::int64_t most) {
 
 void Player::act(std::size_t i, const Action& action) {
   timelines_[i].act(system(i), action);
-  if (writer_) writer_->action(names_[i], system(i).step_count(), action);
+  for (RecordingWriter* writer : writers_)
+    writer->action(names_[i], system(i).step_count(), action);
   failed_ = -1;
 }
 
@@ -66,7 +78,7 @@ void Player::part() {
 
 void Player::reset() {
   for (std::size_t i = 0; i < count(); ++i) {
-    if (writer_) writer_->reset(names_[i], system(i).step_count());
+    for (RecordingWriter* writer : writers_) writer->reset(names_[i], system(i).step_count());
     system(i).reset();
     timelines_[i].begin_anew(system(i));
   }
@@ -75,8 +87,10 @@ void Player::reset() {
 
 // From where each system was: one that went on needs no word, for steps are counted.
 void Player::travelled(const std::vector<std::int64_t>& from) {
-  for (std::size_t i = 0; writer_ && i < count(); ++i)
-    if (system(i).step_count() < from[i]) writer_->back(names_[i], from[i], system(i).step_count());
+  for (RecordingWriter* writer : writers_)
+    for (std::size_t i = 0; i < count(); ++i)
+      if (system(i).step_count() < from[i])
+        writer->back(names_[i], from[i], system(i).step_count());
   failed_ = -1;
 }
 
@@ -105,9 +119,9 @@ bool Player::undo() {
   const std::int64_t from = system(last).step_count();
   const std::size_t before = timelines_[last].actions();
   if (!timelines_[last].undo(system(last))) return false;
-  if (writer_)
-    writer_->undo(names_[last], before - timelines_[last].actions(), from,
-                  system(last).step_count());
+  for (RecordingWriter* writer : writers_)
+    writer->undo(names_[last], before - timelines_[last].actions(), from,
+                 system(last).step_count());
   failed_ = -1;
   if (count() == 1) return true;
   const double t = system(last).t();

@@ -21,8 +21,12 @@ class Player {
   Player(std::vector<Simulation>& systems, bool world,
          std::size_t budget = Timeline::kDefaultBudget);
 
-  void record(RecordingWriter* writer) { writer_ = writer; }  // or null; outlives it
-  void end_record();                                          // with the hashes of now
+  // Goes on with what was known of them; they are given back at the end.
+  Player(std::vector<Simulation>& systems, bool world, std::vector<Timeline> timelines);
+  std::vector<Timeline> take_timelines();
+
+  void record(RecordingWriter& writer) { writers_.push_back(&writer); }  // which outlives it
+  void end_record();  // of all writers, with the hashes of now
 
   std::size_t count() const { return systems_->size(); }
   Simulation& system(std::size_t i = 0) { return (*systems_)[i]; }
@@ -56,7 +60,7 @@ class Player {
   std::vector<Simulation>* systems_;
   std::vector<std::string> names_;
   std::vector<Timeline> timelines_;
-  RecordingWriter* writer_ = nullptr;
+  std::vector<RecordingWriter*> writers_;
   int failed_ = -1;
   std::int64_t failed_step_ = -1;
 };

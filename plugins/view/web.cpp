@@ -9,7 +9,8 @@
 #include <memory>
 
 #include "core/base/error.h"
-#include "core/output/view.h"
+#include "core/output/format.h"
+#include "core/output/page/live_page.h"
 #include "core/plugin/plugin.h"
 
 namespace {
@@ -23,7 +24,7 @@ struct Client {
   std::string text;  // of a message that is not yet whole
   std::deque<std::string> answers;
   std::string frame;
-  bool has_frame = false;
+  bool has_frame = false, asks_past = false;
   int in_flight = 0;
 };
 
@@ -38,28 +39,29 @@ class Web final : public sim::View {
     return "http://127.0.0.1:" + std::to_string(port_) + "/" + task_.token + "/";
   }
   std::vector<sim::ViewMessage> wait(int milliseconds) override;
-  int watchers() const override { return static_cast<int>(clients_.size()); }
   bool wants_frame() const override {
     return std::ranges::any_of(clients_, [](const auto& each) { return takes_frame(each.second); });
   }
-  void show(const std::string& frame) override;
-  void answer(std::uint64_t to, const std::string& text) override;
-  void renew(const std::string& page) override;
+  void show(const sim::Moment& moment, const sim::ViewState& state) override;
+  void refuse(std::uint64_t to, const std::string& why) override;
+  void renew(const sim::ViewScene& scene) override;
 
  private:
   struct Sending {
-    std::shared_ptr<const std::string> page;
+    std::shared_ptr<const std::string> html;
     std::size_t sent = 0;
   };
   static bool takes_frame(const Client& client) {
     return !client.has_frame && client.in_flight < kInFlight;
   }
   static int called(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size);
+  int listen(const char* at, int port);
   int http(lws* wsi, const std::string& path);
   int more_of_page(lws* wsi);
   bool admits(lws* wsi) const;
   int receive(lws* wsi, const char* bytes, std::size_t size);
   int write(lws* wsi);
+  static void answer(lws* wsi, Client& client, const std::string& text);
 
   static std::string header(lws* wsi, lws_token_indexes token) {
     char text[256];
@@ -71,39 +73,52 @@ class Web final : public sim::View {
   lws_context* context_ = nullptr;
   int port_ = 0;
   std::map<lws*, Client> clients_;
-  std::shared_ptr<const std::string> page_;
+  std::unique_ptr<sim::LivePage> page_;
+  std::shared_ptr<const std::string> html_;
   std::map<lws*, Sending> pages_;  // that are being sent
   std::vector<sim::ViewMessage> inbox_;
   std::uint64_t next_id_ = 1;
 };
 
 Web::Web(const sim::ViewTask& task) : task_(task) {
-  renew(task.page);
+  renew(task.scene);
   lws_set_log_level(0, nullptr);
   protocols_[0].name = "sim";
   protocols_[0].callback = called;
   protocols_[0].rx_buffer_size = kMostText;
   lws_context_creation_info info{};
-  info.port = task_.port;
-  info.iface = "127.0.0.1";
   info.protocols = protocols_;
-  info.options = LWS_SERVER_OPTION_DISABLE_IPV6 | LWS_SERVER_OPTION_VALIDATE_UTF8;
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_VALIDATE_UTF8;
   info.user = this;
   info.gid = info.uid = static_cast<unsigned>(-1);
   context_ = lws_create_context(&info);
-  lws_vhost* const host = context_ ? lws_get_vhost_by_name(context_, "default") : nullptr;
-  port_ = host ? lws_get_vhost_listen_port(host) : 0;
+  port_ = listen("127.0.0.1", task_.port);
+  if (port_ > 0) listen("::1", port_);  // where there is one, and the port is free
   if (port_ <= 0)
     throw sim::Error(sim::ErrorKind::kIo,
                      {"cannot serve the page", "port " + std::to_string(task_.port),
                       "it is in use, or not allowed", "give another --port, or none"});
 }
 
-void Web::renew(const std::string& page) {
-  std::string text = page;
+// The port it listens at, or 0.
+int Web::listen(const char* at, int port) {
+  lws_context_creation_info info{};
+  info.vhost_name = info.iface = at;
+  info.port = port;
+  info.protocols = protocols_;
+  info.options = LWS_SERVER_OPTION_DISABLE_IPV6;
+  if (std::strchr(at, ':'))
+    info.options = LWS_SERVER_OPTION_IPV6_V6ONLY_MODIFY | LWS_SERVER_OPTION_IPV6_V6ONLY_VALUE;
+  lws_vhost* const host = context_ ? lws_create_vhost(context_, &info) : nullptr;
+  return host ? std::max(0, lws_get_vhost_listen_port(host)) : 0;
+}
+
+void Web::renew(const sim::ViewScene& scene) {
+  page_ = std::make_unique<sim::LivePage>(scene, task_.pause_hidden);
+  std::string text = page_->html();
   if (const auto at = text.find("@SOCKET@"); at != std::string::npos)
     text.replace(at, 8, "/" + task_.token + "/socket");
-  page_ = std::make_shared<const std::string>(std::move(text));
+  html_ = std::make_shared<const std::string>(std::move(text));
 }
 
 int Web::called(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {
@@ -123,7 +138,6 @@ int Web::called(lws* wsi, lws_callback_reasons reason, void*, void* in, std::siz
       return web->admits(wsi) && web->clients_.size() < kMostClients ? 0 : -1;
     case LWS_CALLBACK_ESTABLISHED:
       web->clients_[wsi].id = web->next_id_++;
-      web->inbox_.push_back({web->clients_[wsi].id, "hello"});
       return 0;
     case LWS_CALLBACK_RECEIVE:
       return web->receive(wsi, bytes, size);
@@ -144,8 +158,10 @@ int Web::called(lws* wsi, lws_callback_reasons reason, void*, void* in, std::siz
 // this address stands in Host.
 bool Web::admits(lws* wsi) const {
   const std::string host = header(wsi, WSI_TOKEN_HOST);
-  const std::string name = host.substr(0, host.find(':'));
-  if (name != "127.0.0.1" && name != "localhost") return false;
+  const std::size_t end = host.find_last_not_of("0123456789");
+  const std::string name =
+      host.substr(0, end < host.size() && host[end] == ':' ? end : host.size());
+  if (name != "127.0.0.1" && name != "localhost" && name != "[::1]") return false;
   const std::string path = header(wsi, WSI_TOKEN_GET_URI);
   if (!path.starts_with("/" + task_.token + "/")) return false;
   if (!path.ends_with("/socket")) return true;
@@ -165,13 +181,13 @@ int Web::http(lws* wsi, const std::string& path) {
                                        reinterpret_cast<const unsigned char*>(value.data()),
                                        static_cast<int>(value.size()), &at, end) == 0;
   };
-  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, "text/html; charset=utf-8", page_->size(),
+  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, "text/html; charset=utf-8", html_->size(),
                                   &at, end) != 0 ||
       !add("cache-control:", "no-store") || !add("x-frame-options:", "DENY") ||
       !add("referrer-policy:", "no-referrer") ||
       lws_finalize_write_http_header(wsi, head + LWS_PRE, &at, end) != 0)
     return -1;
-  pages_[wsi] = {page_};
+  pages_[wsi] = {html_};
   lws_callback_on_writable(wsi);
   return 0;
 }
@@ -179,7 +195,7 @@ int Web::http(lws* wsi, const std::string& path) {
 int Web::more_of_page(lws* wsi) {
   const auto sent = pages_.find(wsi);
   if (sent == pages_.end()) return 0;
-  const std::string& page = *sent->second.page;
+  const std::string& page = *sent->second.html;
   const std::size_t count = std::min(kChunk, page.size() - sent->second.sent);
   const bool last = sent->second.sent + count == page.size();
   std::vector<unsigned char> chunk(LWS_PRE + count);
@@ -206,6 +222,8 @@ int Web::receive(lws* wsi, const char* bytes, std::size_t size) {
   const std::string text = std::exchange(client.text, {});
   if (text == "drawn")
     client.in_flight = std::max(0, client.in_flight - 1);
+  else if (text == "hello")
+    client.asks_past = true;
   else
     inbox_.push_back({client.id, text});
   return 0;
@@ -246,8 +264,11 @@ std::vector<sim::ViewMessage> Web::wait(int milliseconds) {
   return std::exchange(inbox_, {});
 }
 
-void Web::show(const std::string& frame) {
+void Web::show(const sim::Moment& moment, const sim::ViewState& state) {
+  const std::string frame = page_->frame(moment, state);
   for (auto& [wsi, client] : clients_) {
+    if (std::exchange(client.asks_past, false))
+      answer(wsi, client, sim::LivePage::past(state.past));
     if (!takes_frame(client)) continue;
     client.frame = frame;
     client.has_frame = true;
@@ -255,12 +276,15 @@ void Web::show(const std::string& frame) {
   }
 }
 
-void Web::answer(std::uint64_t to, const std::string& text) {
-  for (auto& [wsi, client] : clients_) {
-    if (client.id != to || client.answers.size() >= kMostAnswers) continue;
-    client.answers.push_back(text);
-    lws_callback_on_writable(wsi);
-  }
+void Web::answer(lws* wsi, Client& client, const std::string& text) {
+  if (client.answers.size() >= kMostAnswers) return;
+  client.answers.push_back(text);
+  lws_callback_on_writable(wsi);
+}
+
+void Web::refuse(std::uint64_t to, const std::string& why) {
+  for (auto& [wsi, client] : clients_)
+    if (client.id == to) answer(wsi, client, sim::JsonObject().text("error", why).str());
 }
 
 }  // namespace

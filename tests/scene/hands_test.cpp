@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/scene/replay.h"
 #include "core/scene/timeline.h"
+#include "core/study/accuracy/companion.h"
 #include "core/study/energy_balance.h"
 #include "tests/support/scenes.h"
 
@@ -283,4 +284,56 @@ TEST_CASE("what is no recording is refused with its line") {
   says("+1 end 0123456789abcdef\n+1 grab 1\n", "has ended");
   says(std::string("\x7f\x45LF\0\1\2\n", 8), "r:1");
   says("+1 move 1 2 3 4 over 99999999999999\n", "number of steps");
+}
+
+// As a live view has it: the companion is told before a hand does something, and after.
+TEST_CASE("errors are known while hands pull, for their companion is under the same hands") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec cloth = make_cloth(6);
+  Simulation run(cloth, registry), exact(cloth, registry, {.dt = cloth.dt / 16});
+  sim::study::Companion told(cloth, run, registry), untold(cloth, run, registry);
+  Timeline timeline(run);
+  bool behind = false;
+  const auto before = [&] {
+    if (behind) told.follow(run);
+    told.advance(run);
+    behind = true;
+  };
+  timeline.before_touch(before);
+  sim::Moves moves;
+  const auto act = [&](const std::string& text) {
+    before();
+    timeline.act(run, sim::parse_action(text));
+    told.follow(run);
+    behind = false;
+    sim::Action finer = sim::parse_action(text);
+    finer.steps *= 16;
+    sim::apply(exact, finer);
+    moves.note(finer, exact.step_count());
+  };
+  const auto go = [&](int steps) {
+    for (int k = 0; k < steps; ++k) {
+      REQUIRE(timeline.step(run));
+      for (int j = 0; j < 16; ++j) {
+        REQUIRE(exact.step());
+        moves.end_due(exact);
+      }
+    }
+  };
+  go(30);
+  act("grab 35");
+  act("move 35 0.9 -0.3 0.6 over 25");
+  go(40);
+  act("pin 10");
+  act("move 35 0.8 -0.2 0.7 over 10");
+  go(12);
+  act("release 35");
+  go(30);
+  const auto most = [](const std::vector<double>& errors) { return std::ranges::max(errors); };
+  double off = 0;
+  for (int i = 0; i < run.particles(); ++i)
+    off = std::max(off, (run.position(i) - exact.position(i)).norm());
+  CHECK(off > 1e-9);
+  CHECK(most(told.errors(run)) == Approx(off).epsilon(0.5));
+  CHECK(most(untold.errors(run)) > 100 * off);
 }

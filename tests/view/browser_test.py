@@ -44,6 +44,18 @@ def press(tab, particle, modifiers=0, system=0):
     return x, y
 
 
+def uncover(tab, particle):
+    """Turns the camera until nothing hides the particle: on a slow machine the cloth swings on."""
+    seen = f"(q=>(u=>u&&u.i=={particle})(sim.under(...q)))(sim.pixel(sim.M[0],{particle}))"
+    for _ in range(24):
+        drawn = tab.js("sim.drawn")
+        tab.until(f"sim.drawn>{drawn + 1}")
+        if tab.js(seen):
+            return
+        tab.js("sim.cam.yaw+=0.26")
+    raise AssertionError("nobody sees particle " + str(particle))
+
+
 def move(tab, start, way, modifiers=0, moves=12):
     for k in range(1, moves + 1):
         tab.mouse("mouseMoved", start[0] + way[0] * k / moves, start[1] + way[1] * k / moves,
@@ -81,6 +93,9 @@ def test_touch(browser, server):
     particle = tab.js("sim.picked")
     tab.mouse("mouseReleased", x - 40, y - 40, SHIFT, 0)
     tab.until(f"sim.state.systems[0].pinned.includes({particle})")
+    tab.js("sim.say('pause')")
+    tab.until("!sim.state.playing")
+    uncover(tab, particle)
     x, y = press(tab, particle, CTRL)
     tab.mouse("mouseReleased", x, y, CTRL, 0)
     tab.until(f"!sim.state.systems[0].pinned.includes({particle})")
@@ -186,6 +201,35 @@ def test_panels(browser, server):
     other.close()
 
 
+def test_colours(browser, server):
+    """C goes round; errors, modes and energies come from sim, the same for all pages."""
+    tab, other = open_page(browser, server), open_page(browser, server)
+    press(tab, 40)
+    seen = []
+    for _ in range(6):
+        tab.key("c")
+        seen.append(tab.js("document.getElementById('colour').value"))
+        if seen[-1] in ("energy", "error", "mode"):
+            tab.until(f"sim.state.values&&sim.state.values.name=={seen[-1]!r}")
+            tab.until("(v=>v&&v.length==sim.M[0].particles&&Math.max(...v)>20)(sim.M[0].v)")
+            drawn = tab.js("sim.drawn")
+            tab.until(f"sim.drawn>{drawn}")
+            assert tab.js(COVERED) > 0.003, (seen, tab.js(COVERED))
+    assert seen == ["strain", "speed", "energy", "error", "mode", "plain"], seen
+    tab.until("!sim.state.values")
+    tab.js("sim.say('release 40')")
+    other.js("sim.key('c');sim.key('c');sim.key('c')")
+    tab.js("sim.key('c');sim.key('c');sim.key('c');sim.key('c')")
+    other.until("document.getElementById('colour').value=='error'")
+    tab.js("sim.say('reset');sim.say('play')")
+    tab.until("/^trusted.*positions to .*verified/.test(sim.state.systems[0].verdict)")
+    tab.js("sim.say('dt 0.1')")
+    tab.until("/^(suspect|diverged)/.test(sim.state.failure||sim.state.systems[0].verdict)")
+    assert not exceptions(tab) and not exceptions(other)
+    tab.close()
+    other.close()
+
+
 def test_hidden(browser, server):
     tab = open_page(browser, server)
     tab.until("sim.state.playing")
@@ -231,6 +275,7 @@ if __name__ == "__main__":
         run(chromium, test_tabs)
         run(chromium, test_switches_and_world, "scenes/sample.lua")
         run(chromium, test_wind, "scenes/flag.lua")
+        run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_panels, "-i", "rk4", "-i", "verlet")
     finally:

@@ -21,6 +21,9 @@ class Server:
         self.process = subprocess.Popen(
             [program, "view", *arguments, "--no-open", *record],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.take_address()
+
+    def take_address(self):
         self.address = self.process.stdout.readline().strip()
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", self.address)
         if not found:
@@ -42,9 +45,9 @@ class Server:
         if os.path.exists(self.record):
             os.remove(self.record)
 
-    def get(self, path, host=None):
+    def get(self, path, host=None, at="127.0.0.1"):
         """The status and the body."""
-        with socket.create_connection(("127.0.0.1", self.port), 10) as one:
+        with socket.create_connection((at, self.port), 10) as one:
             one.sendall((f"GET {path} HTTP/1.1\r\nHost: {host or '127.0.0.1:%d' % self.port}\r\n"
                          "Connection: close\r\n\r\n").encode())
             answer = b""
@@ -62,8 +65,8 @@ class Refused(Exception):
 
 
 class Socket:
-    def __init__(self, server, path=None, origin="own", host=None):
-        self.socket = socket.create_connection(("127.0.0.1", server.port), 10)
+    def __init__(self, server, path=None, origin="own", host=None, at="127.0.0.1"):
+        self.socket = socket.create_connection((at, server.port), 10)
         host = host or f"127.0.0.1:{server.port}"
         lines = [f"GET {path or '/' + server.token + '/socket'} HTTP/1.1", f"Host: {host}",
                  "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",

@@ -129,6 +129,7 @@ std::string Page::made(const std::string& live) const {
   head.json("models", "[" + models + "]").json("t", numbers(times));
   head.json("camera", camera_json()).json("light", point(own_axes(view_.light)));
   head.json("scale", number(view_.scale, 12));
+  head.json("axes", json_array(std::vector{point(basis_.u), point(basis_.up), point(basis_.w)}));
   head.json("ground", view_.ground ? number(own_axes(view_.ground->origin).y) : "null");
   head.json("grid", number(view_.grid * view_.scale)).json("live", live);
   const bool own = look_.colour == "strain" || look_.colour == "speed";
@@ -149,7 +150,7 @@ std::string Page::made(const std::string& live) const {
   return page;
 }
 
-std::string Page::frame(const Moment& moment, std::string words) const {
+std::string Page::frame(const Moment& moment, std::string words, double most) const {
   words.append((4 - words.size() % 4) % 4, ' ');
   std::string bytes;
   append_bytes(bytes, static_cast<std::uint32_t>(words.size()));
@@ -161,12 +162,14 @@ std::string Page::frame(const Moment& moment, std::string words) const {
     for (const float low : box.low) append_bytes(bytes, low);
     append_bytes(bytes, static_cast<float>(box.quantum));
     const std::size_t begin = bytes.size();
-    bytes.resize(begin + (6 * n + 3) / 4 * 4);
+    bytes.resize(begin + 6 * n);
     for (std::size_t i = 0; i < 3 * n; ++i) {
       const std::uint16_t q = box(points, i);
       bytes[begin + 2 * i] = static_cast<char>(q & 255U);
       bytes[begin + 2 * i + 1] = static_cast<char>(q >> 8);
     }
+    if (most > 0) append_values(m, moment, most, bytes);
+    bytes.append((4 - bytes.size() % 4) % 4, '\0');
   }
   return bytes;
 }
@@ -179,18 +182,6 @@ std::vector<float> Page::points_of(std::size_t m, const Moment& moment) const {
     points.insert(points.end(), {p.x, p.y, p.z});
   }
   return drawable(std::move(points));
-}
-
-Vec3 Page::units(std::size_t system, const Vec3& x) const {
-  const V3 p = own_axes(view_.point(x + view_.offsets[system]));
-  return {p.x, p.y, p.z};
-}
-
-Vec3 Page::metres(std::size_t system, const Vec3& point) const {
-  const auto wide = [](const V3& v) { return Vec3(v.x, v.y, v.z); };
-  const Vec3 own =
-      point[0] * wide(basis_.u) + point[1] * wide(basis_.up) + point[2] * wide(basis_.w);
-  return own / view_.scale + view_.origin - view_.offsets[system];
 }
 
 std::string Page::solids(const Moment& moment, std::size_t system) const {
@@ -239,7 +230,7 @@ std::string Page::model_json(std::size_t m, std::string& planes) const {
   }
   json.integer("springs", springs).json("families", json_array(families));
   const Vec3 origin = view_.origin - view_.offsets[m];
-  json.json("origin", numbers(std::vector<double>{origin.x(), origin.y(), origin.z()}));
+  json.json("origin", numbers(std::vector<double>{origin.x(), origin.y(), origin.z()}, 12));
   json.json("ball", number(ball_radius(model)));
   json.integer("trail", trailing(model));
   json.json("solids", solids_json(m));
@@ -311,15 +302,14 @@ std::string Page::solids_json(std::size_t m) const {
   return json_array(list);
 }
 
-// What somebody else measured, in 255ths of the scale.
-void Page::append_values(std::size_t m, std::string& planes) const {
-  for (const Moment& moment : moments_)
-    for (int i = 0; i < models_[m].particles; ++i) {
-      const auto& values = moment[m].values;
-      const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / scale_.most;
-      planes += static_cast<char>(
-          static_cast<unsigned char>(value > 0 ? std::min(255.0, 255 * value + 0.5) : 0));
-    }
+// In 255ths of the scale.
+void Page::append_values(std::size_t m, const Moment& moment, double most, std::string& out) const {
+  for (int i = 0; i < models_[m].particles; ++i) {
+    const auto& values = moment[m].values;
+    const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / most;
+    out += static_cast<char>(
+        static_cast<unsigned char>(value > 0 ? std::min(255.0, 255 * value + 0.5) : 0));
+  }
 }
 
 void Page::positions(std::size_t m, JsonObject& json, std::string& planes) const {
@@ -341,7 +331,8 @@ void Page::positions(std::size_t m, JsonObject& json, std::string& planes) const
     highs += static_cast<char>(d >> 8);
   }
   planes += lows + highs;
-  if (measured()) append_values(m, planes);
+  if (!measured()) return;
+  for (const Moment& moment : moments_) append_values(m, moment, scale_.most, planes);
 }
 
 }  // namespace sim

@@ -26,14 +26,9 @@ class Page {
   // `live`: JSON that the page finds in H.live.
   std::string of_live(const std::string& live) const;
 
-  // What of_live() draws next: the length of the words as four bytes, the words (JSON), and for
-  // each system the low corner of its box and a quantum as floats, then positions as whole numbers
-  // of 16 bits. Numbers are little-endian and begin at a multiple of four.
-  std::string frame(const Moment& moment, std::string words) const;
+  // What of_live() draws next, see LivePage; with the values of the moment, up to `most`, if any.
+  std::string frame(const Moment& moment, std::string words, double most = 0) const;
 
-  // A point of the page in metres, and back; in a system of the scene.
-  Vec3 metres(std::size_t system, const Vec3& point) const;
-  Vec3 units(std::size_t system, const Vec3& x) const;
   std::string solids(const Moment& moment, std::size_t system) const;  // JSON, as they are then
 
  private:
@@ -45,7 +40,7 @@ class Page {
   std::string solids_json(std::size_t m) const;
   std::vector<float> points_of(std::size_t m, const Moment& moment) const;
   void positions(std::size_t m, JsonObject& json, std::string& planes) const;
-  void append_values(std::size_t m, std::string& planes) const;
+  void append_values(std::size_t m, const Moment& moment, double most, std::string& out) const;
   bool measured() const;  // colours are values that the frames bring
 
   std::span<const Model> models_;

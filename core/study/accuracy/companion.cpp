@@ -42,10 +42,32 @@ Companion::Companion(const SystemSpec& spec, const Simulation& run, Registry& re
       info.adaptive ? kSharper / (kSharper - 1) : 1 / (1 - std::exp2(-std::max(1, info.order)));
 }
 
-std::vector<double> Companion::errors(const Simulation& run) {
+void Companion::advance(const Simulation& run) {
   const double slack = 1e-9 * fine_.h();
   while (!ended_ && fine_.t() + fine_.h() <= run.t() + slack) ended_ = !fine_.step();
   if (!ended_ && fine_.t() < run.t() - slack) ended_ = !fine_.step_to(run.t());
+}
+
+void Companion::follow(const Simulation& run) {
+  Snapshot now = fine_.snapshot();
+  auto settings = std::make_shared<Settings>(run.settings());
+  settings->method = now.settings->method;
+  settings->h = now.settings->h;
+  // What is held or pinned stands and moves as the hand says, not as forces do.
+  for (const StatePart& part : run.shape().parts())
+    for (const int i : part.item == "particle" ? settings->fixed() : std::vector<int>())
+      for (std::size_t c = 0; c < part.components.size(); ++c) {
+        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
+        now.x[at] = run.state()[at];
+      }
+  now.settings = std::move(settings);
+  fine_.restore(now);
+}
+
+void Companion::act(const Action& action) { apply(fine_, action); }
+
+std::vector<double> Companion::errors(const Simulation& run) {
+  advance(run);
   if (run.flat()) {
     double square = 0;
     for (int i = 0; i < run.components(); ++i) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/scene/action.h"
 #include "core/scene/simulation.h"
 
 namespace sim::study {
@@ -21,6 +22,13 @@ class Companion {
  public:
   // From the present state of the run on. Spec and registry outlive it.
   Companion(const SystemSpec& spec, const Simulation& run, Registry& registry);
+
+  // What hands do to the run: before it, at its present time; and after it, when what they hold,
+  // pin and switch is so here, too. Another step or method, or a way through time, wants another
+  // one.
+  void advance(const Simulation& run);
+  void follow(const Simulation& run);
+  void act(const Action& action);  // what moves or pushes a particle at once
 
   // The error of each particle, in m, or the one of a flat state, at the present time of the run:
   // its distance from the companion, as the order of the method makes an error of it. Not finite

@@ -371,4 +371,23 @@ Spectrum spectrum(Simulation& system, int products) {
   return result;
 }
 
+std::vector<double> fastest_mode(Simulation& system) {
+  const Spectrum found = spectrum(system);
+  const StatePart& part = system.shape().first();
+  std::vector<double> values;
+  for (int i = 0; i < (system.flat() ? 1 : system.particles()); ++i) {
+    double square = 0;
+    for (std::size_t c = 0; c < part.components.size(); ++c)
+      for (const std::vector<double>* side : {&found.shape, &found.partner}) {
+        const std::size_t at = part.at(static_cast<std::size_t>(i), c);
+        if (at < side->size() && (side == &found.shape || !system.second_order()))
+          square += (*side)[at] * (*side)[at];
+      }
+    values.push_back(std::sqrt(square));
+  }
+  const double most = std::ranges::max(values);
+  for (double& value : values) value = most > 0 ? value / most : 0;
+  return values;
+}
+
 }  // namespace sim::study

@@ -45,6 +45,9 @@ Spectrum spectrum(Simulation& system, int products = 80);
 // a cloth; never above it).
 Vibration fastest_vibration(Simulation& system, int products = 6);
 
+// How far the fastest mode moves each particle, the most as 1; of a flat state one number.
+std::vector<double> fastest_mode(Simulation& system);
+
 // The bound alone, by Gershgorin discs around the particles: no product at all.
 double omega_bound(Simulation& system);
 
