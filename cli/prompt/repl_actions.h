@@ -60,6 +60,9 @@ Answer plot(Call& call);
 // repl_picture.cpp
 Answer show(Call& call);
 
+// repl_view.cpp
+Answer view(Call& call);
+
 // repl_setup.cpp
 Answer integrator(Call& call);
 Answer dt(Call& call);

@@ -58,6 +58,8 @@ const std::array kCommands = std::to_array<Command>({
     {"state", "dump", "dump", "[FILE]", "the state as a table, .csv or .jsonl", actions::dump},
     {"state", "show", "show", "[FILE]", "draws the scene as it is here, or into a .png, .ply, ..",
      actions::show},
+    {"state", "view", "view", "[page|terminal|window]",
+     "to touch from here on, until it is closed or Ctrl-C comes", actions::view},
     {"state", "hash", "hash", "", "of the bits of the state", actions::hash},
 
     {"accuracy", "verdict", "verdict", "", "the verdict on the last run", actions::verdict},

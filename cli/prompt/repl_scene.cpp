@@ -269,6 +269,12 @@ void LiveScene::act(const Action& action) {
   if (writer_) writer_->action(recorded_name(current_), system().step_count(), action);
 }
 
+void LiveScene::lend(const std::function<void(std::vector<Timeline>&, RecordingWriter*)>& play) {
+  check_idle();
+  play(timelines_, writer_);
+  share_budget();
+}
+
 void LiveScene::edit(const std::function<void(Simulation&)>& change) {
   check_idle();
   check_one_way();

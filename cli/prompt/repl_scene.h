@@ -44,7 +44,6 @@ class LiveScene {
   Outcome step(std::int64_t steps);
   Outcome run(double seconds);
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
-
   const std::optional<Judged>& judged() const { return judged_; }  // none before the first run
   std::vector<Look> looks;
   void reset();
@@ -55,6 +54,8 @@ class LiveScene {
   void act(const Action& action);  // on the present system
   void edit(const std::function<void(Simulation&)>& change);  // the same, of what is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
+  // Somebody else goes on by the timelines, which it gives back.
+  void lend(const std::function<void(std::vector<Timeline>&, RecordingWriter*)>& play);
 
   // Choices that outlast a reload.
   void set_integrator(const MethodChoice& choice);
@@ -69,7 +70,6 @@ class LiveScene {
   std::map<std::string, Branch> branches();  // the present one too, as it is now
   void add_branch(const std::string& name);  // starts here, and here we stay
   void switch_to(const std::string& name);
-
   // Up to where the shorter of the two has been; nothing when no bit differs. Throws Error{kUsage}
   // for branches whose scenes are not of the same numbers.
   std::optional<FirstDifference> diff(const std::string& a, const std::string& b);

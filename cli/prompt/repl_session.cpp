@@ -61,7 +61,7 @@ std::string opening_of(const SceneRequest& request, const LiveScene& live) {
 // What says nothing of how the state came about.
 bool worth_keeping(const std::string& text) {
   if (text.ends_with('?')) return false;
-  for (const char* command : {".save", ".help", ".quit"})
+  for (const char* command : {".save", ".help", ".quit", ".view"})
     if (text.starts_with(command)) return false;
   return true;
 }

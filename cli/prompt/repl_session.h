@@ -46,6 +46,7 @@ class Session {
 
   // Commands that do again what was done, from the start of the session on.
   std::string script() const { return opening_ + log_; }
+  void add_to_script(const std::string& lines) { log_ += lines; }  // for a command that is not
   Records records;
 
   LiveScene& live() { return live_; }
