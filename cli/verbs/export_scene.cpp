@@ -35,7 +35,7 @@ SceneRequest findable(SceneRequest request) {
 }
 
 // One system of what is exported.
-struct Part {
+struct Exported {
   engine::Exchange scene;
   std::vector<std::int64_t> moments;
   std::string folder;
@@ -43,7 +43,7 @@ struct Part {
   std::int64_t steps() const { return moments.back() - moments.front(); }
 };
 
-std::string part_json(const Part& part, const Simulation& system) {
+std::string part_json(const Exported& part, const Simulation& system) {
   return JsonObject()
       .text("folder", part.folder)
       .integer("particles", system.particles())
@@ -53,7 +53,7 @@ std::string part_json(const Part& part, const Simulation& system) {
       .str();
 }
 
-std::string part_text(const Part& part, const Simulation& system) {
+std::string part_text(const Exported& part, const Simulation& system) {
   const auto frames = static_cast<double>(part.moments.size());
   const double bytes = 8.0 * engine::kLammpsColumns * system.particles() * frames;
   return label("wrote", part.folder) + label("particles", std::to_string(system.particles())) +
@@ -70,7 +70,7 @@ std::string part_text(const Part& part, const Simulation& system) {
 int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
                  Console& console) {
   const engine::Lammps lammps;
-  std::vector<Part> parts;
+  std::vector<Exported> parts;
   std::vector<Account> starts;
   const RunLength length{request.time, request.steps};
   const auto tenth_of = [&](const Simulation& system) {
@@ -82,7 +82,7 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     Simulation& system = scene.systems[i];
     const SystemSpec& spec = scene.spec.systems[i];
-    Part part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}};
+    Exported part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}};
     const std::int64_t tenth = tenth_of(system);
     Track track(spec, system, steps_of(length, system), every, tenth);
     shorten(length, track);
@@ -95,7 +95,7 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
   }
 
   make_folder(request.export_to);
-  for (const Part& part : parts) make_folder(part.folder);
+  for (const Exported& part : parts) make_folder(part.folder);
   EngineNotes notes;
   if (request.steps)
     notes.steps = request.steps;
