@@ -422,17 +422,16 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       scene.dt = positive_number("--dt", dt);
     line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
   } else if (studies_.has(chosen.front())) {
-    const CLI::App* study = chosen.front();
     const StudyBase base = study_base();
-    if (studies_.is_stability(study))
+    if (studies_.is_stability(chosen.front()))
       line.request = studies_.stability(base);
-    else if (studies_.is_order(study))
+    else if (studies_.is_order(chosen.front()))
       line.request = studies_.order(base);
-    else if (studies_.is_tradeoff(study))
+    else if (studies_.is_tradeoff(chosen.front()))
       line.request = studies_.tradeoff(base);
-    else if (studies_.is_compare(study))
+    else if (studies_.is_compare(chosen.front()))
       line.request = studies_.compare(base);
-    else if (studies_.is_sweep(study))
+    else if (studies_.is_sweep(chosen.front()))
       line.request = studies_.sweep(base);
     else
       line.request = studies_.minimal(base);
