@@ -110,7 +110,8 @@ void Scene::read_particles(hid_t group) {
   };
   Numbers x = points("position");
   if (!x.any()) refuse("particles/" + name_ + " has no positions");
-  if (x.size[0] > 20'000'000) refuse("it has too many particles");
+  constexpr hsize_t kMostParticles = 5'000'000;
+  if (x.size[0] > kMostParticles) refuse("it has more than 5 million particles");
   n_ = static_cast<int>(x.size[0]);
   x_ = std::move(x.values);
   v_ = points("velocity").values;
