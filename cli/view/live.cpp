@@ -121,9 +121,9 @@ void Live::run(double seconds) {
   bool slow = false;
   while (debt_ > 0 && player_.failed() < 0) {
     const double h = player_.system().h(), before = player_.system().t();
-    // No more than there is time for.
+    // No more than there is time for, and half of that: they may take longer than the last ones.
     const double left = seconds - seconds_since(begin);
-    const double fit = step_cost_ > 0 ? std::min(64.0, left / step_cost_) : 64.0;
+    const double fit = step_cost_ > 0 ? std::min(64.0, left / step_cost_ / 2) : 64.0;
     const auto most = static_cast<std::int64_t>(std::clamp(debt_ / h, 1.0, std::max(1.0, fit)));
     const auto start_of_steps = Clock::now();
     const std::int64_t steps = player_.advance(std::min(most, accounts_.front().due()));

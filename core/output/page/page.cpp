@@ -142,11 +142,13 @@ std::string Page::made(const std::string& live) const {
                             .str());
 
   std::string page = kPage;
-  const std::string packed = base64(deflated(data, 9));
+  // A file is kept; a live page goes to this machine, and somebody waits for it.
+  const bool file = live == "null";
+  const std::string packed = base64(deflated(data, file ? 9 : 1));
   page.replace(page.find("H=HEAD"), 6, "H=" + head.str());
   page.replace(page.find("text=DATA"), 9, "text=\"" + packed + "\"");
   const std::string_view kHook = "/*LIVE*/";
-  page.replace(page.find(kHook), kHook.size(), live == "null" ? "" : kLive);
+  page.replace(page.find(kHook), kHook.size(), file ? "" : kLive);
   return page;
 }
 
