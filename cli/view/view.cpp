@@ -29,6 +29,7 @@ namespace {
 
 constexpr double kQuiet = 0.2;       // s between frames where nothing changes
 constexpr double kFrame = 1.0 / 60;  // s between two frames
+constexpr double kLongest = 0.1;     // s of steps without a picture
 constexpr double kShare = 0.75;      // of it, for steps
 
 using Clock = std::chrono::steady_clock;
@@ -167,6 +168,7 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
   if (const std::string address = shown->address(); !address.empty())
     announce(address, request.open, console);
   auto next = Clock::now(), quiet = next;
+  double drawn = 0;  // s that the last picture took
   while (!caught() && !shown->closed()) {
     const double left = std::chrono::duration<double>(next - Clock::now()).count();
     for (const ViewMessage& message : shown->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
@@ -184,12 +186,15 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
     Live& live = stage.live();
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
-    live.run(kShare * kFrame);
+    // Where drawing is slow, steps get as long a time: pictures are left out, not steps.
+    live.run(kShare * std::max(kFrame, std::min(drawn, kLongest)));
     // Where nothing happens a few frames are enough, for whoever missed the last one.
     const bool changed = live.fresh() || shown->touched();
     if (!shown->wants_frame() || (!changed && Clock::now() < quiet)) continue;
     quiet = Clock::now() + span(kQuiet);
+    const auto begin = Clock::now();
     shown->show(live.moment(), live.state());
+    drawn = std::chrono::duration<double>(Clock::now() - begin).count();
   }
 }
 
