@@ -32,13 +32,14 @@ struct Texts {
   OutTexts out;
   ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
-       verify = false, no_verify = false, from_rest = false, man = false, safe = false;
+       verify = false, no_verify = false, from_rest = false, man = false, safe = false,
+       probe = false;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene;
   std::string test_library;
   std::string plugin_words[3];
   PlotRequest plot;
   EngineTexts engine;
-  std::vector<std::string> without;
+  std::vector<std::string> without, of;
 };
 
 class Parser {
@@ -119,6 +120,9 @@ Parser::Parser() {
       value("--dump", t.dump, "[=FILE]", "table of states; no FILE = standard output"),
       value("--observe", t.observe, "[=FILE]", "table of what the scene observes"),
       value("--tension", t.tension, "[=FILE]", "table of the forces of constraints"),
+      values("--of", t.of, "WHAT",
+             "of what the scene observes, for the whole run:\n\"mean sag\", max, min, period; "
+             "\"late mean sag\" of\nits second half; judged by studies; repeatable"),
       value("--every", t.every, "N", "frames of the files: each N-th step"),
       value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
       value("--resume", t.resume, "FILE",
@@ -295,6 +299,7 @@ RunRequest Parser::run_request() const {
                   "a replay is as long as its recording", "leave the other out");
   }
   request.from_rest = t.from_rest;
+  request.of = t.of;
   if (t.verify && t.no_verify)
     usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");
   request.verify = t.verify ? Verify::kAlways : t.no_verify ? Verify::kNever : Verify::kQuick;
@@ -315,6 +320,7 @@ StudyBase Parser::study_base() const {
   base.tol = texts_.tol;
   base.steps = texts_.steps;
   base.check = texts_.check;
+  base.of = texts_.of;
   base.verify = !texts_.no_verify;
   base.json = texts_.json;
   base.progress = show_progress(texts_.progress);
@@ -422,19 +428,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       scene.dt = positive_number("--dt", dt);
     line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
   } else if (studies_.has(chosen.front())) {
-    const StudyBase base = study_base();
-    if (studies_.is_stability(chosen.front()))
-      line.request = studies_.stability(base);
-    else if (studies_.is_order(chosen.front()))
-      line.request = studies_.order(base);
-    else if (studies_.is_tradeoff(chosen.front()))
-      line.request = studies_.tradeoff(base);
-    else if (studies_.is_compare(chosen.front()))
-      line.request = studies_.compare(base);
-    else if (studies_.is_sweep(chosen.front()))
-      line.request = studies_.sweep(base);
-    else
-      line.request = studies_.minimal(base);
+    std::visit([&](auto&& request) { line.request = std::move(request); },
+               studies_.request(chosen.front(), study_base()));
   } else {
     line.request = DoctorRequest{line.libraries, texts_.json};
   }

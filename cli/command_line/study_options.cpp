@@ -17,28 +17,32 @@ constexpr const char* kStabilityFooter =
 
 constexpr const char* kOrderFooter =
     "Keys of --json, one object a system ({\"systems\":[..]} for a world):\n"
-    "  system, time, size, reference: {how, error}, complete, integrators: [name,\n"
-    "  order, observed (null: no three steps agree), standard_error, constant, keeps,\n"
+    "  system, time, of, figure, size, reference: {how, error}, complete,\n"
+    "  integrators: [name, order, observed (null: no three steps agree),\n"
+    "  standard_error, constant, keeps,\n"
     "  points: [dt, tol, error, finished, evaluations]]\n"
-    "  error: rms over the free coordinates, the largest of all steps.\n";
+    "  error: rms over the free coordinates, the largest of all steps; or of --of.\n";
 
 constexpr const char* kTradeoffFooter =
     "Keys of --json, one object a system ({\"systems\":[..]} for a world):\n"
-    "  system, time, of (null: positions), size, budget, comparable (s),\n"
-    "  reference: {how, error}, growth, omega_max, complete,\n"
+    "  system, time, of (null: positions), figure (of --of), size, budget,\n"
+    "  comparable (s), reference: {how, error}, growth, omega_max, complete,\n"
     "  recommended, cheapest: {integrator, dt or tol, error, evaluations, command},\n"
     "  integrators: [name, order, observed, limit, points: [dt, tol, status, error,\n"
     "  relative, error_end, max_end, worst, energy, phi, phi_rate (of constraints),\n"
     "  steps, evaluations, newton, factorisations, linear, cost, seconds, spread,\n  front]]\n"
-    "  error: rms over what is compared, the largest of all steps.\n";
+    "  error: rms over what is compared, the largest of all steps; of a figure (--of\n"
+    "  \"mean sag\") how far it is off, and off with all finer steps.\n";
 
 constexpr const char* kMinimalFooter =
     "Keys of --json, one object:\n"
     "  system, time, budget, own_error (of the whole scene), complete,\n"
     "  whole: {seconds, evaluations}, command, parts: [what, option, seconds,\n"
-    "  evaluations, change, energy, observed: {NAME: change}, within],\n"
-    "  smallest: {seconds, evaluations, change, energy, observed}\n"
-    "  change: of positions, as a share of the size, the largest on the way.\n";
+    "  evaluations, change, energy, observed: {NAME: change}, figure, within],\n"
+    "  smallest: {seconds, evaluations, change, energy, observed, figure}\n"
+    "  change: of positions, as a share of the size, the largest on the way; figure:\n"
+    "  of --of \"mean sag\". A world: budget {SYSTEM: number}, observed\n"
+    "  {SYSTEM.NAME: ..}; changes are those of the system that changes most.\n";
 
 constexpr const char* kCompareFooter =
     "Examples:\n"
@@ -75,8 +79,6 @@ void StudyOptions::scene_of(CLI::App* verb) {
 
 void StudyOptions::budget_of(CLI::App* verb, const std::string& doc) {
   verb->add_option("--budget", budget_, doc)->type_name("E");
-  verb->add_option("--of", of_, "judge that quantity the scene observes, not\npositions")
-      ->type_name("NAME");
 }
 
 CLI::App* StudyOptions::study(CLI::App& app, const std::string& name, const std::string& doc,
@@ -112,7 +114,7 @@ void StudyOptions::add_to(CLI::App& app) {
       ->disable_flag_override();
 
   tradeoff_ = study(app, "tradeoff", "SCENE: speed against accuracy, and which to take",
-                    kTradeoffFooter, {"--time", "--progress"});
+                    kTradeoffFooter, {"--time", "--of", "--progress"});
   scene_of(tradeoff_);
   integrators(tradeoff_);
   budget_of(tradeoff_, "error allowed: 1% of the size (or of the range of\n--of), \"1 mm\", 1e-3");
@@ -120,14 +122,14 @@ void StudyOptions::add_to(CLI::App& app) {
   tradeoff_->add_option("--svg", svg_, "plot of error against cost")->type_name("FILE");
 
   order_ = study(app, "order", "[INTEGRATOR] [SCENE]: observed order of convergence", kOrderFooter,
-                 {"--time", "--progress"});
+                 {"--time", "--of", "--progress"});
   order_->add_option("INTEGRATOR", words_[0], "as for -i; all that fit if not given")
       ->type_name("");
   order_->add_option("SCENE", words_[1], "Lua file; the two in either order")->type_name("");
   integrators(order_);
 
   minimal_ = study(app, "minimal", "SCENE: which of its parts does a result need?", kMinimalFooter,
-                   {"--integrator", "--dt", "--time", "--progress"});
+                   {"--integrator", "--dt", "--time", "--of", "--progress"});
   scene_of(minimal_);
   budget_of(minimal_, "change allowed: 1% of the size (or of the range of\n--of) if not given");
 
@@ -138,8 +140,8 @@ void StudyOptions::add_to(CLI::App& app) {
   scene_of(compare_);
 
   sweep_ = study(app, "sweep", "SCENE: one scene many times, a row of a table each", kSweepFooter,
-                 {"--integrator", "--dt", "--tol", "--time", "--steps", "--check", "--no-verify",
-                  "--out", "--progress"});
+                 {"--integrator", "--dt", "--tol", "--time", "--steps", "--of", "--check",
+                  "--no-verify", "--out", "--progress"});
   scene_of(sweep_);
   sweep_
       ->add_option("--over", over_,
@@ -176,6 +178,15 @@ SceneRequest StudyOptions::stepped_scene(const StudyBase& base) const {
   return scene;
 }
 
+StudyOptions::Request StudyOptions::request(const CLI::App* verb, const StudyBase& base) const {
+  if (verb == stability_) return stability(base);
+  if (verb == order_) return order(base);
+  if (verb == tradeoff_) return tradeoff(base);
+  if (verb == compare_) return compare(base);
+  if (verb == sweep_) return sweep(base);
+  return minimal(base);
+}
+
 StabilityRequest StudyOptions::stability(const StudyBase& base) const {
   StabilityRequest request;
   request.scene = stepped_scene(base);
@@ -197,6 +208,7 @@ OrderRequest StudyOptions::order(const StudyBase& base) const {
     if (!word.empty()) request.words.push_back(word);
   request.integrators = parse_integrators("--integrators", integrators_);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
+  request.of = only("--of", base.of);
   request.json = base.json;
   request.progress = base.progress;
   return request;
@@ -206,7 +218,7 @@ TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
   TradeoffRequest request;
   request.scene = named_scene(base);
   if (!budget_.empty()) request.budget = budget("--budget", budget_);
-  request.of = of_;
+  request.of = only("--of", base.of);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   request.integrators = parse_integrators("--integrators", integrators_);
   if (!csv_.empty()) request.csv = parse_target("--csv", csv_);
@@ -224,7 +236,7 @@ MinimalRequest StudyOptions::minimal(const StudyBase& base) const {
   request.scene = stepped_scene(base);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   if (!budget_.empty()) request.budget = budget("--budget", budget_);
-  request.of = of_;
+  request.of = only("--of", base.of);
   request.json = base.json;
   request.progress = base.progress;
   return request;
@@ -283,6 +295,7 @@ SweepRequest StudyOptions::sweep(const StudyBase& base) const {
   request.list = list_;
   request.collect = collect_;
   request.verify = base.verify;
+  request.of = base.of;
   request.progress = base.progress;
   return request;
 }

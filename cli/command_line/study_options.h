@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "cli/command_line/out_options.h"
@@ -24,6 +25,7 @@ struct StudyBase {
   std::string time;
   OutTexts out;
   std::string tol{}, steps{}, check{};
+  std::vector<std::string> of{};
   bool verify = true;
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
@@ -38,21 +40,18 @@ class StudyOptions {
   // True for an option of a run that the verb takes, as "--time".
   bool takes(const CLI::App* verb, const std::string& option) const;
 
-  bool is_stability(const CLI::App* verb) const { return verb == stability_; }
-  bool is_order(const CLI::App* verb) const { return verb == order_; }
-  bool is_tradeoff(const CLI::App* verb) const { return verb == tradeoff_; }
-  bool is_sweep(const CLI::App* verb) const { return verb == sweep_; }
-  bool is_compare(const CLI::App* verb) const { return verb == compare_; }
+  // Of one of these verbs. Throws Error{kUsage}.
+  using Request = std::variant<StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
+                               CompareRequest, SweepRequest>;
+  Request request(const CLI::App* verb, const StudyBase& base) const;
 
-  // Each throws Error{kUsage}.
+ private:
   StabilityRequest stability(const StudyBase& base) const;
   OrderRequest order(const StudyBase& base) const;
   TradeoffRequest tradeoff(const StudyBase& base) const;
   MinimalRequest minimal(const StudyBase& base) const;
   CompareRequest compare(const StudyBase& base) const;
   SweepRequest sweep(const StudyBase& base) const;
-
- private:
   CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
                   const std::string& footer, const std::set<std::string>& taken);
   void scene_of(CLI::App* verb);
@@ -60,7 +59,7 @@ class StudyOptions {
   SceneRequest stepped_scene(const StudyBase& base) const;  // with one --integrator and --dt
   void budget_of(CLI::App* verb, const std::string& doc);
 
-  std::string scene_, at_, integrators_, budget_, of_, csv_, svg_;
+  std::string scene_, at_, integrators_, budget_, csv_, svg_;
   std::string words_[2];  // of sim order
   std::vector<std::string> over_;
   std::string cases_, part_, timeout_;

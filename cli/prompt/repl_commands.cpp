@@ -14,8 +14,7 @@ namespace {
 
 const std::array kCommands = std::to_array<Command>({
     {"time", "step", "step", "[N]", "N steps, or one", actions::step},
-    {"time", "run", "run", "[T]", "T seconds in whole steps, or the duration of the scene",
-     actions::run},
+    {"time", "run", "run", "[T]", "T seconds, or the duration of the scene", actions::run},
     {"time", "until", "run_until", "EXPR", "steps until a Lua expression holds: energy().drift > 1",
      actions::until, true},
     {"time", "back", "back", "[N]", "N steps back, or one, bit for bit", actions::back},

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "cli/run/run_length.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -74,7 +75,7 @@ void LiveScene::check_idle() const {
 
 LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                                       const std::vector<std::int64_t>& targets,
-                                      const Condition* until) {
+                                      const Condition* until, std::optional<double> seconds) {
   struct Running {
     bool& flag;
     ~Running() { flag = false; }
@@ -82,6 +83,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   running_ = true;
   std::vector<Track> tracks;
   bool repeats = false, moved = false;
+  std::optional<double> cut;
   const double from = scene.systems.front().t();
   std::vector<bool> accounted;  // the work so far is known
   const auto begin = std::chrono::steady_clock::now();
@@ -94,6 +96,10 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
         &scene == &origin_->scene ? ledger_.find(i, system) : nullptr;
     accounted.push_back(&scene == &origin_->scene && (known || system.step_count() == 0));
     if (known) tracks.back().continue_from(start_energy(i), *known);
+    // A recording counts equal steps; what is known already stays.
+    if (seconds && !writer_ && targets[i] > timelines[i].last())
+      shorten(system.t() + *seconds, tracks.back());
+    if (i == 0) cut = tracks.back().short_step();
     repeats |= timelines[i].edits() > 0 && timelines[i].last() > system.step_count();
     tracks.back().sample();
   }
@@ -112,7 +118,14 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
       std::int64_t most = tracks.size() == 1 && !until ? tracks[next].due() : 1;
       for (const Look& look : looks)
         most = std::min(most, look.every - scene.systems[next].step_count() % look.every);
-      taken = timelines[next].steps(scene.systems[next], most);
+      Track& track = tracks[next];
+      if (const auto end = track.cut()) {
+        taken = timelines[next].step_to(track.system(), *end) ? 1 : 0;
+      } else {
+        if (track.short_step())
+          most = std::min(most, track.steps() - track.system().step_count() - 1);
+        taken = timelines[next].steps(track.system(), most);
+      }
     } catch (const Error& error) {
       SessionSignals::check();  // Lua was stopped
       throw in_step(error, scene.systems[next]);
@@ -129,15 +142,15 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   for (std::size_t i = 0; i < tracks.size(); ++i)
     if (accounted[i]) ledger_.keep(i, scene.systems[i], tracks[i].work_memory());
   if (repeats || !moved) return {};
-  const double seconds =
+  const double taken =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (Track& track : tracks)
-    if (!until && seconds < Track::kQuick)
+    if (!until && taken < Track::kQuick)
       track.verify(SessionSignals::any);
     else
       track.leave_unverified("positions not verified");
   const Verdict verdict = overall_verdict(tracks);
-  judged_ = {verdict, from, scene.systems.front().t()};
+  judged_ = {verdict, from, scene.systems.front().t(), cut};
   if (verdict.trust == Trust::kDiverged)
     throw Error(ErrorKind::kDiverged, {"diverged", scene.spec.file, verdict.reason,
                                        "try a smaller .dt or another .integrator"});
@@ -171,7 +184,7 @@ std::vector<std::int64_t> LiveScene::targets_after(double seconds) const {
 
 LiveScene::Outcome LiveScene::run(double seconds) {
   check_idle();
-  return advance(origin_->scene, timelines_, targets_after(seconds));
+  return advance(origin_->scene, timelines_, targets_after(seconds), nullptr, seconds);
 }
 
 LiveScene::Outcome LiveScene::run_until(const Condition& until) {

@@ -37,12 +37,11 @@ class LiveScene {
   double drift(std::size_t system, const Energy& now) const;  // J, as work; NaN: not known
   Track track(std::size_t system);                            // with that start
 
-  // Each system takes so many steps, or goes so far. Systems go together: the one that is furthest
-  // behind in time takes the next step. Throws Interrupted and Error{kDiverged} and leaves whole
-  // steps behind. `until` ends it, and is asked before the first step too.
+  // Each system takes so many steps, or goes so far: the one furthest behind in time takes the next
+  // step. Throws Interrupted and Error{kDiverged}; steps stay whole. `until` ends it; asked first.
   using Outcome = std::optional<Verdict>;  // none on what only ran again, with changes by hand
   Outcome step(std::int64_t steps);
-  Outcome run(double seconds);
+  Outcome run(double seconds);  // the last step is shorter if it has to be, beyond what is known
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
   const std::optional<Judged>& judged() const { return judged_; }  // none before the first run
   std::vector<Look> looks;
@@ -79,7 +78,8 @@ class LiveScene {
 
  private:
   Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
-                  const std::vector<std::int64_t>& targets, const Condition* until = nullptr);
+                  const std::vector<std::int64_t>& targets, const Condition* until = nullptr,
+                  std::optional<double> seconds = {});  // ... to end after exactly so many
   std::vector<std::int64_t> targets_after(double seconds) const;
   void travel(const std::vector<std::int64_t>& steps);
   void check_idle() const;     // throws Error{kUsage} inside a run

@@ -13,9 +13,11 @@ namespace {
 
 // The verdict on a run that a command asked for; a function of Lua gives none.
 Answer judged(Call& call, const LiveScene::Outcome& outcome) {
-  if (call.spoken && outcome)
+  if (!call.spoken || !outcome) return {};
+  if (const auto& cut = call.session.live().judged()->cut; true)
     put(call.session.console().err,
-        std::string(study::trust_name(outcome->trust)) + ": " + outcome->reason + "\n");
+        (cut ? "sim: note: the last step took " + brief(*cut, 4) + " s\n" : "") +
+            study::trust_name(outcome->trust) + ": " + outcome->reason + "\n");
   return {};
 }
 

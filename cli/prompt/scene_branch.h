@@ -45,7 +45,8 @@ struct FirstDifference {
 // A verdict, and from when to when it is.
 struct Judged {
   study::Verdict verdict;
-  double from = 0, to = 0;  // s
+  double from = 0, to = 0;      // s
+  std::optional<double> cut{};  // s, the size of a last step that was shorter
 };
 
 // What runs look at: at each step of the present system whose number is a multiple of `every`.

@@ -72,17 +72,29 @@ std::string families(const Simulation& system) {
   return parts.empty() ? total : total + ": " + join(parts, ", ");
 }
 
+std::string finer_words(const Simulation& system) {
+  return system.integrator_info().adaptive ? "a tenth of the tolerance " : "half the step ";
+}
+
 // "sag = -0.43122, 3e-06 off the run with half the step (8e-06 on the way)".
 std::string observed_line(Track& track, std::size_t i) {
   std::string text = track.observers()[i].name + " = " + brief(track.observed()[i], 8);
   if (track.parted().empty()) return text;
   const study::Parted& parted = track.parted()[i];
-  text += "; with " +
-          std::string(track.system().integrator_info().adaptive ? "a tenth of the tolerance "
-                                                                : "half the step ") +
-          brief(parted.at_end, 2) + " away";
+  text += "; with " + finer_words(track.system()) + brief(parted.at_end, 2) + " away";
   if (parted.most > parted.at_end) text += ", on the way " + brief(parted.most, 2);
   return text;
+}
+
+// "mean sag = -0.31122; with half the step 2e-07 away"
+std::string figure_line(const Track& track, std::size_t i) {
+  const study::Quantity& asked = track.judged()[i];
+  const double value = track.figure(i), parted = track.figure_parted(i);
+  if (std::isnan(value) && asked.is_period())
+    return asked.text() + ": it rises through its mean less than twice";
+  std::string text = asked.text() + " = " + brief(value, 8);
+  if (std::isnan(parted)) return text;
+  return text + "; with " + finer_words(track.system()) + brief(parted, 2) + " away";
 }
 
 // Points show where particle 0 is, flat states their first components.
@@ -241,11 +253,12 @@ void Report::footer(std::span<Track> tracks, double seconds) {
           label("effort", effort_line(system) + (scene_.spec.world ? "  " + system.name() : ""));
   }
   for (Track& track : tracks) {
-    const std::span<const double> values = track.observed();
-    for (std::size_t i = 0; i < values.size(); ++i)
-      text +=
-          label(i == 0 ? "observed" : "",
-                observed_line(track, i) + (scene_.spec.world ? "  " + track.system().name() : ""));
+    const std::string name = scene_.spec.world ? "  " + track.system().name() : "";
+    const std::size_t values = track.observed().size();
+    for (std::size_t i = 0; i < values; ++i)
+      text += label(i == 0 ? "observed" : "", observed_line(track, i) + name);
+    for (std::size_t i = 0; i < track.judged().size(); ++i)
+      text += label("", figure_line(track, i) + name);
   }
   for (const Track& track : tracks) {
     text += label("hash", hash_text(track.system()) +

@@ -40,6 +40,15 @@ void print_notes(LoadedScene& scene, Console& console) {
       }
 }
 
+// What --of asks of a system; of a quantity at all times the report tells anyway.
+std::vector<study::Quantity> figures_of(const SystemSpec& spec,
+                                        const std::vector<std::string>& asked) {
+  std::vector<study::Quantity> figures;
+  for (const std::string& text : asked)
+    if (study::Quantity each(spec, text); each.is_figure()) figures.push_back(std::move(each));
+  return figures;
+}
+
 class Run {
  public:
   // From where the drift of each system counts; empty = from here.
@@ -116,6 +125,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
+    tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
     if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
     systems.push_back(&scene.systems[i]);
   }

@@ -29,6 +29,7 @@ struct RunRequest {
   std::optional<std::string> snap, resume;  // files of checkpoints
   std::optional<std::string> replay;        // a recording; the run is as long as that
   bool from_rest = false;                   // starts where the scene comes to rest
+  std::vector<std::string> of;              // figures of what the scene observes, for the report
   std::optional<Checks> checks;
   OutRequest out;                       // pictures, films and files for other programs
   std::optional<EngineRequest> engine;  // another program makes the steps, of one system

@@ -56,6 +56,9 @@ void check_request(const RunRequest& request) {
       throw Error(ErrorKind::kUsage,
                   {"a table and a checkpoint for one place", "--snap",
                    "both would be written to " + *request.snap, "give one another file"});
+  if (!request.of.empty() && request.engine)
+    throw Error(ErrorKind::kUsage, {"not with an engine", "--of", "it shows only some of its steps",
+                                    "leave one of the two out"});
   const bool runs = request.time || request.steps;
   if (request.debug_particle && !runs && !tables.empty())
     throw Error(

@@ -17,9 +17,11 @@ std::int64_t steps_of(const RunLength& length, const Simulation& system) {
 }
 
 void shorten(const RunLength& length, Track& track) {
-  if (length.steps) return;
+  if (!length.steps) shorten(length.time.value_or(track.system().duration()), track);
+}
+
+void shorten(double end, Track& track) {
   constexpr double kRounding = 1e-9;  // of a step
-  const double end = length.time.value_or(track.system().duration());
   const bool beyond = track.end() > end + kRounding * track.system().h();
   if (beyond && end > track.system().t()) track.end_at(end);
 }

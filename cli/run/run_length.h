@@ -18,5 +18,6 @@ std::int64_t steps_of(const RunLength& length, const Simulation& system);
 
 // A run ends at the time asked for, with a shorter last step where it has to.
 void shorten(const RunLength& length, Track& track);
+void shorten(double end, Track& track);  // s
 
 }  // namespace sim::cli

@@ -22,19 +22,27 @@ std::vector<std::string> names_of(const PartSpec& part) {
   return names;
 }
 
-// Of all systems. Throws Error{kUsage} for a name that no part has.
+// Of all systems, or of one of a world: "gravity", "cloth.gravity". Throws Error{kUsage} for a name
+// that no part has.
 void leave_out(SceneSpec& scene, const std::string& name) {
   std::vector<std::string> known;
   bool found = false;
-  for (SystemSpec& system : scene.systems)
+  for (SystemSpec& system : scene.systems) {
+    const std::string before = scene.world ? system.name + "." : "";
+    const bool one = scene.world && name.starts_with(before);
+    const std::string wanted = one ? name.substr(before.size()) : name;
     for (std::vector<PartSpec>* parts : {&system.forces, &system.colliders})
       std::erase_if(*parts, [&](const PartSpec& part) {
         const std::vector<std::string> names = names_of(part);
-        known.insert(known.end(), names.begin(), names.end());
-        const bool named = std::ranges::count(names, name) > 0;
+        for (const std::string& each : names) {
+          known.push_back(each);
+          if (scene.world) known.push_back(before + each);
+        }
+        const bool named = std::ranges::count(names, wanted) > 0;
         found = found || named;
         return named;
       });
+  }
   if (found) return;
   std::ranges::sort(known);
   const auto repeated = std::ranges::unique(known);

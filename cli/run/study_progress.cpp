@@ -31,7 +31,7 @@ void StudyProgress::draw(std::string_view what, double done) {
 void StudyProgress::announce(double seconds) {
   constexpr double kWorthAWord = 1;
   if (!said_ || seconds < kWorthAWord) return;
-  err_ << "sim: note: the study takes up to about " << brief(seconds, seconds < 10 ? 1 : 2)
+  err_ << "sim: note: the study takes about " << brief(seconds, seconds < 10 ? 1 : 2)
        << " s; Ctrl-C ends it with what it has\n"
        << std::flush;
 }
@@ -48,20 +48,9 @@ void StudyProgress::clear() {
   drawn_ = false;
 }
 
-std::function<std::vector<double>(Simulation&)> quantity(const SystemSpec& spec,
-                                                         const std::string& name) {
-  if (name.empty()) return {};
-  std::vector<std::string> known;
-  for (const ObserverSpec& observer : spec.observers) {
-    known.push_back(observer.name);
-    if (observer.name != name) continue;
-    return
-        [value = observer.value](Simulation& system) { return std::vector<double>{value(system)}; };
-  }
-  throw Error(ErrorKind::kUsage,
-              {"unknown quantity", "--of " + name, "'" + spec.name + "' does not observe it",
-               known.empty() ? "add observe = { " + name + " = function(s) ... end } to the scene"
-                             : suggestion(name, known)});
+std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text) {
+  if (text.empty()) return {};
+  return study::Quantity(spec, text);
 }
 
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given,

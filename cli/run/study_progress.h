@@ -2,7 +2,7 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -48,10 +48,9 @@ class StudyProgress {
   Interrupts interrupts_;
 };
 
-// The quantity of that name, for study::Problem::of; nothing for an empty name. Throws
-// Error{kUsage} when the scene does not observe it.
-std::function<std::vector<double>(Simulation&)> quantity(const SystemSpec& spec,
-                                                         const std::string& name);
+// What --of says, for study::Problem::of; nothing for an empty text. Throws Error{kUsage} when the
+// scene does not observe it.
+std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text);
 
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);

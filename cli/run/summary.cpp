@@ -62,6 +62,11 @@ std::string observed_json(Track& track) {
           .number("difference_most", track.parted()[i].most);
     object.json(track.observers()[i].name, each.str());
   }
+  for (std::size_t i = 0; i < track.judged().size(); ++i)
+    object.json(track.judged()[i].text(), JsonObject()
+                                              .number("value", track.figure(i))
+                                              .number("difference", track.figure_parted(i))
+                                              .str());
   return object.str();
 }
 

@@ -50,10 +50,12 @@ Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
 }
 
 int Track::advance(std::int64_t most) {
-  const std::int64_t left = steps_ - system_->step_count();
-  if (!end_) return system_->steps(most);
-  if (left == 1) return system_->step_to(*end_) ? 1 : 0;
-  return system_->steps(std::min(most, left - 1));
+  if (const auto end = cut()) return system_->step_to(*end) ? 1 : 0;
+  return system_->steps(end_ ? std::min(most, steps_ - system_->step_count() - 1) : most);
+}
+
+std::optional<double> Track::cut() const {
+  return steps_ - system_->step_count() == 1 ? end_ : std::nullopt;
 }
 
 std::optional<double> Track::short_step() const {
@@ -69,6 +71,16 @@ std::span<const double> Track::observed() {
   return observed_;
 }
 
+void Track::judge(const std::vector<study::Quantity>& figures) {
+  judged_ = figures;
+  courses_.resize(figures.size());
+  if (shadow_) shadow_->judge(figures);
+}
+
+double Track::figure_parted(std::size_t i) const {
+  return i < parting_.figures.size() ? std::abs(figure(i) - parting_.figures[i]) : std::nan("");
+}
+
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
   const std::int64_t step = system_->step_count();
   if (taken == step || !(last || step % stride == 0 || step == steps_)) return false;
@@ -80,6 +92,8 @@ void Track::sample() {
   const std::int64_t step = system_->step_count();
   if (step > sampled_) monitor_.advance(step - sampled_);
   sampled_ = step;
+  for (std::size_t i = 0; i < judged_.size(); ++i)
+    courses_[i].look(system_->t(), judged_[i].at(*system_));
   if (!looks_.take(step)) return;
   const Energy* const now = system_->second_order() ? &energy() : nullptr;
   if (now && !energy_is_finite()) return;
@@ -89,6 +103,7 @@ void Track::sample() {
 
 std::int64_t Track::due() const {
   const std::int64_t step = system_->step_count();
+  if (!judged_.empty()) return 1;
   return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
                    std::max<std::int64_t>(1, looks_.next() - step), steps_ - step, monitor_.due()});
 }

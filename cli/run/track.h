@@ -24,16 +24,17 @@ class Track {
   static constexpr double kQuick = 1;  // s: a run that takes less has its shadow always
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
 
-  // Spec and system outlive the track. 0 steps are legal; tables have a frame every `frame_stride`
-  // steps, reports a row every `row_stride`, both at the start and at the end too. Throws what the
-  // exact solution throws at t = 0. The registry is for the verdict, see study::Monitor.
+  // Spec and system outlive it. 0 steps are legal; tables have a frame every `frame_stride` steps,
+  // reports a row every `row_stride`, both at the start and at the end too. Throws what the exact
+  // solution throws at t = 0. The registry is for the verdict, see study::Monitor.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride, Registry* registry = nullptr);
   // Counts the drift from another total energy than the present one, in J.
   void set_start(double total) { start_ = {0, total}; }
   void end_at(double time) { end_ = time; }  // the last step ends there, before its own end
   int advance(std::int64_t most);            // as Simulation::steps, with the last one shortened
-  // The same of a run that goes on: with the work of its first part, if that is known.
+  std::optional<double> cut() const;  // s, where the next step has to end, if that is a shorter one
+  // Of a run that goes on: with the work of its first part, if that is known.
   void continue_from(double total, std::span<const double> work);
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
   void touched(double energy);  // by a hand, at the present state, by so many J; no shadow then
@@ -47,33 +48,30 @@ class Track {
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
 
-  // What the present state is due for; take_frame and take_row answer yes once a step, and always
-  // for the `last` state of a run that stops early.
+  // Is the present state due? Yes once a step, and for the `last` one of a run that stops early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
   void sample();             // looks at energy and error about 100 times a run, unevenly
   std::int64_t due() const;  // steps until the next of all these, at least 1
-
-  // Second order only. False, for the verdict too, when the energy of the present state is not
-  // finite.
-  bool energy_is_finite();
-  const Energy& energy();  // of the present state
+  bool energy_is_finite();   // second order only; false, for the verdict too, when it is not
+  const Energy& energy();    // of the present state
   const Energy& start_energy() const { return start_; }
   // Taken by drag since the start, J; not a number after forget_work().
   double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
 
-  std::span<const double> observed();  // of the present state; not finite: not known
+  void judge(const std::vector<study::Quantity>& figures);  // of all steps; before the first
+  std::span<const study::Quantity> judged() const { return judged_; }
+  double figure(std::size_t i) const { return courses_[i].figure(judged_[i]); }
+  double figure_parted(std::size_t i) const;  // from that of the shadow; not a number: not known
+  std::span<const double> observed();         // of the present state; not finite: not known
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
-
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
-
-  // After the run: runs its shadow, as far as `stop` lets it; costs two to four times the run.
+  // Runs its shadow, as far as `stop` lets it; costs two to four times the run.
   void verify(const std::function<bool()>& stop);
-  // There will be no shadow; the verdict says why, where that is not empty.
-  void leave_unverified(std::string why);
+  void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
 
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says; it takes no more steps
@@ -95,7 +93,9 @@ class Track {
   std::int64_t energy_step_ = -1;  // the step energy_ belongs to
   std::vector<double> observed_;
   std::int64_t observed_step_ = -1;  // the step observed_ belongs to
-  std::optional<double> end_;        // s, of a last step that is shortened
+  std::vector<study::Quantity> judged_;
+  std::vector<study::Course> courses_;
+  std::optional<double> end_;  // s, of a last step that is shortened
   study::Monitor monitor_;
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;

@@ -14,7 +14,7 @@ namespace sim::cli {
 struct MinimalRequest {
   SceneRequest scene;
   Budget budget{0.01, false};  // change allowed: of the size, or of the range of `of`
-  std::string of;              // a quantity that the scene observes; empty: positions
+  std::string of;              // as study::Quantity; empty: positions
   std::optional<double> time;  // s; nothing = the scene's duration
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;

@@ -16,7 +16,8 @@ std::string name_of(const PartSpec& part) {
   return part.plugin;
 }
 
-void add_forces(const SystemSpec& spec, std::vector<Part>& parts) {
+// In a world with the name of the system before theirs.
+void add_forces(const SystemSpec& spec, const std::string& before, std::vector<Part>& parts) {
   std::vector<std::string> names;
   for (const std::vector<PartSpec>* list : {&spec.forces, &spec.colliders})
     for (const PartSpec& each : *list) {
@@ -26,8 +27,9 @@ void add_forces(const SystemSpec& spec, std::vector<Part>& parts) {
       const std::string kind = name != each.plugin    ? "family "
                                : list == &spec.forces ? "force "
                                                       : "collider ";
-      parts.push_back({kind + name, "--without " + name, false, [name](SceneRequest& scene) {
-                         scene.without.push_back(name);
+      parts.push_back({kind + before + name, "--without " + before + name, false,
+                       [word = before + name](SceneRequest& scene) {
+                         scene.without.push_back(word);
                          return true;
                        }});
     }
@@ -38,18 +40,19 @@ void add_settings(const SceneSpec& spec, std::vector<Part>& parts) {
   for (const SceneArg& arg : spec.args) {
     const auto* value = std::get_if<double>(&arg.value);
     if (!value || *value == 0) continue;
-    if (arg.name == "n") {
+    const std::string& name = arg.name;
+    if (name == "n" || name.ends_with(".n")) {  // of a scene in a world
       const double whole = *value;
-      parts.push_back({"half the particles a side", "-s n=" + shortest(std::floor(whole / 2)), true,
-                       [whole](SceneRequest& scene) {
-                         const auto now = scene.settings.find("n");
-                         const double n = now == scene.settings.end()
-                                              ? whole
-                                              : parse_number(now->second).value_or(whole);
-                         if (std::floor(n / 2) < 2) return false;
-                         scene.settings["n"] = shortest(std::floor(n / 2));
-                         return true;
-                       }});
+      parts.push_back(
+          {"half the particles a side", "-s " + name + "=" + shortest(std::floor(whole / 2)), true,
+           [whole, name](SceneRequest& scene) {
+             const auto now = scene.settings.find(name);
+             const double n =
+                 now == scene.settings.end() ? whole : parse_number(now->second).value_or(whole);
+             if (std::floor(n / 2) < 2) return false;
+             scene.settings[name] = shortest(std::floor(n / 2));
+             return true;
+           }});
       continue;
     }
     parts.push_back({"parameter " + arg.name, "-s " + arg.name + "=0", false,
@@ -60,9 +63,16 @@ void add_settings(const SceneSpec& spec, std::vector<Part>& parts) {
   }
 }
 
-// The method of the same kind that comes next in cost; empty when there is none.
-std::string simpler(const std::string& now, const study::Problem& problem) {
-  const auto methods = study::fitting_methods(problem.with({now}), {});
+// The method of the same kind that comes next in cost and fits all systems; empty when there is
+// none.
+std::string simpler(const std::string& now, const std::vector<study::Problem>& problems) {
+  std::vector<study::Candidate> methods = study::fitting_methods(problems.front().with({now}), {});
+  for (const study::Problem& problem : problems) {
+    const auto fitting = study::fitting_methods(problem.with({now}), {});
+    std::erase_if(methods, [&](const study::Candidate& method) {
+      return std::ranges::find(fitting, method.name, &study::Candidate::name) == fitting.end();
+    });
+  }
   const auto own = std::ranges::find(methods, now, &study::Candidate::name);
   if (own == methods.end() || own->info.implicit) return {};
   const auto rank = [](const study::Candidate& method) {
@@ -82,29 +92,33 @@ std::string simpler(const std::string& now, const study::Problem& problem) {
   return best ? best->name : "";
 }
 
-void add_method(const LoadedScene& scene, const study::Problem& problem, std::vector<Part>& parts) {
-  const Simulation& system = scene.systems.front();
-  const double h = system.h();
-  parts.push_back({"twice the step", "-d " + shortest(2 * h), true, [h](SceneRequest& next) {
-                     next.dt = 2 * (next.dt > 0 ? next.dt : h);
-                     return true;
-                   }});
-  const auto& params = system.method().plugin().params;
-  const auto precision = std::ranges::find(params, "precision", &Param::name);
-  if (precision != params.end() && system.integrator_info().precision == Precision::kDouble)
+// Of all systems together, where they have one step or one method: options of a run hold for all.
+void add_method(const LoadedScene& scene, const std::vector<study::Problem>& problems,
+                std::vector<Part>& parts) {
+  const auto all = [&](auto holds) { return std::ranges::all_of(scene.systems, holds); };
+  const double h = scene.systems.front().h();
+  if (all([h](const Simulation& system) { return system.h() == h; }))
+    parts.push_back({"twice the step", "-d " + shortest(2 * h), true, [h](SceneRequest& next) {
+                       next.dt = 2 * (next.dt > 0 ? next.dt : h);
+                       return true;
+                     }});
+  const auto has_precision = [](const Simulation& system) {
+    return std::ranges::count(system.method().plugin().params, "precision", &Param::name) > 0 &&
+           system.integrator_info().precision == Precision::kDouble;
+  };
+  if (all(has_precision))
     parts.push_back({"single precision", "--precision single", false, [](SceneRequest& next) {
                        next.integrator.given["precision"] = std::string("single");
                        return true;
                      }});
-  const std::string own = system.method().name();
-  const std::string next_name = simpler(own, problem);
+  const std::string own = scene.systems.front().method().name();
+  if (!all([&](const Simulation& system) { return system.method().name() == own; })) return;
+  const std::string next_name = simpler(own, problems);
   if (next_name.empty()) return;
-  const auto* spec = problem.spec;
-  auto* registry = problem.registry;
   parts.push_back(
-      {"a simpler method", "-i " + next_name, true, [own, spec, registry](SceneRequest& next) {
+      {"a simpler method", "-i " + next_name, true, [own, problems](SceneRequest& next) {
          const std::string now = next.integrator.name.empty() ? own : next.integrator.name;
-         const std::string name = simpler(now, {spec, registry});
+         const std::string name = simpler(now, problems);
          if (name.empty()) return false;
          const auto precision_of = next.integrator.given.find("precision");
          MethodChoice choice{name};
@@ -119,11 +133,14 @@ void add_method(const LoadedScene& scene, const study::Problem& problem, std::ve
 
 std::vector<Part> parts_of(const SceneRequest& request, const LoadedScene& scene,
                            Registry& registry) {
-  const SystemSpec& spec = scene.spec.systems.front();
   std::vector<Part> parts;
-  add_forces(spec, parts);
+  std::vector<study::Problem> problems;
+  for (const SystemSpec& spec : scene.spec.systems) {
+    add_forces(spec, scene.spec.world ? spec.name + "." : "", parts);
+    problems.push_back({&spec, &registry, run_options(request, spec, registry)});
+  }
   add_settings(scene.spec, parts);
-  add_method(scene, {&spec, &registry, run_options(request, spec, registry)}, parts);
+  add_method(scene, problems, parts);
   return parts;
 }
 

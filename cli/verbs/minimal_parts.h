@@ -16,7 +16,7 @@ struct Part {
   std::function<bool(SceneRequest&)> apply;  // false when there is nothing more to change
 };
 
-// Of a scene of one system.
+// The scene outlives them.
 std::vector<Part> parts_of(const SceneRequest& request, const LoadedScene& scene,
                            Registry& registry);
 

@@ -100,9 +100,13 @@ std::string steps_text(const OrderStudy& result, const MethodOrder& each) {
   return text;
 }
 
-std::string text_of(const OrderStudy& result) {
-  std::string text = label("system", result.system + " to t = " + brief(result.time) + " s, size " +
+std::string text_of(const OrderStudy& result, const std::string& of) {
+  std::string text = label("system", result.system + " to t = " + brief(result.time) +
+                                         (of.empty() ? " s, size " : " s, range ") +
                                          with_unit(result, result.size, 4));
+  if (!of.empty())
+    text += label("judged",
+                  of + (result.yardstick.figure ? " = " + brief(result.reference.figure, 8) : ""));
   if (!result.reference.points.empty())
     text += label("reference", wrapped(result.reference.how + ", known to " +
                                            with_unit(result, known_to(result), 2),
@@ -135,12 +139,14 @@ std::string method_json(const MethodOrder& each) {
       .str();
 }
 
-std::string json_of(const OrderStudy& result) {
+std::string json_of(const OrderStudy& result, const std::string& of) {
   std::vector<std::string> methods;
   for (const MethodOrder& each : result.methods) methods.push_back(method_json(each));
   return JsonObject()
       .text("system", result.system)
       .number("time", result.time)
+      .json("of", of.empty() ? "null" : json_string(of))
+      .number("figure", result.reference.figure)
       .number("size", result.size)
       .json("reference",
             JsonObject().text("how", result.reference.how).number("error", known_to(result)).str())
@@ -176,12 +182,13 @@ int order(const OrderRequest& request, const Environment& environment, Registry&
   std::vector<std::string> texts;
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
-    const study::Problem problem{&spec, &registry, run_options(scene_request, spec, registry)};
+    study::Problem problem{&spec, &registry, run_options(scene_request, spec, registry)};
+    problem.of = quantity(spec, request.of);
     const study::OrderOptions options{request.time.value_or(0),
                                       study_choices(integrators, registry)};
-    progress.announce(study::longest(problem, options));
+    progress.announce(study::expected(problem, options));
     const auto result = study::order(problem, options, progress.watch());
-    texts.push_back(request.json ? json_of(*result) : text_of(*result));
+    texts.push_back(request.json ? json_of(*result, request.of) : text_of(*result, request.of));
   }
   progress.clear();
   put_studies(texts, request.json, scene.spec.world, console);

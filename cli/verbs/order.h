@@ -15,6 +15,7 @@ struct OrderRequest {
   SceneRequest scene;
   std::vector<std::string> words;         // an integrator, a scene, or both in this order
   std::vector<MethodChoice> integrators;  // empty = all that fit
+  std::string of;                         // as study::Quantity; empty: positions
   std::optional<double> time;             // s; nothing = the scene's duration, 1 s at most
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;

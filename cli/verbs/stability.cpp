@@ -207,8 +207,9 @@ int stability(const StabilityRequest& request, const Environment& environment, R
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
     const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
-    const Stability result = study::stability(
-        problem, {request.at, study_choices(request.integrators, registry)}, progress.watch());
+    const study::StabilityOptions options{request.at, study_choices(request.integrators, registry)};
+    progress.announce(study::expected(problem, options));
+    const Stability result = study::stability(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(result) : text_of(result));
   }
   progress.clear();

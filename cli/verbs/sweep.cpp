@@ -88,6 +88,8 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
                                     "name the file of one of its scenes"});
   for (const ObserverSpec& observer : scene.spec.systems.front().observers)
     observed_.push_back(observer.name);
+  for (const std::string& text : request.of)
+    if (study::Quantity(scene.spec.systems.front(), text).is_figure()) observed_.push_back(text);
   std::vector<std::string> known = run_names();
   for (const SceneArg& arg : scene.spec.args) known.push_back(arg.name);
   for (const std::string& name : cases_.names)
@@ -105,7 +107,7 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
 
 // The request with the values of a case. Throws Error{kUsage} for what is no value.
 CaseRun Sweep::case_run(std::size_t index) const {
-  CaseRun run{request_.scene, request_.length, request_.checks, request_.verify};
+  CaseRun run{request_.scene, request_.length, request_.checks, request_.verify, request_.of};
   run.scene.threads = 1;
   std::string tol;
   const auto positive = [](const std::string& name, const std::string& text) {
@@ -156,6 +158,7 @@ std::uint64_t Sweep::key(std::size_t index) const {
   texts.push_back(run.length.time ? shortest(*run.length.time) : "");
   texts.push_back(run.length.steps ? std::to_string(*run.length.steps) : "");
   texts.push_back(run.verify ? "verified" : "");
+  for (const std::string& figure : run.of) texts.push_back("of " + figure);
   if (run.checks)
     for (const auto& limit : {run.checks->energy, run.checks->strain, run.checks->dt})
       texts.push_back(limit ? shortest(*limit) : "");

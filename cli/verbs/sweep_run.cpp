@@ -71,6 +71,8 @@ std::vector<std::string> fields_of(Track& track, int exit, const std::string& re
     fields.emplace_back();
     for (std::size_t i = 0; i < values.size(); ++i)
       if (track.observers()[i].name == name) fields.back() = field(values[i]);
+    for (std::size_t i = 0; i < track.judged().size(); ++i)
+      if (track.judged()[i].text() == name) fields.back() = field(track.figure(i));
   }
   fields.push_back(brief(seconds, 3));
   return fields;
@@ -96,6 +98,9 @@ std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std
     Track track(scene.spec.systems.front(), system, steps_of(run.length, system), Track::kNever,
                 Track::kNever, &registry);
     shorten(run.length, track);
+    std::vector<study::Quantity> figures;
+    for (const std::string& text : run.of) figures.emplace_back(scene.spec.systems.front(), text);
+    track.judge(figures);
     const auto begin = CaseProcess::Clock::now();
     follow(track);
     const double seconds = std::chrono::duration<double>(CaseProcess::Clock::now() - begin).count();

@@ -22,12 +22,14 @@ struct CaseRun {
   RunLength length;
   std::optional<Checks> checks;
   bool verify = true;
+  std::vector<std::string> of = {};  // figures
 };
 
 // The columns of a case behind its values and before what the scene observes, and the last one.
 const std::vector<std::string>& case_columns();
 
-// The fields of these columns. Errors are rows as well: with the exit code and the reason.
+// The fields of these columns; `observed` are the names of quantities and figures. Errors are rows
+// as well: with the exit code and the reason.
 std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std::string>& observed,
                                        const Environment& environment, Registry& registry);
 

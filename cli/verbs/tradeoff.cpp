@@ -42,7 +42,9 @@ std::string command_text(const WorkPrecision& study, PlaceOf place, const Asked&
   return asked.time ? text + " -T " + shortest(*asked.time) : text;
 }
 
-double known_to(const WorkPrecision& study) { return study.yardstick.floor() / 10; }
+double known_to(const WorkPrecision& study) {
+  return study.yardstick.floor() / (study.yardstick.figure ? 1 : 10);
+}
 
 const char* status(const WorkPrecision& study, const Point& point) {
   if (!point.finished) return "diverged";
@@ -129,9 +131,11 @@ std::string table_text(const WorkPrecision& study) {
   return text +
          "* on the front: nothing is cheaper and closer. order: claimed/observed. cost:\n"
          "evaluations of f; implicit methods and single precision at what their time is\n"
-         "worth. error: rms of " +
-         std::string(study.unit.empty() ? "the numbers" : "positions") +
-         ", the largest of all steps.\n" +
+         "worth. error: " +
+         (study.yardstick.figure
+              ? "of the figure of the whole run, as its own steps see it.\n"
+              : "rms of " + std::string(study.unit.empty() ? "the numbers" : "positions") +
+                    ", the largest of all steps.\n") +
          (drifts(study)
               ? "|phi|, [m/s]: how far the constraints and their rates are off at the end\n"
               : "");
@@ -141,11 +145,12 @@ std::string with_unit(const WorkPrecision& study, double value, int digits) {
   return brief(value, digits) + (study.unit.empty() ? "" : " " + study.unit);
 }
 
-std::string recommendation(const WorkPrecision& study, const Asked& asked) {
+std::string recommendation(const WorkPrecision& study, const std::string& of, const Asked& asked) {
   const std::string budget = with_unit(study, study.budget, 3);
   if (study.comparable == 0)
-    return "no recommendation: the motion is not known to " +
-           with_unit(study, study.budget / 100, 2) + " for any time\n";
+    return "no recommendation: " +
+           (study.yardstick.figure ? of + " is not known to " : "the motion is not known to ") +
+           with_unit(study, study.needed(), 2) + " for any time\n";
   if (!study.cheapest) return "no recommendation: no step tried is within " + budget + "\n";
   std::string text;
   if (study.recommended) {
@@ -169,23 +174,25 @@ std::string recommendation(const WorkPrecision& study, const Asked& asked) {
 }
 
 std::string text_of(const WorkPrecision& study, const std::string& of, const Asked& asked) {
-  std::string text = label("system", study.system + " to t = " + brief(study.time) + " s, " +
-                                         (of.empty() ? "size " : "range of " + of + " ") +
-                                         with_unit(study, study.size, 4) + ", fastest " +
-                                         brief(study.fastest.omega) + " rad/s");
+  std::string text =
+      label("system", study.system + " to t = " + brief(study.time) + " s, " +
+                          (of.empty() ? "size " : "range ") + with_unit(study, study.size, 4) +
+                          ", fastest " + brief(study.fastest.omega) + " rad/s");
   if (study.reference.points.empty()) return text;
   text += label(
       "reference",
       wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12, 12));
+  if (study.yardstick.figure)
+    text += label("judged", of + " = " + brief(study.reference.figure, 8));
   if (of.empty()) text += label("growth", wrapped(growth_text(study), 12, 12));
-  if (study.comparable < study.time)
+  if (study.comparable < study.time && !study.yardstick.figure)
     text += label("chaotic",
                   wrapped("beyond t = " + brief(study.comparable) + " s " +
                               (of.empty() ? "positions are" : of + " is") + " not known to " +
-                              with_unit(study, study.budget / 100, 2) + "; compared until then",
+                              with_unit(study, study.needed(), 2) + "; compared until then",
                           12));
   if (!study.curves.empty()) text += '\n' + table_text(study);
-  return text + '\n' + recommendation(study, asked);
+  return text + '\n' + recommendation(study, of, asked);
 }
 
 JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
@@ -246,6 +253,7 @@ std::string json_of(const WorkPrecision& study, const std::string& of, const Ask
       .text("system", study.system)
       .number("time", study.time)
       .json("of", of.empty() ? "null" : json_string(of))
+      .number("figure", study.reference.figure)
       .number("size", study.size)
       .number("budget", study.budget)
       .number("comparable", study.comparable)
@@ -382,7 +390,7 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     options.integrators = study_choices(request.integrators, registry);
     study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
     problem.of = quantity(spec, request.of);
-    progress.announce(study::longest(problem, options));
+    progress.announce(study::expected(problem, options));
     const auto study = study::work_precision(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(*study, request.of, asked)
                                  : text_of(*study, request.of, asked));

@@ -21,7 +21,7 @@ struct Budget {
 struct TradeoffRequest {
   SceneRequest scene;
   Budget budget;                          // 0.1 % of the size if not given
-  std::string of;                         // a quantity that the scene observes; empty: positions
+  std::string of;                         // as study::Quantity; empty: positions
   std::optional<double> time;             // s; nothing = the scene's duration
   std::vector<MethodChoice> integrators;  // empty = all that fit
   std::optional<Target> csv;              // every point, .csv or .jsonl

@@ -145,10 +145,17 @@ int Timeline::steps(Simulation& simulation, std::int64_t most) {
   close_edit(simulation);
   const std::int64_t before = simulation.step_count();
   if (before < last_) {
-    // Not past a change that was made, and is to be made again.
+    // Not past a change that was made, and is to be made again; a shorter step is as it was.
     std::int64_t end = last_;
-    for (const Mark& mark : marks_)
-      if (mark.edited && mark.state->step > before) end = std::min(end, mark.state->step);
+    for (std::size_t i = 0; i < marks_.size(); ++i) {
+      const std::int64_t at = marks_[i].state->step;
+      if (at <= before || !(marks_[i].edited || marks_[i].cut)) continue;
+      if (marks_[i].cut && at == before + 1) {
+        restore(simulation, mark_at_or_before(at));
+        return 1;
+      }
+      end = std::min(end, marks_[i].cut ? at - 1 : at);
+    }
     most = std::min(most, end - before);
   }
   most = std::min(most, next_due() - before);
@@ -167,6 +174,17 @@ int Timeline::steps(Simulation& simulation, std::int64_t most) {
   else
     perform_due(simulation);
   return taken;
+}
+
+bool Timeline::step_to(Simulation& simulation, double end) {
+  close_edit(simulation);
+  discard_after(simulation);
+  if (!simulation.step_to(end)) return false;
+  last_ = simulation.step_count();
+  note(simulation, false, true);
+  marks_.back().cut = true;
+  perform_due(simulation);
+  return true;
 }
 
 void Timeline::edit(Simulation& simulation, const std::function<void(Simulation&)>& change) {

@@ -12,10 +12,10 @@
 
 namespace sim {
 
-// Going back before a change by hand restores the settings of then; going on from there makes the
-// change again when its step comes. A change in the past discards what came after. Changes between
-// two calls of part() count as one. A copy is a branch: it shares the snapshots. Every call gets
-// the simulation, standing where this timeline left it.
+// Going back before a change by hand restores the settings of then; going on from there makes it
+// again when its step comes. A change in the past discards what came after. Changes between two
+// calls of part() count as one. A copy is a branch: it shares the snapshots. Every call gets the
+// simulation, standing where this timeline left it.
 class Timeline {
  public:
   static constexpr std::size_t kDefaultBudget = std::size_t{64} << 20;  // bytes
@@ -28,8 +28,9 @@ class Timeline {
   // As Simulation::steps() and step().
   int steps(Simulation& simulation, std::int64_t most);
   bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
-  // A change by hand: kept by its step, a value. A move that ends later is stopped by the steps.
-  // When it throws, the timeline is as it was before, and so for edit().
+  bool step_to(Simulation& simulation, double end);  // a shorter one; forgets what came after
+  // A change by hand, kept by its step; a move that ends later is stopped by the steps. When it
+  // throws, the timeline is as it was before, and so for edit().
   void act(Simulation& simulation, const Action& action);
   // A change that is no Action: a snapshot after it is kept.
   void edit(Simulation& simulation, const std::function<void(Simulation&)>& change);
@@ -42,9 +43,8 @@ class Timeline {
   // Takes back the last change up to the present step, and what came after; false: there is none.
   bool undo(Simulation& simulation);
 
-  // Goes to the state after `step` steps, at least first(). Calls `go_on` between steps. If it
-  // returns false, or a step fails, the simulation stays at the last completed step and the result
-  // is false.
+  // Goes to the state after `step` steps, at least first(). False, and at the last completed step,
+  // where `go_on`, asked between steps, says so or a step fails.
   bool go_to(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   void keep(const Simulation& simulation);  // takes a snapshot, so that a copy can start from here
@@ -66,7 +66,6 @@ class Timeline {
   void set_start(double energy);  // of a timeline that has only begun
 
   std::int64_t common(const Timeline& other) const;  // the same up to there at least; or -1
-
   std::size_t bytes() const { return bytes_; }
   void set_budget(std::size_t bytes);
 
@@ -76,6 +75,7 @@ class Timeline {
     bool edited, stays;  // a change that is no action was made here; it is never thinned out
     double start;        // J, from where the drift counts
     std::size_t acts;    // of the actions, so many came before
+    bool cut = false;    // the step that ends here was a shorter one
   };
   struct Act {
     std::int64_t step;

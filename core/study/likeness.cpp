@@ -32,6 +32,11 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
               Look& look, bool& told) {
   Simulation system = problem.simulation();
   double seconds = 0, potential = 0;
+  Course course;
+  const bool each_step = record && problem.by_figure();
+  const auto follow = [&] {
+    if (each_step) course.look(system.t(), problem.of->at(system));
+  };
   const auto see = [&] {
     if (!record) return;
     look.places.push_back(places(system));
@@ -47,6 +52,7 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
     look.flat = system.flat();
   }
   see();
+  follow();
   for (int k = 1; k <= kLooks; ++k) {
     told = told || !go_on();
     if (told) return false;
@@ -57,8 +63,9 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
     while (good && system.t() < end - rounding) {
       const auto whole =
           static_cast<std::int64_t>((end - system.t()) / system.h() * (1 + 1e-12) + 1e-9);
-      good =
-          whole > 0 ? system.steps(std::min<std::int64_t>(whole, 1024)) > 0 : system.step_to(end);
+      const std::int64_t most = each_step ? 1 : 1024;
+      good = whole > 0 ? system.steps(std::min(whole, most)) > 0 : system.step_to(end);
+      if (good) follow();
     }
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (!good) return false;
@@ -66,6 +73,7 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
   }
   look.seconds = record ? seconds : std::min(look.seconds, seconds);
   if (!record) return true;
+  if (each_step) look.figure = course.figure(*problem.of);
   look.evaluations = evaluations_of(system);
   return true;
 }
@@ -172,11 +180,12 @@ std::optional<Look> look_at(const Problem& problem, double time,
 Likeness likeness(const Look& whole, const Look& other) {
   Likeness result;
   if (!other.finished) {
-    result.places = result.energy = HUGE_VAL;
+    result.places = result.energy = result.figure = HUGE_VAL;
     result.observed.assign(whole.ranges.size(), HUGE_VAL);
     return result;
   }
   result.places = largest_place(whole, other) / whole.size;
+  result.figure = std::abs(whole.figure - other.figure);
   if (!whole.energies.empty() && whole.in_play > 0) {
     result.energy = 0;
     for (std::size_t k = 0; k < std::min(whole.energies.size(), other.energies.size()); ++k)

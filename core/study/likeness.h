@@ -17,6 +17,7 @@ struct Look {
   std::vector<double> energies;               // J; empty in a first-order system
   std::vector<std::vector<double>> observed;  // [k][observer]
   std::vector<double> ranges;                 // of each observer
+  double figure = std::nan("");               // where the problem asks for one, of all steps
   double size = 1, in_play = 0;               // m; J
   bool flat = false, finished = false;
   double seconds = 0;  // of stepping, the least of some runs
@@ -33,6 +34,7 @@ struct Likeness {
   double places = std::nan("");  // as a share of the size
   double energy = std::nan("");  // as a share of the energy in play
   std::vector<double> observed;  // of each
+  double figure = std::nan("");  // of the whole run
 };
 Likeness likeness(const Look& whole, const Look& other);
 

@@ -4,12 +4,14 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
+#include "core/study/quantity.h"
 
 namespace sim::study {
 
@@ -18,8 +20,9 @@ struct Problem {
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
 
-  // What is compared of a state: nothing = the free coordinates, or all numbers of a flat state.
-  std::function<std::vector<double>(Simulation&)> of{};
+  // What is compared: nothing = the free coordinates, or all numbers of a flat state.
+  std::optional<Quantity> of{};
+  bool by_figure() const { return of && of->is_figure(); }  // one number for the whole run
 
   MethodChoice integrator() const;  // of the run, by the options or else by the scene
   Problem with(const MethodChoice& integrator) const;  // the same with another one

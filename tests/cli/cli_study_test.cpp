@@ -251,52 +251,6 @@ TEST_CASE("help of the studies names all they take, and the keys of --json") {
   }
 }
 
-TEST_CASE("sim minimal drops what the result does not need, and its command runs") {
-  const TemporaryFolder folder;
-  const std::string scene = (folder.path() / "two.lua").string();
-  write_text(scene,
-             "local sim = require 'sim'\n"
-             "local beads = sim.particles { mass = 1 }\n"
-             "for i = 0, 2 do beads:add { 0.5 * i, 0, 0 } end\n"
-             "beads:pin(0)\n"
-             "local weak = sim.force.spring { family = 'weak', stiffness = 1e-6 }\n"
-             "local link = sim.force.spring { family = 'link', stiffness = 200 }\n"
-             "for i = 1, 2 do link:tie(i - 1, i) end weak:tie(0, 2)\n"
-             "return sim.scene { particles = beads, integrator = 'rk4', dt = 0.005,\n"
-             "  duration = 1, observe = { y = function(s) return s:position(2)[2] end },\n"
-             "  forces = { sim.force.gravity { g = {0, -9.81, 0} }, link, weak } }\n");
-  const std::string plugins = folder.path().string();  // printed again: the command may need it
-  const Outcome outcome =
-      run_sim({"minimal", scene, "--budget", "1%", "--json", "--plugin-path", plugins});
-  REQUIRE(outcome.code == 0);
-  const Json study = JsonReader(outcome.out).read();
-  CHECK(study.at("command").text.find("--plugin-path " + plugins) != std::string::npos);
-  const auto part = [&](const std::string& option) -> const Json& {
-    for (const Json& each : study.at("parts").list)
-      if (each.at("option").text == option) return each;
-    throw std::runtime_error("no part " + option);
-  };
-  CHECK(part("--without weak").at("within").flag);
-  CHECK(part("--without weak").at("change").number < 1e-4);
-  CHECK_FALSE(part("--without link").at("within").flag);
-  CHECK_FALSE(part("--without gravity").at("within").flag);
-  CHECK(part("--without gravity").at("observed").at("y").number > 0.5);
-  CHECK(part("-d 0.01").at("evaluations").number == 400);
-  CHECK(study.at("smallest").at("change").number <= 0.01);
-  CHECK(study.at("own_error").number < 1e-4);
-  const std::string command = study.at("command").text;
-  CHECK(command.find("--without weak") != std::string::npos);
-  std::istringstream said(command);
-  std::vector<std::string> words;
-  for (std::string word; said >> word;) words.push_back(word);
-  words.erase(words.begin());
-  const Outcome run = run_sim(words);
-  CHECK(run.code == 0);
-  CHECK(run.out.find("weak") == std::string::npos);
-  CHECK(run_sim({scene, "--without", "week"}).err.find("did you mean 'weak'?") !=
-        std::string::npos);
-}
-
 TEST_CASE("tables of the studies fit 80 columns") {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"stability"},
                                                 {"stability", "-s", "structural=1e12"},
@@ -327,7 +281,9 @@ TEST_CASE("wrong words for a study are usage errors") {
       {"order", "rk4", "scenes/circle.lua", "x"},
       {"tradeoff", "scenes/pendulum.lua", "--of", "sog"},
       {"tradeoff", "--of", "sag"},
-      {"minimal", "scenes/sample.lua"},
+      {"tradeoff", "scenes/pendulum.lua", "--of", "median sag"},
+      {"tradeoff", "scenes/pendulum.lua", "--of", "sag", "--of", "mean sag"},
+      {"scenes/pendulum.lua", "--of", "mean sog"},
       {"minimal", "--without", "flax"},
       {"minimal", "--budget", "1 kg"},
       {"order", "rk4", "--integrators", "euler"},

@@ -50,6 +50,20 @@ TEST_CASE("repl: values of Lua are printed") {
   CHECK(output("d = {} for i = 1, 100 do d = {d, d} end return #d\n") == "2\n");
 }
 
+TEST_CASE("repl: a run ends at the time asked for, with a shorter last step") {
+  const std::string hash = hash_of_run({"-T", "0.333"});
+  const Outcome run = session(".run 0.333\n.t\n.hash\n");
+  CHECK(run.out == "0.333\n" + hash);
+  CHECK(run.err.starts_with("sim: note: the last step took 0.003 s\n"));
+  // The steps before it are what they were, and all come back bit for bit.
+  const Outcome back = session(
+      ".run 0.333\n.step 30\nh = hash()\n.back 40\n.t\n.step 40\nhash() == h\n.t\n"
+      ".back 31\n.t\n.goto 0.333\n.t\n.hash\n");
+  CHECK(back.out == "0.28500000000000003\ntrue\n0.483\n0.33\n0.333\n" + hash);
+  // Beyond what is known only: a run in the past is what it was.
+  CHECK(session(".run 0.5\n.back 50\n.run 0.123\n.t\n").out == "0.375\n");
+}
+
 TEST_CASE("repl: steps, runs and times, as sim takes them") {
   const std::string hash = hash_of_run({});
   CHECK(output(".step 400\n.hash\n") == hash);

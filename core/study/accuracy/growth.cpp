@@ -74,6 +74,12 @@ double rms(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
+void disturb(Simulation& system, double size, std::uint64_t run, std::span<double> x) {
+  std::ranges::copy(system.state(), x.begin());
+  const std::vector<std::size_t> places = free_places(system);
+  for (std::size_t i = 0; i < places.size(); ++i) x[places[i]] += size * normal(run, i);
+}
+
 Growth growth(const Problem& problem, const Reference& reference, double time, const Watch& watch) {
   Growth result;
   result.complete = false;
@@ -96,9 +102,7 @@ Growth growth(const Problem& problem, const Reference& reference, double time, c
   result.mean.assign(undisturbed->size(), 0.0);
   result.most = result.mean;
   for (int each = 0; each < kRuns; ++each) {
-    for (std::size_t i = 0; i < places.size(); ++i)
-      start[places[i]] =
-          system.state()[places[i]] + size * normal(static_cast<std::uint64_t>(each), i);
+    disturb(system, size, static_cast<std::uint64_t>(each), start.span());
     const auto disturbed = run(0.2 + 0.02 * each);
     if (!disturbed) return result;
     const double at_start = rms(disturbed->front(), undisturbed->front());

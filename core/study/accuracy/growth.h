@@ -21,4 +21,8 @@ Growth growth(const Problem& problem, const Reference& reference, double time, c
 // grown.
 inline constexpr double kRoundingSeed = 1e-13;
 
+// x := the present state with every free coordinate, or number, moved by so much times a normally
+// distributed number, which is the same in every program.
+void disturb(Simulation& system, double size, std::uint64_t run, std::span<double> x);
+
 }  // namespace sim::study

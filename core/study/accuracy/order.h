@@ -33,8 +33,8 @@ struct OrderOptions {
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
 };
 
-// About how long it takes at most, in s.
-double longest(const Problem& problem, const OrderOptions& options);
+// About how long it takes, in s.
+double expected(const Problem& problem, const OrderOptions& options);
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch);

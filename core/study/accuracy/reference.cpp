@@ -8,6 +8,7 @@
 #include "core/base/array.h"
 #include "core/base/error.h"
 #include "core/study/accuracy/extrapolation.h"
+#include "core/study/accuracy/growth.h"
 
 namespace sim::study {
 namespace {
@@ -18,6 +19,10 @@ constexpr double kNumbers = 4e6;  // kept of a path
 constexpr double kGood = 1e-12;   // of the size: nothing better is looked for
 constexpr double kRough = 1e-6;   // of the size, for runs that need not be exact
 constexpr double kSharpest = 1e-13;
+
+double affordable(const Simulation& system) {
+  return kWork / std::max(64, system.particles() + system.components() / 6);
+}
 
 using Points = std::vector<std::vector<double>>;
 
@@ -47,14 +52,8 @@ class Search {
       : problem_(problem), time_(time), watch_(watch) {
     Simulation system = problem.simulation();
     size_ = scene_size(system);
-    evaluations_ = kWork / std::max(64, system.particles() + system.components() / 6);
-    const auto numbers = static_cast<double>(compared(problem, system).size());
-    constexpr int kEvaluations = 16, kMostDoublings = 10;  // of an interval, about
-    for (int k = 0; k < kMostDoublings; ++k) {
-      const double next = 2.0 * intervals_;
-      if (next * numbers > kNumbers || next * kEvaluations > evaluations_) break;
-      intervals_ *= 2;
-    }
+    evaluations_ = affordable(system);
+    intervals_ = reference_intervals(problem, system);
     for (Candidate& method : fitting_methods(problem.with({problem.integrator().name}), {}))
       if (method.info.order > 0 && !method.chooses) methods_.push_back(std::move(method));
     // Explicit ones first, and those of the highest order; of one order the cheaper.
@@ -74,6 +73,10 @@ class Search {
   }
   bool exact();
   bool extrapolate();
+  bool trace(Simulation& system, const Array& start, Points& points);
+  void ask_neighbours();
+  double figure_of(const Points& points) const;
+  std::vector<double> errors_of(const Points& points) const;
   bool integrate(const Candidate& method, std::int64_t steps, double tolerance,
                  const TrajectoryPlan& plan);
   bool follow(const Candidate& method);
@@ -88,7 +91,7 @@ class Search {
   double time_;
   const Watch& watch_;
   double size_, evaluations_;
-  int intervals_ = 60;
+  int intervals_;
   bool told_ = false;
   std::vector<Candidate> methods_;
   Reference result_;
@@ -112,28 +115,68 @@ bool Search::extrapolate() {
   if (method == methods_.end()) return false;
   Simulation system = problem_.with(*method).simulation();
   if (system.ode().confined()) return false;
-  constexpr double kMore = 4;  // evaluations than a run of an integrator
-  Extrapolation path(system.ode(), system.state().data(),
-                     static_cast<std::int64_t>(kMore * evaluations_));
+  Array start(system.state().size());
+  std::ranges::copy(system.state(), start.data());
   Points points;
-  const auto settings = system.snapshot().settings;
-  for (int k = 0; k <= intervals_; ++k) {
-    const double t = time_ * k / intervals_;
-    if (k > 0) {
-      if (!path.advance(t, [&] { return go_on("extrapolation"); })) return false;
-      system.restore({settings, k, k, t, {path.x(), path.x() + system.state().size()}, {}});
-    }
-    points.push_back(compared(problem_, system));
-  }
+  if (!trace(system, start, points)) return false;
   if (path_.empty()) {
     path_ = "extrapolation";
     result_.points = std::move(points);
     return true;
   }
   check_ = "extrapolation";
-  for (std::size_t k = 0; k < points.size(); ++k)
-    result_.error.push_back(distance(points[k], result_.points[k]).most);
+  result_.error = errors_of(points);
   return true;
+}
+
+// How far another path is from ours at each time; by a figure the same number at all.
+std::vector<double> Search::errors_of(const Points& points) const {
+  std::vector<double> error;
+  if (problem_.by_figure()) {
+    const double off = std::abs(figure_of(points) - figure_of(result_.points));
+    error.assign(points.size(), std::isfinite(off) ? off : HUGE_VAL);
+    return error;
+  }
+  for (std::size_t k = 0; k < points.size(); ++k)
+    error.push_back(distance(points[k], result_.points[k]).most);
+  return error;
+}
+
+// The points of an extrapolation from that state on.
+bool Search::trace(Simulation& system, const Array& start, Points& points) {
+  constexpr double kMore = 4;  // evaluations than a run of an integrator
+  Extrapolation path(system.ode(), start.data(), static_cast<std::int64_t>(kMore * evaluations_));
+  const auto settings = system.snapshot().settings;
+  for (int k = 0; k <= intervals_; ++k) {
+    const double t = time_ * k / intervals_;
+    if (k > 0 && !path.advance(t, [&] { return go_on("extrapolation"); })) return false;
+    system.restore({settings, k, k, t, {path.x(), path.x() + system.state().size()}, {}});
+    points.push_back(compared(problem_, system));
+  }
+  return true;
+}
+
+double Search::figure_of(const Points& points) const {
+  Course course;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    course.look(time_ * static_cast<double>(k) / intervals_, points[k].front());
+  return course.figure(*problem_.of);
+}
+
+// Where motion is chaotic two runs may agree on a figure by chance. Runs that begin a rounding away
+// show what it is worth.
+void Search::ask_neighbours() {
+  constexpr std::uint64_t kNeighbours = 4;
+  if (path_ != "extrapolation") return;
+  for (std::uint64_t each = 0; each < kNeighbours && !told_; ++each) {
+    Simulation system = problem_.simulation();
+    Array start(system.state().size());
+    disturb(system, kRoundingSeed * size_, each, start.span());
+    Points points;
+    if (!trace(system, start, points)) return;
+    const double off = std::abs(figure_of(points) - result_.figure);
+    for (double& error : result_.error) error = std::max(error, off);
+  }
 }
 
 bool Search::integrate(const Candidate& method, std::int64_t steps, double tolerance,
@@ -169,14 +212,10 @@ bool Search::follow(const Candidate& method) {
 
 std::optional<std::vector<double>> Search::difference(const Candidate& method, std::int64_t steps,
                                                       double tolerance) {
-  std::vector<double> error;
-  const bool finished =
-      integrate(method, steps, tolerance,
-                {.intervals = intervals_, .see = [&](int k, const std::vector<double>& x) {
-                   error.push_back(distance(x, result_.points[static_cast<std::size_t>(k)]).most);
-                 }});
-  if (!finished) return {};
-  return error;
+  Points points;
+  const auto see = [&](int, const std::vector<double>& x) { points.push_back(x); };
+  if (!integrate(method, steps, tolerance, {.intervals = intervals_, .see = see})) return {};
+  return errors_of(points);
 }
 
 // Refined until that no longer helps; kept if it is the best check so far.
@@ -279,6 +318,16 @@ Reference Search::find() {
   if (told_) return {};
   result_.how = check_.empty() ? path_ : path_ + " against " + check_;
   result_.error.resize(result_.points.size(), check_.empty() ? 0 : HUGE_VAL);
+  if (problem_.by_figure()) {
+    result_.figure = figure_of(result_.points);
+    if (!std::isfinite(result_.figure))
+      throw Error(ErrorKind::kUsage,
+                  {"no figure to judge by", "--of '" + problem_.of->text() + "'",
+                   problem_.of->is_period() ? "it rises through its mean less than twice"
+                                            : "it is not finite on the way",
+                   "choose a longer --time, or another quantity"});
+    ask_neighbours();
+  }
   for (double& error : result_.error) error = std::max(error, kUnitRoundoff * size_);
   make_rough();
   if (told_) return {};
@@ -289,6 +338,29 @@ Reference Search::find() {
 
 int Reference::seen_of(std::int64_t count) const {
   return static_cast<int>(std::gcd(count, static_cast<std::int64_t>(intervals())));
+}
+
+int reference_intervals(const Problem& problem, Simulation& system) {
+  constexpr int kEvaluations = 16, kMostDoublings = 10;  // of an interval, about
+  const auto numbers = static_cast<double>(compared(problem, system).size());
+  int intervals = 60;
+  for (int k = 0; k < kMostDoublings; ++k) {
+    const double next = 2.0 * intervals;
+    if (next * numbers > kNumbers || next * kEvaluations > affordable(system)) break;
+    intervals *= 2;
+  }
+  return intervals;
+}
+
+double range_of(const Problem& problem, const Reference& reference) {
+  if (problem.of->is_period()) return reference.figure;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const auto& point : reference.points) {
+    low = std::min(low, point.front());
+    high = std::max(high, point.front());
+  }
+  if (high > low) return high - low;
+  return std::abs(high) > 0 ? std::abs(high) : 1;
 }
 
 Reference reference(const Problem& problem, double time, const Watch& watch) {

@@ -1,6 +1,7 @@
 // What the motion really is, with an error bar of its own.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -15,13 +16,20 @@ struct Reference {
   std::string how;  // "extrapolation against dop853", "exact solution against extrapolation"
   // What is compared at equal times, [k] at k time / intervals(); empty when told to end.
   std::vector<std::vector<double>> points;
-  std::vector<double> error;  // of each point, the largest of any number: how far the two differ
-  Candidate method;           // one good to about 1e-6 of the scene's size, with so many steps:
-  std::int64_t steps = 0;     // for runs that need not be exact
+  std::vector<double> error;     // of each point, the largest of any number: how far the two differ
+  double figure = std::nan("");  // where the problem asks for one; `error` is then its own
+  Candidate method;              // one good to about 1e-6 of the scene's size, with so many steps:
+  std::int64_t steps = 0;        // for runs that need not be exact
 
   int intervals() const { return static_cast<int>(points.size()) - 1; }
   int seen_of(std::int64_t count) const;  // how many of so many equal steps are points
 };
+
+// How many points a reference of the problem has.
+int reference_intervals(const Problem& problem, Simulation& system);
+
+// Of the quantity that is compared, on the way; its size where it never changes. A period its own.
+double range_of(const Problem& problem, const Reference& reference);
 
 // The scene's own exact solution or the extrapolated midpoint rule, checked by a method of another
 // family refined until it no longer improves; what they differ by is the error. Where there is no

@@ -61,7 +61,7 @@ double Yardstick::floor() const {
   double most = 0;
   for (int k = 0; k <= last; ++k)
     most = std::max(most, reference->error[static_cast<std::size_t>(k)]);
-  return std::max(10 * most, rounding);
+  return std::max(figure ? most : 10 * most, rounding);
 }
 
 Yardstick Yardstick::of(const Candidate& method) const {
@@ -91,6 +91,10 @@ std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation
   return methods;
 }
 
+int repeats_after(double seconds, int wanted) {
+  return std::min(wanted, seconds > 0.5 ? 0 : seconds > 0.02 ? 3 : wanted);
+}
+
 std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on) {
@@ -107,8 +111,10 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   const bool dense = !method.info.implicit;
   if (by_tolerance && dense) plan.steps = plan.intervals = reference.intervals();
   const int stride = reference.intervals() / plan.intervals;
+  Course course;
   plan.see = [&](int k, const std::vector<double>& x) {
     if (k * stride > yardstick.last) return;
+    if (yardstick.figure) return course.look(yardstick.time * k / plan.intervals, x.front());
     const Distance d = distance(x, reference.points[static_cast<std::size_t>(k * stride)]);
     if (!(d.rms <= point.rms)) point.rms = d.rms;
     point.rms_end = d.rms;
@@ -117,6 +123,9 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   };
   const Trajectory run = run_trajectory(problem, method, plan, watched);
   if (told) return {};
+  if (yardstick.figure)
+    point.rms = point.rms_end = point.most_end =
+        std::max(std::abs(course.figure(*problem.of) - reference.figure), yardstick.floor());
 
   point.dt = yardstick.time / static_cast<double>(steps);
   point.tolerance = tolerance;
@@ -128,10 +137,8 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   point.effort = run.effort;
 
   plan = {yardstick.time, kIntervals, steps, tolerance, false};
-  // Many short runs, few long ones.
   std::vector<double> seconds;
-  const int most = run.seconds > 0.5 ? 0 : run.seconds > 0.02 ? 3 : yardstick.repeats;
-  const int repeats = std::min(yardstick.repeats, most);
+  const int repeats = repeats_after(run.seconds, yardstick.repeats);
   for (int repeat = 0; repeat < repeats && point.finished; ++repeat) {
     seconds.push_back(run_trajectory(problem, method, plan, watched).seconds);
     if (told) return {};

@@ -1,6 +1,8 @@
 // One method at many steps (or tolerances): how wrong it is, and what it takes.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,15 +47,37 @@ struct Yardstick {
   bool energy = true;
   int repeats = 0;      // of timing
   double rounding = 0;  // m, what the numbers of the method leave of a position
+  bool figure = false;  // one number is compared, see Quantity
 
   Yardstick of(const Candidate& method) const;  // the same with its rounding
-  double floor() const;  // below it errors say nothing: 10 times the reference's own, or rounding
+  // Below it errors say nothing: 10 times the reference's own, or rounding; of a figure its own,
+  // and no error is then smaller.
+  double floor() const;
 };
 
 // fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
 // without its own. Throws Error{kUsage} for a choice with one.
 std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation& run,
                                         const std::vector<MethodChoice>& choices);
+
+// Asked in a run, which may take, with its repeats, eight times the limit: then the method has no
+// finer ones.
+class Patience {
+ public:
+  Patience(const SweepLimits& limits, const std::function<bool()>& go_on)
+      : most_(8 * limits.seconds), go_on_(go_on) {}
+  bool ask() { return !late() && go_on_(); }
+  bool late() const { return std::chrono::duration<double>(Clock::now() - begin_).count() > most_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double most_;  // s
+  const std::function<bool()>& go_on_;
+  Clock::time_point begin_ = Clock::now();
+};
+
+// How often a run of so many seconds is repeated for its time: many short ones, few long ones.
+int repeats_after(double seconds, int wanted);
 
 // At `steps` steps in all (a multiple of kIntervals), or with a tolerance in steps of its own. Seen
 // at each step that is a point of the reference, or with a tolerance at all of these. Nothing when

@@ -30,7 +30,7 @@ std::vector<double> coordinates(Simulation& system) {
 }
 
 std::vector<double> compared(const Problem& problem, Simulation& system) {
-  return problem.of ? problem.of(system) : coordinates(system);
+  return problem.of ? std::vector{problem.of->at(system)} : coordinates(system);
 }
 
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all) {

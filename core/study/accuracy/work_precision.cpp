@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/study/accuracy/pace.h"
 #include "core/study/limits/step_limit.h"
 
 namespace sim::study {
@@ -11,6 +12,7 @@ bool stable(const Point& point, double size) { return point.finished && point.rm
 
 namespace {
 
+constexpr double kFirstTolerance = 1e-2, kLastTolerance = 0.99e-12;
 constexpr SweepLimits kCurveLimits{.evaluations = 5e4, .implicit_cost = 50, .seconds = 0.5};
 
 // 20 intervals of 1, 2, 3, 4, 6, 8, 12, 16, ... steps: all of them points of the reference, or all
@@ -31,26 +33,33 @@ bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yar
            const std::function<bool()>& go_on) {
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
   const int cost = kCurveLimits.cost_of_step(method);
+  bool late = false;
   const auto run = [&](std::int64_t steps, double tolerance) {
-    const auto point = measure(problem, method, steps, tolerance, yardstick, go_on);
+    Patience patience(kCurveLimits, go_on);
+    const auto point =
+        measure(problem, method, steps, tolerance, yardstick, [&] { return patience.ask(); });
     if (point) points.push_back(*point);
+    late = !point && patience.late();
     return point.has_value();
   };
   const auto finest = [&] {
     const Point& last = points.back();
-    return last.seconds > kCurveLimits.seconds || (last.finished && last.rms <= yardstick.floor());
+    const auto known = [&](const Point& p) { return p.finished && p.rms <= yardstick.floor(); };
+    // A figure may be right once by chance.
+    const bool enough = !yardstick.figure || (points.size() > 1 && known(points.end()[-2]));
+    return last.seconds > kCurveLimits.seconds || (known(last) && enough);
   };
   if (by_tolerance) {
-    for (int digits = 2; digits <= 12; ++digits) {
+    for (int digits = 2;; ++digits) {
       const double tolerance = std::pow(10.0, -digits);
-      if (tolerance < 0.99 * method.least_tolerance) break;
-      if (!run(kIntervals, tolerance)) return false;
+      if (tolerance < std::max(kLastTolerance, 0.99 * method.least_tolerance)) break;
+      if (!run(kIntervals, tolerance)) return late;
       if (finest()) break;
     }
     return true;
   }
   for (const std::int64_t steps : step_counts(most_evaluations / cost)) {
-    if (!run(steps, 0)) return false;
+    if (!run(steps, 0)) return late;
     if (finest()) break;
   }
   return true;
@@ -88,7 +97,8 @@ std::vector<Place> by_cost(const WorkPrecision& study) {
     for (std::size_t p = 0; p < study.curves[c].points.size(); ++p) {
       const Point& point = study.curves[c].points[p];
       // Below the floor the reference is as wrong as the point.
-      if (stable(point, study.size) && point.rms > study.yardstick.floor())
+      if (stable(point, study.size) &&
+          (study.yardstick.figure || point.rms > study.yardstick.floor()))
         places.push_back({c, p});
     }
   std::stable_sort(places.begin(), places.end(), [&](Place a, Place b) {
@@ -96,6 +106,15 @@ std::vector<Place> by_cost(const WorkPrecision& study) {
                                           : study.at(a).rms < study.at(b).rms;
   });
   return places;
+}
+
+// A figure may be right by chance: none is better than the worst of finer steps.
+void believe_no_luck(std::vector<Point>& points) {
+  double worst = 0;
+  for (auto point = points.rbegin(); point != points.rend(); ++point) {
+    if (!point->finished) continue;
+    worst = point->rms = std::max(worst, point->rms);
+  }
 }
 
 // Inside the limit of stability with room to spare: 0.8 of it, and 0.5 for long runs that nothing
@@ -110,9 +129,13 @@ bool well_inside(const WorkPrecision& study, Place place) {
 
 }  // namespace
 
+double WorkPrecision::needed() const { return budget / (yardstick.figure ? 4 : 100); }
+
 // What costs little more and is closer is the better choice.
 void choose(WorkPrecision& study) {
   constexpr double kLittleMore = 1.05;
+  if (study.yardstick.figure)
+    for (Curve& curve : study.curves) believe_no_luck(curve.points);
   price(study.curves);
   double best = HUGE_VAL, most = HUGE_VAL;
   for (const Place place : by_cost(study)) {
@@ -134,8 +157,8 @@ int last_comparable(const WorkPrecision& study) {
     const std::size_t measured =
         (k + static_cast<std::size_t>(each) - 1) / static_cast<std::size_t>(each);
     const double grown = measured < study.growth.most.size() ? study.growth.most[measured] : 0;
-    const bool known = study.reference.error[k] <= study.budget / 100 &&
-                       kRoundingSeed * study.size * grown <= study.budget / 100;
+    const bool known = study.reference.error[k] <= study.needed() &&
+                       kRoundingSeed * study.size * grown <= study.needed();
     if (!known) break;
     last = static_cast<int>(k);
   }
@@ -144,15 +167,8 @@ int last_comparable(const WorkPrecision& study) {
 
 namespace {
 
-// Of the quantity that is compared; its size where it never changes.
-double range(const std::vector<std::vector<double>>& points) {
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const auto& point : points) {
-    low = std::min(low, point.front());
-    high = std::max(high, point.front());
-  }
-  if (high > low) return high - low;
-  return std::abs(high) > 0 ? std::abs(high) : 1;
+double time_of(const Simulation& system, const WorkPrecisionOptions& options) {
+  return options.time > 0 ? options.time : system.duration() > 0 ? system.duration() : 1;
 }
 
 std::vector<Candidate> methods_of(const Problem& problem, const Simulation& system,
@@ -166,15 +182,19 @@ std::vector<Candidate> methods_of(const Problem& problem, const Simulation& syst
 
 }  // namespace
 
-// The runs of a method are at most 3.4 times as long as its last, and each is timed some times.
-double longest(const Problem& problem, const WorkPrecisionOptions& options) {
-  constexpr double kRuns = 3.4, kReference = 1e7, kOverhead = 2;
+double expected(const Problem& problem, const WorkPrecisionOptions& options) {
   Simulation system = problem.simulation();
-  const auto methods = static_cast<double>(methods_of(problem, system, options).size());
-  const double each = kCurveLimits.evaluations_for(system);
-  const double sweeps = methods * kRuns * each * (1 + options.repeats);
-  const double reference = kReference * 64 / std::max(64, system.particles()) / 4;
-  return kOverhead * seconds_an_evaluation(system) * (reference + sweeps);
+  const std::vector<Candidate> methods = methods_of(problem, system, options);
+  const Pace pace = pace_of(problem, methods, time_of(system, options));
+  double sum = pace.reference(reference_intervals(problem, system), problem.by_figure());
+  for (const Candidate& method : methods) {
+    const double most = kCurveLimits.evaluations_for(system) / kCurveLimits.cost_of_step(method);
+    sum += method.info.adaptive && method.has_tolerance
+               ? pace.tolerances(method, kFirstTolerance, kLastTolerance, kCurveLimits,
+                                 options.repeats)
+               : pace.steps(method, step_counts(most), kCurveLimits, options.repeats);
+  }
+  return sum;
 }
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
@@ -183,14 +203,14 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   auto study = std::make_unique<WorkPrecision>();
   Simulation system = problem.simulation();
   study->system = system.name();
-  study->time = options.time > 0 ? options.time : system.duration() > 0 ? system.duration() : 1;
+  study->time = time_of(system, options);
   study->size = scene_size(system);
   study->complete = false;
   study->unit = problem.of || system.flat() ? "" : "m";
   const std::vector<Candidate> methods = methods_of(problem, system, options);
   study->reference = reference(problem, study->time, watch);
   if (study->reference.points.empty()) return study;
-  if (problem.of) study->size = range(study->reference.points);
+  if (problem.of) study->size = range_of(problem, study->reference);
   study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
   // How positions part says nothing of a quantity of the scene's own.
   if (problem.of)
@@ -199,9 +219,10 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
     study->growth = growth(problem, study->reference, study->time, watch);
   const Spectrum modes = spectrum(system);
   study->fastest = modes.fastest;
-  const int last = last_comparable(*study);
+  study->yardstick = {&study->reference, study->time, study->size,        0, true,
+                      options.repeats,   0,           problem.by_figure()};
+  const int last = study->yardstick.last = last_comparable(*study);
   study->comparable = study->time * last / study->reference.intervals();
-  study->yardstick = {&study->reference, study->time, study->size, last, true, options.repeats};
   if (last == 0) {
     study->complete = study->growth.complete;
     return study;

@@ -46,6 +46,8 @@ struct WorkPrecision {
   WorkPrecision() = default;
   WorkPrecision(const WorkPrecision&) = delete;
   WorkPrecision& operator=(const WorkPrecision&) = delete;
+  // How well the reference must be known: to a hundredth of the budget, a figure to a fourth.
+  double needed() const;
   const Point& at(Place place) const { return curves[place.curve].points[place.point]; }
   double cost(Place place) const { return curves[place.curve].cost[place.point]; }
 };
@@ -61,11 +63,11 @@ struct WorkPrecisionOptions {
   int repeats = 5;                             // of each run, for its wall time
 };
 
-// About how long it takes at most, in s.
-double longest(const Problem& problem, const WorkPrecisionOptions& options);
+// About how long it takes, in s.
+double expected(const Problem& problem, const WorkPrecisionOptions& options);
 
-// The last output time at which the reference, and any run in double precision, is known to a
-// hundredth of the budget.
+// The last output time at which the reference, and any run in double precision, is known as needed;
+// all of a run or nothing where a figure is compared.
 int last_comparable(const WorkPrecision& study);
 
 // Costs, front, recommended and cheapest points of the curves that are there.

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/study/accuracy/sweep.h"
 #include "core/study/energy_balance.h"
 #include "core/study/limits/disturbance.h"
 #include "core/study/limits/step_limit.h"
@@ -20,12 +21,17 @@ bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
 }
 
+int cost_of_step(const Candidate& method) {
+  constexpr int kImplicit = 50;  // evaluations that an implicit step is worth
+  return method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
+}
+
 // Steps of one run that are not too long to wait for.
 double affordable_steps(const Simulation& system, const Candidate& method) {
   constexpr double kMostWork = 1e7;  // evaluations, of all particles together
-  constexpr int kImplicit = 50;      // that an implicit step is worth
-  const int each = method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
-  return kMostWork / each / std::max(64, system.particles() + system.components() / 6);
+  const double most =
+      kMostWork / cost_of_step(method) / std::max(64, system.particles() + system.components() / 6);
+  return system.second_order() ? most : 0.1 * most;
 }
 
 // Nothing when it was told to end.
@@ -104,6 +110,31 @@ std::optional<double> step_limit(const MethodStability& method) {
   return method.measured ? method.measured : method.predicted;
 }
 
+double expected(const Problem& problem, const StabilityOptions& options) {
+  constexpr double kMeasured = 3000;           // steps until a limit is measured
+  constexpr double kLook = 2, kFinerRun = 10;  // evaluations that a look at the energy is worth
+  Simulation system = problem.simulation();
+  const Spectrum modes = spectrum(system);
+  std::vector<MethodStability> methods;
+  for (const Candidate& method : fitting_methods(problem, options.integrators)) {
+    if (method.info.adaptive) continue;
+    methods.push_back({method, predicted_step(*problem.with(method).make_integrator(), modes)});
+  }
+  const double time = energy_time(system, methods);
+  double evaluations = 0;
+  for (const MethodStability& each : methods) {
+    const double cost = cost_of_step(each.method);
+    if (!each.method.info.implicit) evaluations += kMeasured * cost;
+    const std::optional<double> limit = step_limit(each);
+    if (!bounded(limit)) continue;
+    if (time > affordable_steps(system, each.method) * kFractions[0] * *limit) continue;
+    for (const double fraction : kFractions)
+      evaluations += time / (fraction * *limit) *
+                     (system.second_order() ? cost + kLook : cost * (1 + kFinerRun));
+  }
+  return evaluations * seconds_an_evaluation(system);
+}
+
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
   const std::vector<Candidate> methods = fitting_methods(problem, options.integrators);
   Simulation system = problem.simulation();
@@ -144,7 +175,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     MethodStability& each = result.methods[i];
     const std::optional<double> limit = step_limit(each);
     if (!bounded(limit) || each.method.info.adaptive) continue;
-    const double most = affordable_steps(system, each.method) * (system.second_order() ? 1 : 0.1);
+    const double most = affordable_steps(system, each.method);
     if (result.energy_time > most * kFractions[0] * *limit) continue;
     for (const double fraction : kFractions) {
       const auto go_on = [&] {

@@ -44,6 +44,9 @@ struct StabilityOptions {
 // Throws Error{kUsage} when the system diverges before `at`.
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch);
 
+// About how long that takes, in s, by the predicted limits.
+double expected(const Problem& problem, const StabilityOptions& options);
+
 // What limits a method: the measured step, or else the predicted one; nothing when neither is
 // known.
 std::optional<double> step_limit(const MethodStability& method);

@@ -182,13 +182,22 @@ Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
                                       : 1 / (1 - std::pow(finer, -std::max(1, info.order)));
   shadow.stop_when(stop);
   const bool watch_strain = run_->second_order() && run_->integrator_info().adaptive && finer > 1;
+  std::vector<Course> courses(asked_.size());
+  const auto follow = [&] {
+    for (std::size_t i = 0; i < asked_.size(); ++i)
+      courses[i].look(shadow.t(), asked_[i].at(shadow));
+  };
+  const auto watch = [&] {
+    follow();
+    if (!watch_strain) return;
+    const StrainedSpring worst = worst_spring(shadow);
+    if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
+      result.strain = worst;
+  };
+  const bool watches = watch_strain || !asked_.empty();
+  follow();
   for (std::size_t k = 1; k < frames_.size(); ++k) {
-    const auto strained = [&] {
-      const StrainedSpring worst = worst_spring(shadow);
-      if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
-        result.strain = worst;
-    };
-    if (!take(shadow, finer, k, stop, watch_strain ? strained : std::function<void()>())) {
+    if (!take(shadow, finer, k, stop, watches ? watch : std::function<void()>())) {
       const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
       result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
       return result;
@@ -196,6 +205,8 @@ Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
     compare_frame(frames_[k], factor, shadow, result);
     path.push_back(places(shadow));
   }
+  for (std::size_t i = 0; i < asked_.size(); ++i)
+    result.figures.push_back(courses[i].figure(asked_[i]));
   result.outcome = Parting::Outcome::kCompared;
   // A spring that is pressed to a point may leave it on either side.
   constexpr double kPressed = 0.9;

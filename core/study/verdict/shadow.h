@@ -34,6 +34,7 @@ struct Parting {
   double rate = std::nan("");       // ... in one second
   StrainedSpring strain;            // worst of the shadow, which may show states in between
   std::vector<Parted> observed;     // of each observer of the scene
+  std::vector<double> figures;      // of the shadow, as judge() asked
   double missed_at = std::nan("");  // s, where the right-hand side did what no step has seen
 
   bool verified() const { return outcome == Outcome::kCompared; }
@@ -44,6 +45,9 @@ class Shadow {
  public:
   // At the first state of a run of `steps` steps more; everything given outlives it.
   Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Registry& registry);
+
+  // These figures are wanted of the whole shadow, from all its steps.
+  void judge(std::span<const Quantity> figures) { asked_.assign(figures.begin(), figures.end()); }
 
   // At the present state, now and then; `energy` in a second-order system only, `observed` what the
   // scene's observers say.
@@ -85,6 +89,7 @@ class Shadow {
   std::int64_t stride_;  // looks a frame
   std::int64_t looks_ = 0;
   std::vector<Frame> frames_;
+  std::vector<Quantity> asked_;
   double in_play_ = 0, start_potential_ = 0;  // J
 };
 

@@ -1,0 +1,85 @@
+// Figures of what a scene observes (--of "mean sag"), through the programs.
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "core/base/text.h"
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+using namespace sim_test;
+
+TEST_CASE("a figure of the whole run is judged by all studies that take quantities") {
+  const auto json = [](std::vector<std::string> words) {
+    words.emplace_back("--json");
+    const Outcome outcome = run_sim(words);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return JsonReader(outcome.out).read();
+  };
+  const std::string scene = "scenes/pendulum.lua", of = "mean sag";
+  const Json trade =
+      json({"tradeoff", scene, "-T", "2", "--of", of, "--budget", "1%", "--integrators", "rk4"});
+  const double mean = trade.at("figure").number;
+  CHECK(mean < -0.5);
+  CHECK(mean > -2);
+  const Json& choice = trade.at("recommended");
+  CHECK(choice.at("error").number <= trade.at("budget").number);
+
+  // The command that it gives has that error, by the report of the run and by a sweep.
+  const std::string dt = sim::shortest(choice.at("dt").number);
+  const Json run = json({scene, "-T", "2", "-i", "rk4", "-d", dt, "--of", of, "--of", "max sag"});
+  const Json& seen = run.at("systems").list.front().at("observed");
+  CHECK(std::abs(seen.at(of).at("value").number - mean) <= 1.01 * choice.at("error").number);
+  CHECK(seen.at(of).at("difference").number <= 2 * choice.at("error").number);
+  CHECK(seen.at("max sag").at("value").number > mean + 0.1);
+  const TemporaryFolder folder;
+  const Outcome sweep = run_sim(
+      {"sweep", scene, "--over", "dt=" + dt, "-T", "2", "-i", "rk4", "--of", of, "--out", "s.csv"},
+      {.folder = folder.path()});
+  REQUIRE(sweep.code == 0);
+  const auto rows = lines_of(read_text(folder.path() / "s.csv"));
+  const auto head = cells_of(rows[0]), row = cells_of(rows[1]);  // seconds come last
+  REQUIRE(head[head.size() - 2] == of);
+  CHECK(std::stod(row[row.size() - 2]) == seen.at(of).at("value").number);
+
+  const Outcome none = run_sim({"tradeoff", scene, "--of", "period sag", "-T", "0.2"});
+  CHECK(none.code == 2);
+  CHECK(none.err.find("it rises through its mean less than twice") != std::string::npos);
+  const Json order = json({"order", scene, "verlet", "-T", "1", "--of", of});
+  CHECK(order.at("of").text == of);
+  CHECK(order.at("integrators").list.front().at("observed").number == Approx(2).margin(0.2));
+  const Json minimal = json({"minimal", scene, "-T", "1", "--of", of, "--budget", "5%"});
+  for (const Json& part : minimal.at("parts").list)
+    if (part.at("option").text == "--without gravity") CHECK(part.at("figure").number > 0.1);
+}
+
+TEST_CASE("of a chaotic scene a mean is known where positions are not") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder.path() / "lorenz.lua").string();
+  write_text(scene,
+             "local sim = require 'sim'\n"
+             "return sim.scene { name = 'lorenz', state = { 1, 1, 20 },\n"
+             "  field = sim.field.lua { function(t, x) return { 10 * (x[2] - x[1]),\n"
+             "    x[1] * (28 - x[3]) - x[2], x[1] * x[2] - 8 / 3 * x[3] } end },\n"
+             "  observe = { z = function(s) return s:component(2) end },\n"
+             "  integrator = 'rk4', dt = 0.01, duration = 60 }\n");
+  const auto study = [&](const std::string& of) {
+    std::vector<std::string> words{"tradeoff", scene, "--integrators", "rk4",
+                                   "--budget", "5",   "--json"};
+    if (!of.empty()) words.insert(words.end(), {"--of", of});
+    const Outcome outcome = run_sim(words);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return JsonReader(outcome.out).read();
+  };
+  CHECK(study("").at("comparable").number < 50);
+  const Json mean = study("mean z");
+  CHECK(mean.at("comparable").number == 60);
+  CHECK(mean.at("figure").number == Approx(23.5).margin(1));  // of the attractor
+  // How well it is known at all is more than roundings, and no error that is claimed is below it.
+  const double known = mean.at("reference").at("error").number;
+  CHECK(known > 1e-4);
+  REQUIRE(mean.at("recommended").kind != Json::Kind::kNull);
+  CHECK(mean.at("recommended").at("error").number >= known);
+}
