@@ -30,7 +30,7 @@ struct Dispatch {
   template <class Request>
   int operator()(const Request& request) const {
     const Environment environment = find_environment(line.plugin_path);
-    sim::Registry registry = open_registry(environment, line.libraries);
+    sim::Registry registry = open_registry(environment, line.libraries, line.probe);
     return verb(request, environment, registry);
   }
 

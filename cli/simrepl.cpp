@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     const Environment environment = find_environment(line.plugin_path);
-    sim::Registry registry = open_registry(environment, line.libraries);
+    sim::Registry registry = open_registry(environment, line.libraries, line.probe);
     return repl(line, environment, registry, console);
   } catch (...) {
     return report_exception(console.err);

@@ -161,6 +161,9 @@ Parser::Parser() {
       ->disable_flag_override();
   values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");
+  app_.add_flag("--probe", t.probe,
+                "open plugins in a process of its own first, which\nthey may crash")
+      ->disable_flag_override();
   app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
 
   app_.add_flag("--man", t.man, "the manual page")->disable_flag_override();
@@ -388,6 +391,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   CommandLine line;
   line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
   line.libraries.assign(texts_.load.begin(), texts_.load.end());
+  line.probe = texts_.probe;
   const auto chosen = app_.get_subcommands();
   if (chosen.empty()) {
     line.request = run_request();

@@ -37,6 +37,7 @@ struct CommandLine {
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
+  bool probe = false;   // --probe
 };
 
 // Throws Error{kUsage} for everything that is wrong before any file is looked at.

@@ -32,6 +32,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
       history, mode, resume, record, init, lua_budget;
   std::vector<std::string> set, off, plugin_path, load, codes, files;
   bool version = false, man = false, safe = false;
+  ReplCommandLine line;
   CLI::App app{kAbout, "simrepl"};
   app.set_help_flag("-h,--help", "this text");
   app.get_formatter()->column_width(26);
@@ -76,10 +77,12 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
       ->disable_flag_override();
   values("--plugin-path", plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", load, "FILE.so", "one plugin library; repeatable");
+  app.add_flag("--probe", line.probe,
+               "open plugins in a process of its own first, which\nthey may crash")
+      ->disable_flag_override();
   app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
   app.add_flag("--man", man, "the manual page")->disable_flag_override();
 
-  ReplCommandLine line;
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

@@ -24,6 +24,7 @@ struct ReplCommandLine {
                         // terminal
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load
+  bool probe = false;   // --probe
 };
 
 // Throws Error{kUsage} for everything that is wrong before any file is looked at.

@@ -60,12 +60,12 @@ Environment find_environment(const Folders& plugin_path) {
   return environment;
 }
 
-Registry open_registry(const Environment& environment, const Folders& libraries) {
+Registry open_registry(const Environment& environment, const Folders& libraries, bool probe) {
   if (environment.plugin_folders.empty() && libraries.empty())
     throw Error(ErrorKind::kIo,
                 {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
                  "there is none beside the program", "install it again, or give --plugin-path"});
-  return Registry(environment.plugin_folders, libraries);
+  return Registry(environment.plugin_folders, libraries, probe);
 }
 
 DevelopmentFiles development_files() {

@@ -24,7 +24,8 @@ Environment find_environment(const Folders& plugin_path);
 
 // A registry over these folders, with the libraries of --load opened. Throws Error{kIo} for a
 // folder that cannot be read and Error{kPlugin} for a library that cannot be used.
-Registry open_registry(const Environment& environment, const Folders& libraries);
+Registry open_registry(const Environment& environment, const Folders& libraries,
+                       bool probe = false);
 
 // What a plugin of one's own is compiled and linked with: of the installed program, or else of the
 // source tree and its build.

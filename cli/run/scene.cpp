@@ -7,6 +7,7 @@
 #include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
+#include "core/base/memory.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
@@ -120,6 +121,8 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   // What is wrong on the command line is said before any file is looked at.
   if (!request.integrator.name.empty())
     typed(request.integrator, request.integrator.name, registry);
+  constexpr double kSafeMemory = 4e9;  // bytes
+  if (request.safe) limit_memory(kSafeMemory);
   LoadedScene scene;
   scene.spec = load_scene(request.scene, registry,
                           {.search_path = environment.scene_folders,

@@ -15,6 +15,7 @@
 #include "core/output/format.h"
 #include "core/output/stream.h"
 #include "core/plugin/library.h"
+#include "core/plugin/probe.h"
 #include "core/simd/simd_targets.h"
 #include "core/study/contract/contract.h"
 
@@ -120,8 +121,15 @@ std::string text_of(const Contract& contract) {
 }  // namespace
 
 int test_plugin(const TestRequest& request, Registry& registry, Console& console) {
-  start_again_counting();
   const std::filesystem::path library = std::filesystem::absolute(request.library);
+  read_card(library);
+  probe_library(library);
+  start_again_counting();
+  constexpr double kLongest = 600;  // s, of all checks
+  if (const auto why = tried_by_child([&] { contract_of(library, registry); }, kLongest);
+      !why.empty())
+    throw Error(ErrorKind::kPlugin, {"plugin", library.string(), why + " in the checks",
+                                     "it was tried in a process of its own; mend it"});
   const SimdLevel best = simd_level();
   std::vector<std::pair<SimdLevel, std::optional<std::uint64_t>>> lower;
   for (const SimdLevel level : simd_levels())

@@ -7,6 +7,7 @@
 
 #include "core/base/text.h"
 #include "core/plugin/library.h"
+#include "core/plugin/probe.h"
 
 namespace sim {
 
@@ -91,6 +92,7 @@ struct Registry::Impl {
   Shelf shelves[kPluginKinds.size()];
   std::vector<std::pair<fs::path, Error>> refused;
   std::vector<std::string> rejected;
+  bool probe = false;
 
   Shelf& of(const PluginKind& kind) { return shelves[kind.number]; }
 
@@ -131,6 +133,7 @@ struct Registry::Impl {
 
   void open(Library& library) {
     if (library.opened) return;
+    if (probe) probe_library(library.file);
     Collector collector(*this, library);
     open_library(library.file, collector);
     for (const CardName& entry : library.names)
@@ -170,8 +173,10 @@ struct Registry::Impl {
   }
 };
 
-Registry::Registry(const std::vector<fs::path>& directories, const std::vector<fs::path>& libraries)
+Registry::Registry(const std::vector<fs::path>& directories, const std::vector<fs::path>& libraries,
+                   bool probe)
     : impl_(std::make_unique<Impl>()) {
+  impl_->probe = probe;
   // A broken library must not keep the others from being used: it is told when it is asked for.
   for (const fs::path& directory : directories)
     for (const fs::path& file : libraries_below(directory)) {

@@ -71,13 +71,14 @@ class Registry {
   // Directories are searched in order; each has a folder for each kind, or holds the libraries.
   // Nothing of them is opened yet; the `libraries` are, at once. A directory that cannot be read is
   // an error, and so is a name that two libraries have. Methods refer to their registry: it stays.
+  // `probe`: each library is tried first, see probe_library().
   explicit Registry(const std::vector<std::filesystem::path>& directories,
-                    const std::vector<std::filesystem::path>& libraries = {});
+                    const std::vector<std::filesystem::path>& libraries = {}, bool probe = false);
   ~Registry();
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  // Opens one library now, unless it is open. Throws Error{kPlugin} with the reason.
+  // Opens one now, unless it is open. Throws Error{kPlugin} with the reason.
   void load(const std::filesystem::path& library);
 
   // The plugin of that name or alias, opened if it was not. Throws Error{kScene} for an unknown
@@ -98,7 +99,6 @@ class Registry {
   // The same, but null for an unknown name; and every kind's plugin of that name.
   const PluginInfo* find(const PluginKind& kind, const std::string& name);
   std::vector<const PluginInfo*> find(const std::string& name);
-
   // Libraries that were found in the directories but cannot be used, with the reason.
   const std::vector<std::string>& rejected() const;
 

@@ -327,7 +327,13 @@ std::string encode(const Checkpoint& checkpoint) {
     out.numbers(system.memory);
     out.numbers(system.work);
   }
-  out.integer(hash_of(out.bytes()));
+  return sealed(out.bytes());
+}
+
+std::string sealed(std::string_view bytes) {
+  ByteWriter out;
+  out.bytes() = bytes;
+  out.integer(hash_of(bytes));
   return std::move(out.bytes());
 }
 

@@ -45,6 +45,9 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
 // Little-endian: magic, version, contents, hash of all before it.
 std::string encode(const Checkpoint& checkpoint);
 
+// Bytes with their hash behind them, as the end of a checkpoint.
+std::string sealed(std::string_view bytes);
+
 // By its first bytes.
 bool looks_like_checkpoint(std::string_view bytes);
 

@@ -11,6 +11,7 @@
 #include "core/particles/loads.h"
 #include "core/scene/foreign.h"
 #include "core/scene/joined.h"
+#include "core/scene/needs.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -152,6 +153,18 @@ std::vector<double> Simulation::Impl::masses() const {
   return list;
 }
 
+IntegratorInfo Simulation::Impl::info_of(const Method& method, const Place& place) const {
+  const FloatControl control;
+  try {
+    return method.make()->info();
+  } catch (const Error&) {
+    throw;
+  } catch (...) {
+    rethrow_foreign(method.plugin().title() + " of " + method.plugin().file, place,
+                    "while it was made");
+  }
+}
+
 void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
   const FloatControl control;
   const PluginInfo& plugin = wanted.method.plugin();
@@ -212,6 +225,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
       if (!part.switch_name.empty() && !part.on) settings->off.push_back(part.switch_name);
   std::ranges::sort(settings->off);
 
+  require_room(spec, s.info_of(settings->method, spec.place));
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
     std::ranges::sort(settings->pinned);

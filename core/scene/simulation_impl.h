@@ -59,6 +59,7 @@ struct Simulation::Impl {
 
   // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
   // before the next step.
+  IntegratorInfo info_of(const Method& method, const Place& place) const;
   void make_integrator(const Settings& wanted, const Place& place);
   Error blaming_force(const Error& misfit, const Place& scene) const;
   // x_next := what contact of surfaces makes of the step to t1; false where it has no way.

@@ -63,6 +63,34 @@ TEST_CASE("a budget that makes no sense is a usage error", "[cli][budget]") {
   }
 }
 
+TEST_CASE("--safe bounds what a scene builds in the kernel", "[cli][budget]") {
+  const TemporaryFolder folder;
+  const ProgramOptions options{.folder = folder.path()};
+  const std::string head = "local sim = require 'sim'\nlocal v = {{0,1},{1,0},{1,1},{1,-1}}\n",
+                    tail = ", integrator = 'verlet', dt = 0.001, duration = 0.001 }\n";
+  const auto says = [&](const std::string& body, const std::vector<std::string>& words) {
+    write_text(folder.path() / "big.lua", head + body + tail);
+    std::vector<std::string> all{"big.lua", "-n", "0", "--no-verify"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome outcome = run_sim(all, options);
+    return outcome.code == 0 ? std::string("runs") : outcome.err;
+  };
+  const std::string grid =
+                        "local g = sim.grid { 1001, 1000, du = {1,0,0}, dv = {0,1,0}, mass = 1 }\n",
+                    scene = "return sim.scene { particles = g, forces = {}";
+  CHECK(has(says(grid + scene, {"--safe"}), "too many particles: big.lua:3: 1001000, and --safe"));
+  CHECK(says(grid + scene, {}) == "runs");
+  // Ties of several forces count together, before anything is made of them.
+  const std::string half =
+      "local g = sim.grid { 900, 900, du = {1,0,0}, dv = {0,1,0}, mass = 1 }\nlocal f = {}\n"
+      "for i = 1, N do f[i] = sim.force.spring { family = 'f' .. i, stiffness = 1, grid = g,\n"
+      "  offsets = v } end\n";
+  const std::string made = "return sim.scene { particles = g, forces = f";
+  const auto families = [&](const std::string& n) { return "local N = " + n + "\n" + half + made; };
+  CHECK(says(families("2"), {"--safe"}) == "runs");
+  CHECK(has(says(families("4"), {"--safe"}), "too many ties, triangles and cells: big.lua:"));
+}
+
 TEST_CASE("--safe keeps a scene to its folder and from plugins", "[cli][budget]") {
   const TemporaryFolder folder;
   namespace fs = std::filesystem;

@@ -25,6 +25,26 @@ bool has(const std::string& text, const std::string& part) {
 
 }  // namespace
 
+TEST_CASE("what a run needs is known before it is taken", "[cli][memory]") {
+  // 2 GB of addresses: enough for verlet, not for the vectors and derivatives of an implicit
+  // method.
+  const auto within = [](const std::string& words) {
+    ProgramOptions shell{.program = "/bin/bash"};
+    return run_sim({"-c", "ulimit -v 2000000; exec " + std::string(SIM_BINARY) +
+                              " scenes/cloth.lua -s n=1200 -n 1 -q --no-verify " + words},
+                   shell);
+  };
+  const Outcome small = within("-i verlet");
+  INFO(small.err);
+  CHECK(small.code == 0);
+  const Outcome large = within("-i implicit_euler");
+  CHECK(large.code == 5);
+  CHECK(has(large.err, "sim: error: too little memory: "));
+  CHECK(has(large.err, "'cloth' needs "));
+  CHECK(has(large.err, "the method "));
+  CHECK(has(large.err, " GB are left; "));
+}
+
 TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli][memory]") {
   const std::vector<std::string> arguments{
       "scenes/circle.lua", "-T", "0.02", "--quiet", "-d", "0.01", "--dump=d.csv"};

@@ -61,6 +61,29 @@ TEST_CASE("sim plugin new refuses what it cannot make, and leaves nothing behind
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
+TEST_CASE("a plugin that crashes takes no program with it that tries it first") {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "made.lua",
+             "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\np:add {0, 0, 0}\n"
+             "return sim.scene { particles = p, forces = { sim.force.crash_made {} },\n"
+             "  integrator = 'rk4', dt = 0.1, duration = 1 }\n");
+  for (const std::string name : {"crash_opened", "crash_made"}) {
+    INFO(name);
+    const Outcome probed = run_sim({"scenes/circle.lua", "--load", fixture(name), "--probe"});
+    CHECK(probed.code == 7);
+    CHECK(probed.err.find(name + ".so: it crashes: signal 11") != std::string::npos);
+    const Outcome prompt = run_sim({"scenes/circle.lua", "--load", fixture(name), "--probe"},
+                                   {.program = SIM_REPL_BINARY, .input = "1\n"});
+    CHECK(prompt.code == 7);
+    const Outcome test = run_sim({"test", fixture(name)});
+    CHECK(test.code == 7);
+    CHECK(test.err.find(name + ".so: it crashes: signal 11") != std::string::npos);
+  }
+  CHECK(run_sim({"scenes/circle.lua", "-q", "--load", fixture("attraction"), "--probe"}).code == 0);
+  // Without, the signal ends the program: what was to be shown.
+  CHECK(run_sim({"scenes/circle.lua", "--load", fixture("crash_opened")}).code == 128 + 11);
+}
+
 TEST_CASE("sim test tells which check failed, as text and as JSON") {
   const Outcome broken = run_sim({"test", fixture("broken_integrators")});
   CHECK(broken.code == 7);

@@ -1,6 +1,7 @@
 // Cells of bodies, and the masses that they give to particles.
 #include <limits>
 
+#include "core/base/memory.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
@@ -29,6 +30,9 @@ bool SceneReader::cells(lua_State* L, int index, const Body& body, const Place& 
     if (ids > std::numeric_limits<int>::max())
       scene_error(written, "too many cells", "their ids are more than 2^31 - 1",
                   "make the grid smaller");
+    session_->count(0, ids / out.arity, written);
+    require_memory(sizeof(int) * ids, "the ids of its cells need", written,
+                   "make the grid smaller");
     out.ids = grid_tetrahedra(body.particles.grid->size, order);
     return true;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/memory.h"
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
@@ -97,6 +98,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
 
   // Who is joined.
   const LuaTable ids = record.table("ids"), points = record.table("points");
+  session_->count(0, static_cast<double>(count), place);
   elements.ids.resize(static_cast<std::size_t>(count * arity));
   for (lua_Integer i = 0; i < count * arity; ++i) {
     const lua_Integer id = ids.integer(i + 1);
@@ -181,6 +183,7 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Pl
     for (const GridPairs& other : out)
       if (same_pairs(other.step, pairs.step))
         scene_error(place, "bad " + what, "the same pairs are tied by an offset before it");
+    session_->count(0, static_cast<double>(pairs.count()), place);
     out.push_back(pairs);
   }
 }
@@ -296,6 +299,11 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
   if (record.flag("grid")) {
     const GridSpec& grid = *body.particles.grid;
     const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
+    const double count = 2.0 * grid.count();  // of a sheet; a block has fewer
+    session_->count(0, count, place);
+    constexpr double kEach = 60;  // bytes of a triangle, with its edges
+    if (grid.size[2] == 1)
+      require_memory(kEach * count, "its triangles need", place, "make the grid smaller");
     triangles = grid_triangles(grid.size, mirrored);
   } else {
     const LuaTable ids = record.table("ids");

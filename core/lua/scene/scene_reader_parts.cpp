@@ -119,6 +119,7 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place
   const LuaTable record(L, index);
   const lua_Integer first = record.integer("first"), count = first + record.integer("count");
   check_count(count, place);
+  session_->count(static_cast<double>(count), 0, place);
 
   ParticlesSpec spec;
   if (first > 0) spec.grid = read_grid(record, place);

@@ -116,6 +116,20 @@ SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& regist
       registry_(registry),
       lua_(options_.limits, options_.interrupted, options_.overrun) {}
 
+void SceneSession::count(double particles, double elements, const Place& place) {
+  constexpr double kMostParticles = 1e6, kMostElements = 1e7;
+  particles_ += particles;
+  elements_ += elements;
+  if (!options_.safe) return;
+  const auto refuse = [&](const std::string& what, double count, double most) {
+    scene_error(place, "too many " + what,
+                shortest(count) + ", and --safe allows " + shortest(most) + " in all",
+                "make the scene smaller, or leave --safe out if you trust it");
+  };
+  if (particles_ > kMostParticles) refuse("particles", particles_, kMostParticles);
+  if (elements_ > kMostElements) refuse("ties, triangles and cells", elements_, kMostElements);
+}
+
 SceneSession& SceneSession::of(lua_State* L) {
   return *static_cast<SceneSession*>(lua_touserdata(L, lua_upvalueindex(1)));
 }

@@ -40,6 +40,11 @@ class SceneSession {
   // A place recorded by the scene language, as FILE:LINE; the scene file for 0.
   Place place(lua_Integer code) const;
 
+  // Notes so many particles, and ties, triangles or cells, before memory is taken for them. With
+  // --safe a scene builds at most a million of the former and ten million of the latter, in all.
+  // Throws Error{kScene}.
+  void count(double particles, double elements, const Place& place);
+
   // Throws Error{kUsage} for a setting that no sim.arg declared.
   void check_settings() const;
 
@@ -72,10 +77,11 @@ class SceneSession {
   Registry& registry_;
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
-  std::set<std::string> loading_;     // canonical names of the files that are running
-  int records_ = LUA_NOREF;           // table: value made by the language -> its record
-  int tied_ = LUA_NOREF;              // list of the forces that join something
-  LuaState lua_;                      // last: closed before the rest goes
+  double particles_ = 0, elements_ = 0;
+  std::set<std::string> loading_;  // canonical names of the files that are running
+  int records_ = LUA_NOREF;        // table: value made by the language -> its record
+  int tied_ = LUA_NOREF;           // list of the forces that join something
+  LuaState lua_;                   // last: closed before the rest goes
 };
 
 // "cloth" for the place "scenes/cloth.lua:12".

@@ -1,0 +1,85 @@
+#include "core/scene/needs.h"
+
+#include <algorithm>
+
+#include "core/base/memory.h"
+#include "core/particles/elements/triangle_mesh.h"
+
+namespace sim {
+namespace {
+
+// Bytes, nine tenths of what was measured of the scenes of this program from 400 x 400 on.
+constexpr double kParticle = 240;   // its description, X twice, what a step keeps of it
+constexpr double kStage = 8;        // more for each evaluation of a step
+constexpr double kEmbedded = 300;   // what an adaptive method keeps besides
+constexpr double kImplicit = 1000;  // vectors of Newton's method and of the linear solver
+constexpr double kListed = 56;      // of a particle that is no place of a grid
+constexpr double kTie = 40;         // of a listed element: ids, description, place in a run or net
+constexpr double kStiffness = 40;   // of an element whose derivatives an implicit method keeps
+constexpr double kTetrahedron = 2000;
+constexpr double kTriangle = 1500;  // of a surface that is kept apart from others: boxes, parts
+constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
+
+double elements_of(const SystemSpec& spec, bool listed) {
+  double count = 0;
+  for (const PartSpec& part : spec.forces) {
+    if (part.elements.arity == 0) continue;
+    count += static_cast<double>(listed ? part.elements.listed() : part.elements.count());
+  }
+  return count;
+}
+
+}  // namespace
+
+double Needs::total() const {
+  double sum = 0;
+  for (const auto& [what, bytes] : parts) sum += bytes;
+  return sum;
+}
+
+std::string Needs::text() const {
+  auto sorted = parts;
+  std::ranges::stable_sort(sorted, std::greater{}, &std::pair<std::string, double>::second);
+  std::string text;
+  for (const auto& [what, bytes] : sorted)
+    if (bytes > 0.01 * total()) text += (text.empty() ? "" : ", ") + what + " " + bytes_text(bytes);
+  return text;
+}
+
+Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
+  Needs needs;
+  if (!spec.particles) {
+    if (spec.first_order)
+      needs.parts.emplace_back("state",
+                               kNumber * static_cast<double>(spec.first_order->state.size()));
+    return needs;
+  }
+  const auto n = static_cast<double>(spec.particles->count());
+  needs.parts.emplace_back(
+      "particles", kParticle * n + kListed * static_cast<double>(spec.particles->list.size()));
+  const double stages = method.implicit ? 0 : std::max(0, method.evaluations);
+  needs.parts.emplace_back("the method", (stages * kStage + (method.adaptive ? kEmbedded : 0) +
+                                          (method.implicit ? kImplicit : 0)) *
+                                             n);
+  double cells = 0;
+  for (const PartSpec& part : spec.forces)
+    if (part.elements.cells) cells += static_cast<double>(part.elements.listed());
+  needs.parts.emplace_back("springs and other ties",
+                           kTie * elements_of(spec, true) + kTetrahedron * cells);
+  if (method.implicit)
+    needs.parts.emplace_back("their derivatives", kStiffness * elements_of(spec, false));
+  double triangles = 0;
+  if (spec.contact)
+    for (const auto& surface : spec.contact->surfaces)
+      triangles += static_cast<double>(surface->triangles().size());
+  needs.parts.emplace_back("contact", kTriangle * triangles);
+  return needs;
+}
+
+void require_room(const SystemSpec& spec, const IntegratorInfo& method) {
+  const Needs needs = needs_of(spec, method);
+  require_memory(needs.total(), "'" + spec.name + "' needs " + needs.text() + ": in all",
+                 spec.place, "make it smaller, or take a method that keeps less, as verlet");
+}
+
+}  // namespace sim
