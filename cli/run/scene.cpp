@@ -46,8 +46,7 @@ void leave_out(SceneSpec& scene, const std::string& name) {
   }
   if (found) return;
   std::ranges::sort(known);
-  const auto repeated = std::ranges::unique(known);
-  known.erase(repeated.begin(), repeated.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
   throw Error(ErrorKind::kUsage,
               {"nothing to leave out", "--without " + name,
                "the scene has no force, collider or family of that name", suggestion(name, known)});

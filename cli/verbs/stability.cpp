@@ -24,7 +24,7 @@ std::string step_text(const std::optional<double>& step) {
 }
 
 std::string limit_name(const MethodStability& each) {
-  if (each.method.info.adaptive) return "own steps";
+  if (study::has_own_steps(each.method)) return "own steps";
   const std::optional<double> limit = study::step_limit(each);
   if (!limit) return "unknown";
   return *limit == 0 ? "none stable" : std::isinf(*limit) ? "unlimited" : "step";
@@ -39,7 +39,7 @@ std::string off_text(const MethodStability& each) {
 
 // How far a step of dt is from the limit, or how fast it grows beyond it.
 std::string standing(const MethodStability& each, double dt) {
-  if (each.method.info.adaptive) return "own steps";
+  if (study::has_own_steps(each.method)) return "own steps";
   const std::optional<double> limit = study::step_limit(each);
   const bool inside = limit && dt < *limit;  // what grows then is the system
   if (each.radius && *each.radius > 1 + 1e-3 && !inside)

@@ -182,8 +182,7 @@ ObserveTable::ObserveTable(const Target& target, std::ostream& standard_output,
   for (const SystemSpec& system : systems)
     for (const ObserverSpec& observer : system.observers) names_.push_back(observer.name);
   std::ranges::sort(names_);
-  const auto repeated = std::ranges::unique(names_);
-  names_.erase(repeated.begin(), repeated.end());
+  names_.erase(std::unique(names_.begin(), names_.end()), names_.end());
   if (format_ != TableFormat::kCsv) return;
   output_.buffer() += world_ ? "system,step,t" : "step,t";
   for (const std::string& name : names_) output_.buffer() += "," + name;

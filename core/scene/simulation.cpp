@@ -229,8 +229,8 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
     std::ranges::sort(settings->pinned);
-    const auto repeated = std::ranges::unique(settings->pinned);
-    settings->pinned.erase(repeated.begin(), repeated.end());
+    const auto repeated = std::unique(settings->pinned.begin(), settings->pinned.end());
+    settings->pinned.erase(repeated, settings->pinned.end());
     s.compile_particles(spec, registry, options.threads);
   } else {
     s.compile_field(spec, registry);

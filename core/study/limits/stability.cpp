@@ -111,20 +111,21 @@ std::optional<double> step_limit(const MethodStability& method) {
 }
 
 double expected(const Problem& problem, const StabilityOptions& options) {
+  constexpr double kImplicitMeasured = 400;
   constexpr double kMeasured = 3000;           // steps until a limit is measured
   constexpr double kLook = 2, kFinerRun = 10;  // evaluations that a look at the energy is worth
   Simulation system = problem.simulation();
   const Spectrum modes = spectrum(system);
   std::vector<MethodStability> methods;
   for (const Candidate& method : fitting_methods(problem, options.integrators)) {
-    if (method.info.adaptive) continue;
+    if (has_own_steps(method)) continue;
     methods.push_back({method, predicted_step(*problem.with(method).make_integrator(), modes)});
   }
   const double time = energy_time(system, methods);
   double evaluations = 0;
   for (const MethodStability& each : methods) {
     const double cost = cost_of_step(each.method);
-    if (!each.method.info.implicit) evaluations += kMeasured * cost;
+    evaluations += (each.method.info.implicit ? kImplicitMeasured : kMeasured) * cost;
     const std::optional<double> limit = step_limit(each);
     if (!bounded(limit)) continue;
     if (time > affordable_steps(system, each.method) * kFractions[0] * *limit) continue;
@@ -167,14 +168,14 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     MethodStability& each = result.methods.emplace_back();
     each.method = method;
     each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
-    if (!method.info.adaptive) measure_limit(place, result, each);
+    if (!has_own_steps(method)) measure_limit(place, result, each);
   }
 
   result.energy_time = energy_time(system, result.methods);
   for (std::size_t i = 0; i < result.methods.size(); ++i) {
     MethodStability& each = result.methods[i];
     const std::optional<double> limit = step_limit(each);
-    if (!bounded(limit) || each.method.info.adaptive) continue;
+    if (!bounded(limit) || has_own_steps(each.method)) continue;
     const double most = affordable_steps(system, each.method);
     if (result.energy_time > most * kFractions[0] * *limit) continue;
     for (const double fraction : kFractions) {

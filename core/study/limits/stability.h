@@ -47,6 +47,11 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
 // About how long that takes, in s, by the predicted limits.
 double expected(const Problem& problem, const StabilityOptions& options);
 
+// It takes steps of its own, or chooses who does: then none that is asked for limits it.
+inline bool has_own_steps(const Candidate& method) {
+  return method.info.adaptive || method.chooses;
+}
+
 // What limits a method: the measured step, or else the predicted one; nothing when neither is
 // known.
 std::optional<double> step_limit(const MethodStability& method);
