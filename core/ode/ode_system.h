@@ -11,6 +11,7 @@
 
 #include "core/base/array.h"
 #include "core/ode/embedded_stepper.h"
+#include "core/ode/events.h"
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
@@ -81,6 +82,17 @@ class OdeSystem {
   // space of states, as of particles on rods: methods without steppers of the system call it at
   // their ends. False where it cannot.
   virtual bool settle(double /*t*/, double* /*x*/) { return true; }
+  // Around the stages of a step of size h from x, of methods that leave their equations to a
+  // StageSolver: the stages begin at what begin_step says, and are taken once more where end_step
+  // asks for it, with `again`. What pushes at the states that are not allowed is found in between.
+  virtual const double* begin_step(double /*t*/, double /*h*/, const double* x, bool /*again*/) {
+    return x;
+  }
+  virtual StepEnd end_step(double t, double h, const double* /*x*/, double* x_next) {
+    return settle(t + h, x_next) ? StepEnd::kStands : StepEnd::kNotAllowed;
+  }
+  virtual bool jumped() const { return false; }  // in that step: others before it are no history
+  virtual Events* events() { return nullptr; }   // for methods that cut their steps; null: none
   // Why the last step found no allowed state; empty where it did.
   virtual std::string refusal() const { return {}; }
 

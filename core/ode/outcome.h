@@ -14,6 +14,13 @@ enum class StepStatus {
   kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
 };
 
+// What a system says of the end of a step that keeps to the allowed states.
+enum class StepEnd {
+  kStands,
+  kAgain,      // something was met on the way: the stages have to be taken again
+  kNotAllowed  // no allowed state was found
+};
+
 // The result of several steps: how many were taken, each with the bits of a single one. If the
 // status is not kDone, none was, and the integrator is as it was before.
 struct Advance {

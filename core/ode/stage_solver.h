@@ -13,6 +13,7 @@ struct StageOptions {
   // that a method of this order loses a small part of its accuracy.
   double tolerance = 0;
   int order = 1;
+  double reach = 1;          // the step ends at  r + reach (Y - r)  where it ends at no stage
   int newton_steps = 10000;  // at most; 1: one linearised step, taken as it is
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
   // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.

@@ -41,6 +41,10 @@ class ContactLedger {
 
   bool touched(int i) const { return touched_[static_cast<std::size_t>(i)]; }  // ever
 
+  // Steps that touched so often that they were not cut at each touch, although asked to.
+  void count_uncut() { ++uncut_; }
+  std::int64_t uncut() const { return uncut_; }
+
   // The first particle that could not be put outside of all colliders in this step; -1: none.
   void refuse(int i) {
     int known = squeezed_.load();
@@ -56,6 +60,7 @@ class ContactLedger {
   std::vector<std::uint8_t> touched_;
   std::atomic<bool> any_{false};
   std::atomic<int> squeezed_{-1};
+  std::int64_t uncut_ = 0;
 };
 
 }  // namespace sim

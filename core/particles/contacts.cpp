@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/base/text.h"
-
 namespace sim {
 namespace {
 
@@ -13,10 +10,7 @@ constexpr double kNone = 2;      // a place on the way that is none
 constexpr int kMostTouches = 8;  // of one particle in one step
 constexpr int kRounds = 100;     // of pushing out of several colliders by turns
 
-// A gap below which a particle lies on the surface, for the rounding of its coordinates.
-double slack(const Vec3& x) {
-  return 1e-12 * std::max({1.0, std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])});
-}
+double slack(const Vec3& x) { return Contacts::slack(x); }
 
 Vec3 tangential(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
@@ -269,79 +263,6 @@ void Way::press(double s, const Vec3& acceleration) {
   stuck = false;
 }
 
-void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
-                   const ParticleView& initial, int count) {
-  if (!ledger_) ledger_ = std::make_unique<ContactLedger>(initial.n);
-  auto sides = collider->sides();
-  if (sides.empty())
-    sides.push_back(std::move(collider));
-  else
-    bodies_.push_back({std::move(collider), parts_});
-  if (count < 0) count = initial.n;
-  for (auto& side : sides) add_one(std::move(side), name, initial, count);
-  ++parts_;
-  set_off({});
-}
-
-void Contacts::set_off(std::span<const std::size_t> colliders) {
-  off_.assign(colliders.begin(), colliders.end());
-  on_.clear();
-  sampled_ = move_ = false;
-  for (const Entry& entry : entries_) {
-    if (std::ranges::count(colliders, entry.part) > 0) continue;
-    on_.push_back(entry.collider.get());
-    sampled_ = sampled_ || entry.collider->sampled();
-    move_ = move_ || entry.collider->moves();
-  }
-}
-
-void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& name,
-                       const ParticleView& initial, int count) {
-  const std::string title = "collider '" + name + "'";
-  collider->bind(initial);
-  if (collider->sampled()) collider->look(initial.t, initial.t);
-  int held = 0;
-  for (int i = 0; i < count; ++i) {
-    const Touch start = collider->touch(initial.t, initial.position(i));
-    if (start.gap >= -slack(initial.position(i))) continue;
-    if (!initial.free(i)) {
-      if (held++ == 0)
-        notes_.push_back("particle " + std::to_string(i) + " is inside " + title +
-                         ", where it stays, for it is pinned");
-      continue;
-    }
-    throw Error(ErrorKind::kScene, {title, "",
-                                    "particle " + std::to_string(i) + " starts " +
-                                        brief(-start.gap, 3) + " m inside of it",
-                                    "move the particle out, or pin it"});
-  }
-  if (held > 1) notes_.back() += "; " + std::to_string(held) + " such particles";
-  if (const std::string note = collider->note(); !note.empty())
-    notes_.push_back(title + ": " + note);
-  entries_.push_back({std::move(collider), parts_});
-}
-
-void Contacts::look(double t0, double t1) const {
-  for (Collider* const collider : on_)
-    if (collider->sampled()) collider->look(t0, t1);
-  for (const Entry& body : bodies_)
-    if (body.collider->sampled()) body.collider->look(t0, t1);
-}
-
-std::vector<SolidShape> Contacts::shapes(double t) const {
-  std::vector<SolidShape> list;
-  for (std::size_t part = 0; part < parts_; ++part) {
-    if (std::ranges::count(off_, part) > 0) continue;
-    for (const auto* entries : {&bodies_, &entries_})
-      for (const Entry& entry : *entries)
-        if (entry.part == part)
-          if (const SolidShape shape = entry.collider->shape(t);
-              shape.form != SolidShape::Form::kNone)
-            list.push_back(shape);
-  }
-  return list;
-}
-
 bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half, double length) const {
   for (Collider* const collider : on_)
     if (!(collider->clearance(t + h, middle, half) > length + h * collider->fastest(t, t + h)))
@@ -349,7 +270,19 @@ bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half, do
   return false;
 }
 
+// Back to the surface at the end, with the bounce there.
+void Contacts::project(double t, double h, Way& way) const {
+  for (Collider* const collider : on_) {
+    const Touch end = collider->touch(t + h, way.at(1));
+    if (!(end.gap < 0)) continue;
+    bounce(collider->surface(), h * end.velocity, end.normal, 1, way);
+    way.shift(-end.gap * end.normal);
+    way.touched = true;
+  }
+}
+
 void Contacts::settle(double t, double h, Way& way) const {
+  if (accuracy_ == Accuracy::kProject) return project(t, h, way);
   const Collider* seen[kMostTouches];
   int touches = 0;
   while (touches < kMostTouches) {
@@ -358,7 +291,7 @@ void Contacts::settle(double t, double h, Way& way) const {
     const Collider* hit = nullptr;
     for (Collider* const collider : on_) {
       if (std::find(seen, seen + touches, collider) != seen + touches) continue;
-      const FirstTouch found = first_touch(*collider, t, h, way);
+      const FirstTouch found = sim::first_touch(*collider, t, h, way);
       if (found.s >= first.s) continue;
       first = found;
       hit = collider;
@@ -391,6 +324,63 @@ void Contacts::settle(double t, double h, Way& way) const {
   }
   way.squeezed = way.squeezed && inside;
   way.touched = way.touched || way.pressed;
+}
+
+double Contacts::first_touch(const Collider& collider, double t, double h, const Way& way) {
+  return sim::first_touch(collider, t, h, way).s;
+}
+
+Vec3 Contacts::bounced(const Collider& collider, double t, const Vec3& x, const Vec3& v,
+                       ContactWork& work) {
+  Way way{{x, v, Vec3::Zero(), Vec3::Zero()}};
+  const Touch touch = collider.touch(t, x);
+  bounce(collider.surface(), touch.velocity, touch.normal, 0, way);
+  work.lost += way.work.lost;
+  work.given += way.work.given;
+  return v + way.kicked;
+}
+
+bool Contacts::impact(double t, double h, const Way& way, std::span<Collider* const> known,
+                      Impact& impact) const {
+  FirstTouch first;
+  Collider* hit = nullptr;
+  for (Collider* const collider : on_) {
+    if (std::ranges::count(known, collider) > 0) continue;
+    const FirstTouch found = sim::first_touch(*collider, t, h, way);
+    if (found.s >= first.s) continue;
+    first = found;
+    hit = collider;
+  }
+  if (!hit) return false;
+  Way bounced = way;
+  const Vec3 place = way.at(first.s);
+  const Touch touch = hit->touch(t + first.s * h, place);
+  impact = {.collider = hit, .s = first.s};
+  if (touch.gap < -slack(place)) impact.shift = -touch.gap * touch.normal;
+  impact.place = place + impact.shift;
+  bounce(hit->surface(), h * touch.velocity, touch.normal, first.s, bounced);
+  impact.change = bounced.kicked - way.kicked;
+  impact.work = bounced.work;
+  return true;
+}
+
+double Contacts::slack(const Vec3& x) {
+  return 1e-12 * std::max({1.0, std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])});
+}
+
+bool Contacts::push_out(double t, Vec3& x) const {
+  double deepest = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    deepest = 0;
+    for (Collider* const collider : on_) {
+      const Touch touch = collider->touch(t, x);
+      if (!(touch.gap < 0)) continue;
+      deepest = std::min(deepest, touch.gap);
+      x -= touch.gap * touch.normal;
+    }
+    if (deepest == 0) return true;
+  }
+  return deepest >= -1e3 * slack(x);
 }
 
 Vec3 Contacts::hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const {

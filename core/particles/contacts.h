@@ -8,27 +8,13 @@
 
 #include "core/particles/collider.h"
 #include "core/particles/contact_ledger.h"
+#include "core/particles/way.h"
 
 namespace sim {
 
-// p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; what touches have
-// changed at its end.
-struct Way {
-  Vec3 c[4];
-  Vec3 moved{0, 0, 0};   // m, of the end
-  Vec3 kicked{0, 0, 0};  // m a step, of the velocity at the end
-  Vec3 held{0, 0, 0};    // where it sticks to a surface at the end
-  bool touched = false, pressed = false, stuck = false, squeezed = false;
-  ContactWork work = {};
-
-  Vec3 at(double s) const { return c[0] + s * (c[1] + s * (c[2] + s * c[3])); }
-  Vec3 rate(double s) const { return c[1] + s * (2 * c[2] + 3 * s * c[3]); }
-  double length() const { return c[1].norm() + 2 * c[2].norm() + 3 * c[3].norm(); }  // at most
-
-  void shift(const Vec3& by);                      // all of it
-  void kick(double s, const Vec3& change);         // the velocity from s on
-  void press(double s, const Vec3& acceleration);  // constant from s on
-};
+// How contact of single particles is found: inside a step; at its end alone, which is of first
+// order, for comparison; or by steps that end at each touch, with all of the order of a method.
+enum class Accuracy { kSettle, kProject, kEvent };
 
 // Touches inside a step, of second order in the step whatever the method: the touch is found on the
 // particle's own way, Newton's restitution and Coulomb's friction act there, and a particle that
@@ -45,6 +31,9 @@ class Contacts {
   // Those that were added as number so and so; the others act.
   void set_off(std::span<const std::size_t> colliders);
 
+  void set_accuracy(Accuracy accuracy) { accuracy_ = accuracy; }  // kSettle before that
+  Accuracy accuracy() const noexcept { return accuracy_; }
+
   bool empty() const noexcept { return on_.empty(); }
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
@@ -60,8 +49,31 @@ class Contacts {
   // may touch something.
   bool near(double t, double h, const Vec3& middle, const Vec3& half, double length) const;
 
+  // Where a way that begins outside first touches one of them, on [0, 1]; 2: nowhere.
+  static double first_touch(const Collider& collider, double t, double h, const Way& way);
+  // The velocity of a particle that is at x on a collider after it bounced there, in m/s.
+  static Vec3 bounced(const Collider& collider, double t, const Vec3& x, const Vec3& v,
+                      ContactWork& work);
+
   // Changes the way of a step from t on so that it ends outside of all colliders, or is squeezed.
   void settle(double t, double h, Way& way) const;
+
+  // For those who press themselves. The first touch of a way with a collider that is not among the
+  // `known`: the bounce there and its friction; false where there is none.
+  struct Impact {
+    Collider* collider = nullptr;
+    double s = 0;           // where on the way
+    Vec3 place{0, 0, 0};    // there, on the surface
+    Vec3 change{0, 0, 0};   // m a step, of the velocity from there on
+    Vec3 shift{0, 0, 0};    // m, of what was put inside by hand
+    ContactWork work = {};  // (m/step)^2
+  };
+  bool impact(double t, double h, const Way& way, std::span<Collider* const> known,
+              Impact& impact) const;
+  // A gap below which a particle lies on the surface, for the rounding of its coordinates.
+  static double slack(const Vec3& x);
+  // Moves a place out of all colliders; false where it is squeezed.
+  bool push_out(double t, Vec3& x) const;
 
   // v := the velocity of a particle that is pressed on at x, without what leads inside and with the
   // friction of that.
@@ -70,6 +82,8 @@ class Contacts {
  private:
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,
                const ParticleView& initial, int count);
+
+  void project(double t, double h, Way& way) const;
 
   struct Entry {
     std::unique_ptr<Collider> collider;
@@ -82,6 +96,7 @@ class Contacts {
   std::vector<std::string> notes_;
   std::unique_ptr<ContactLedger> ledger_;
   bool sampled_ = false, move_ = false;
+  Accuracy accuracy_ = Accuracy::kSettle;
 };
 
 }  // namespace sim

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/contact_events.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/plain_split_stepper.h"
 #include "core/particles/explicit/renumbered.h"
@@ -15,6 +16,7 @@
 #include "core/particles/implicit/memory_first.h"
 #include "core/particles/implicit/newton_solver.h"
 #include "core/particles/implicit/particle_jacobian.h"
+#include "core/particles/implicit/step_contact.h"
 
 namespace sim {
 namespace {
@@ -56,7 +58,7 @@ void check_single(const ParticleSystem& system) {
 [[noreturn]] void refuse_contact(const std::string& why) {
   throw Error(ErrorKind::kScene,
               {"integrator does not fit", "", "this scene has colliders, and " + why,
-               "use rk4, verlet or another explicit method of fixed steps, or contact as a "
+               "use rk4, verlet, trbdf2 or dopri5, or contact as a "
                "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
 
@@ -131,6 +133,13 @@ bool composed_of_leapfrogs(const SplitPlan& plan) {
 
 }  // namespace
 
+ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
+                               std::vector<std::unique_ptr<Force>> forces, const double* initial,
+                               Team& team)
+    : Particles(masses, pinned, std::move(forces), initial, team) {}
+
+ParticleSystem::~ParticleSystem() = default;
+
 StateShape ParticleSystem::shape() const {
   const auto part = [&](const char* name, std::vector<std::string> components, int block) {
     return StatePart{.name = name,
@@ -196,6 +205,24 @@ bool ParticleSystem::settle(double t, double* x) {
   return !holding_ || holding_->constraints().feedback() > 0 || holding_->settle(t, x, false);
 }
 
+const double* ParticleSystem::begin_step(double t, double h, const double* x, bool again) {
+  return step_contact_ ? step_contact_->begin(t, h, x, again) : x;
+}
+
+StepEnd ParticleSystem::end_step(double t, double h, const double* x, double* x_next) {
+  const StepEnd end = OdeSystem::end_step(t, h, x, x_next);
+  if (!step_contact_ || end != StepEnd::kStands) return end;
+  return step_contact_->end(x_next, !(events_ && events_->begun()));
+}
+
+Events* ParticleSystem::events() {
+  if (contacts().empty() || holding_) return nullptr;
+  if (!events_) events_ = std::make_unique<ContactEvents>(*this);
+  return events_.get();
+}
+
+bool ParticleSystem::jumped() const { return step_contact_ && step_contact_->jumped(); }
+
 // Where there is no such state the numbers stay finite, so that refusal() is heard.
 bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
   leads().place(t, layout().axes(x_next), layout().axes(x_next, 3));
@@ -219,6 +246,8 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
   double* const a[3] = {layout().block(dydt, 3), layout().block(dydt, 4), layout().block(dydt, 5)};
   accelerate(view(t, y), a);
   leads().accelerate(t, {a[0], a[1], a[2]});
+  if (step_contact_) step_contact_->accelerate(view(t, y), a);
+  if (events_) events_->accelerate(view(t, y), a);
   if (holding_) {
     if (!holding_->constrain(view(t, y), y + holding_->memory_begin(), a)) a[0][0] = std::nan("");
     std::fill_n(dydt + holding_->memory_begin(), holding_->memory_size(), 0.0);
@@ -247,6 +276,7 @@ const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
 
 // Forces with a memory and particles that are led have steppers for systems of any kind.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
+  if (events_) events_->forget();
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
@@ -256,22 +286,24 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
       return std::make_unique<RkStepper<double>>(particles, plan);
     });
-  if (is_plain()) return std::make_unique<RkStepper<double>>(*this, plan);
+  const bool cuts = !contacts().empty() && contacts().accuracy() == Accuracy::kEvent;
+  if (is_plain() && !cuts) return std::make_unique<RkStepper<double>>(*this, plan);
   auto stepper = OdeSystem::explicit_stepper(plan);
   if (!leads().empty()) stepper = std::make_unique<HeldStepper>(*this, std::move(stepper));
-  if (!confined()) return stepper;
+  if (!confined() || cuts) return stepper;
   return std::make_unique<SettledStepper>(*this, std::move(stepper));
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
-  if (!contacts().empty()) refuse_contact("an adaptive method does not end its steps at a touch");
+  if (events_) events_->forget();
   if (holding_ || !leads().empty())
     return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
-  if (!is_plain()) return OdeSystem::embedded_stepper(plan);
+  if (!is_plain() || confined()) return OdeSystem::embedded_stepper(plan);
   return std::make_unique<EmbeddedRkStepper>(*this, plan);
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
+  if (events_) events_->forget();
   if ((needs_velocities() && plan.order > 2) || memories_follow_particles()) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
@@ -292,15 +324,21 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
-  if (!contacts().empty())
-    refuse_contact("an implicit method does not know of contact in its equations");
+  if (events_) events_->forget();
   const auto asked = [this] { return stopped(); };
   const bool local_global = options.method == StageOptions::Method::kLocalGlobal;
   if (local_global && holding_)
     refuse_constraints("projective dynamics knows springs alone", "use implicit_euler or rk4");
+  const bool general = memories_follow_particles() || holding_;
+  if (!contacts().empty()) {
+    if (local_global) refuse_contact("projective dynamics knows springs alone");
+    if (general) refuse_contact("a force remembers what particles do");
+    if (options.order > 2) refuse_contact("an implicit method of high order is none for contact");
+  }
   if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
-  if (memories_follow_particles() || holding_) return OdeSystem::stage_solver(options);
-  auto solver = std::make_unique<NewtonSolver>(*this, options, asked);
+  if (general) return OdeSystem::stage_solver(options);
+  if (!contacts().empty() && !step_contact_) step_contact_ = std::make_unique<StepContact>(*this);
+  auto solver = std::make_unique<NewtonSolver>(*this, options, asked, step_contact_.get());
   if (memory_size() == 0) return solver;
   return std::make_unique<MemoryFirst>(*this, std::move(solver), options);
 }

@@ -8,10 +8,15 @@
 namespace sim {
 
 class Renumbering;
+class ContactEvents;
+class StepContact;
 
 class ParticleSystem final : public OdeSystem, public Particles {
  public:
-  using Particles::Particles;
+  ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
+                 std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+  ~ParticleSystem() override;
+
   // Explicit methods of fixed steps may take particles in another order, that of places, where nets
   // are large. Their steppers are made after this.
   void order_by(const ParticleView& initial);
@@ -29,6 +34,10 @@ class ParticleSystem final : public OdeSystem, public Particles {
 
   bool confined() const noexcept override { return !contacts().empty() || holding_; }
   bool settle(double t, double* x) override;
+  const double* begin_step(double t, double h, const double* x, bool again) override;
+  StepEnd end_step(double t, double h, const double* x, double* x_next) override;
+  bool jumped() const override;
+  Events* events() override;
   // The end of a step of a method that evaluates the system alone.
   bool end_step(double t, const double* x, double* x_next);
   std::string refusal() const override;
@@ -48,8 +57,10 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // Of large nets that do without all but springs and affine forces; else null.
   const std::shared_ptr<const Renumbering>& renumbering();
 
-  std::unique_ptr<Holding> holding_;  // where there are constraints
-  std::vector<int> rows_;             // of places, where nets are large
+  std::unique_ptr<ContactEvents> events_;      // where steps are cut
+  std::unique_ptr<StepContact> step_contact_;  // of implicit methods, where there are colliders
+  std::unique_ptr<Holding> holding_;           // where there are constraints
+  std::vector<int> rows_;                      // of places, where nets are large
   std::shared_ptr<const Renumbering> renumbering_;
   CombineRange combine_range_ = combine_range();
 };

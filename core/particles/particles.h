@@ -65,6 +65,7 @@ class Particles {
   const Contacts& contacts() const noexcept { return contacts_; }
   const Leads& leads() const noexcept { return leads_; }
   Leads& leads() noexcept { return leads_; }  // of pinned particles
+  void set_accuracy(Accuracy accuracy) { contacts_.set_accuracy(accuracy); }
   void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
 
   // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or kicks have it.

@@ -225,6 +225,7 @@ std::uint64_t scene_identity(const SystemSpec& spec) {
     }
     for (const PartSpec& force : spec.forces) add_part(hash, force);
     for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
+    if (spec.accuracy != Accuracy::kSettle) hash.add(static_cast<std::uint64_t>(spec.accuracy));
     for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);
     add_bodies(hash, spec);
     if (spec.contact) add_contact(hash, *spec.contact);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/particles/contacts.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/method.h"
 #include "core/plugin/params.h"
@@ -62,8 +63,9 @@ struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders, constraints;
-  std::vector<RigidSpec> bodies;  // see place_bodies()
-  std::vector<BodyPoint> points;  // that elements name
+  Accuracy accuracy = Accuracy::kSettle;  // of what touches colliders
+  std::vector<RigidSpec> bodies;          // see place_bodies()
+  std::vector<BodyPoint> points;          // that elements name
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::optional<ContactSpec> contact;
   std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none

@@ -6,6 +6,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
+#include "core/ode/cut_steps.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
@@ -129,6 +130,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     });
     collider_switches.push_back(part.switch_name);
   }
+  particles->set_accuracy(spec.accuracy);
   compile_constraints(spec, registry);
   compile_contact(spec);
   particles->order_by(particles->view(0, x.data()));
@@ -170,6 +172,9 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
   const PluginInfo& plugin = wanted.method.plugin();
   try {
     auto method = wanted.method.make();
+    if (particles && !particles->contacts().empty() &&
+        particles->contacts().accuracy() == Accuracy::kEvent && !method->info().adaptive)
+      method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
     if ((surface_contact || rigid_contact) && method->info().adaptive)
       throw Error(ErrorKind::kScene,

@@ -747,6 +747,8 @@ end
 --   forces       list of sim.force.NAME{...}, may be empty
 --   surfaces     optional list of sim.surface{...}, besides those that forces name
 --   colliders    optional list of sim.collider.NAME{...}: what particles may not go through
+--   accuracy     of what touches colliders, "settle" (found inside a step, the default), "project" (put
+--                back at its end: of first order, for comparison) or "event" (steps end there)
 --   constraints  optional list of sim.constraint.NAME{...}: what particles must obey
 --   contact      optional sim.contact{...}: surfaces that do not pass through each other
 --   switches     optional { NAME = PART, ... }: forces and colliders that can be turned on and off

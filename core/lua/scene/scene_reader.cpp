@@ -14,9 +14,9 @@ namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",        "particles",  "bodies",   "forces",   "surfaces", "colliders",
-    "constraints", "contact",    "switches", "state",    "field",    "exact",
-    "observe",     "integrator", "dt",       "duration", "look"};
+    "name",     "particles",   "bodies",     "forces",   "surfaces", "colliders",
+    "accuracy", "constraints", "contact",    "switches", "state",    "field",
+    "exact",    "observe",     "integrator", "dt",       "duration", "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -352,6 +352,16 @@ std::vector<const void*> SceneReader::colliders(lua_State* L, int scene, SystemS
     spec.colliders.push_back(part(
         L, record, registry_.get<Collider>(lua_tostring(L, -1), place_of(L, record)), 1, nullptr));
   });
+  lua_pop(L, 1);
+  if (push_field(L, scene, "accuracy") != LUA_TNIL) {
+    const std::string word = read_text(L, -1, spec.place, "accuracy");
+    if (word != "settle" && word != "project" && word != "event")
+      scene_error(spec.place, "bad accuracy",
+                  "expected \"settle\", \"project\" or \"event\", got " + show(L, -1));
+    spec.accuracy = word == "project" ? Accuracy::kProject
+                    : word == "event" ? Accuracy::kEvent
+                                      : Accuracy::kSettle;
+  }
   lua_pop(L, 1);
   return handles;
 }

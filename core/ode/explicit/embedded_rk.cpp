@@ -22,6 +22,7 @@ IntegratorInfo EmbeddedRungeKutta::info() const noexcept {
 void EmbeddedRungeKutta::prepare(OdeSystem& system) {
   for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_}) *array = Array(system.size());
   stepper_ = system.embedded_stepper(plan_);
+  events_ = system.events();
   weights_.resize(plan_.c.size());
   effort_ = {};
   phase_ = Phase::kFresh;
@@ -38,15 +39,21 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
     return {StepStatus::kNotFinite};
   }
   if (phase_ == Phase::kRecalled) {
+    if (events_) events_->begin(t_, h_, x_.data());
     stepper_->start(t_, x_.data());
     ++effort_.evaluations;
     try_step();
     if (!estimate_needs_last()) close_step();
+    if (events_) {
+      events_->end(t_, h_, x_.data(), x_next_.data(), cuts_ >= 0);
+      events_->repeated();
+    }
   }
   phase_ = Phase::kRunning;
   while (t_ + h_ < t + h) {
     if (system.stopped()) return {StepStatus::kStopped};  // goes on from here, with the same bits
-    if (const StepStatus status = next_step(x_next); status != StepStatus::kDone) return {status};
+    if (const StepStatus status = next_step(t + h, x_next); status != StepStatus::kDone)
+      return {status};
   }
   interpolate(t + h, x_next);
   if (!system.settle(t + h, x_next)) return {StepStatus::kNotFinite};
@@ -62,6 +69,7 @@ bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
   ++effort_.evaluations;
   if (!stepper_->start(t, x_.data())) return false;
   controller_.state = {.h = starting_step(system)};
+  cuts_ = 0;
   std::copy(x, x + x_.size(), x_next_.data());
   return true;
 }
@@ -92,10 +100,16 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
 }
 
 // The step after the present one, tried until its error is within the tolerance.
-StepStatus EmbeddedRungeKutta::next_step(double* x_failed) {
+StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
   t_ += h_;
   std::swap(x_, x_next_);
-  if (h_ > 0) stepper_->shift();
+  if (events_) {  // what is in force may be another thing than at the end before
+    events_->begin(t_, controller_.state.h, x_.data());
+    stepper_->start(t_, x_.data());
+    ++effort_.evaluations;
+  } else if (h_ > 0) {
+    stepper_->shift();
+  }
   extra_ready_ = false;
   for (;;) {
     h_ = controller_.state.h = std::min(controller_.state.h, tolerance_.max_step);
@@ -109,7 +123,39 @@ StepStatus EmbeddedRungeKutta::next_step(double* x_failed) {
     ++effort_.rejected;
   }
   ++effort_.steps;
+  if (events_ && !end_at_event(until)) {
+    std::copy(x_next_.data(), x_next_.data() + x_.size(), x_failed);
+    return StepStatus::kNotAllowed;
+  }
   return StepStatus::kDone;
+}
+
+// The step that stands, taken again up to its first event; so many one after the other are a motion
+// that comes to rest on something, which a whole step settles: one that ends with the state that is
+// asked for, since there is no dense output of what is settled.
+bool EmbeddedRungeKutta::end_at_event(double until) {
+  constexpr int kTries = 12;        // of meeting one event
+  constexpr double kLonger = 1000;  // than the step before
+  const bool cut = cuts_ < Events::kMostCuts;
+  if (!cut) events_->gave_up();
+  if (!cut && t_ + h_ > until) {
+    h_ = until - t_;
+    try_step();
+    if (!estimate_needs_last()) close_step();
+  }
+  bool met = false;
+  for (int n = 0; cut && n < kTries; ++n) {
+    const double s = events_->first(t_, h_, x_.data(), x_next_.data());
+    if (!(s < 1)) break;
+    h_ *= s;
+    met = true;
+    try_step();
+    if (!estimate_needs_last()) close_step();
+  }
+  // The next event may be as near, and must not be lost in a much longer step.
+  if (met) controller_.state.h = std::min(controller_.state.h, kLonger * h_);
+  cuts_ = !cut ? -1 : met ? std::max(cuts_, 0) + 1 : 0;
+  return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
 }
 
 // x_next and the error of the step, not a number where the step left the finite numbers.
@@ -186,17 +232,21 @@ std::vector<double> EmbeddedRungeKutta::memory() const {
   const StepController::State& state = controller_.state;
   std::vector<double> memory{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
   memory.insert(memory.end(), x_.data(), x_.data() + x_.size());
+  if (events_) memory.push_back(cuts_);
   return memory;
 }
 
 void EmbeddedRungeKutta::recall(std::span<const double> memory) {
   phase_ = Phase::kFresh;
-  if (memory.size() != kMemoryHead + x_.size()) return;
+  const std::size_t size = kMemoryHead + x_.size();
+  if (memory.size() != size + (events_ ? 1 : 0)) return;
+  if (events_ && !(memory[size] >= -1 && memory[size] <= Events::kMostCuts)) return;
+  cuts_ = events_ ? static_cast<int>(memory[size]) : 0;
   if (!std::ranges::all_of(memory.subspan(1, 3), [](double number) { return number > 0; })) return;
   t_ = memory[0];
   h_ = memory[1];
   controller_.state = {memory[2], memory[3], memory[4] != 0};
-  std::copy(memory.begin() + kMemoryHead, memory.end(), x_.data());
+  std::copy_n(memory.begin() + kMemoryHead, x_.size(), x_.data());
   extra_ready_ = false;
   phase_ = Phase::kRecalled;
 }

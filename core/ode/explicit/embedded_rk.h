@@ -44,9 +44,10 @@ class EmbeddedRungeKutta final : public Integrator {
 
   bool begin(OdeSystem& system, double t, const double* x);
   double starting_step(OdeSystem& system);
-  StepStatus next_step(double* x_failed);
+  StepStatus next_step(double until, double* x_failed);
   double try_step();
   bool close_step();
+  bool end_at_event(double until);
   double scaled_error();
   double scaled_norm(const double* values, const double* x, const double* y) const;
   void interpolate(double t, double* out);
@@ -67,6 +68,8 @@ class EmbeddedRungeKutta final : public Integrator {
   std::unique_ptr<EmbeddedStepper> stepper_;
   Array x_, x_next_, y_, error_, zero_;
   std::vector<double> weights_;
+  Events* events_ = nullptr;  // of the system
+  int cuts_ = 0;              // steps that ended at events in a row; -1: a settled one
 };
 
 }  // namespace sim

@@ -26,11 +26,25 @@ StepStatus judged(StepStatus status, std::span<const double> x_next) {
   return status == StepStatus::kNotFinite ? StepStatus::kNotConverged : status;
 }
 
+// A step whose stages are taken until the system lets their end stand.
+template <class TakeStages>
+StepStatus take_step(OdeSystem& system, double t, double h, const double* x, double* x_next,
+                     const TakeStages& take_stages) {
+  for (bool again = false;; again = true) {
+    const StepStatus status = take_stages(system.begin_step(t, h, x, again));
+    if (status != StepStatus::kDone) return status;
+    const StepEnd end = system.end_step(t, h, x, x_next);
+    if (end != StepEnd::kAgain)
+      return end == StepEnd::kStands ? StepStatus::kDone : StepStatus::kNotConverged;
+  }
+}
+
 Advance one(StepStatus status) { return {status, status == StepStatus::kDone ? 1 : 0}; }
 
 }  // namespace
 
 void DiagonallyImplicit::prepare(OdeSystem& system) {
+  if (plan_.stages == 1) options_.reach = plan_.b[0] / plan_.a[0];
   solver_ = system.stage_solver(options_);
   change_.clear();
   for (int i = 0; i < plan_.stages; ++i) change_.emplace_back(system.size());
@@ -38,8 +52,8 @@ void DiagonallyImplicit::prepare(OdeSystem& system) {
   terms_.resize(change_.size());
 }
 
-Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
-                                    const double* x, double* x_next) {
+StepStatus DiagonallyImplicit::take_stages(OdeSystem& system, double t, double h, const double* x,
+                                           double* x_next) {
   // x + sum over the stages before `count` of weights_j h k_j, from what each has kept.
   const auto form = [&](const double* weights, int count) {
     std::size_t used = 0;
@@ -52,7 +66,6 @@ Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::
     return Stage{x, {terms_.data(), used}};
   };
 
-  ++steps_;
   std::copy_n(x, system.size(), x_next);
   for (int i = 0; i < plan_.stages; ++i) {
     const double* const row = &plan_.a[static_cast<std::size_t>(i * plan_.stages)];
@@ -66,16 +79,23 @@ Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::
     // The last stage solved is the guess for the next.
     system.combine(form(row, i), r_.data());
     const StepStatus status = solver_->solve(at, row[i] * h, r_.data(), x_next);
-    if (status != StepStatus::kDone) return one(judged(status, {x_next, system.size()}));
+    if (status != StepStatus::kDone) return status;
     const Stage::Term minus{-1, r_.data()};
     system.combine({x_next, {&minus, 1}}, change);
   }
   const bool last_is_next = std::equal(plan_.b.begin(), plan_.b.end(),
                                        plan_.a.end() - static_cast<std::ptrdiff_t>(plan_.stages));
   if (!last_is_next) system.combine(form(plan_.b.data(), plan_.stages), x_next);
-  const bool settled = system.settle(t + h, x_next);
-  return one(
-      judged(settled ? StepStatus::kDone : StepStatus::kNotConverged, {x_next, system.size()}));
+  return StepStatus::kDone;
+}
+
+Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
+                                    const double* x, double* x_next) {
+  ++steps_;
+  const StepStatus status = take_step(system, t, h, x, x_next, [&](const double* from) {
+    return take_stages(system, t, h, from, x_next);
+  });
+  return one(judged(status, {x_next, system.size()}));
 }
 
 Effort DiagonallyImplicit::effort() const {
@@ -110,24 +130,27 @@ void Bdf2::prepare(OdeSystem& system) {
 
 Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/, const double* x,
                       double* x_next) {
-  StepStatus status;
-  if (last_h_ != h) {
-    status = starter_->step(system, t, h, x, x_next);
-  } else {
-    const Stage::Term minus{-1, last_.data()};
-    system.combine({x, {&minus, 1}}, r_.data());
-    const Stage::Term third{1.0 / 3, r_.data()};
-    system.combine({x, {&third, 1}}, r_.data());
+  // A step that jumps is one of the starter, and so is the one after it.
+  bool starts = last_h_ != h;
+  StepStatus status = StepStatus::kDone;
+  if (!starts) {
     ++steps_;
-    std::copy_n(x, system.size(), x_next);
-    status = solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
-    if (status == StepStatus::kDone && !system.settle(t + h, x_next))
-      status = StepStatus::kNotConverged;
+    status = take_step(system, t, h, x, x_next, [&](const double* from) {
+      starts = from != x;
+      if (starts) return StepStatus::kNotConverged;
+      const Stage::Term minus{-1, last_.data()};
+      system.combine({x, {&minus, 1}}, r_.data());
+      const Stage::Term third{1.0 / 3, r_.data()};
+      system.combine({x, {&third, 1}}, r_.data());
+      std::copy_n(x, system.size(), x_next);
+      return solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
+    });
   }
+  if (starts) status = starter_->step(system, t, h, x, x_next);
   status = judged(status, {x_next, system.size()});
   if (status == StepStatus::kDone) {
     std::copy_n(x, system.size(), last_.data());
-    last_h_ = h;
+    last_h_ = system.jumped() ? 0 : h;
   }
   return one(status);
 }

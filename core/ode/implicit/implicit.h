@@ -34,6 +34,8 @@ class DiagonallyImplicit final : public Integrator {
   double amplification(double h_omega, double h_gamma) const override;
 
  private:
+  StepStatus take_stages(OdeSystem& system, double t, double h, const double* x, double* x_next);
+
   ExplicitPlan plan_;
   StageOptions options_;
   int order_;

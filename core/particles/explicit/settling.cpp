@@ -36,6 +36,7 @@ template <class WayOf>
 void Settling::settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
                       int begin, int end, bool hold_too, const WayOf& way_of) {
   const Contacts& contacts = particles_->contacts();
+  if (contacts.accuracy() == Accuracy::kEvent) return;  // steps end where it touches
   const std::span<const double> masses = particles_->masses();
   for (int first = begin; first < end; first += kWaysAtOnce) {
     const int last = std::min(first + kWaysAtOnce, end);

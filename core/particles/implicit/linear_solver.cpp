@@ -28,6 +28,35 @@ class Either final : public LinearSolver {
   SparseLdlt direct_;
 };
 
+// Conjugate gradients with the blocks alone where planes restrict the matrix: neither patches nor
+// factors know of them.
+class Restricted final : public LinearSolver {
+ public:
+  Restricted(const StageMatrix& matrix, int most, std::unique_ptr<LinearSolver> whole)
+      : iterative_(matrix.layout(), most), whole_(std::move(whole)) {}
+
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
+    return matrix.restricted() ? iterative_.solve(matrix, b, d, eta)
+                               : whole_->solve(matrix, b, d, eta);
+  }
+
+ private:
+  ConjugateGradient iterative_;
+  std::unique_ptr<LinearSolver> whole_;
+};
+
+std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const Particles& system,
+                                                const StageOptions& options, int most) {
+  using Solver = StageOptions::Solver;
+  const Layout& layout = matrix.layout();
+  const bool small = layout.n() <= kDirectUpTo;
+  if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
+    return std::make_unique<SparseLdlt>(matrix, system.masses());
+  if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
+    return std::make_unique<Either>(matrix, system.masses());
+  return std::make_unique<ConjugateGradient>(matrix, system.masses(), most);
+}
+
 }  // namespace
 
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
@@ -46,12 +75,9 @@ std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, cons
                    "use solver = \"auto\""});
     return std::make_unique<Gmres>(layout, most);
   }
-  const bool small = layout.n() <= kDirectUpTo;
-  if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
-    return std::make_unique<SparseLdlt>(matrix, system.masses());
-  if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
-    return std::make_unique<Either>(matrix, system.masses());
-  return std::make_unique<ConjugateGradient>(matrix, system.masses(), most);
+  auto solver = make_unrestricted(matrix, system, options, most);
+  if (system.contacts().empty()) return solver;
+  return std::make_unique<Restricted>(matrix, most, std::move(solver));
 }
 
 }  // namespace sim

@@ -18,8 +18,9 @@ constexpr double kExact = HUGE_VAL, kSafe = 0.9;  // shares of StageMatrix::Mode
 }  // namespace
 
 NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
-                           std::function<bool()> stopped)
+                           std::function<bool()> stopped, StepContact* contact)
     : system_(&system),
+      contact_(contact),
       options_(options),
       equation_(system),
       matrix_(system, std::move(stopped)),
@@ -28,7 +29,11 @@ NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
       before_(equation_.layout().size()),
       best_(equation_.layout().size()),
       guess_(equation_.layout().size()),
-      first_gradient_(equation_.layout().size()) {}
+      first_gradient_(equation_.layout().size()) {
+  if (!contact_) return;
+  offset_ = Array(equation_.layout().size());
+  pulled_ = Array(equation_.layout().size());
+}
 
 double NewtonSolver::norm() {
   const double squared = matrix_.precondition(equation_.gradient().data(), z_.data());
@@ -54,10 +59,32 @@ void NewtonSolver::linearise(double share, bool predicted) {
   const auto before = equation_.layout().axes(std::as_const(before_).data());
   matrix_.at(equation_.view(), equation_.tau(), {clamped, share},
              predicted ? before.data() : nullptr);
+  matrix_.restrict_to(equation_.bounds());
+}
+
+void NewtonSolver::evaluate() {
+  equation_.evaluate();
+  matrix_.restrict_to(equation_.bounds());
 }
 
 LinearResult NewtonSolver::find_direction(double eta) {
-  Array& g = equation_.gradient();
+  constexpr int kMostCatches = 20;
+  LinearResult result = solve_linear(equation_.gradient(), eta);
+  if (!equation_.bounds()) return result;
+  // What would go through planes is put onto them, and the others find their ways with that.
+  std::ranges::fill(offset_.span(), 0.0);
+  for (int n = 0; n < kMostCatches && result.definite && equation_.catches(offset_); ++n) {
+    matrix_.restrict_to(equation_.bounds());
+    matrix_.apply(offset_.data(), pulled_.data());
+    for (std::size_t i = 0; i < pulled_.size(); ++i) pulled_[i] += equation_.gradient()[i];
+    matrix_.keep_ways(pulled_.data());
+    result = solve_linear(pulled_, eta);
+    for (std::size_t i = 0; i < offset_.size(); ++i) equation_.direction()[i] += offset_[i];
+  }
+  return result;
+}
+
+LinearResult NewtonSolver::solve_linear(Array& g, double eta) {
   for (double& value : g.span()) value = -value;
   const LinearResult result = linear_->solve(matrix_, g.data(), equation_.direction().data(), eta);
   effort_.linear += result.iterations;
@@ -72,10 +99,14 @@ StepStatus NewtonSolver::ended(double first, double last) {
 }
 
 StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y) {
+  if (contact_) equation_.keep_in(contact_->bounds(t, tau, options_, r));
   equation_.begin(t, tau, r, y);
-  equation_.evaluate();
-  if (options_.newton_steps == 1) return linearised();
-  return matrix_.symmetric() ? minimise() : reduce();
+  evaluate();
+  const StepStatus status = options_.newton_steps == 1 ? linearised()
+                            : matrix_.symmetric()      ? minimise()
+                                                       : reduce();
+  if (contact_ && status == StepStatus::kDone) contact_->solved(y);
+  return status;
 }
 
 // One step, taken as it is: Baraff & Witkin (1998).
@@ -87,12 +118,13 @@ StepStatus NewtonSolver::linearised() {
   if (first <= goal_from(first, tolerance)) return ended(first, first);
   if (!find_direction(tolerance).definite) {
     matrix_.at(equation_.view(), equation_.tau(), {.clamped = true});
+    matrix_.restrict_to(equation_.bounds());
     find_definite_direction(tolerance);
   }
   if (matrix_.stopped()) return StepStatus::kStopped;
   ++effort_.newton;
   equation_.place(1);
-  equation_.evaluate();
+  evaluate();
   const double last = norm();
   return std::isfinite(last) ? ended(first, last) : StepStatus::kNotFinite;
 }
@@ -149,7 +181,7 @@ StepStatus NewtonSolver::minimise() {
     keep_before();
     const double slope = dot(equation_.gradient(), equation_.direction());
     equation_.place(length);
-    equation_.evaluate();
+    evaluate();
     if (since == 0 && (daring || step > kSoon)) stretch(length, slope);
     const double phi = equation_.phi();
     previous = now;
@@ -161,7 +193,7 @@ StepStatus NewtonSolver::minimise() {
     if (!sound || since > kPatience) {
       // Back to the best point, and from there surely down.
       equation_.start_at(best_);
-      equation_.evaluate();
+      evaluate();
       linearise(kSafe);
       const bool fell = search_surely();
       now = norm();
@@ -175,7 +207,7 @@ StepStatus NewtonSolver::minimise() {
       hold = kHold;
       now = previous;
       equation_.place(0);
-      equation_.evaluate();
+      evaluate();
     }
     equation_.start_here();
     if (since == 0) {
@@ -202,7 +234,7 @@ void NewtonSolver::choose_start() {
     for (int axis = 0; axis < 3 && !view.free(i); ++axis) rest[axis][i] = moving[axis][i];
   equation_.start_at(z_);
   if (!(equation_.phi() < guess)) equation_.start_at(best_);
-  equation_.evaluate();
+  evaluate();
 }
 
 void NewtonSolver::keep_best() {
@@ -233,7 +265,7 @@ void NewtonSolver::stretch(double& length, double slope) {
   const Array &g = equation_.gradient(), &d = equation_.direction();
   const auto move = [&](double s) {
     equation_.place(s);
-    equation_.evaluate();
+    evaluate();
   };
   if (!(equation_.phi() < best_phi_ + noise_)) {
     double trial = length;
@@ -300,7 +332,7 @@ bool NewtonSolver::search_surely() {
     s = std::isfinite(parabola) ? std::clamp(parabola, 0.1 * s, 0.5 * s) : 0.1 * s;
     s = std::max(s, std::min(sure, 1.0));
   }
-  equation_.evaluate();
+  evaluate();
   return fall < -noise_;
 }
 
@@ -313,7 +345,8 @@ StepStatus NewtonSolver::reduce() {
   std::ranges::copy(equation_.gradient().span(), first_gradient_.data());
   bool searched = false;
   double eta = 0.1;
-  for (int step = 0;; ++step) {
+  constexpr int kMostTurns = 50;
+  for (int step = 0, turns = 0;; ++step) {
     if (!std::isfinite(now)) return StepStatus::kNotFinite;
     const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
     if (now <= goal) break;
@@ -326,9 +359,10 @@ StepStatus NewtonSolver::reduce() {
     ++effort_.newton;
     previous = now;
     equation_.place(1);
-    equation_.evaluate();
+    evaluate();
     now = norm();
-    searched = !(now <= 0.5 * previous);
+    // What lets go of a particle may make the residual larger.
+    searched = !(now <= 0.5 * previous) && !(equation_.turned() && ++turns < kMostTurns);
     if (searched && !search_residual(previous)) return StepStatus::kNotConverged;
     equation_.start_here();
     if (norm() <= goal) continue;
@@ -344,7 +378,7 @@ bool NewtonSolver::search_residual(double before) {
   double s = 1;
   for (int trial = 0; trial < kTrials; ++trial, s *= 0.5) {
     equation_.place(s);
-    equation_.evaluate();
+    evaluate();
     if (norm() <= (1 - kLeastFall * s) * before) return true;
   }
   return false;

@@ -8,6 +8,7 @@
 #include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/implicit/stage_matrix.h"
+#include "core/particles/implicit/step_contact.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -30,7 +31,9 @@ namespace sim {
 class NewtonSolver final : public StageSolver {
  public:
   // stopped(): asked now and then, ends a solution with kStopped.
-  NewtonSolver(Particles& system, const StageOptions& options, std::function<bool()> stopped = {});
+  // contact: what bounds the velocities of stages, and outlives the solver; null: nothing.
+  NewtonSolver(Particles& system, const StageOptions& options, std::function<bool()> stopped = {},
+               StepContact* contact = nullptr);
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   Effort effort() const override;
@@ -44,8 +47,10 @@ class NewtonSolver final : public StageSolver {
   double norm();  // of the gradient
   double goal_from(double first, double tolerance);
   double tolerance() const;  // of the stage, after a first step
+  void evaluate();
   void linearise(double share, bool predicted = false);
-  LinearResult find_direction(double eta);  // d := -A^-1 g
+  LinearResult find_direction(double eta);          // d := -A^-1 g, within the bounds
+  LinearResult solve_linear(Array& g, double eta);  // of those planes that push
   void find_definite_direction(double eta);
   double descend(const double* direction);
   void stretch(double& length, double slope);
@@ -56,12 +61,14 @@ class NewtonSolver final : public StageSolver {
   void keep_before();
 
   Particles* system_;
+  StepContact* contact_;
   StageOptions options_;
   StageEquation equation_;
   StageMatrix matrix_;
   std::unique_ptr<LinearSolver> linear_;
   Array z_, before_, best_;          // positions before the last step; velocities of the lowest Phi
   Array guess_, first_gradient_;     // velocities at the start and g there
+  Array offset_, pulled_;            // m/s onto planes; g and A times that
   double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
   Effort effort_;
 };

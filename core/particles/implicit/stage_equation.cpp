@@ -25,6 +25,7 @@ void StageEquation::begin(double t, double tau, const double* r, double* y) {
   start_here();
   std::ranges::fill(d_.span(), 0.0);
   place(0);
+  if (bounds_) start_here();
 }
 
 void StageEquation::place(double s) {
@@ -36,6 +37,15 @@ void StageEquation::place(double s) {
     for (int i = 0; i < layout.n(); ++i) {
       v[axis][i] = start[axis][i] + s * d[axis][i];
       q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
+    }
+  if (bounds_)
+    for (Bound& bound : *bounds_) {
+      const int i = bound.particle;
+      const Vec3 kept = bound.nearest({v[0][i], v[1][i], v[2][i]});
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        v[axis][i] = kept[axis];
+        q[axis][i] = rq[axis][i] + tau_ * kept[axis];
+      }
     }
   if (system_->leads().empty()) return;
   const auto rv = layout.axes(r_, 3), led = half_.axes(std::as_const(led_).data());
@@ -54,6 +64,7 @@ void StageEquation::start_here() {
 void StageEquation::start_at(const Array& velocities) {
   std::ranges::copy(velocities.span(), start_.data());
   place(0);
+  if (bounds_) start_here();
 }
 
 void StageEquation::evaluate() {
@@ -66,6 +77,31 @@ void StageEquation::evaluate() {
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < at.n; ++i)
       g[axis][i] = at.free(i) ? at.mass[i] * ((v[axis][i] - rv[axis][i]) - tau_ * g[axis][i]) : 0.0;
+  turned_ = false;
+  if (!bounds_) return;
+  for (Bound& bound : *bounds_) {
+    const int i = bound.particle;
+    const unsigned before = bound.active;
+    const Vec3 left = bound.left_of({g[0][i], g[1][i], g[2][i]});
+    for (std::size_t axis = 0; axis < 3; ++axis) g[axis][i] = left[axis];
+    turned_ = turned_ || bound.active != before;
+  }
+}
+
+bool StageEquation::catches(Array& offset) {
+  const auto start = half_.axes(std::as_const(start_).data());
+  const auto d = half_.axes(std::as_const(d_).data());
+  const auto out = half_.axes(offset.data());
+  const auto at = [](const std::array<const double*, 3>& axes, int i) {
+    return Vec3(axes[0][i], axes[1][i], axes[2][i]);
+  };
+  bool some = false;
+  for (Bound& bound : *bounds_) {
+    const int i = bound.particle;
+    some = bound.catches(at(start, i), at(d, i)) || some;
+    for (std::size_t axis = 0; axis < 3; ++axis) out[axis][i] = bound.offset[axis];
+  }
+  return some;
 }
 
 double StageEquation::phi() {
@@ -82,6 +118,8 @@ double StageEquation::phi() {
            0.5 * tau_ * motion.damping * v.squaredNorm();
     size += std::fabs(weight);
   }
+  if (bounds_)
+    for (const Bound& bound : *bounds_) sum += bound.friction.dot(at.velocity(bound.particle));
   const double elastic = system_->elastic_energy(t_, y_);
   phi_rounding_ = 1e-14 * (std::fabs(sum) + size + elastic);
   return sum + elastic;

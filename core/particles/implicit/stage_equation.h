@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/array.h"
+#include "core/particles/implicit/bounds.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -12,7 +13,9 @@ namespace sim {
 //   Phi(v) = 1/2 |v - r_v|^2_M + tau/2 c |v|^2 + U(r_q + tau v) - tau m g.v
 // Martin, Thomaszewski, Grinspun & Gross (2011), ACM TOG 30(4) 72; Gast, Schroeder, Stomakhin,
 // Jiang & Teran (2015), IEEE TVCG 21(10). Vectors have three coordinates a particle, 0 where
-// pinned. Those that are led obey v = r_v + tau p''.
+// pinned. Those that are led obey v = r_v + tau p''. Where velocities have bounds, trials are the
+// nearest allowed ones, friction is a constant part of g, and of g that part is shown along which
+// Phi can fall: projected Newton methods, Bertsekas (1982), SIAM J. Control Optim. 20(2).
 class StageEquation {
  public:
   explicit StageEquation(Particles& system);
@@ -24,6 +27,14 @@ class StageEquation {
   double tau() const noexcept { return tau_; }
   std::int64_t evaluations() const noexcept { return evaluations_; }
   ParticleView view() const { return system_->view(t_, y_); }
+
+  void keep_in(Bounds* bounds) noexcept { bounds_ = bounds; }  // from begin() on; null: none
+  const Bounds* bounds() const noexcept { return bounds_; }
+  bool turned() const noexcept { return turned_; }  // other planes push than one evaluation before
+
+  // Planes beyond which the direction leads push from now on: `offset` := the ways onto them, by
+  // which it begins. False where there are none.
+  bool catches(Array& offset);
 
   // The equation at hand. Trials lie in y, on the line from its velocity along direction().
   void begin(double t, double tau, const double* r, double* y);
@@ -48,6 +59,8 @@ class StageEquation {
   double t_ = 0, tau_ = 0, phi_rounding_ = 0;
   const double* r_ = nullptr;
   double* y_ = nullptr;
+  Bounds* bounds_ = nullptr;
+  bool turned_ = false;
   std::int64_t evaluations_ = 0;
 };
 

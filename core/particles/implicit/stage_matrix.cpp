@@ -8,6 +8,27 @@
 namespace sim {
 namespace {
 
+// P (P D P)^-1 P, of D on what the projection P leaves; as the kernel does, 1/|trace| where D is
+// not positive there.
+Mat3 inverse_within(const Mat3& d, const Mat3& ways) {
+  Vec3 basis[3], towards[3];
+  int size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {  // conjugate directions
+    Vec3 e = ways.column(axis);
+    for (int j = 0; j < size; ++j) e -= e.dot(towards[j]) * basis[j];
+    if (!(e.squaredNorm() > 1e-12)) continue;
+    const double curvature = e.dot(d * e);
+    if (!(curvature > 1e-14 * e.squaredNorm() * (d(0, 0) + d(1, 1) + d(2, 2))))
+      return 1 / std::fabs(d(0, 0) + d(1, 1) + d(2, 2)) * ways;
+    basis[size] = e / std::sqrt(curvature);
+    towards[size] = d * basis[size];
+    ++size;
+  }
+  Mat3 inverse;
+  for (int j = 0; j < size; ++j) inverse += outer(basis[j], basis[j]);
+  return inverse;
+}
+
 constexpr int kTile = 512;  // particles, fixed, so that sums do not depend on the number of threads
 
 // The six blocks of an array in Layout(n, 6).
@@ -65,7 +86,6 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   const double damping = tau * system_->motion().damping;
   double* const shift = Layout(n, 1).block(shift_.data(), 0);
   const SixBlocks blocks(system_->layout(), blocks_.data());
-  const SixBlocks inverses(system_->layout(), inverses_.data());
   system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
   });
@@ -86,9 +106,35 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   };
   add(others_.position_blocks(), tau * tau);
   add(others_.velocity_blocks(), tau);
-  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
-    kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
-  });
+  bounds_ = nullptr;
+  restricted_ = false;
+  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) { invert(begin, end); });
+}
+
+void StageMatrix::invert(int begin, int end) {
+  const SixBlocks blocks(system_->layout(), blocks_.data());
+  const SixBlocks inverses(system_->layout(), inverses_.data());
+  kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
+}
+
+// With the projection P of a particle, the inverse of P D P on what P leaves.
+void StageMatrix::restrict_to(const Bounds* bounds) {
+  bounds_ = bounds;
+  restricted_ = false;
+  if (!bounds) return;
+  for (const Bound& bound : *bounds) {
+    const int block = bound.particle / 8 * 8;
+    invert(block, block + 8);
+  }
+  const SixBlocks inverses(system_->layout(), inverses_.data());
+  for (const Bound& bound : *bounds) {
+    if (bound.active == 0) continue;
+    restricted_ = true;
+    const Mat3 inverse = inverse_within(diagonal(bound.particle), bound.ways);
+    int entry = 0;
+    for (int row = 0; row < 3; ++row)
+      for (int col = row; col < 3; ++col) inverses.at[entry++][bound.particle] = inverse(row, col);
+  }
 }
 
 double StageMatrix::apply(const double* p, double* out) {
@@ -101,7 +147,19 @@ double StageMatrix::apply(const double* p, double* out) {
   const double dot = over_tiles(
       [&](int begin, int end, double(&lanes)[8]) { stiffness_.apply(product, begin, end, lanes); });
   if (!others_.empty()) apply_others(p, out);
+  keep_ways(out);
   return dot;
+}
+
+void StageMatrix::keep_ways(double* r) const {
+  if (!restricted_) return;
+  const auto to = half_.axes(r);
+  for (const Bound& bound : *bounds_) {
+    if (bound.active == 0) continue;
+    const int i = bound.particle;
+    const Vec3 left = bound.ways * Vec3(to[0][i], to[1][i], to[2][i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) to[axis][i] = left[axis];
+  }
 }
 
 // out -= (tau^2 dF/dq + tau dF/dv) p

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/particles/implicit/bounds.h"
 #include "core/particles/implicit/other_jacobian.h"
 #include "core/particles/particles.h"
 #include "core/particles/springs/stiffness.h"
@@ -61,6 +62,12 @@ class StageMatrix {
   void at(const ParticleView& view, double tau, const Model& model,
           const double* const* before = nullptr);
 
+  // From now on A is that of the directions which the planes leave, D too: what conjugate gradients
+  // then find stays among them (Baraff & Witkin 1998). Null or no plane that pushes: all.
+  void restrict_to(const Bounds* bounds);
+  void keep_ways(double* r) const;  // r := what of it the planes leave
+  bool restricted() const noexcept { return restricted_; }
+
   double apply(const double* p, double* out);       // out := A p, returns p.out
   double precondition(const double* r, double* z);  // z := D^-1 r, returns r.z
   double turn_and_apply(double beta, const double* z, double* p, double* out);  // p := z + beta p
@@ -80,6 +87,7 @@ class StageMatrix {
   template <class Body>
   double over_tiles(const Body& body);
   void apply_others(const double* p, double* out);
+  void invert(int begin, int end);
 
   Particles* system_;
   std::function<bool()> stopped_;
@@ -87,6 +95,8 @@ class StageMatrix {
   BlockKernels kernels_;
   Stiffness stiffness_;
   OtherJacobian others_;
+  const Bounds* bounds_ = nullptr;
+  bool restricted_ = false;
   double tau_ = 0;
   int reach_ = 0;  // up to which a product reads ahead
   Array shift_, blocks_, inverses_, moved_, sums_;

@@ -38,6 +38,8 @@ class ContactCriterion final : public Criterion {
                         (touched == 1 ? " particle" : " particles") + ", deepest " +
                         brief(deepest, 2) + " m, took " + brief(work.lost, 3) + " J";
     if (particles.contacts().move()) words += ", colliders did " + brief(work.given, 3) + " J";
+    if (const std::int64_t uncut = particles.contacts().ledger().uncut(); uncut > 0)
+      words += ", " + std::to_string(uncut) + " steps with too many touches to be cut at each";
     findings.push_back({Trust::kTrusted, words});
   }
 

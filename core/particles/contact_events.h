@@ -1,0 +1,62 @@
+// Touches of particles with colliders as events, at which methods end their steps.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/particles.h"
+#include "core/particles/pressed.h"
+
+namespace sim {
+
+// A step ends where a particle that was free touches a collider, where one that lies on a surface
+// is no longer pressed to it, and where its slip turns. In between what lies on a surface has an
+// acceleration that leads into none (Pressed), so that f is smooth and a method has its own order;
+// at the end of a step it is put back on the surface (Hairer, Lubich & Wanner 2006, section IV.4).
+// Methods that do not evaluate f for that have it pressed on from the start of the step, as others.
+class ContactEvents final : public Events {
+ public:
+  explicit ContactEvents(Particles& particles);
+
+  void begin(double t, double h, const double* x) override;
+  double first(double t, double h, const double* x, const double* x_next) override;
+  Outcome end(double t, double h, const double* x, double* x_next, bool cut) override;
+  void gave_up() override { particles_->contacts().ledger().count_uncut(); }
+  void repeated() override { particles_->contacts().ledger().take(); }
+
+  bool begun() const noexcept { return begun_; }  // by the present method
+  void forget() noexcept { begun_ = false; }      // another method comes
+  // a: free accelerations at a time within the step; those of what is held become what they are.
+  void accelerate(const ParticleView& view, double* const a[3]);
+
+ private:
+  struct Held {
+    int particle = 0, count = 0;
+    Collider* collider[3] = {};
+    double surplus = 0;          // m/s^2, at the start
+    Vec3 slip{0, 0, 0};          // m/s, at the start
+    double lost = 0, given = 0;  // W/kg, at the start
+    std::span<Collider* const> all() const { return {collider, static_cast<std::size_t>(count)}; }
+  };
+
+  void find_held(const double* x);
+  Pressed look_at(const Held& held, const ParticleView& view);
+  void evaluate(double t, const double* x);  // free accelerations
+  bool put_back(double t, double h, double* x);
+  bool press(double t, double h, const double* x, double* x_next, bool all);
+  bool bounce(double t, double* x);
+  template <class Body>
+  void for_near(double t, double h, const double* x, const double* x_next, const Body& body);
+
+  Particles* particles_;
+  double t_ = 0, h_ = 0;
+  bool begun_ = false, in_forces_ = false;
+  std::vector<Held> held_;
+  std::vector<std::uint8_t> is_held_;
+  Array accelerations_;
+};
+
+}  // namespace sim

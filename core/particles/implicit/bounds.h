@@ -1,0 +1,50 @@
+// Half-spaces in which the velocities of single particles have to stay.
+#pragma once
+
+#include <vector>
+
+#include "core/math/mat3.h"
+
+namespace sim {
+
+struct HalfSpace {
+  Vec3 normal{0, 1, 0};  // of length 1
+  double least = 0;      // normal.v >= least, m/s
+};
+
+// Of one particle, what its stage equation knows of contact: up to three half-spaces, and friction
+// as a force.
+struct Bound {
+  static constexpr int kMost = 3;
+  static constexpr unsigned kStuck = 1u << kMost;
+
+  int particle = 0, count = 0;
+  HalfSpace planes[kMost];
+  Vec3 friction{0, 0, 0};  // kg m/s, in the gradient
+  bool stuck = false;      // v = held, and nothing else
+  Vec3 held{0, 0, 0};      // m/s
+
+  // Where the last trial is: on which planes, and what follows from the gradient there.
+  unsigned at = 0;            // a bit a plane
+  unsigned active = 0;        // of these, the ones that push; kStuck where it is stuck
+  Mat3 ways{};                // where some are: the projection onto the directions that are left
+  Vec3 push{0, 0, 0};         // kg m/s, of the planes on the particle
+  double pushes[kMost] = {};  // of each, >= 0
+  Vec3 offset{0, 0, 0};       // m/s
+
+  // The nearest velocity that is allowed.
+  Vec3 nearest(const Vec3& v);
+  // Where v + d is beyond planes that do not push, they do from now on, and `offset` is the way
+  // from v onto all that push; false where there are none.
+  bool catches(const Vec3& v, const Vec3& d);
+  // The part of a gradient along which its potential can still fall; the rest is the push. Planes
+  // that would have to pull let go.
+  Vec3 left_of(const Vec3& gradient);
+
+ private:
+  void find_ways();
+};
+
+using Bounds = std::vector<Bound>;
+
+}  // namespace sim

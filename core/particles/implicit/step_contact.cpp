@@ -1,0 +1,391 @@
+#include "core/particles/implicit/step_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/pressed.h"
+
+namespace sim {
+namespace {
+
+constexpr int kMostRounds = 10;
+constexpr int kMostTurns = 1;            // between sticking and sliding
+constexpr double kExact = 1e-12;         // m, of a gap, in units of the place
+constexpr double kFriction = 1e-6;       // of its changes from round to round
+constexpr double kAtRest = 1e-12;        // of velocities, below which they are rounding
+constexpr double kNowhere = -1e300;      // m/s, a bound that is none
+constexpr double kGlimpse = 1.0 / 1024;  // of a step, for derivatives
+
+Vec3 vector_at(const std::array<const double*, 3>& axes, int i) {
+  return {axes[0][i], axes[1][i], axes[2][i]};
+}
+
+void put(const std::array<double*, 3>& axes, int i, const Vec3& v) {
+  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
+}
+
+double size_of(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
+
+}  // namespace
+
+StepContact::StepContact(Particles& particles)
+    : particles_(&particles), index_(static_cast<std::size_t>(particles.layout().n()), -1) {}
+
+StepContact::Held* StepContact::held(int i) {
+  const int index = index_[static_cast<std::size_t>(i)];
+  return index < 0 ? nullptr : &held_[static_cast<std::size_t>(index)];
+}
+
+Vec3 StepContact::surface_velocity(const Held& held, double t, const Vec3& x) const {
+  return held.collider[0]->touch(t, x).velocity;
+}
+
+const double* StepContact::begin(double t, double h, const double* x, bool again) {
+  stage_ = 0;
+  again_ = false;
+  if (again) {
+    ++round_;
+    return from_;
+  }
+  t_ = t;
+  h_ = h;
+  round_ = 0;
+  jumped_ = false;
+  from_ = x;
+  begun_ = true;
+  for (const Held& held : held_) index_[static_cast<std::size_t>(held.particle)] = -1;
+  held_.clear();
+  blows_.clear();
+  for (Stage& stage : stages_) {
+    stage.bounds.clear();
+    stage.velocity.clear();
+    stage.friction.clear();
+  }
+  const Contacts& contacts = particles_->contacts();
+  if (contacts.empty()) return x;
+  contacts.ledger().begin_step();
+  if (contacts.sampled()) contacts.look(t, t + h);
+  if (contacts.accuracy() != Accuracy::kProject) find_held(x);
+  return from_;
+}
+
+// Those that lie on a surface. What comes in with a velocity bounces at once.
+void StepContact::find_held(const double* x) {
+  const Layout& layout = particles_->layout();
+  const ParticleView view = particles_->view(t_, x);
+  for (int i = 0; i < layout.n(); ++i) {
+    if (!view.free(i)) continue;
+    const Vec3 place = view.position(i);
+    for (Collider* const collider : particles_->contacts().all()) {
+      if (collider->clearance(t_, place, Vec3::Zero()) > kExact * size_of(place)) continue;
+      const Touch touch = collider->touch(t_, place);
+      if (touch.gap > Contacts::slack(place)) continue;
+      Held* known = held(i);
+      const Vec3 velocity = view.velocity(i), slip = velocity - touch.velocity;
+      if (slip.dot(touch.normal) < -kAtRest * (velocity.norm() + touch.velocity.norm()) ||
+          touch.gap < -1e3 * kExact * size_of(place)) {
+        const Way way{{place, h_ * velocity, Vec3::Zero(), Vec3::Zero()}};
+        Contacts::Impact impact;
+        const auto seen = known ? std::span(known->collider, static_cast<std::size_t>(known->count))
+                                : std::span<Collider*>();
+        if (particles_->contacts().impact(t_, h_, way, seen, impact)) {
+          hit(i, impact);
+          continue;
+        }
+      }
+      if (!known) {
+        index_[static_cast<std::size_t>(i)] = static_cast<int>(held_.size());
+        held_.push_back({.particle = i, .stuck_since = t_, .place = place});
+        known = &held_.back();
+      }
+      if (known->count == Bound::kMost) continue;
+      known->since[known->count] = t_;
+      known->collider[known->count++] = collider;
+      const Vec3 along = slip - slip.dot(touch.normal) * touch.normal;
+      known->stuck = collider->surface().friction > 0 && known->count == 1 &&
+                     along.norm() <= kAtRest * (velocity.norm() + touch.velocity.norm());
+    }
+  }
+}
+
+// The stages begin where a particle with its new velocity would have come from.
+void StepContact::hit(int i, const Contacts::Impact& impact) {
+  const Layout& layout = particles_->layout();
+  const double mass = particles_->masses()[static_cast<std::size_t>(i)];
+  if (!jumped_) {
+    if (start_.size() < layout.size() + particles_->memory_size())
+      start_ = Array(layout.size() + particles_->memory_size());
+    std::copy_n(from_, start_.size(), start_.data());
+    from_ = start_.data();
+    jumped_ = true;
+  }
+  const auto q = layout.axes(start_.data()), v = layout.axes(start_.data(), 3);
+  Held* known = held(i);
+  if (!known) {
+    index_[static_cast<std::size_t>(i)] = static_cast<int>(held_.size());
+    held_.push_back({.particle = i});
+    known = &held_.back();
+  }
+  if (known->count < Bound::kMost) {
+    known->since[known->count] = t_ + impact.s * h_;
+    known->collider[known->count++] = impact.collider;
+  }
+  known->stuck = false;
+  known->stuck_since = t_ + impact.s * h_;
+  known->place = impact.place;
+  const Vec3 shift = impact.shift - impact.s * impact.change;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    q[axis][i] += shift[axis];
+    v[axis][i] += impact.change[axis] / h_;
+  }
+  const double scale = mass / (h_ * h_);
+  blows_.push_back({i, {scale * impact.work.lost, scale * impact.work.given}});
+}
+
+Bounds* StepContact::bounds(double t, double tau, const StageOptions& method, const double* r) {
+  if (held_.empty()) return nullptr;
+  if (stages_.size() <= stage_) stages_.emplace_back();
+  Stage& stage = stages_[stage_];
+  stage.t = t;
+  stage.tau = tau;
+  stage.reach = method.reach;
+  stage.first_order = method.order == 1;
+  stage.r = r;
+  const Layout& layout = particles_->layout();
+  const auto rq = layout.axes(r), v = layout.axes(from_, 3);
+  const double span = stage.span(), end = stage.end();
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const Held& held = held_[n];
+    const int i = held.particle;
+    if (stage.bounds.size() <= n) {
+      stage.bounds.emplace_back();
+      stage.velocity.push_back(vector_at(v, i));
+      stage.friction.push_back(Vec3::Zero());
+    }
+    Bound& bound = stage.bounds[n];
+    const Vec3 velocity = stage.velocity[n], origin = vector_at(rq, i);
+    bound.particle = i;
+    bound.count = held.count;
+    bound.active = 0;
+    bound.stuck = held.stuck && held.stuck_since <= end;
+    bound.friction = held.stuck ? Vec3::Zero() : stage.friction[n];
+    if (bound.stuck)
+      bound.held = (held.collider[0]->carried(held.stuck_since, end, held.place) - origin) / span;
+    for (int k = 0; k < held.count; ++k) {
+      const Touch there = held.collider[k]->touch(t, origin + tau * velocity);
+      const Touch after = held.collider[k]->touch(end, origin + span * velocity);
+      const double along = std::max(there.normal.dot(after.normal), 0.1);
+      bound.planes[k] = {
+          there.normal,
+          held.since[k] > end ? kNowhere : there.normal.dot(velocity) - after.gap / (span * along)};
+    }
+  }
+  return &stage.bounds;
+}
+
+void StepContact::solved(const double* y) {
+  if (held_.empty()) return;
+  Stage& stage = stages_[stage_++];
+  const auto v = particles_->layout().axes(y, 3), rq = particles_->layout().axes(stage.r);
+  const double span = stage.span(), end = stage.end();
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const Held& held = held_[n];
+    const Bound& bound = stage.bounds[n];
+    const Vec3 velocity = vector_at(v, held.particle);
+    const Vec3 place = vector_at(rq, held.particle) + span * velocity;
+    stage.velocity[n] = velocity;
+    rub(stage, n);
+    for (int k = 0; k < held.count && !bound.stuck; ++k) {
+      if (held.since[k] > end) continue;
+      const double gap = held.collider[k]->touch(end, place).gap;
+      const bool pushes = bound.active >> k & 1;
+      if (gap < -kExact * size_of(place) || (pushes && gap > kExact * size_of(place)))
+        again_ = true;
+    }
+  }
+}
+
+// What the friction of the next round is, from the push of this one.
+void StepContact::rub(Stage& stage, std::size_t index) {
+  Held& held = held_[index];
+  const Bound& bound = stage.bounds[index];
+  double most = 0;  // of friction, kg m/s
+  for (int k = 0; k < held.count; ++k) {
+    const double push =
+        bound.stuck ? std::max(0.0, bound.push.dot(bound.planes[k].normal)) : bound.pushes[k];
+    most = std::max(most, held.collider[k]->surface().friction * push);
+  }
+  Vec3& friction = stage.friction[index];
+  const auto turn = [&](bool stuck) {
+    if (held.turns > 2 * kMostTurns) return;
+    ++held.turns;
+    held.stuck = stuck;
+    again_ = true;
+  };
+  if (bound.stuck) {
+    Vec3 along = bound.push;  // without what presses on surfaces
+    for (int k = 0; k < held.count; ++k)
+      along -= along.dot(bound.planes[k].normal) * bound.planes[k].normal;
+    const double size = along.norm();
+    if (size <= most) return;
+    friction = -most / size * along;
+    return turn(false);
+  }
+  if (most == 0 && friction == Vec3::Zero()) return;
+  const Layout& layout = particles_->layout();
+  const int i = held.particle;
+  const Vec3 before = vector_at(layout.axes(stage.r, 3), i), velocity = stage.velocity[index];
+  const double end = stage.end();
+  const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
+  const Vec3 normal = bound.planes[0].normal;
+  const auto slip_of = [&](double t, const Vec3& v) {
+    const Vec3 slip = v - surface_velocity(held, t, place);
+    return Vec3(slip - slip.dot(normal) * normal);
+  };
+  const Vec3 slip = slip_of(stage.t, velocity);
+  const Vec3 last = slip_of(end, before + stage.reach * (velocity - before));
+  const double speed = slip.norm();
+  if (most > 0 && (last.dot(friction) < 0 || speed <= kAtRest * velocity.norm())) return turn(true);
+  const Vec3 next = speed > 0 ? Vec3(most / speed * slip) : Vec3::Zero();
+  if ((next - friction).norm() > kFriction * most) again_ = true;
+  friction = next;
+}
+
+// What is met on the way to x_next and was not known; true where there is some.
+bool StepContact::find_impacts(const double* x_next) {
+  const Contacts& contacts = particles_->contacts();
+  const Layout& layout = particles_->layout();
+  const ParticleView before = particles_->view(t_, from_), after = particles_->view(t_, x_next);
+  bool found = false;
+  for (int i = 0; i < layout.n(); ++i) {
+    if (!before.free(i)) continue;
+    const Vec3 x0 = before.position(i), r0 = h_ * before.velocity(i), r1 = h_ * after.velocity(i);
+    const Vec3 d = after.position(i) - x0;
+    const Way way{{x0, r0, 3 * d - 2 * r0 - r1, r0 + r1 - 2 * d}};
+    if (!contacts.near(t_, h_, after.position(i), Vec3::Zero(), way.length())) continue;
+    const Held* const known = held(i);
+    if (known && known->count == Bound::kMost) continue;
+    const auto seen =
+        known ? std::span<Collider* const>(known->collider, static_cast<std::size_t>(known->count))
+              : std::span<Collider* const>();
+    Contacts::Impact impact;
+    if (!contacts.impact(t_, h_, way, seen, impact)) continue;
+    hit(i, impact);
+    found = true;
+  }
+  return found;
+}
+
+StepEnd StepContact::end(double* x_next, bool bounces) {
+  begun_ = false;
+  const Contacts& contacts = particles_->contacts();
+  if (contacts.empty()) return StepEnd::kStands;
+  const bool project = contacts.accuracy() == Accuracy::kProject;
+  if (!project && round_ < kMostRounds && ((bounces && find_impacts(x_next)) || again_)) {
+    begun_ = true;
+    return StepEnd::kAgain;
+  }
+  finish(x_next);
+  if (bounces) put_out(x_next, project);
+  return contacts.ledger().squeezed() < 0 ? StepEnd::kStands : StepEnd::kNotAllowed;
+}
+
+void StepContact::finish(double* x_next) {
+  const Contacts& contacts = particles_->contacts();
+  ContactLedger& ledger = contacts.ledger();
+  const Layout& layout = particles_->layout();
+  const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
+  const auto q0 = layout.axes(from_);
+  const double end = t_ + h_;
+  for (const auto& [i, work] : blows_) ledger.enter(i, 1, work);
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const Held& held = held_[n];
+    const int i = held.particle;
+    const double mass = particles_->masses()[static_cast<std::size_t>(i)];
+    const Stage& stage = stages_[stage_ - 1];
+    const Bound& bound = stage.bounds[n];
+    if (bound.active == 0) continue;
+    // The force of the surface through the step: friction and push.
+    const Vec3 force = (bound.push - bound.friction) / stage.tau;
+    Vec3 place(q[0][i], q[1][i], q[2][i]), velocity(v[0][i], v[1][i], v[2][i]);
+    const Vec3 moved = place - vector_at(q0, i);
+    const Vec3 surface = surface_velocity(held, stage.t, place);
+    ContactWork work{.given = h_ * force.dot(surface)};
+    work.lost = work.given - force.dot(moved);
+
+    const auto change_to = [&](const Vec3& wanted, const Vec3& carrier) {
+      const Vec3 change = wanted - velocity;
+      work.given += mass * change.dot(carrier);
+      work.lost += mass * change.dot(carrier - 0.5 * (wanted + velocity));
+      velocity = wanted;
+    };
+    if (bound.stuck) {
+      place = held.collider[0]->carried(held.stuck_since, end, held.place);
+      const Vec3 carrier = surface_velocity(held, end, place);
+      change_to(carrier, carrier);
+    } else {
+      // What pushed to the end lets nothing lead off it, either, and its friction is that of all of
+      // the push; but the velocity of a method of first order is that of the chord, which leads
+      // off.
+      for (int round = 0; round < 8; ++round)
+        for (int k = 0; k < held.count; ++k) {
+          if (!(bound.active >> k & 1)) continue;
+          const Touch touch = held.collider[k]->touch(end, place);
+          const double off = (velocity - touch.velocity).dot(touch.normal);
+          if (std::fabs(touch.gap) < 1e-6 * size_of(place)) place -= touch.gap * touch.normal;
+          if (stage.first_order && off >= 0) continue;
+          const Vec3 slip = velocity - touch.velocity - off * touch.normal;
+          const double speed = slip.norm(), rub = -off * held.collider[k]->surface().friction;
+          const double braked = speed > 0 ? std::min(rub / speed, 1.0) : 0;
+          change_to(velocity - off * touch.normal - braked * slip, touch.velocity);
+        }
+    }
+    put(q, i, place);
+    put(v, i, velocity);
+    ledger.enter(i, 1, work);
+  }
+}
+
+// What rounding left inside, or rounds that came to no end; where it projects, all that is inside,
+// with the bounce there.
+void StepContact::put_out(double* x_next, bool project) {
+  const Contacts& contacts = particles_->contacts();
+  const Layout& layout = particles_->layout();
+  const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
+  const double end = t_ + h_;
+  for (int i = 0; i < layout.n(); ++i) {
+    const double mass = particles_->masses()[static_cast<std::size_t>(i)];
+    if (!(mass < HUGE_VAL)) continue;
+    const Vec3 free(q[0][i], q[1][i], q[2][i]);
+    if (!contacts.near(end, 0, free, Vec3::Zero(), 0)) continue;
+    Way way{{free, h_ * Vec3(v[0][i], v[1][i], v[2][i]), Vec3::Zero(), Vec3::Zero()}};
+    if (project) {
+      way.shift(-way.c[1]);  // so that it ends here
+      way.moved = way.held = Vec3::Zero();
+      contacts.settle(t_, h_, way);
+    }
+    Vec3 place = free + way.moved;
+    if (!contacts.push_out(end, place)) contacts.ledger().refuse(i);
+    if (place == free) continue;
+    put(q, i, place);
+    put(v, i, Vec3(v[0][i], v[1][i], v[2][i]) + way.kicked / h_);
+    if (project || !held(i)) contacts.ledger().enter(i, mass / (h_ * h_), way.work);
+  }
+}
+
+void StepContact::accelerate(const ParticleView& view, double* const a[3]) const {
+  if (!begun_ || view.t != t_) return;
+  for (const Held& held : held_) {
+    const int i = held.particle;
+    Collider* on[Bound::kMost];
+    std::size_t count = 0;
+    for (int k = 0; k < held.count; ++k)
+      if (held.since[k] == t_) on[count++] = held.collider[k];
+    const Vec3 kept = pressed_on({on, count}, t_, kGlimpse * h_, view.position(i), view.velocity(i),
+                                 {a[0][i], a[1][i], a[2][i]})
+                          .acceleration;
+    for (std::size_t axis = 0; axis < 3; ++axis) a[axis][i] = kept[axis];
+  }
+}
+
+}  // namespace sim

@@ -1,0 +1,149 @@
+// Steps that end where something is touched: adaptive methods, and others with accuracy = "event".
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/study/energy_balance.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::Vec3;
+
+namespace {
+
+const char* const kAdaptive[] = {"dopri5", "tsit5", "dop853", "bs23", "rkf45"};
+
+sim::SystemSpec make_particle(const Vec3& position, const Vec3& velocity, sim::PartSpec collider) {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list[0] = {.position = position, .velocity = velocity, .mass = 1};
+  spec.colliders = {std::move(collider)};
+  return spec;
+}
+
+sim::PartSpec make_sphere(double friction = 0) {
+  return make_part("sphere", {{"radius", 1.0}, {"friction", friction}});
+}
+
+// An oscillator of omega = 7 rad/s about y = -1.2 and a wall at y = -1.3.
+sim::SystemSpec make_walled_spring(double restitution) {
+  sim::SystemSpec spec = make_vertical_spring(0);
+  spec.particles->list.back().velocity = {0, -1.3, 0};
+  spec.colliders = {
+      make_part("plane", {{"restitution", restitution}, {"point", Vec3(0, -1.3, 0)}})};
+  return spec;
+}
+
+Vec3 end_of(sim::SystemSpec spec, sim::Accuracy accuracy, const std::string& method,
+            double duration, int steps) {
+  sim::Registry registry = make_registry();
+  spec.accuracy = accuracy;
+  sim::Simulation system(spec, registry, {.integrator = {method}, .dt = duration / steps});
+  REQUIRE(run(system, steps));
+  return system.position(system.particles() - 1);
+}
+
+sim::RunOptions to_tolerance(const std::string& method, double tolerance, double dt) {
+  return {.integrator = {method, {{"tol", tolerance}}}, .dt = dt};
+}
+
+}  // namespace
+
+TEST_CASE("steps that end at touches keep the order of rk4, and those that put back do not") {
+  const double s = std::sin(0.2), c = std::cos(0.2);
+  struct Problem {
+    sim::SystemSpec spec;
+    double duration;
+  };
+  const Problem problems[] = {
+      {make_walled_spring(1), 0.8},
+      {make_particle({s, c, 0}, {0.5 * c, -0.5 * s, 0}, make_sphere()), 0.4},
+      {make_particle({s, c, 0}, {0.5 * c, -0.5 * s, 0}, make_sphere()), 0.9},
+      {make_particle({0.3, 1.5, 0}, {0, 0, 0}, make_sphere()), 0.6}};
+  for (const Problem& problem : problems) {
+    const auto at = [&](sim::Accuracy accuracy, int steps) {
+      return end_of(problem.spec, accuracy, "rk4", problem.duration, steps);
+    };
+    const Vec3 exact = at(sim::Accuracy::kEvent, 4096);
+    const double coarse = (at(sim::Accuracy::kEvent, 37) - exact).norm();
+    const double fine = (at(sim::Accuracy::kEvent, 592) - exact).norm();
+    const double settled = (at(sim::Accuracy::kSettle, 592) - exact).norm();
+    const double projected = (at(sim::Accuracy::kProject, 592) - exact).norm();
+    INFO(coarse << " " << fine << " settled " << settled << " projected " << projected);
+    CHECK(fine < 1e-8);
+    CHECK(std::log2(coarse / fine) / 4 > 3.5);
+    CHECK(fine < 0.05 * settled);
+    CHECK(settled < projected);
+  }
+}
+
+TEST_CASE("elastic bounces in steps that end at touches keep the energy of the method") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"verlet", "rk4", "implicit_midpoint"}) {
+    INFO(method);
+    sim::SystemSpec spec = make_walled_spring(1);
+    spec.accuracy = sim::Accuracy::kEvent;
+    sim::Simulation spring(spec, registry, {.integrator = {method}, .dt = 0.005});
+    const double before = spring.energy().total();
+    double most = 0;
+    for (int n = 0; n < 20000; ++n) {
+      REQUIRE(spring.step());
+      most = std::max(most, std::abs(spring.energy().total() - before));
+    }
+    CHECK(most < 2e-3);
+    CHECK(spring.contact_work().lost < 1e-9);
+  }
+}
+
+TEST_CASE("adaptive methods end their steps at touches, to their tolerance") {
+  sim::Registry registry = make_registry();
+  const double s = std::sin(0.2), c = std::cos(0.2);
+  const Vec3 slid = end_of(make_particle({s, c, 0}, {0.5 * c, -0.5 * s, 0}, make_sphere()),
+                           sim::Accuracy::kEvent, "rk4", 0.9, 4096);
+  const double up = 0.8 * std::sqrt(2 * kGravity), lands = std::sqrt(2 / kGravity);
+  for (const char* method : kAdaptive) {
+    INFO(method);
+    sim::Simulation ball(
+        make_particle({0, 1, 0}, {0.5, 0, 0}, make_part("plane", {{"restitution", 0.8}})), registry,
+        to_tolerance(method, 1e-8, 0.05));
+    REQUIRE(run(ball, 22));
+    const double after = ball.t() - lands;
+    CHECK(ball.position(0).y() ==
+          Approx(up * after - 0.5 * kGravity * after * after).epsilon(1e-6));
+    sim::Simulation slides(make_particle({s, c, 0}, {0.5 * c, -0.5 * s, 0}, make_sphere()),
+                           registry, to_tolerance(method, 1e-8, 0.05));
+    for (int n = 0; n < 18; ++n) {
+      REQUIRE(slides.step());
+      CHECK(slides.position(0).norm() > 1 - 1e-8);
+    }
+    CHECK((slides.position(0) - slid).norm() < 1e-4);
+  }
+}
+
+TEST_CASE("a ball that bounces ever lower comes to rest in adaptive methods, and says so") {
+  sim::Registry registry = make_registry();
+  for (const char* method : {"dopri5", "tsit5"}) {
+    INFO(method);
+    sim::Simulation ball(
+        make_particle({0, 1, 0}, {0.5, 0, 0}, make_part("plane", {{"restitution", 0.5}})), registry,
+        to_tolerance(method, 1e-6, 0.1));
+    REQUIRE(run(ball, 40));
+    CHECK(std::abs(ball.position(0).y()) < 1e-9);
+    CHECK(std::abs(ball.velocity(0).y()) < 1e-6);
+    CHECK(ball.position(0).x() == Approx(0.5 * ball.t()));
+  }
+}
+
+TEST_CASE("cut steps go on from snapshots with the same bits") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_walled_spring(0.9);
+  spec.accuracy = sim::Accuracy::kEvent;
+  for (const char* method : {"rk4", "verlet", "implicit_midpoint", "dopri5"}) {
+    INFO(method);
+    sim::Simulation whole(spec, registry, {.integrator = {method}, .dt = 0.013});
+    sim::Simulation part(spec, registry, {.integrator = {method}, .dt = 0.013});
+    REQUIRE(run(whole, 60));
+    part.restore(whole.snapshot());
+    REQUIRE(run(whole, 60));
+    REQUIRE(run(part, 60));
+    CHECK(part.hash() == whole.hash());
+  }
+}
