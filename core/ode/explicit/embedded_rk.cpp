@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/finite.h"
 
@@ -152,8 +153,10 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
     try_step();
     if (!estimate_needs_last()) close_step();
   }
-  // The next event may be as near, and must not be lost in a much longer step.
-  if (met) controller_.state.h = std::min(controller_.state.h, kLonger * h_);
+  // The next event may be as near, and must not be lost in a much longer step; but roundings of t
+  // are no step.
+  const double least = 1e6 * std::numeric_limits<double>::epsilon() * std::fabs(t_);
+  if (met) controller_.state.h = std::min(controller_.state.h, std::max(kLonger * h_, least));
   cuts_ = !cut ? -1 : met ? std::max(cuts_, 0) + 1 : 0;
   return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
 }
