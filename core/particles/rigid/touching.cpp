@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/rigid/hull.h"
 #include "core/particles/rigid/touching_boxes.h"
 
 namespace sim {
