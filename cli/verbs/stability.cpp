@@ -15,7 +15,7 @@ using study::MethodStability;
 using study::Stability;
 
 constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
-constexpr std::size_t kShown = 1;  // the first of the runs at shares of the limit that is shown
+constexpr std::size_t kShownRun = 1;  // the first of the runs at shares of the limit that is shown
 
 std::string step_text(const std::optional<double>& step) {
   if (!step) return "-";
@@ -98,7 +98,7 @@ std::string table_text(const Stability& result) {
     std::string line = left(each.method.label, width) + right(step_text(each.predicted), kStep) +
                        right(step_text(each.measured), kStep) + right(off_text(each), kOff) +
                        right(standing(each, result.dt), kDt);
-    for (std::size_t i = kShown; i < each.energy.size(); ++i)
+    for (std::size_t i = kShownRun; i < each.energy.size(); ++i)
       line += right(energy_text(each.energy[i]), kEnergy);
     text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
   }

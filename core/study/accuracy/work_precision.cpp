@@ -12,7 +12,7 @@ bool stable(const Point& point, double size) { return point.finished && point.rm
 
 namespace {
 
-constexpr double kFirstTolerance = 1e-2, kLastTolerance = 0.99e-12;
+constexpr double kFirstOfCurve = 1e-2, kLastOfCurve = 0.99e-12;
 constexpr SweepLimits kCurveLimits{.evaluations = 5e4, .implicit_cost = 50, .seconds = 0.5};
 
 // 20 intervals of 1, 2, 3, 4, 6, 8, 12, 16, ... steps: all of them points of the reference, or all
@@ -52,7 +52,7 @@ bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yar
   if (by_tolerance) {
     for (int digits = 2;; ++digits) {
       const double tolerance = std::pow(10.0, -digits);
-      if (tolerance < std::max(kLastTolerance, 0.99 * method.least_tolerance)) break;
+      if (tolerance < std::max(kLastOfCurve, 0.99 * method.least_tolerance)) break;
       if (!run(kIntervals, tolerance)) return late;
       if (finest()) break;
     }
@@ -190,8 +190,7 @@ double expected(const Problem& problem, const WorkPrecisionOptions& options) {
   for (const Candidate& method : methods) {
     const double most = kCurveLimits.evaluations_for(system) / kCurveLimits.cost_of_step(method);
     sum += method.info.adaptive && method.has_tolerance
-               ? pace.tolerances(method, kFirstTolerance, kLastTolerance, kCurveLimits,
-                                 options.repeats)
+               ? pace.tolerances(method, kFirstOfCurve, kLastOfCurve, kCurveLimits, options.repeats)
                : pace.steps(method, step_counts(most), kCurveLimits, options.repeats);
   }
   return sum;
