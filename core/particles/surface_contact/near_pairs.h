@@ -61,7 +61,7 @@ class NearPairs {
   // when the list was made and how far they have gone since.
   bool far(std::size_t pair, double reach) const {
     const auto& [ids, kind] = pairs_[pair];
-    const auto moved = [&](std::size_t k) { return moved_[slot(ids[k])]; };
+    const auto moved = [this, &ids = ids](std::size_t k) { return moved_[slot(ids[k])]; };
     const double others = std::max(moved(2), moved(3));
     return gaps_then_[pair] - (kind == PairKind::kEdgeEdge
                                    ? std::max(moved(0), moved(1)) + others
