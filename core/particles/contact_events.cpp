@@ -3,23 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/axes.h"
 #include "core/particles/pressed.h"
 
 namespace sim {
 namespace {
 
 constexpr double kOn = 1e-9;       // m in units of the place: a gap that counts as none at an end
-constexpr double kInside = 1e-11;  // likewise, and less than none
+constexpr double kIn = 1e-11;      // likewise, and less than none
 constexpr double kStill = 1e-9;    // of velocities: a rate of the gap that counts as none
 constexpr double kLeast = 1e-9;    // shares of a step that are none
 constexpr double kPressed = 1e-7;  // of the acceleration: a push that is none
-constexpr double kGlimpse = 1.0 / 1024;  // of a step, for derivatives
-
-double size_of(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
-
-void put(const std::array<double*, 3>& axes, int i, const Vec3& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
-}
 
 Vec3 along(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
@@ -64,11 +58,11 @@ void ContactEvents::find_held(const double* x) {
     const Vec3 place = view.position(i), velocity = view.velocity(i);
     Held held{.particle = i};
     for (Collider* const collider : particles_->contacts().all()) {
-      if (collider->clearance(t_, place, Vec3::Zero()) > kOn * size_of(place)) continue;
+      if (collider->clearance(t_, place, Vec3::Zero()) > kOn * place_size(place)) continue;
       const Touch touch = collider->touch(t_, place);
       const double rate = (velocity - touch.velocity).dot(touch.normal);
       const double still = kStill * (velocity.norm() + touch.velocity.norm()) + 1e-15;
-      if (std::fabs(touch.gap) > kOn * size_of(place) || std::fabs(rate) > still) continue;
+      if (std::fabs(touch.gap) > kOn * place_size(place) || std::fabs(rate) > still) continue;
       if (held.count < 3) held.collider[held.count++] = collider;
     }
     if (held.count > 0) held_.push_back(held);
@@ -131,7 +125,7 @@ double ContactEvents::first(double t, double h, const double* x, const double* x
       if (s > 1) continue;
       // What ends on the surface needs no shorter step.
       const double gap = collider->touch(t + h, way.at(1)).gap;
-      if (gap < -kInside * size_of(way.at(1)) || gap > kOn * size_of(way.at(1))) may_be(s);
+      if (gap < -kIn * place_size(way.at(1)) || gap > kOn * place_size(way.at(1))) may_be(s);
     }
   });
   if (held_.empty() || !in_forces_) return earliest;
@@ -182,8 +176,8 @@ bool ContactEvents::put_back(double t, double h, double* x) {
     if (held.collider[0]->surface().friction > 0 &&
         slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm()))
       velocity -= slip;
-    put(q, i, place);
-    put(v, i, velocity);
+    put_vector(q, i, place);
+    put_vector(v, i, velocity);
     particles_->contacts().ledger().enter(i, mass, work);
   }
   return true;
@@ -209,8 +203,8 @@ bool ContactEvents::press(double t, double h, const double* x, double* x_next, b
       velocity = contacts.hold(t + h, place, velocity, work);
       contacts.ledger().enter(i, mass, work);
     }
-    put(q, i, place);
-    put(v, i, velocity);
+    put_vector(q, i, place);
+    put_vector(v, i, velocity);
     some = true;
   });
   return some;
@@ -225,7 +219,7 @@ bool ContactEvents::bounce(double t, double* x) {
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
     if (!(mass < HUGE_VAL)) continue;
     const Vec3 before(q[0][i], q[1][i], q[2][i]);
-    if (!contacts.near(t, 0, before, Vec3::Zero(), kOn * size_of(before))) continue;
+    if (!contacts.near(t, 0, before, Vec3::Zero(), kOn * place_size(before))) continue;
     Vec3 place = before, velocity(v[0][i], v[1][i], v[2][i]);
     if (!contacts.push_out(t, place)) contacts.ledger().refuse(i);
     ContactWork work;
@@ -233,15 +227,15 @@ bool ContactEvents::bounce(double t, double* x) {
     for (Collider* const collider : contacts.all()) {
       const Touch touch = collider->touch(t, place);
       const double rate = (velocity - touch.velocity).dot(touch.normal);
-      if (touch.gap > kOn * size_of(place) || !(rate < 0)) continue;
+      if (touch.gap > kOn * place_size(place) || !(rate < 0)) continue;
       const bool still = -rate <= kStill * (velocity.norm() + touch.velocity.norm());
       if (still && is_held_[static_cast<std::size_t>(i)]) continue;
       velocity = Contacts::bounced(*collider, t, place, velocity, work);
       hit = true;
     }
     if (!hit && place == before) continue;
-    put(q, i, place);
-    put(v, i, velocity);
+    put_vector(q, i, place);
+    put_vector(v, i, velocity);
     contacts.ledger().enter(i, mass, work);
     some = true;
   }

@@ -5,16 +5,13 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/particles/axes.h"
 
 namespace sim {
 namespace {
 
 std::string text_of(const Vec3& x) {
   return "{" + brief(x[0]) + ", " + brief(x[1]) + ", " + brief(x[2]) + "}";
-}
-
-void set(const Leads::Axes& axes, int i, const Vec3& value) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = value[static_cast<int>(axis)];
 }
 
 }  // namespace
@@ -38,24 +35,24 @@ void Leads::add(int i, const Vec3& now, std::shared_ptr<const RigidMotion> motio
 void Leads::place(double t, const Axes& q, const Axes& v) const {
   for (std::size_t k = 0; k < ids_.size(); ++k) {
     const Pose pose = paths_[k].pose(t);
-    set(q, ids_[k], pose.center);
-    set(v, ids_[k], pose.velocity);
+    put_vector(q, ids_[k], pose.center);
+    put_vector(v, ids_[k], pose.velocity);
   }
 }
 
 void Leads::velocities(double t, const Axes& v) const {
-  for (std::size_t k = 0; k < ids_.size(); ++k) set(v, ids_[k], paths_[k].pose(t).velocity);
+  for (std::size_t k = 0; k < ids_.size(); ++k) put_vector(v, ids_[k], paths_[k].pose(t).velocity);
 }
 
 void Leads::chords(double t, double d, const Axes& q, const Axes& v) const {
   for (std::size_t k = 0; k < ids_.size(); ++k) {
     const int i = ids_[k];
-    set(v, i, (paths_[k].place(t + d) - Vec3(q[0][i], q[1][i], q[2][i])) / d);
+    put_vector(v, i, (paths_[k].place(t + d) - Vec3(q[0][i], q[1][i], q[2][i])) / d);
   }
 }
 
 void Leads::accelerate(double t, const Axes& a) const {
-  for (std::size_t k = 0; k < ids_.size(); ++k) set(a, ids_[k], paths_[k].acceleration(t));
+  for (std::size_t k = 0; k < ids_.size(); ++k) put_vector(a, ids_[k], paths_[k].acceleration(t));
 }
 
 }  // namespace sim

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/axes.h"
+
 namespace sim {
 namespace {
 
 constexpr int kWaysAtOnce = 128;
-
-Vec3 vector_at(const Settling::In& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
-Vec3 vector_at(const Settling::Out& axes, int i) { return {axes[0][i], axes[1][i], axes[2][i]}; }
-
-void put(const Settling::Out& axes, int i, const Vec3& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
-}
 
 }  // namespace
 
@@ -68,8 +63,8 @@ void Settling::settle(double t, double h, const In* from, const In& v0, const Ou
       Vec3 velocity = vector_at(v, i) + way.kicked / h;
       particles_->contacts().ledger().enter(i, mass / (h * h), way.work);
       if (hold_too && way.pressed) velocity = hold(t + h, i, place, velocity);
-      put(q, i, place);
-      put(v, i, velocity);
+      put_vector(q, i, place);
+      put_vector(v, i, velocity);
     }
   }
 }

@@ -3,28 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/axes.h"
 #include "core/particles/pressed.h"
 
 namespace sim {
 namespace {
 
 constexpr int kMostRounds = 10;
-constexpr int kMostTurns = 1;            // between sticking and sliding
-constexpr double kExact = 1e-12;         // m, of a gap, in units of the place
-constexpr double kFriction = 1e-6;       // of its changes from round to round
-constexpr double kAtRest = 1e-12;        // of velocities, below which they are rounding
-constexpr double kNowhere = -1e300;      // m/s, a bound that is none
-constexpr double kGlimpse = 1.0 / 1024;  // of a step, for derivatives
-
-Vec3 vector_at(const std::array<const double*, 3>& axes, int i) {
-  return {axes[0][i], axes[1][i], axes[2][i]};
-}
-
-void put(const std::array<double*, 3>& axes, int i, const Vec3& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
-}
-
-double size_of(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
+constexpr int kMostFlips = 1;        // between sticking and sliding
+constexpr double kTouching = 1e-12;  // m, of a gap, in units of the place
+constexpr double kFriction = 1e-6;   // of its changes from round to round
+constexpr double kAtRest = 1e-12;    // of velocities, below which they are rounding
+constexpr double kNowhere = -1e300;  // m/s, a bound that is none
 
 }  // namespace
 
@@ -77,13 +67,13 @@ void StepContact::find_held(const double* x) {
     if (!view.free(i)) continue;
     const Vec3 place = view.position(i);
     for (Collider* const collider : particles_->contacts().all()) {
-      if (collider->clearance(t_, place, Vec3::Zero()) > kExact * size_of(place)) continue;
+      if (collider->clearance(t_, place, Vec3::Zero()) > kTouching * place_size(place)) continue;
       const Touch touch = collider->touch(t_, place);
       if (touch.gap > Contacts::slack(place)) continue;
       Held* known = held(i);
       const Vec3 velocity = view.velocity(i), slip = velocity - touch.velocity;
       if (slip.dot(touch.normal) < -kAtRest * (velocity.norm() + touch.velocity.norm()) ||
-          touch.gap < -1e3 * kExact * size_of(place)) {
+          touch.gap < -1e3 * kTouching * place_size(place)) {
         const Way way{{place, h_ * velocity, Vec3::Zero(), Vec3::Zero()}};
         Contacts::Impact impact;
         const auto seen = known ? std::span(known->collider, static_cast<std::size_t>(known->count))
@@ -199,7 +189,7 @@ void StepContact::solved(const double* y) {
       if (held.since[k] > end) continue;
       const double gap = held.collider[k]->touch(end, place).gap;
       const bool pushes = bound.active >> k & 1;
-      if (gap < -kExact * size_of(place) || (pushes && gap > kExact * size_of(place)))
+      if (gap < -kTouching * place_size(place) || (pushes && gap > kTouching * place_size(place)))
         again_ = true;
     }
   }
@@ -217,7 +207,7 @@ void StepContact::rub(Stage& stage, std::size_t index) {
   }
   Vec3& friction = stage.friction[index];
   const auto turn = [&](bool stuck) {
-    if (held.turns > 2 * kMostTurns) return;
+    if (held.turns > 2 * kMostFlips) return;
     ++held.turns;
     held.stuck = stuck;
     again_ = true;
@@ -332,7 +322,7 @@ void StepContact::finish(double* x_next) {
           if (!(bound.active >> k & 1)) continue;
           const Touch touch = held.collider[k]->touch(end, place);
           const double off = (velocity - touch.velocity).dot(touch.normal);
-          if (std::fabs(touch.gap) < 1e-6 * size_of(place)) place -= touch.gap * touch.normal;
+          if (std::fabs(touch.gap) < 1e-6 * place_size(place)) place -= touch.gap * touch.normal;
           if (stage.first_order && off >= 0) continue;
           const Vec3 slip = velocity - touch.velocity - off * touch.normal;
           const double speed = slip.norm(), rub = -off * held.collider[k]->surface().friction;
@@ -340,8 +330,8 @@ void StepContact::finish(double* x_next) {
           change_to(velocity - off * touch.normal - braked * slip, touch.velocity);
         }
     }
-    put(q, i, place);
-    put(v, i, velocity);
+    put_vector(q, i, place);
+    put_vector(v, i, velocity);
     ledger.enter(i, 1, work);
   }
 }
@@ -367,8 +357,8 @@ void StepContact::put_out(double* x_next, bool project) {
     Vec3 place = free + way.moved;
     if (!contacts.push_out(end, place)) contacts.ledger().refuse(i);
     if (place == free) continue;
-    put(q, i, place);
-    put(v, i, Vec3(v[0][i], v[1][i], v[2][i]) + way.kicked / h_);
+    put_vector(q, i, place);
+    put_vector(v, i, Vec3(v[0][i], v[1][i], v[2][i]) + way.kicked / h_);
     if (project || !held(i)) contacts.ledger().enter(i, mass / (h_ * h_), way.work);
   }
 }
