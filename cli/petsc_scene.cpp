@@ -75,7 +75,7 @@ bool read_scene(Scene& scene, int rank, int ranks) {
     if (each < scene.begin || each >= scene.end)
       scene.ghosts.push_back(static_cast<PetscInt>(each));
   std::ranges::sort(scene.ghosts);
-  scene.ghosts.erase(std::ranges::unique(scene.ghosts).begin(), scene.ghosts.end());
+  scene.ghosts.erase(std::unique(scene.ghosts.begin(), scene.ghosts.end()), scene.ghosts.end());
   for (const std::int64_t each : scene.other) {
     const auto other = static_cast<PetscInt>(each);
     const auto ghost = std::ranges::lower_bound(scene.ghosts, other) - scene.ghosts.begin();

@@ -109,32 +109,34 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
 
 // Other forces may read any particle: each stage is complete before the next.
 template <class Real>
-bool RkStepper<Real>::gather_and_step(double t, double h, const double* x,
-                                      const Script& script) requires std::is_same_v<Real, double> {
-  const Layout half(system_->layout().n(), 3);
-  bool finite = true;
-  for (int s = 0; s < stages_; ++s) {
-    const RkStage<double>& stage = at(script, s);
-    ParticleView view = system_->view(t + plan_.c[static_cast<std::size_t>(s)] * h, x);
-    view.x = stage.q[0];
-    view.y = stage.q[1];
-    view.z = stage.q[2];
-    if (s > 0 && system_->needs_velocities()) {
-      const Array& velocity = velocities_[s % 2];
-      view.vx = half.block(velocity.data(), 0);
-      view.vy = half.block(velocity.data(), 1);
-      view.vz = half.block(velocity.data(), 2);
+bool RkStepper<Real>::gather_and_step(double t, double h, const double* x, const Script& script) {
+  if constexpr (std::is_same_v<Real, double>) {
+    const Layout half(system_->layout().n(), 3);
+    bool finite = true;
+    for (int s = 0; s < stages_; ++s) {
+      const RkStage<double>& stage = at(script, s);
+      ParticleView view = system_->view(t + plan_.c[static_cast<std::size_t>(s)] * h, x);
+      view.x = stage.q[0];
+      view.y = stage.q[1];
+      view.z = stage.q[2];
+      if (s > 0 && system_->needs_velocities()) {
+        const Array& velocity = velocities_[s % 2];
+        view.vx = half.block(velocity.data(), 0);
+        view.vy = half.block(velocity.data(), 1);
+        view.vz = half.block(velocity.data(), 2);
+      }
+      const auto [fx, fy, fz] = half.axes(forces_.data());
+      finite = sweeps_.run_alone(s, view, {fx, fy, fz}, positions(script, s),
+                                 [&](Rings<double>& rings, int, int begin, int end) {
+                                   const bool good =
+                                       kernels_.rk(rings, system_->motion(), stage, begin, end);
+                                   if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
+                                   return good;
+                                 });
     }
-    const auto [fx, fy, fz] = half.axes(forces_.data());
-    finite = sweeps_.run_alone(s, view, {fx, fy, fz}, positions(script, s),
-                               [&](Rings<double>& rings, int, int begin, int end) {
-                                 const bool good =
-                                     kernels_.rk(rings, system_->motion(), stage, begin, end);
-                                 if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
-                                 return good;
-                               });
+    return finite && (!settling_ || settling_->succeeded());
   }
-  return finite && (!settling_ || settling_->succeeded());
+  return false;
 }
 
 template <class Real>

@@ -45,7 +45,7 @@ class RkStepper final : public Stepper {
 
   void write(Script& script, double h, const Real* x, Real* x_next);
   bool gather_and_step(double t, double h, const double* x,
-                       const Script& script) requires std::is_same_v<Real, double>;
+                       const Script& script);  // in double alone
 
   // Settles the particles [begin, end) at the end of a step.
   void settle(double t, const Script& script, int begin, int end);

@@ -232,30 +232,32 @@ bool SplitStepper<Real>::step(double t, double h, int count, const double* x, do
 
 // Other forces may read any particle: each stage is complete before the next.
 template <class Real>
-bool SplitStepper<Real>::gather_and_step(double t,
-                                         const double* x) requires std::is_same_v<Real, double> {
-  const Layout half(system_->layout().n(), 3);
-  bool finite = true;
-  for (std::size_t s = 0; s < stages_.size(); ++s) {
-    const KickStage<double>& stage = stages_[s];
-    const Moment& moment = moments_[s];
-    ParticleView view = system_->view(t + moment.start * h_, x);
-    view.x = stage.q[0];
-    view.y = stage.q[1];
-    view.z = stage.q[2];
-    view.vx = moment.v[0];
-    view.vy = moment.v[1];
-    view.vz = moment.v[2];
-    const auto [fx, fy, fz] = half.axes(forces_.data());
-    finite = sweeps_.run_alone(
-        static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
-        [&](Rings<double>& rings, int, int begin, int end) {
-          const bool good = kernels_.kick(rings, system_->motion(), stage, begin, end);
-          if (settling_) settle(s, begin, end);
-          return good;
-        });
+bool SplitStepper<Real>::gather_and_step(double t, const double* x) {
+  if constexpr (std::is_same_v<Real, double>) {
+    const Layout half(system_->layout().n(), 3);
+    bool finite = true;
+    for (std::size_t s = 0; s < stages_.size(); ++s) {
+      const KickStage<double>& stage = stages_[s];
+      const Moment& moment = moments_[s];
+      ParticleView view = system_->view(t + moment.start * h_, x);
+      view.x = stage.q[0];
+      view.y = stage.q[1];
+      view.z = stage.q[2];
+      view.vx = moment.v[0];
+      view.vy = moment.v[1];
+      view.vz = moment.v[2];
+      const auto [fx, fy, fz] = half.axes(forces_.data());
+      finite = sweeps_.run_alone(
+          static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
+          [&](Rings<double>& rings, int, int begin, int end) {
+            const bool good = kernels_.kick(rings, system_->motion(), stage, begin, end);
+            if (settling_) settle(s, begin, end);
+            return good;
+          });
+    }
+    return finite && settled();
   }
-  return finite && settled();
+  return false;
 }
 
 template class SplitStepper<double>;

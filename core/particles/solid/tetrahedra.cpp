@@ -124,8 +124,8 @@ std::vector<TriangleMesh::Triangle> skin_of(std::span<const int> ids, int nodes,
     const Vec3 first = at(cell[0]);
     const bool mirrored =
         (at(cell[1]) - first).cross(at(cell[2]) - first).dot(at(cell[3]) - first) < 0;
+    const int* const nodes_of = kFaces[face.side];
     const auto add = [&](int a, int b, int c) {
-      const int* const nodes_of = kFaces[face.side];
       const auto node = [&](int n) { return cell[static_cast<std::size_t>(nodes_of[n])]; };
       triangles.push_back(mirrored ? TriangleMesh::Triangle{node(a), node(c), node(b)}
                                    : TriangleMesh::Triangle{node(a), node(b), node(c)});

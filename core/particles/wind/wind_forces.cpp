@@ -66,7 +66,7 @@ WindForces::WindForces(const WindLaw& law, const TriangleMesh& surface)
   // Each triangle from its lowest corner on, which leaves its side outside as it is.
   std::map<std::array<int, 2>, std::vector<TriangleMesh::Triangle>> by_stride;
   for (TriangleMesh::Triangle triangle : surface.triangles()) {
-    std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+    std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());
     const auto [a, b, c] = triangle;
     by_stride[{b - a, c - a}].push_back(triangle);
   }
