@@ -9,11 +9,11 @@
 namespace sim {
 namespace {
 
-constexpr double kOn = 1e-9;       // m in units of the place: a gap that counts as none at an end
-constexpr double kIn = 1e-11;      // likewise, and less than none
-constexpr double kStill = 1e-9;    // of velocities: a rate of the gap that counts as none
-constexpr double kLeast = 1e-9;    // shares of a step that are none
-constexpr double kPressed = 1e-7;  // of the acceleration: a push that is none
+constexpr double kOn = 1e-9;     // m in units of the place: a gap that counts as none at an end
+constexpr double kIn = 1e-11;    // likewise, and less than none
+constexpr double kStill = 1e-9;  // of velocities: a rate of the gap that counts as none
+constexpr double kLeastShare = 1e-9;  // shares of a step that are none
+constexpr double kPressed = 1e-7;     // of the acceleration: a push that is none
 
 Vec3 along(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
@@ -116,7 +116,7 @@ void ContactEvents::for_near(double t, double h, const double* x, const double* 
 double ContactEvents::first(double t, double h, const double* x, const double* x_next) {
   double earliest = 1;
   const auto may_be = [&earliest](double s) {
-    if (s > kLeast && s < earliest && s < 1 - kLeast) earliest = s;
+    if (s > kLeastShare && s < earliest && s < 1 - kLeastShare) earliest = s;
   };
   for_near(t, h, x, x_next, [&](int i, const Way& way) {
     if (is_held_[static_cast<std::size_t>(i)]) return;

@@ -119,7 +119,9 @@ double expected(const Problem& problem, const StabilityOptions& options) {
   std::vector<MethodStability> methods;
   for (const Candidate& method : fitting_methods(problem, options.integrators)) {
     if (has_own_steps(method)) continue;
-    methods.push_back({method, predicted_step(*problem.with(method).make_integrator(), modes)});
+    MethodStability& each = methods.emplace_back();
+    each.method = method;
+    each.predicted = predicted_step(*problem.with(method).make_integrator(), modes);
   }
   const double time = energy_time(system, methods);
   double evaluations = 0;
