@@ -14,10 +14,10 @@ namespace {
 // The verdict on a run that a command asked for; a function of Lua gives none.
 Answer judged(Call& call, const LiveScene::Outcome& outcome) {
   if (!call.spoken || !outcome) return {};
-  if (const auto& cut = call.session.live().judged()->cut; true)
-    put(call.session.console().err,
-        (cut ? "sim: note: the last step took " + brief(*cut, 4) + " s\n" : "") +
-            study::trust_name(outcome->trust) + ": " + outcome->reason + "\n");
+  const std::optional<double>& cut = call.session.live().judged()->cut;
+  const std::string note = cut ? "sim: note: the last step took " + brief(*cut, 4) + " s\n" : "";
+  put(call.session.console().err,
+      note + study::trust_name(outcome->trust) + ": " + outcome->reason + "\n");
   return {};
 }
 

@@ -59,16 +59,8 @@ class Bench {
 
   // Nothing when told to end. Throws what load() throws.
   std::optional<Looks> look(const SceneRequest& scene, const std::string& what, double done) {
-    const LoadedScene loaded = load(scene, environment_, registry_);
-    Looks looks;
-    for (const SystemSpec& spec : loaded.spec.systems) {
-      study::Problem problem{&spec, &registry_, run_options(scene, spec, registry_)};
-      problem.of = quantity(spec, request_.of);
-      auto found = study::look_at(problem, time(spec), [&] { return watch_(what, done); });
-      if (!found) return {};
-      looks.systems.push_back(std::move(*found));
-    }
-    return looks;
+    return look_at_all(scene, load(scene, environment_, registry_), what, done,
+                       [](study::Problem&, const Simulation&) {});
   }
 
   bool start(const LoadedScene& loaded) {
@@ -142,17 +134,26 @@ class Bench {
   }
   // Each system with half its step, or a tenth of its tolerance.
   std::optional<Looks> finer(const LoadedScene& loaded) const {
+    return look_at_all(
+        request_.scene, loaded, "the whole scene, finer", 0.05,
+        [](study::Problem& problem, const Simulation& system) {
+          problem.options.dt = system.h() / 2;
+          if (system.integrator_info().adaptive && system.method().params().has("tol"))
+            problem.options.integrator.given["tol"] = system.method().params().number("tol") / 10;
+        });
+  }
+  // change(problem, system): of each before it is looked at.
+  template <class Change>
+  std::optional<Looks> look_at_all(const SceneRequest& scene, const LoadedScene& loaded,
+                                   const std::string& what, double done,
+                                   const Change& change) const {
     Looks looks;
     for (std::size_t s = 0; s < loaded.systems.size(); ++s) {
       const SystemSpec& spec = loaded.spec.systems[s];
-      const Simulation& system = loaded.systems[s];
-      study::Problem problem{&spec, &registry_, run_options(request_.scene, spec, registry_)};
-      problem.of = of_[s];
-      problem.options.dt = system.h() / 2;
-      if (system.integrator_info().adaptive && system.method().params().has("tol"))
-        problem.options.integrator.given["tol"] = system.method().params().number("tol") / 10;
-      auto found = study::look_at(problem, time(spec),
-                                  [&] { return watch_("the whole scene, finer", 0.05); });
+      study::Problem problem{&spec, &registry_, run_options(scene, spec, registry_)};
+      problem.of = quantity(spec, request_.of);
+      change(problem, loaded.systems[s]);
+      auto found = study::look_at(problem, time(spec), [&] { return watch_(what, done); });
       if (!found) return {};
       looks.systems.push_back(std::move(*found));
     }

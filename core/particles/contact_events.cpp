@@ -17,6 +17,12 @@ constexpr double kPressed = 1e-7;     // of the acceleration: a push that is non
 
 Vec3 along(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
+// W/kg, of what surfaces do to a particle that has the velocity v.
+ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
+  const double given = push.dot(carrier);
+  return {.lost = given - push.dot(v), .given = given};
+}
+
 }  // namespace
 
 ContactEvents::ContactEvents(Particles& particles)
@@ -29,12 +35,14 @@ void ContactEvents::evaluate(double t, const double* x) {
   particles_->accelerate(particles_->view(t, x), a.data());
 }
 
-Pressed ContactEvents::look_at(const Held& held, const ParticleView& view) {
-  const auto a = particles_->layout().axes(accelerations_.data());
+Vec3 ContactEvents::free_of(int i) const {
+  return vector_at(particles_->layout().axes(accelerations_.data()), i);
+}
+
+Pressed ContactEvents::look_at(const Held& held, const ParticleView& view, const Vec3& free) const {
   const int i = held.particle;
   const double d = view.t < t_ + 0.5 * h_ ? kGlimpse * h_ : -kGlimpse * h_;
-  return pressed_on(held.all(), view.t, d, view.position(i), view.velocity(i),
-                    {a[0][i], a[1][i], a[2][i]});
+  return pressed_on(held.all(), view.t, d, view.position(i), view.velocity(i), free);
 }
 
 void ContactEvents::begin(double t, double h, const double* x) {
@@ -70,16 +78,13 @@ void ContactEvents::find_held(const double* x) {
   if (held_.empty()) return;
   evaluate(t_, x);
   std::erase_if(held_, [&](Held& held) {
-    const Pressed now = look_at(held, view);
+    const int i = held.particle;
+    const Pressed now = look_at(held, view, free_of(i));
     held.surplus = now.surplus;
     held.slip = now.slip;
     if (now.surplus <= kPressed * now.acceleration.norm()) return true;
-    const Vec3 carrier = held.collider[0]->touch(t_, view.position(held.particle)).velocity;
-    const auto a = particles_->layout().axes(accelerations_.data());
-    const int i = held.particle;
-    const Vec3 force = now.acceleration - Vec3(a[0][i], a[1][i], a[2][i]);
-    held.given = force.dot(carrier);
-    held.lost = held.given - force.dot(view.velocity(i));
+    const Vec3 carrier = held.collider[0]->touch(t_, view.position(i)).velocity;
+    held.power = power_of(now.acceleration - free_of(i), carrier, view.velocity(i));
     is_held_[static_cast<std::size_t>(i)] = 1;
     return false;
   });
@@ -88,12 +93,9 @@ void ContactEvents::find_held(const double* x) {
 void ContactEvents::accelerate(const ParticleView& view, double* const a[3]) {
   if (!begun_ || !(view.t >= t_ && view.t <= t_ + h_)) return;
   in_forces_ = true;
-  const double d = view.t < t_ + 0.5 * h_ ? kGlimpse * h_ : -kGlimpse * h_;
   for (const Held& held : held_) {
     const int i = held.particle;
-    const Vec3 kept = pressed_on(held.all(), view.t, d, view.position(i), view.velocity(i),
-                                 {a[0][i], a[1][i], a[2][i]})
-                          .acceleration;
+    const Vec3 kept = look_at(held, view, {a[0][i], a[1][i], a[2][i]}).acceleration;
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][i] = kept[axis];
   }
 }
@@ -105,9 +107,8 @@ void ContactEvents::for_near(double t, double h, const double* x, const double* 
   const ParticleView before = particles_->view(t, x), after = particles_->view(t + h, x_next);
   for (int i = 0; i < before.n; ++i) {
     if (!before.free(i)) continue;
-    const Vec3 x0 = before.position(i), r0 = h * before.velocity(i), r1 = h * after.velocity(i);
-    const Vec3 way_to = after.position(i) - x0;
-    const Way way{{x0, r0, 3 * way_to - 2 * r0 - r1, r0 + r1 - 2 * way_to}};
+    const Way way = Way::between(h, before.position(i), before.velocity(i), after.position(i),
+                                 after.velocity(i));
     if (particles_->contacts().near(t, h, after.position(i), Vec3::Zero(), way.length()))
       body(i, way);
   }
@@ -132,7 +133,7 @@ double ContactEvents::first(double t, double h, const double* x, const double* x
   evaluate(t + h, x_next);
   const ParticleView after = particles_->view(t + h, x_next);
   for (const Held& held : held_) {
-    const Pressed now = look_at(held, after);
+    const Pressed now = look_at(held, after, free_of(held.particle));
     if (now.surplus < -1e-3 * held.surplus) may_be(held.surplus / (held.surplus - now.surplus));
     const double before = held.slip.norm(), turned = now.slip.dot(held.slip);
     if (held.collider[0]->surface().friction > 0 && turned < -1e-8 * before * before)
@@ -151,20 +152,19 @@ Events::Outcome ContactEvents::end(double t, double h, const double* x, double* 
 }
 
 // What is held has drifted off its surface by what the method is off.
-bool ContactEvents::put_back(double t, double h, double* x) {
+void ContactEvents::put_back(double t, double h, double* x) {
   evaluate(t + h, x);
   const Layout& layout = particles_->layout();
   const auto q = layout.axes(x), v = layout.axes(x, 3);
-  const auto a = layout.axes(accelerations_.data());
   for (const Held& held : held_) {
     const int i = held.particle;
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
-    const Pressed now = look_at(held, particles_->view(t + h, x));
-    Vec3 place(q[0][i], q[1][i], q[2][i]), velocity(v[0][i], v[1][i], v[2][i]);
+    const Pressed now = look_at(held, particles_->view(t + h, x), free_of(i));
+    Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
     const Touch first = held.collider[0]->touch(t + h, place);
-    const Vec3 force = now.acceleration - Vec3(a[0][i], a[1][i], a[2][i]);
-    const double given = force.dot(first.velocity), lost = given - force.dot(velocity);
-    ContactWork work{.lost = 0.5 * h * (held.lost + lost), .given = 0.5 * h * (held.given + given)};
+    const ContactWork end = power_of(now.acceleration - free_of(i), first.velocity, velocity);
+    const ContactWork work{.lost = 0.5 * h * (held.power.lost + end.lost),
+                           .given = 0.5 * h * (held.power.given + end.given)};
     if (now.surplus > 0)
       for (Collider* const collider : held.all()) {
         const Touch touch = collider->touch(t + h, place);
@@ -180,7 +180,6 @@ bool ContactEvents::put_back(double t, double h, double* x) {
     put_vector(v, i, velocity);
     particles_->contacts().ledger().enter(i, mass, work);
   }
-  return true;
 }
 
 // As in the steps of other methods: of those that are held, or of all.
@@ -192,17 +191,8 @@ bool ContactEvents::press(double t, double h, const double* x, double* x_next, b
   for_near(t, h, x, x_next, [&](int i, Way way) {
     if (!all && !is_held_[static_cast<std::size_t>(i)]) return;
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
-    contacts.settle(t, h, way);
-    if (!way.touched) return;
-    if (way.squeezed) contacts.ledger().refuse(i);
-    const Vec3 place = way.stuck ? way.held : Vec3(Vec3(q[0][i], q[1][i], q[2][i]) + way.moved);
-    Vec3 velocity = Vec3(v[0][i], v[1][i], v[2][i]) + way.kicked / h;
-    contacts.ledger().enter(i, mass / (h * h), way.work);
-    if (way.pressed) {
-      ContactWork work;
-      velocity = contacts.hold(t + h, place, velocity, work);
-      contacts.ledger().enter(i, mass, work);
-    }
+    Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
+    if (!contacts.settle(t, h, i, mass, true, way, place, velocity)) return;
     put_vector(q, i, place);
     put_vector(v, i, velocity);
     some = true;
@@ -218,9 +208,9 @@ bool ContactEvents::bounce(double t, double* x) {
   for (int i = 0; i < layout.n(); ++i) {
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
     if (!(mass < HUGE_VAL)) continue;
-    const Vec3 before(q[0][i], q[1][i], q[2][i]);
+    const Vec3 before = vector_at(q, i);
     if (!contacts.near(t, 0, before, Vec3::Zero(), kOn * place_size(before))) continue;
-    Vec3 place = before, velocity(v[0][i], v[1][i], v[2][i]);
+    Vec3 place = before, velocity = vector_at(v, i);
     if (!contacts.push_out(t, place)) contacts.ledger().refuse(i);
     ContactWork work;
     bool hit = false;

@@ -36,16 +36,17 @@ class ContactEvents final : public Events {
   struct Held {
     int particle = 0, count = 0;
     Collider* collider[3] = {};
-    double surplus = 0;          // m/s^2, at the start
-    Vec3 slip{0, 0, 0};          // m/s, at the start
-    double lost = 0, given = 0;  // W/kg, at the start
+    double surplus = 0;      // m/s^2, at the start
+    Vec3 slip{0, 0, 0};      // m/s, at the start
+    ContactWork power = {};  // W/kg, at the start
     std::span<Collider* const> all() const { return {collider, static_cast<std::size_t>(count)}; }
   };
 
   void find_held(const double* x);
-  Pressed look_at(const Held& held, const ParticleView& view);
-  void evaluate(double t, const double* x);  // free accelerations
-  bool put_back(double t, double h, double* x);
+  Pressed look_at(const Held& held, const ParticleView& view, const Vec3& free) const;
+  void evaluate(double t, const double* x);  // free accelerations, into accelerations_
+  Vec3 free_of(int i) const;                 // of them
+  void put_back(double t, double h, double* x);
   bool press(double t, double h, const double* x, double* x_next, bool all);
   bool bounce(double t, double* x);
   template <class Body>

@@ -326,6 +326,25 @@ void Contacts::settle(double t, double h, Way& way) const {
   way.touched = way.touched || way.pressed;
 }
 
+bool Contacts::settle(double t, double h, int i, double mass, bool hold_too, Way& way, Vec3& place,
+                      Vec3& velocity) const {
+  settle(t, h, way);
+  if (!way.touched) return false;
+  if (way.squeezed) ledger().refuse(i);
+  place = way.stuck ? way.held : Vec3(place + way.moved);
+  velocity += way.kicked / h;
+  ledger().enter(i, mass / (h * h), way.work);
+  if (hold_too && way.pressed) velocity = hold(t + h, i, mass, place, velocity);
+  return true;
+}
+
+Vec3 Contacts::hold(double t, int i, double mass, const Vec3& x, const Vec3& v) const {
+  ContactWork work;
+  const Vec3 held = hold(t, x, v, work);
+  ledger().enter(i, mass, work);
+  return held;
+}
+
 double Contacts::first_touch(const Collider& collider, double t, double h, const Way& way) {
   return sim::first_touch(collider, t, h, way).s;
 }
@@ -364,9 +383,7 @@ bool Contacts::impact(double t, double h, const Way& way, std::span<Collider* co
   return true;
 }
 
-double Contacts::slack(const Vec3& x) {
-  return 1e-12 * std::max({1.0, std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])});
-}
+double Contacts::slack(const Vec3& x) { return 1e-12 * place_size(x); }
 
 bool Contacts::push_out(double t, Vec3& x) const {
   double deepest = 0;

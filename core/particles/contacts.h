@@ -75,9 +75,15 @@ class Contacts {
   // Moves a place out of all colliders; false where it is squeezed.
   bool push_out(double t, Vec3& x) const;
 
+  // The same of particle i: what its way met goes into its place (m) and velocity (m/s) at the end
+  // of the step, and into the ledger; `hold_too`: then as hold(). False where it met nothing.
+  bool settle(double t, double h, int i, double mass, bool hold_too, Way& way, Vec3& place,
+              Vec3& velocity) const;
+
   // v := the velocity of a particle that is pressed on at x, without what leads inside and with the
   // friction of that.
   Vec3 hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const;
+  Vec3 hold(double t, int i, double mass, const Vec3& x, const Vec3& v) const;  // into the ledger
 
  private:
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,

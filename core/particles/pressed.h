@@ -1,7 +1,6 @@
 // What surfaces make of the acceleration of a particle that lies on them.
 #pragma once
 
-#include <algorithm>
 #include <span>
 
 #include "core/particles/collider.h"
@@ -9,9 +8,6 @@
 namespace sim {
 
 inline constexpr double kGlimpse = 1.0 / 1024;  // of a step, for differences
-
-// m, what gaps at x are measured by: at least 1.
-inline double place_size(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
 
 struct Pressed {
   Vec3 acceleration{0, 0, 0};  // m/s^2, of the particle on its surfaces

@@ -1,14 +1,25 @@
 // The way of one particle through a step.
 #pragma once
 
+#include <algorithm>
+
 #include "core/math/vec3.h"
 #include "core/particles/contact_ledger.h"
 
 namespace sim {
 
+// m, what gaps at x are measured by: at least 1.
+inline double place_size(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
+
 // p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; what touches have
 // changed at its end.
 struct Way {
+  // Hermite's cubic through both ends of a step of h.
+  static Way between(double h, const Vec3& x0, const Vec3& v0, const Vec3& x1, const Vec3& v1) {
+    const Vec3 r0 = h * v0, r1 = h * v1, d = x1 - x0;
+    return {{x0, r0, 3 * d - 2 * r0 - r1, r0 + r1 - 2 * d}};
+  }
+
   Vec3 c[4];
   Vec3 moved{0, 0, 0};   // m, of the end
   Vec3 kicked{0, 0, 0};  // m a step, of the velocity at the end

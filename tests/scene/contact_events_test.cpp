@@ -12,17 +12,6 @@ namespace {
 
 const char* const kAdaptive[] = {"dopri5", "tsit5", "dop853", "bs23", "rkf45"};
 
-sim::SystemSpec make_particle(const Vec3& position, const Vec3& velocity, sim::PartSpec collider) {
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.particles->list[0] = {.position = position, .velocity = velocity, .mass = 1};
-  spec.colliders = {std::move(collider)};
-  return spec;
-}
-
-sim::PartSpec make_sphere(double friction = 0) {
-  return make_part("sphere", {{"radius", 1.0}, {"friction", friction}});
-}
-
 // An oscillator of omega = 7 rad/s about y = -1.2 and a wall at y = -1.3.
 sim::SystemSpec make_walled_spring(double restitution) {
   sim::SystemSpec spec = make_vertical_spring(0);

@@ -13,21 +13,6 @@ using sim::Vec3;
 
 namespace {
 
-// One particle of 1 kg.
-sim::SystemSpec make_particle(const Vec3& position, const Vec3& velocity, sim::PartSpec collider,
-                              bool gravity = true) {
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.particles->list[0] = {.position = position, .velocity = velocity, .mass = 1};
-  if (!gravity) spec.forces.clear();
-  spec.colliders = {std::move(collider)};
-  return spec;
-}
-
-sim::PartSpec make_floor(double friction, double slope = 0) {
-  return make_part(
-      "plane", {{"normal", Vec3(-std::sin(slope), std::cos(slope), 0)}, {"friction", friction}});
-}
-
 std::shared_ptr<const sim::RigidMotion> make_motion(sim::Registry& registry,
                                                     const std::string& name,
                                                     std::map<std::string, sim::Value> given) {
@@ -160,10 +145,10 @@ TEST_CASE("contact is of order two, friction included") {
       {"slides off a sphere", make_particle({0, 1, 0}, {0.5, 0, 0.3}, sphere), 1.2, 1.8},
       {"falls on a sphere", make_particle({0.3, 1.2, 0}, {0, 0, 0}, sphere), 0.9, 1.8},
       {"rough sphere", make_particle({0, 1, 0}, {1.8, 0, 0.3}, rough), 0.5, 1.8},
-      {"across a rough slope", make_particle({0, 0, 0}, {0, 0, 2}, make_floor(0.3, 0.5)), 1, 1.8},
-      {"up a slope and stays", make_particle({0, 0, 0}, {3 * c, 3 * s, 0}, make_floor(0.9, 0.5)), 1,
+      {"across a rough slope", make_particle({0, 0, 0}, {0, 0, 2}, make_slope(0.5, 0.3)), 1, 1.8},
+      {"up a slope and stays", make_particle({0, 0, 0}, {3 * c, 3 * s, 0}, make_slope(0.5, 0.9)), 1,
        1.8},
-      {"up a slope and back", make_particle({0, 0, 0}, {3 * c, 3 * s, 0}, make_floor(0.3, 0.5)), 1,
+      {"up a slope and back", make_particle({0, 0, 0}, {3 * c, 3 * s, 0}, make_slope(0.5, 0.3)), 1,
        1.8}};
   for (const Problem& problem : problems)
     for (const char* method : {"rk4", "verlet"}) {
@@ -186,12 +171,12 @@ TEST_CASE("on a rough slope a block slides with g (sin - mu cos), or stays to th
   const double alpha = 0.4, c = std::cos(alpha), s = std::sin(alpha);
   for (const char* method : {"rk4", "verlet", "midpoint", "pefrl"}) {
     INFO(method);
-    sim::Simulation slides(make_particle({0, 0, 0}, {0, 0, 0}, make_floor(0.3, alpha)), registry,
+    sim::Simulation slides(make_particle({0, 0, 0}, {0, 0, 0}, make_slope(alpha, 0.3)), registry,
                            {.integrator = {method}, .dt = 0.01});
     REQUIRE(run(slides, 100));
     CHECK(slides.position(0).dot(Vec3(-c, -s, 0)) ==
           Approx(0.5 * kGravity * (s - 0.3 * c)).epsilon(1e-12));
-    sim::Simulation stays(make_particle({0, 0, 0}, {0, 0, 0}, make_floor(0.43, alpha)), registry,
+    sim::Simulation stays(make_particle({0, 0, 0}, {0, 0, 0}, make_slope(alpha, 0.43)), registry,
                           {.integrator = {method}, .dt = 0.01});
     REQUIRE(run(stays, 1000));
     CHECK(stays.position(0).norm() == 0);
@@ -293,7 +278,7 @@ TEST_CASE("a table carries what lies on it, and throws it") {
   // Sideways with friction: carried while the acceleration is below mu g.
   for (const char* method : {"rk4", "verlet"}) {
     INFO(method);
-    sim::PartSpec shaken = make_floor(0.9);
+    sim::PartSpec shaken = make_slope(0, 0.9);
     shaken.given["motion"] =
         make_motion(registry, "swing", {{"amplitude", Vec3(0.2, 0, 0)}, {"period", 1.0}});
     sim::Simulation carried(make_particle({0.1, 0, 0}, {1.2566370614359172, 0, 0}, shaken),
@@ -304,7 +289,7 @@ TEST_CASE("a table carries what lies on it, and throws it") {
     CHECK(carried.position(0).y() == 0);
 
     // Upwards: it leaves where the acceleration of the table is -g, and flies.
-    sim::PartSpec lifted = make_floor(0);
+    sim::PartSpec lifted = make_slope(0, 0);
     lifted.given["motion"] =
         make_motion(registry, "swing", {{"amplitude", Vec3(0, 0.5, 0)}, {"period", 1.0}});
     const double omega = 2 * 3.141592653589793;

@@ -12,22 +12,6 @@ namespace {
 
 const char* const kImplicit[] = {"implicit_euler", "implicit_midpoint", "trbdf2", "bdf2"};
 
-sim::SystemSpec make_particle(const Vec3& position, const Vec3& velocity, sim::PartSpec collider) {
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.particles->list[0] = {.position = position, .velocity = velocity, .mass = 1};
-  spec.colliders = {std::move(collider)};
-  return spec;
-}
-
-sim::PartSpec make_sphere(double friction = 0) {
-  return make_part("sphere", {{"radius", 1.0}, {"friction", friction}});
-}
-
-sim::PartSpec make_slope(double angle, double friction) {
-  return make_part(
-      "plane", {{"normal", Vec3(-std::sin(angle), std::cos(angle), 0)}, {"friction", friction}});
-}
-
 // A chain of 31 beads of 0.1 kg, 0.1 m apart, that hangs over a cylinder of 0.5 m.
 sim::SystemSpec make_hung_chain() {
   sim::SystemSpec spec = make_falling(1, 0);

@@ -4,10 +4,13 @@
 #include "core/scene/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/allocations.h"
+#include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;
 using namespace sim::test;
+using sim_test::Momentum;
+using sim_test::momentum_of;
 
 namespace {
 
@@ -40,22 +43,6 @@ std::string stack(int n, const std::string& lean = "0") {
                       " do b[i] = sim.rigid { shape = sim.box { half = {0.5, 0.5, 0.5} }, mass = "
                       "1, friction = 0.5, position = { " +
                       lean + " * i, i - 0.5, 0 } } end\n");
-}
-
-struct Momentum {
-  Vec3 linear, angular;
-};
-
-Momentum momentum_of(const Simulation& system) {
-  Momentum sum;
-  for (int i = 0; i < system.bodies(); ++i) {
-    const RigidBody& body = system.body(i);
-    const RigidState state = system.body_state(i);
-    const Vec3 p = body.mass() * state.velocity;
-    sum.linear += p;
-    sum.angular += state.center.cross(p) + body.inertia(state) * state.spin;
-  }
-  return sum;
 }
 
 }  // namespace

@@ -4,10 +4,13 @@
 
 #include "tests/lua/scene_text.h"
 #include "tests/support/allocations.h"
+#include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;
 using namespace sim::test;
+using sim_test::Momentum;
+using sim_test::momentum_of;
 
 namespace {
 
@@ -27,28 +30,6 @@ const char* const kOctahedron =
     "local function octahedron(a) return sim.mesh { points = { {a,0,0}, {-a,0,0}, {0,a,0}, "
     "{0,-a,0}, {0,0,a}, {0,0,-a} }, triangles = { {0,2,4}, {2,1,4}, {1,3,4}, {3,0,4}, {2,0,5}, "
     "{1,2,5}, {3,1,5}, {0,3,5} } } end\n";
-
-struct Momentum {
-  Vec3 linear, angular;
-};
-
-// Of all bodies and of single particles of this mass.
-Momentum momentum_of(const Simulation& system, double mass) {
-  Momentum sum;
-  for (int i = 0; i < system.body(0).first(); ++i) {
-    const Vec3 p = mass * system.velocity(i);
-    sum.linear += p;
-    sum.angular += system.position(i).cross(p);
-  }
-  for (int i = 0; i < system.bodies(); ++i) {
-    const RigidBody& body = system.body(i);
-    const RigidState state = system.body_state(i);
-    const Vec3 p = body.mass() * state.velocity;
-    sum.linear += p;
-    sum.angular += state.center.cross(p) + body.inertia(state) * state.spin;
-  }
-  return sum;
-}
 
 }  // namespace
 

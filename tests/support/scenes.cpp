@@ -132,6 +132,24 @@ sim::SystemSpec make_falling(double mass, double drag) {
   return spec;
 }
 
+sim::SystemSpec make_particle(const sim::Vec3& position, const sim::Vec3& velocity,
+                              sim::PartSpec collider, bool gravity) {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list[0] = {.position = position, .velocity = velocity, .mass = 1};
+  if (!gravity) spec.forces.clear();
+  spec.colliders = {std::move(collider)};
+  return spec;
+}
+
+sim::PartSpec make_sphere(double friction) {
+  return make_part("sphere", {{"radius", 1.0}, {"friction", friction}});
+}
+
+sim::PartSpec make_slope(double angle, double friction) {
+  const sim::Vec3 normal(-std::sin(angle), std::cos(angle), 0);
+  return make_part("plane", {{"normal", normal}, {"friction", friction}});
+}
+
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry) {
   return sim::Method(registry, integrator).make()->info();
 }

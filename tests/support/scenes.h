@@ -49,6 +49,12 @@ sim::SystemSpec make_row(int mode = 1, double amplitude = 0);
 // One free particle of `mass` kg under gravity.
 sim::SystemSpec make_falling(double mass, double drag);
 
+// One particle of 1 kg and one collider.
+sim::SystemSpec make_particle(const sim::Vec3& position, const sim::Vec3& velocity,
+                              sim::PartSpec collider, bool gravity = true);
+sim::PartSpec make_sphere(double friction = 0);               // of 1 m about the origin
+sim::PartSpec make_slope(double angle, double friction = 0);  // a plane that rises along x
+
 // With the defaults of its parameters.
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry);
 

@@ -21,10 +21,7 @@ void Settling::begin(double t, double t1) {
 }
 
 Vec3 Settling::hold(double t, int i, const Vec3& q, const Vec3& v) {
-  ContactWork work;
-  const Vec3 held = particles_->contacts().hold(t, q, v, work);
-  particles_->contacts().ledger().enter(i, particles_->masses()[static_cast<std::size_t>(i)], work);
-  return held;
+  return particles_->contacts().hold(t, i, particles_->masses()[static_cast<std::size_t>(i)], q, v);
 }
 
 template <class WayOf>
@@ -53,16 +50,11 @@ void Settling::settle(double t, double h, const In* from, const In& v0, const Ou
       const double mass = masses[static_cast<std::size_t>(i)];
       if (!(mass < HUGE_VAL)) continue;
       Way way = way_of(i);
-      const Vec3 free = vector_at(q, i);
-      if (!contacts.near(t, h, free, Vec3::Zero(), way.length())) continue;
-      contacts.settle(t, h, way);
-      if (!way.touched) continue;
-      if (way.squeezed) particles_->contacts().ledger().refuse(i);
+      Vec3 place = vector_at(q, i);
+      if (!contacts.near(t, h, place, Vec3::Zero(), way.length())) continue;
+      Vec3 velocity = vector_at(v, i);
+      if (!contacts.settle(t, h, i, mass, hold_too, way, place, velocity)) continue;
       pressed_[static_cast<std::size_t>(i)] = way.pressed;
-      const Vec3 place = way.stuck ? way.held : Vec3(free + way.moved);
-      Vec3 velocity = vector_at(v, i) + way.kicked / h;
-      particles_->contacts().ledger().enter(i, mass / (h * h), way.work);
-      if (hold_too && way.pressed) velocity = hold(t + h, i, place, velocity);
       put_vector(q, i, place);
       put_vector(v, i, velocity);
     }
@@ -72,9 +64,7 @@ void Settling::settle(double t, double h, const In* from, const In& v0, const Ou
 void Settling::end(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
                    int begin, int end) {
   settle(t, h, &q0, v0, q, v, begin, end, true, [&](int i) {
-    const Vec3 x0 = vector_at(q0, i), r0 = h * vector_at(v0, i), r1 = h * vector_at(v, i);
-    const Vec3 d = vector_at(q, i) - x0;
-    return Way{{x0, r0, 3 * d - 2 * r0 - r1, r0 + r1 - 2 * d}};
+    return Way::between(h, vector_at(q0, i), vector_at(v0, i), vector_at(q, i), vector_at(v, i));
   });
 }
 

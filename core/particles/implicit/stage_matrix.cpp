@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/axes.h"
 #include "core/simd/lanes.h"
 
 namespace sim {
@@ -157,8 +158,7 @@ void StageMatrix::keep_ways(double* r) const {
   for (const Bound& bound : *bounds_) {
     if (bound.active == 0) continue;
     const int i = bound.particle;
-    const Vec3 left = bound.ways * Vec3(to[0][i], to[1][i], to[2][i]);
-    for (std::size_t axis = 0; axis < 3; ++axis) to[axis][i] = left[axis];
+    put_vector(to, i, bound.ways * vector_at(to, i));
   }
 }
 

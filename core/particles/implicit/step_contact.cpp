@@ -26,6 +26,17 @@ StepContact::Held* StepContact::held(int i) {
   return index < 0 ? nullptr : &held_[static_cast<std::size_t>(index)];
 }
 
+StepContact::Held& StepContact::entered(int i) {
+  if (Held* const known = held(i)) return *known;
+  index_[static_cast<std::size_t>(i)] = static_cast<int>(held_.size());
+  return held_.emplace_back(Held{.particle = i});
+}
+
+std::span<Collider* const> StepContact::seen_by(int i) {
+  const Held* const known = held(i);
+  return known ? known->all() : std::span<Collider* const>();
+}
+
 Vec3 StepContact::surface_velocity(const Held& held, double t, const Vec3& x) const {
   return held.collider[0]->touch(t, x).velocity;
 }
@@ -70,30 +81,24 @@ void StepContact::find_held(const double* x) {
       if (collider->clearance(t_, place, Vec3::Zero()) > kTouching * place_size(place)) continue;
       const Touch touch = collider->touch(t_, place);
       if (touch.gap > Contacts::slack(place)) continue;
-      Held* known = held(i);
       const Vec3 velocity = view.velocity(i), slip = velocity - touch.velocity;
       if (slip.dot(touch.normal) < -kAtRest * (velocity.norm() + touch.velocity.norm()) ||
           touch.gap < -1e3 * kTouching * place_size(place)) {
         const Way way{{place, h_ * velocity, Vec3::Zero(), Vec3::Zero()}};
         Contacts::Impact impact;
-        const auto seen = known ? std::span(known->collider, static_cast<std::size_t>(known->count))
-                                : std::span<Collider*>();
-        if (particles_->contacts().impact(t_, h_, way, seen, impact)) {
+        if (particles_->contacts().impact(t_, h_, way, seen_by(i), impact)) {
           hit(i, impact);
           continue;
         }
       }
-      if (!known) {
-        index_[static_cast<std::size_t>(i)] = static_cast<int>(held_.size());
-        held_.push_back({.particle = i, .stuck_since = t_, .place = place});
-        known = &held_.back();
-      }
-      if (known->count == Bound::kMost) continue;
-      known->since[known->count] = t_;
-      known->collider[known->count++] = collider;
+      const bool first = !held(i);
+      Held& known = entered(i);
+      if (first) known.stuck_since = t_, known.place = place;
+      if (known.count == Bound::kMost) continue;
+      known.touch(collider, t_);
       const Vec3 along = slip - slip.dot(touch.normal) * touch.normal;
-      known->stuck = collider->surface().friction > 0 && known->count == 1 &&
-                     along.norm() <= kAtRest * (velocity.norm() + touch.velocity.norm());
+      known.stuck = collider->surface().friction > 0 && known.count == 1 &&
+                    along.norm() <= kAtRest * (velocity.norm() + touch.velocity.norm());
     }
   }
 }
@@ -110,19 +115,11 @@ void StepContact::hit(int i, const Contacts::Impact& impact) {
     jumped_ = true;
   }
   const auto q = layout.axes(start_.data()), v = layout.axes(start_.data(), 3);
-  Held* known = held(i);
-  if (!known) {
-    index_[static_cast<std::size_t>(i)] = static_cast<int>(held_.size());
-    held_.push_back({.particle = i});
-    known = &held_.back();
-  }
-  if (known->count < Bound::kMost) {
-    known->since[known->count] = t_ + impact.s * h_;
-    known->collider[known->count++] = impact.collider;
-  }
-  known->stuck = false;
-  known->stuck_since = t_ + impact.s * h_;
-  known->place = impact.place;
+  Held& known = entered(i);
+  known.touch(impact.collider, t_ + impact.s * h_);
+  known.stuck = false;
+  known.stuck_since = t_ + impact.s * h_;
+  known.place = impact.place;
   const Vec3 shift = impact.shift - impact.s * impact.change;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     q[axis][i] += shift[axis];
@@ -249,17 +246,13 @@ bool StepContact::find_impacts(const double* x_next) {
   bool found = false;
   for (int i = 0; i < layout.n(); ++i) {
     if (!before.free(i)) continue;
-    const Vec3 x0 = before.position(i), r0 = h_ * before.velocity(i), r1 = h_ * after.velocity(i);
-    const Vec3 d = after.position(i) - x0;
-    const Way way{{x0, r0, 3 * d - 2 * r0 - r1, r0 + r1 - 2 * d}};
+    const Way way = Way::between(h_, before.position(i), before.velocity(i), after.position(i),
+                                 after.velocity(i));
     if (!contacts.near(t_, h_, after.position(i), Vec3::Zero(), way.length())) continue;
     const Held* const known = held(i);
     if (known && known->count == Bound::kMost) continue;
-    const auto seen =
-        known ? std::span<Collider* const>(known->collider, static_cast<std::size_t>(known->count))
-              : std::span<Collider* const>();
     Contacts::Impact impact;
-    if (!contacts.impact(t_, h_, way, seen, impact)) continue;
+    if (!contacts.impact(t_, h_, way, seen_by(i), impact)) continue;
     hit(i, impact);
     found = true;
   }
@@ -297,7 +290,7 @@ void StepContact::finish(double* x_next) {
     if (bound.active == 0) continue;
     // The force of the surface through the step: friction and push.
     const Vec3 force = (bound.push - bound.friction) / stage.tau;
-    Vec3 place(q[0][i], q[1][i], q[2][i]), velocity(v[0][i], v[1][i], v[2][i]);
+    Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
     const Vec3 moved = place - vector_at(q0, i);
     const Vec3 surface = surface_velocity(held, stage.t, place);
     ContactWork work{.given = h_ * force.dot(surface)};
@@ -346,9 +339,9 @@ void StepContact::put_out(double* x_next, bool project) {
   for (int i = 0; i < layout.n(); ++i) {
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
     if (!(mass < HUGE_VAL)) continue;
-    const Vec3 free(q[0][i], q[1][i], q[2][i]);
+    const Vec3 free = vector_at(q, i);
     if (!contacts.near(end, 0, free, Vec3::Zero(), 0)) continue;
-    Way way{{free, h_ * Vec3(v[0][i], v[1][i], v[2][i]), Vec3::Zero(), Vec3::Zero()}};
+    Way way{{free, h_ * vector_at(v, i), Vec3::Zero(), Vec3::Zero()}};
     if (project) {
       way.shift(-way.c[1]);  // so that it ends here
       way.moved = way.held = Vec3::Zero();
@@ -358,7 +351,7 @@ void StepContact::put_out(double* x_next, bool project) {
     if (!contacts.push_out(end, place)) contacts.ledger().refuse(i);
     if (place == free) continue;
     put_vector(q, i, place);
-    put_vector(v, i, Vec3(v[0][i], v[1][i], v[2][i]) + way.kicked / h_);
+    put_vector(v, i, vector_at(v, i) + way.kicked / h_);
     if (project || !held(i)) contacts.ledger().enter(i, mass / (h_ * h_), way.work);
   }
 }

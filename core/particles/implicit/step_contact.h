@@ -1,7 +1,8 @@
 // Contact inside the equations of implicit steps.
 #pragma once
 
-#include <string>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/array.h"
@@ -49,6 +50,11 @@ class StepContact {
     bool stuck = false;
     double stuck_since = 0;  // s, and where
     Vec3 place{0, 0, 0};
+
+    std::span<Collider* const> all() const { return {collider, static_cast<std::size_t>(count)}; }
+    void touch(Collider* what, double t) {
+      if (count < Bound::kMost) since[count] = t, collider[count++] = what;
+    }
   };
   struct Stage {
     double t = 0, tau = 0, reach = 1;
@@ -68,7 +74,9 @@ class StepContact {
   void rub(Stage& stage, std::size_t index);
   void finish(double* x_next);
   void put_out(double* x_next, bool project);
-  Held* held(int i);
+  Held* held(int i);                          // null: it lies on nothing
+  Held& entered(int i);                       // it does from now on
+  std::span<Collider* const> seen_by(int i);  // the colliders that it touches
   Vec3 surface_velocity(const Held& held, double t, const Vec3& x) const;
 
   Particles* particles_;

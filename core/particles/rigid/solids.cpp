@@ -64,9 +64,9 @@ bool Solids::are_tied(int body, int particle) const {
   return spec_.tied.contains({body, particle});
 }
 
-Placed Solids::placed(int body, const RigidState& state) const {
-  const std::optional<Hull>& hull = hulls_[static_cast<std::size_t>(body)];
-  const RigidBody& of = spec_.bodies[static_cast<std::size_t>(body)];
+Placed Solids::placed(int i, const RigidState& state) const {
+  const std::optional<Hull>& hull = hulls_[static_cast<std::size_t>(i)];
+  const RigidBody& of = body(i);
   return {&of.shape(), hull ? &*hull : nullptr, of.place(state, {}), state.axes};
 }
 

@@ -44,7 +44,7 @@ class Solids {
              std::vector<TouchPoint>& out) const;
 
  private:
-  Placed placed(int body, const RigidState& state) const;
+  Placed placed(int i, const RigidState& state) const;
   const ColliderShape* shape_of(const Collider& collider) const;  // null where it has none
   void check_start(const double* initial) const;
   void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
