@@ -15,6 +15,12 @@ struct RowPattern {
   std::vector<int> begin{0}, ids;  // those of row r: ids[begin[r]] .. before ids[begin[r + 1]]
 
   int rows() const { return static_cast<int>(begin.size()) - 1; }
+  std::span<const int> of(int row) const {
+    const int first = begin[static_cast<std::size_t>(row)];
+    return std::span(ids).subspan(
+        static_cast<std::size_t>(first),
+        static_cast<std::size_t>(begin[static_cast<std::size_t>(row) + 1] - first));
+  }
   void add(std::initializer_list<int> particles) {
     ids.insert(ids.end(), particles);
     begin.push_back(static_cast<int>(ids.size()));

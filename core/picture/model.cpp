@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "core/particles/constraints/holding.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
 #include "core/particles/solid/tetrahedra.h"
@@ -29,7 +30,7 @@ std::vector<ModelFamily> families_of(const Simulation& system) {
     for (const Link& link : system.links(i)) {
       if (link.to <= i) continue;
       const auto [place, is_new] = places.emplace(link.family, families.size());
-      if (is_new) families.push_back({link.family, {}, {}, {}});
+      if (is_new) families.push_back({.name = link.family});
       ModelFamily& family = families[place->second];
       family.ends.push_back({i, link.to});
       family.rest.push_back(link.rest);
@@ -44,6 +45,30 @@ std::vector<ModelFamily> families_of(const Simulation& system) {
     places.erase(place);
   }
   return ordered;
+}
+
+// Pairs of particles that an equation joins, but for those of rigid bodies.
+void add_rods(const Simulation& system, const std::vector<int>& in_bodies,
+              std::vector<ModelFamily>& families) {
+  if (system.holding() == nullptr) return;
+  const Constraints& constraints = system.holding()->constraints();
+  const RowList& rows = constraints.rows();
+  const auto bound = [&](int i) { return std::ranges::count(in_bodies, i) > 0; };
+  std::map<std::string, std::set<std::pair<int, int>>> pairs;
+  for (int row = 0; row < rows.rows(); ++row) {
+    const std::span<const int> ids = rows.pattern.of(row);
+    if (ids.size() != 2 || bound(ids[0]) || bound(ids[1])) continue;
+    pairs[constraints.title(rows.part_of(row))].insert(std::minmax(ids[0], ids[1]));
+  }
+  for (const auto& [name, joined] : pairs) {
+    ModelFamily& family = families.emplace_back(ModelFamily{.name = name, .rods = true});
+    for (const auto& ends : joined) {
+      const auto [a, b] = ends;
+      family.ends.push_back({a, b});
+      family.rest.push_back((system.position(a) - system.position(b)).norm());
+      family.stiffness.push_back(0);
+    }
+  }
 }
 
 // The skin of all cells that bodies consist of.
@@ -123,6 +148,7 @@ Model make_model(const SystemSpec& spec, Simulation& system) {
   for (const RigidSpec& body : spec.bodies)
     for (int p = 0; p < RigidBody::kParticles; ++p) model.in_bodies.push_back(body.first + p);
   model.families = families_of(system);
+  add_rods(system, model.in_bodies, model.families);
   const bool tied =
       !model.families.empty() ||
       std::ranges::any_of(spec.forces, [](const PartSpec& part) { return !part.elements.empty(); });

@@ -14,11 +14,12 @@
 
 namespace sim {
 
-// Springs of one name.
+// Springs of one name, or rods of one constraint.
 struct ModelFamily {
   std::string name;
   std::vector<std::array<int, 2>> ends;  // ids, the lower first
-  std::vector<double> rest, stiffness;   // m, N/m
+  std::vector<double> rest, stiffness;   // m, N/m; rods have a stiffness of 0
+  bool rods = false;
 };
 
 struct Model {

@@ -75,7 +75,7 @@ void main() {
 constexpr char kLineVertex[] = R"(
 layout(location = 0) in vec3 a; layout(location = 1) in vec3 b;
 layout(location = 2) in vec3 c; layout(location = 3) in vec2 how;
-uniform vec2 size; out vec3 tint;
+uniform vec2 size; uniform float depth; out vec3 tint;
 void main() {
   vec4 s = view * vec4(a, 1.), e = view * vec4(b, 1.); float least = 1e-3;
   if (s.w < least) s = mix(e, s, (e.w - least) / (e.w - s.w));
@@ -85,7 +85,7 @@ void main() {
   vec2 n = vec2(-d.y, d.x) * (float(gl_VertexID & 1) * 2. - 1.);
   vec4 q = gl_VertexID < 2 ? s : e;
   q.xy += (n + d * (gl_VertexID < 2 ? -.4 : .4)) * how.x / size * q.w;
-  q.z -= (how.y > 0. ? .02 : .0015) * q.w;
+  q.z += depth * (how.y > 0. ? .02 : .004);
   gl_Position = q; tint = c;
 }
 )";
@@ -243,6 +243,7 @@ void GlPicture::draw(const sim::Picture& picture, int x, int y, int width, int h
            -eye.focal * dot(u, eye.at),
            a * dot(f, eye.at) + b,
            -dot(f, eye.at)};
+  depth_ = b;
   glViewport(x, y, width, height);
   glScissor(x, y, width, height);
   glEnable(GL_SCISSOR_TEST);
@@ -380,6 +381,7 @@ void GlPicture::lines(const sim::Picture& picture, int width, int height) {
   const unsigned program = use(line_, picture);
   glUniform2f(glGetUniformLocation(program, "size"), static_cast<float>(width),
               static_cast<float>(height));
+  glUniform1f(glGetUniformLocation(program, "depth"), depth_);
   describe(buffers_[3], instances_, {{3, true}, {3, true}, {3, true}, {2, true}});
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
 }

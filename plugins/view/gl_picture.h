@@ -41,6 +41,7 @@ class GlPicture {
   unsigned array_ = 0;
   std::array<unsigned, 4> buffers_{};
   std::array<float, 16> view_{};
+  float depth_ = 0;  // what the depth of a point loses for each share that it comes nearer
   std::vector<float> corners_, tints_, instances_, sphere_;
   std::vector<unsigned> indices_;
   struct Part {  // triangles of one skin

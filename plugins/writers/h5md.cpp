@@ -266,6 +266,7 @@ class System {
     std::vector<double> rest, stiffness;
     std::vector<std::string> families;
     for (const sim::ModelFamily& each : model_.families) {
+      if (each.rods) continue;
       for (const auto& [a, b] : each.ends) ends.insert(ends.end(), {a, b});
       rest.insert(rest.end(), each.rest.begin(), each.rest.end());
       stiffness.insert(stiffness.end(), each.stiffness.begin(), each.stiffness.end());

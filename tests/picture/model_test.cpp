@@ -64,6 +64,26 @@ TEST_CASE("a cloth is triangles of its grid and springs by family") {
   CHECK(sim::strain(model, frame, 0, 0) == Approx(0).margin(1e-15));
 }
 
+TEST_CASE("rods are bars, and a sheet of rods is a sheet") {
+  sim::Registry registry = sim_test::make_registry();
+  sim::SystemSpec spec = sim_test::make_cloth(4);
+  std::erase_if(spec.forces, [](const sim::PartSpec& part) { return part.plugin == "spring"; });
+  sim::PartSpec rods = sim_test::make_part("distance");
+  rods.elements.arity = 2;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 3; ++j)
+      rods.elements.ids.insert(rods.elements.ids.end(), {4 * i + j + 1, 4 * i + j});
+  spec.constraints = {rods};
+  sim::Simulation system(spec, registry);
+  const Model model = sim::make_model(spec, system);
+  REQUIRE(model.families.size() == 1);
+  CHECK(model.families[0].rods);
+  CHECK(model.families[0].ends.size() == 12);
+  CHECK(model.families[0].ends[0] == std::array<int, 2>{0, 1});
+  CHECK(model.families[0].rest[0] == Approx(0.25));
+  CHECK(model.triangles.size() == 18);
+}
+
 TEST_CASE("particles without springs are no surface") {
   sim::Registry registry = sim_test::make_registry();
   sim::SystemSpec spec = sim_test::make_cloth(4);

@@ -216,6 +216,16 @@ def test_large(display):
     window.end()
 
 
+def test_silhouettes(display):
+    """The window draws what the rasteriser draws, in every scene of the project."""
+    scripts = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts/scenes")
+    scenes = sorted(os.path.join(scripts, name) for name in os.listdir(scripts))
+    done = subprocess.run([os.path.join(os.path.dirname(PROGRAM), "sim_silhouette"), *scenes],
+                          env=display.environment, check=False, capture_output=True, text=True,
+                          timeout=300)
+    assert done.returncode == 0 and done.stdout.count("\n") == len(scenes), done
+
+
 def test_no_screen():
     environment = {k: v for k, v in os.environ.items()
                    if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
@@ -240,7 +250,7 @@ if __name__ == "__main__":
     test_no_screen()
     screen = Display()
     try:
-        for test in (test_touch, test_scene_anew, test_large):
+        for test in (test_silhouettes, test_touch, test_scene_anew, test_large):
             test(screen)
             print(test.__name__, "ok", flush=True)
     finally:

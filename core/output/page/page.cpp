@@ -226,7 +226,7 @@ std::string Page::model_json(std::size_t m, std::string& planes) const {
   std::int64_t springs = 0;
   for (const ModelFamily& family : model.families) {
     const auto count = static_cast<std::int64_t>(family.ends.size());
-    springs += count;
+    if (!family.rods) springs += count;
     families.push_back(
         JsonObject().json("name", quoted(family.name)).integer("count", count).str());
   }
