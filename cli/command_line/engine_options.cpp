@@ -16,9 +16,9 @@ constexpr const char* kExportFooter =
     "And back: sim import cloth --dump=run.csv\n"
     "The folder: scene.in, scene.data and moments.txt for LAMMPS, start.snap and\n"
     "run.txt for sim import. LAMMPS adds frames.bin and log.lammps.\n"
-    "What LAMMPS would not mean in the same way is refused by name: methods other than\n"
-    "verlet and symplectic_euler, single precision, colliders, constraints, contact,\n"
-    "forces other than springs without damping, gravity and drag.\n"
+    "What LAMMPS would not mean in the same way is refused by name: methods other\n"
+    "than verlet and symplectic_euler, single precision, colliders, constraints,\n"
+    "contact, forces other than springs without damping, gravity and drag.\n"
     "h5md: the scene as it begins as one file, for h5py and MDAnalysis, and .xmf\n"
     "beside it for ParaView: sim export scenes/jelly.lua --format h5md jelly.h5;\n"
     "--out writes whole runs. It needs a build with libhdf5-dev.\n";
@@ -51,10 +51,10 @@ CLI::App* add_export(CLI::App& app, EngineTexts& t) {
   verb->add_option("SCENE", t.scene, "Lua file")->type_name("");
   verb->add_option("DIR", t.folder, "a folder, made if it is not there; or a file")->type_name("");
   verb->add_option("--format", t.format, "lammps (a folder) or h5md (a file)")->type_name("F");
-  verb->footer(std::string("It takes -i, -d, --time, --steps, --every, --resume, --from-rest, "
-                           "--quiet, --set,\n--off, --without, --seed and --json, as in sim "
-                           "--help.\n") +
-               kExportFooter);
+  verb->footer(
+      std::string("It takes -i, -d, --time, --steps, --every, --resume, --from-rest, --quiet,\n"
+                  "--set, --off, --without, --seed and --json, as in sim --help.\n") +
+      kExportFooter);
   return verb;
 }
 

@@ -18,6 +18,7 @@ constexpr double kTie = 40;         // of a listed element: ids, description, pl
 constexpr double kStiffness = 40;   // of an element whose derivatives an implicit method keeps
 constexpr double kTetrahedron = 2000;
 constexpr double kTriangle = 1500;  // of a surface that is kept apart from others: boxes, parts
+constexpr double kRod = 1100;       // of a chain, whose matrix has no fill
 constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
 
 double elements_of(const SystemSpec& spec, bool listed) {
@@ -68,7 +69,10 @@ Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
                            kTie * elements_of(spec, true) + kTetrahedron * cells);
   if (method.implicit)
     needs.parts.emplace_back("their derivatives", kStiffness * elements_of(spec, false));
-  double triangles = 0;
+  double rods = 0, triangles = 0;
+  for (const PartSpec& part : spec.constraints)
+    if (part.elements.arity != 0) rods += static_cast<double>(part.elements.count());
+  needs.parts.emplace_back("constraints", kRod * rods);
   if (spec.contact)
     for (const auto& surface : spec.contact->surfaces)
       triangles += static_cast<double>(surface->triangles().size());

@@ -28,11 +28,14 @@ bool has(const std::string& text, const std::string& part) {
 TEST_CASE("what a run needs is known before it is taken", "[cli][memory]") {
   // 2 GB of addresses: enough for verlet, not for the vectors and derivatives of an implicit
   // method.
-  const auto within = [](const std::string& words) {
+  const auto run_within = [](const std::string& kilobytes, const std::string& words) {
     ProgramOptions shell{.program = "/bin/bash"};
-    return run_sim({"-c", "ulimit -v 2000000; exec " + std::string(SIM_BINARY) +
-                              " scenes/cloth.lua -s n=1200 -n 1 -q --no-verify " + words},
+    return run_sim({"-c", "ulimit -v " + kilobytes + "; exec " + std::string(SIM_BINARY) +
+                              " -n 1 -q --no-verify " + words},
                    shell);
+  };
+  const auto within = [&](const std::string& words) {
+    return run_within("2000000", "scenes/cloth.lua -s n=1200 " + words);
   };
   const Outcome small = within("-i verlet");
   INFO(small.err);
@@ -43,6 +46,15 @@ TEST_CASE("what a run needs is known before it is taken", "[cli][memory]") {
   CHECK(has(large.err, "'cloth' needs "));
   CHECK(has(large.err, "the method "));
   CHECK(has(large.err, " GB are left; "));
+
+  const Outcome rope = run_within("400000", "scenes/rope.lua -s n=250000 -s length=25000");
+  CHECK(rope.code == 5);
+  CHECK(has(rope.err, "too little memory: "));
+  CHECK(has(rope.err, "'rope' needs constraints "));
+  // Pairs are counted before they are kept.
+  const Outcome gas = run_within("300000", "scenes/gas.lua -s n=46");
+  CHECK(gas.code == 5);
+  CHECK(has(gas.err, "too little memory: the "));
 }
 
 TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli][memory]") {

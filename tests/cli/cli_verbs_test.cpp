@@ -34,6 +34,16 @@ TEST_CASE("--help starts with three examples and fits a terminal") {
                              "--json", "--quiet", "--progress", "--plugin-path", "--load"})
     CHECK(outcome.out.find(option) != std::string::npos);
   for (const std::string& line : lines) CHECK(line.size() <= 80);
+  for (const char* verb :
+       {"adjacency", "compare", "describe", "doctor", "export", "import", "list", "minimal",
+        "order", "plot", "plugin", "rest", "stability", "sweep", "test", "tradeoff", "view"}) {
+    const Outcome help = run_sim({verb, "--help"});
+    CHECK(help.code == 0);
+    for (const std::string& line : lines_of(help.out)) {
+      INFO(verb << ": " << line);
+      CHECK(line.size() <= 80);
+    }
+  }
 }
 
 TEST_CASE("--version names commit, compiler and plugin ABI") {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/memory.h"
+
 namespace sim {
 namespace {
 
@@ -16,6 +18,13 @@ class Collector final : public BlockSink {
 
  private:
   Blocks *position_, *velocity_;
+};
+
+class Counter final : public BlockSink {
+ public:
+  std::size_t positions = 0, velocities = 0;
+  void position(int, int, const Mat3&) override { ++positions; }
+  void velocity(int, int, const Mat3&) override { ++velocities; }
 };
 
 void add_blocks(std::span<const OtherJacobian::Block> blocks, const double* const d[3],
@@ -46,11 +55,26 @@ void OtherJacobian::at(const ParticleView& view) {
   position_.clear();
   velocity_.clear();
   Collector collector(position_, velocity_);
+  const bool is_first = position_.capacity() + velocity_.capacity() == 0;
   for (Force* force : with_blocks_) {
     const ParticleView own = particles_->seen_by(*force, view);
     force->prepare(own, particles_->team());
+    if (is_first) make_room(*force, own);
     force->jacobian(own, collector);
   }
+}
+
+// Pairs that interact have gigabytes of them: they are counted before they are kept.
+void OtherJacobian::make_room(const Force& force, const ParticleView& view) {
+  Counter counter;
+  force.jacobian(view, counter);
+  const std::size_t positions = position_.size() + counter.positions,
+                    velocities = velocity_.size() + counter.velocities;
+  require_memory(static_cast<double>((positions + velocities) * sizeof(Block)),
+                 "the derivatives of forces on " + std::to_string(view.n) + " particles need", "",
+                 "take fewer particles, or a smaller cutoff");
+  position_.reserve(positions);
+  velocity_.reserve(velocities);
 }
 
 void OtherJacobian::add(const double* const dq[3], const double* const dv[3], ForceSink sink) {

@@ -35,6 +35,7 @@ class OtherJacobian {
   std::span<const Block> velocity_blocks() const { return velocity_; }
 
  private:
+  void make_room(const Force& force, const ParticleView& view);
   void add_differences(const double* const dq[3], const double* const dv[3], ForceSink sink);
 
   const Particles* particles_;

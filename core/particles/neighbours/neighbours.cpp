@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "core/base/error.h"
+#include "core/base/memory.h"
 #include "core/base/text.h"
 
 namespace sim {
@@ -97,6 +98,9 @@ void Neighbours::build(const ParticleView& view, Team& team) {
                        std::to_string(needed >> 28) + " GiB, more than 4",
                    "choose a smaller cutoff or skin, or set the particles further apart"});
     }
+    require_memory(9.0 / 8 * sizeof(std::int32_t) * static_cast<double>(needed),
+                   "the lists of all pairs up to " + shortest(range_) + " m apart need", "",
+                   "choose a smaller cutoff or skin, or fewer particles");
     for (Share& share : shares_)
       if (share.needed > share.slots.size())
         share.slots = ArrayOf<std::int32_t>(share.needed + share.needed / 8);
