@@ -24,28 +24,35 @@ Vec3 Settling::hold(double t, int i, const Vec3& q, const Vec3& v) {
   return particles_->contacts().hold(t, i, particles_->masses()[static_cast<std::size_t>(i)], q, v);
 }
 
+// May any of the particles [begin, end) touch something? No way is longer than that of the largest
+// numbers of all of them: |p'| is within the hull of its Bezier points.
+bool Settling::near(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
+                    int begin, int end) const {
+  const Extent extent =
+      extent_of_(q.data(), v0.data(), v.data(), from ? from->data() : nullptr, begin, end);
+  const double longest =
+      h * (std::sqrt(extent.fastest[0]) + (from ? 1 : 2) * std::sqrt(extent.fastest[1])) +
+      3 * std::sqrt(extent.farthest);
+  Vec3 middle, half;
+  for (int axis = 0; axis < 3; ++axis) {
+    middle[axis] = 0.5 * extent.least[axis] + 0.5 * extent.most[axis];
+    half[axis] = 0.5 * extent.most[axis] - 0.5 * extent.least[axis];
+  }
+  return particles_->contacts().near(t, h, middle, half, longest);
+}
+
+// Mostly nothing is near, which is seen of many particles at once.
 template <class WayOf>
 void Settling::settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
                       int begin, int end, bool hold_too, const WayOf& way_of) {
   const Contacts& contacts = particles_->contacts();
   if (contacts.accuracy() == Accuracy::kEvent) return;  // steps end where it touches
+  std::fill(pressed_.begin() + begin, pressed_.begin() + end, std::uint8_t{0});
+  if (end - begin > kWaysAtOnce && !near(t, h, from, v0, q, v, begin, end)) return;
   const std::span<const double> masses = particles_->masses();
   for (int first = begin; first < end; first += kWaysAtOnce) {
     const int last = std::min(first + kWaysAtOnce, end);
-    std::fill(pressed_.begin() + first, pressed_.begin() + last, std::uint8_t{0});
-    // No way is longer than that of the largest numbers of all of them: |p'| is within the hull of
-    // its Bezier points.
-    const Extent extent =
-        extent_of_(q.data(), v0.data(), v.data(), from ? from->data() : nullptr, first, last);
-    const double longest =
-        h * (std::sqrt(extent.fastest[0]) + (from ? 1 : 2) * std::sqrt(extent.fastest[1])) +
-        3 * std::sqrt(extent.farthest);
-    Vec3 middle, half;
-    for (int axis = 0; axis < 3; ++axis) {
-      middle[axis] = 0.5 * extent.least[axis] + 0.5 * extent.most[axis];
-      half[axis] = 0.5 * extent.most[axis] - 0.5 * extent.least[axis];
-    }
-    if (!contacts.near(t, h, middle, half, longest)) continue;
+    if (!near(t, h, from, v0, q, v, first, last)) continue;
     for (int i = first; i < last; ++i) {
       const double mass = masses[static_cast<std::size_t>(i)];
       if (!(mass < HUGE_VAL)) continue;

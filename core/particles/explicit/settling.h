@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -35,11 +36,16 @@ class Settling {
   //   p(s) = q0 + s h v0 + s^2 (q - q0 - h v0)
   void drifted(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
                int begin, int end);
+  // Of [begin, end) the first that will be held after the second kick, or end.
+  int next_held(int begin, int end) const {
+    const std::uint8_t* const from = pressed_.data() + begin;
+    const void* const at = std::memchr(from, 1, static_cast<std::size_t>(end - begin));
+    return at ? begin + static_cast<int>(static_cast<const std::uint8_t*>(at) - from) : end;
+  }
   // After the second kick, at time t. changed(i) hears of every particle that was held.
   template <class Changed>
   void kicked(double t, const In& q, const Out& v, int begin, int end, const Changed& changed) {
-    for (int i = begin; i < end; ++i) {
-      if (!pressed_[static_cast<std::size_t>(i)]) continue;
+    for (int i = next_held(begin, end); i < end; i = next_held(i + 1, end)) {
       const Vec3 before(v[0][i], v[1][i], v[2][i]);
       const Vec3 held = hold(t, i, Vec3(q[0][i], q[1][i], q[2][i]), before);
       for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = held[axis];
@@ -48,6 +54,8 @@ class Settling {
   }
 
  private:
+  bool near(double t, double h, const In* from, const In& v0, const Out& q, const Out& v, int begin,
+            int end) const;
   template <class WayOf>
   void settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
               int begin, int end, bool hold_too, const WayOf& way_of);
@@ -55,7 +63,7 @@ class Settling {
 
   Particles* particles_;
   ExtentOf extent_of_ = extent_of();
-  std::vector<std::uint8_t> pressed_;  // of each particle
+  std::vector<std::uint8_t> pressed_;  // of each particle, 0 or 1
 };
 
 // Steps of a stepper that keeps nothing of them, settled at their ends.

@@ -173,6 +173,17 @@ typename SplitStepper<Real>::Settle SplitStepper<Real>::settle_of(int step, std:
   return settle;
 }
 
+// Particles [begin, end) in stage s. Accelerations are kept for those that will be held.
+template <class Real>
+bool SplitStepper<Real>::kick(Rings<Real>& rings, std::size_t s, int begin, int end) {
+  const KickStage<Real>& stage = stages_[s];
+  if (!stage.a[0] || settling_->next_held(begin, end) < end)
+    return kernels_.kick(rings, system_->motion(), stage, begin, end);
+  KickStage<Real> free = stage;
+  for (Real*& a : free.a) a = nullptr;
+  return kernels_.kick(rings, system_->motion(), free, begin, end);
+}
+
 // Particles [begin, end) behind stage s.
 template <class Real>
 void SplitStepper<Real>::settle(std::size_t s, int begin, int end) {
@@ -222,7 +233,7 @@ bool SplitStepper<Real>::step(double t, double h, int count, const double* x, do
       },
       [&](Rings<Real>& rings, int s, int begin, int end) {
         const KickStage<Real>& stage = stages_[static_cast<std::size_t>(s)];
-        const bool finite = kernels_.kick(rings, system_->motion(), stage, begin, end);
+        const bool finite = kick(rings, static_cast<std::size_t>(s), begin, end);
         if (settling_) settle(static_cast<std::size_t>(s), begin, end);
         if (stage.check) state_.publish(x_next, begin, end);
         return finite;
@@ -247,13 +258,13 @@ bool SplitStepper<Real>::gather_and_step(double t, const double* x) {
       view.vy = moment.v[1];
       view.vz = moment.v[2];
       const auto [fx, fy, fz] = half.axes(forces_.data());
-      finite = sweeps_.run_alone(
-          static_cast<int>(s), view, {fx, fy, fz}, stage.kicks ? stage.q : nullptr,
-          [&](Rings<double>& rings, int, int begin, int end) {
-            const bool good = kernels_.kick(rings, system_->motion(), stage, begin, end);
-            if (settling_) settle(s, begin, end);
-            return good;
-          });
+      finite = sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz},
+                                 stage.kicks ? stage.q : nullptr,
+                                 [&](Rings<double>& rings, int, int begin, int end) {
+                                   const bool good = kick(rings, s, begin, end);
+                                   if (settling_) settle(s, begin, end);
+                                   return good;
+                                 });
     }
     return finite && settled();
   }

@@ -63,6 +63,7 @@ class SplitStepper final : public Stepper {
   bool gather_and_step(double t, const double* x);  // in double alone
   Settle settle_of(int step, std::size_t part, const KickStage<Real>& stage, const Real* x,
                    Real* x_next);
+  bool kick(Rings<Real>& rings, std::size_t s, int begin, int end);
   void settle(std::size_t s, int begin, int end);
   bool settled() const { return !settling_ || settling_->succeeded(); }
 
