@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace sim {
 namespace {
@@ -47,40 +48,76 @@ Crossings::Crossings(std::span<const std::shared_ptr<const TriangleMesh>> surfac
   boxes_.resize(triangles_.size());
 }
 
-// Boxes of triangles in the order of their least x: those that an edge may meet begin no further
-// than it ends, and no more than the widest of them before it begins.
-template <class Found>
-void Crossings::each(const ParticleView& view, const Found& found) {
-  double widest = 0;
+// Boxes by the cell that their least corner is in, on a grid along the two axes that have most
+// cells as wide as the widest box, of some two a box at most. False where a number is not finite.
+bool Crossings::sort(const ParticleView& view) {
+  Vec3 least = Vec3::Constant(HUGE_VAL), most = -least, widest{0, 0, 0};
   for (std::size_t k = 0; k < boxes_.size(); ++k) {
     Reach& box = boxes_[k];
-    box.of = static_cast<int>(k);
-    const Vec3 a = view.position(triangles_[k][0]), b = view.position(triangles_[k][1]),
-               c = view.position(triangles_[k][2]);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.least[axis] = std::min({a[axis], b[axis], c[axis]});
-      box.most[axis] = std::max({a[axis], b[axis], c[axis]});
-    }
-    widest = std::max(widest, box.most[0] - box.least[0]);
+    const auto& [a, b, c] = triangles_[k];
+    const Vec3 at[] = {view.position(a), view.position(b), view.position(c)};
+    box.least = at[0].cwiseMin(at[1]).cwiseMin(at[2]);
+    box.most = at[0].cwiseMax(at[1]).cwiseMax(at[2]);
+    if (!(at[0] + at[1] + at[2]).allFinite()) return false;
+    least = least.cwiseMin(box.least);
+    most = most.cwiseMax(box.least);
+    widest = widest.cwiseMax(box.most - box.least);
   }
-  if (!std::isfinite(widest)) return;
-  const auto first_x = [](const Reach& box) { return box.least[0]; };
-  std::ranges::sort(boxes_, {}, first_x);
+  const double usual = std::sqrt(2.0 * static_cast<double>(boxes_.size()));
+  const auto cells = [&](int axis) {
+    const double count = (most[axis] - least[axis]) / widest[axis];
+    return count >= 1 ? static_cast<int>(std::min(count, usual)) : 1;
+  };
+  int least_split = 0;
+  for (const int axis : {1, 2})
+    if (cells(axis) < cells(least_split)) least_split = axis;
+  int next = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == least_split) continue;
+    Line& line = lines_[next++];
+    line = {axis, cells(axis), least[axis], 0, widest[axis]};
+    line.inverse = line.count > 1 ? line.count / (most[axis] - least[axis]) : 0;
+  }
 
+  const auto cell_of = [&](const Reach& box) {
+    return static_cast<std::size_t>(lines_[0].cell(box.least[lines_[0].axis]) * lines_[1].count +
+                                    lines_[1].cell(box.least[lines_[1].axis]));
+  };
+  starts_.assign(static_cast<std::size_t>(lines_[0].count * lines_[1].count) + 1, 0);
+  for (const Reach& box : boxes_) ++starts_[cell_of(box) + 1];
+  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+  order_.resize(boxes_.size());
+  next_.assign(starts_.begin(), starts_.end());
+  for (std::size_t k = 0; k < boxes_.size(); ++k)
+    order_[static_cast<std::size_t>(next_[cell_of(boxes_[k])]++)] = static_cast<int>(k);
+  return true;
+}
+
+// Boxes that an edge may meet begin no further than it ends, and no more than the widest of them
+// before it begins.
+template <class Found>
+void Crossings::each(const ParticleView& view, const Found& found) {
+  if (boxes_.empty() || !sort(view)) return;
+  const auto& [u, w] = lines_;
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     const auto& [i, j] = edges_[e];
     const Vec3 p = view.position(i), q = view.position(j);
     const Vec3 least = p.cwiseMin(q), most = p.cwiseMax(q);
-    auto box = std::ranges::lower_bound(boxes_, least.x() - widest, {}, first_x);
-    for (; box != boxes_.end() && box->least[0] <= most.x(); ++box) {
-      if (box->most[0] < least.x() || box->least[1] > most.y() || box->most[1] < least.y() ||
-          box->least[2] > most.z() || box->most[2] < least.z())
-        continue;
-      const auto& [a, b, c] = triangles_[static_cast<std::size_t>(box->of)];
-      if (i == a || i == b || i == c || j == a || j == b || j == c) continue;
-      if (meet(p, q, view.position(a), view.position(b), view.position(c)) &&
-          !found(e, static_cast<std::size_t>(box->of)))
-        return;
+    const int first = w.cell(least[w.axis] - w.widest), last = w.cell(most[w.axis]);
+    for (int row = u.cell(least[u.axis] - u.widest); row <= u.cell(most[u.axis]); ++row) {
+      const auto begin = static_cast<std::size_t>(row * w.count + first),
+                 end = static_cast<std::size_t>(row * w.count + last + 1);
+      for (int at = starts_[begin]; at < starts_[end]; ++at) {
+        const auto k = static_cast<std::size_t>(order_[static_cast<std::size_t>(at)]);
+        const Reach& box = boxes_[k];
+        if (box.most[0] < least[0] || box.least[0] > most[0] || box.most[1] < least[1] ||
+            box.least[1] > most[1] || box.most[2] < least[2] || box.least[2] > most[2])
+          continue;
+        const auto& [a, b, c] = triangles_[k];
+        if (i == a || i == b || i == c || j == a || j == b || j == c) continue;
+        if (meet(p, q, view.position(a), view.position(b), view.position(c)) && !found(e, k))
+          return;
+      }
     }
   }
 }

@@ -1,6 +1,7 @@
 // How often surfaces pass through each other or themselves.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -24,11 +25,20 @@ class Crossings {
   std::size_t triangles() const { return triangles_.size(); }
 
  private:
-  struct Reach {
-    double least[3], most[3];
-    int of;
+  struct Reach {  // the box of a triangle
+    Vec3 least, most;
+  };
+  struct Line {  // of the grid: cells along an axis
+    int axis = 0, count = 1;
+    double first = 0, inverse = 0, widest = 0;  // m; 1/m; m, of a box
+
+    int cell(double x) const {
+      const double place = (x - first) * inverse;
+      return place >= count ? count - 1 : place > 0 ? static_cast<int>(place) : 0;
+    }
   };
 
+  bool sort(const ParticleView& view);
   // Calls found(edge, triangle) for each, as long as it returns true.
   template <class Found>
   void each(const ParticleView& view, const Found& found);
@@ -36,7 +46,9 @@ class Crossings {
   std::vector<TriangleMesh::Triangle> triangles_;
   std::vector<std::array<int, 2>> edges_;
   std::vector<int> triangle_of_;  // of each edge
-  std::vector<Reach> boxes_;
+  std::vector<Reach> boxes_;      // of each triangle
+  std::array<Line, 2> lines_;
+  std::vector<int> order_, starts_, next_;  // triangles by cell; where each begins; scratch
 };
 
 }  // namespace sim
