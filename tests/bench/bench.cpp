@@ -1,4 +1,5 @@
 // sim_bench: speed of the kernel, against the limits of the machine and against its peers.
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <vector>
@@ -21,8 +22,7 @@ namespace {
 Table machine_table(const Machine& m) {
   Table table(
       "machine",
-      "The machine: " + m.processor + ", " + std::to_string(m.cores) + " cores, " + m.vector +
-          "; the kernel uses " + sim::simd_name(sim::simd_level()),
+      "The machine: " + m.processor + ", " + std::to_string(m.cores) + " cores, with " + m.vector,
       {{"measured on one core", "what", false}, {"value", "value"}, {"unit", "unit", false}});
   table.add({"clock, from dependent multiplications", short_number(m.ghz), "GHz"});
   table.add({"multiplications and additions, doubles", short_number(m.flops_per_ns), "a ns"});
@@ -75,6 +75,7 @@ int run(int argc, char** argv) {
     std::cout << kUsage;
     return 0;
   }
+  if (!options.simd.empty()) setenv("SIM_SIMD", options.simd.c_str(), 1);
   if (!options.memory_of.empty()) return print_memory(options.sizes.front(), options.memory_of);
 
   sim::Registry registry = make_registry();

@@ -79,7 +79,7 @@ namespace neon {
 
 Loops widest_loops() {
 #if defined(__x86_64__)
-  switch (sim::simd_levels().back()) {
+  switch (sim::simd_level()) {
     case sim::SimdLevel::kAvx512:
       return avx512::loops();
     case sim::SimdLevel::kAvx2:
@@ -173,7 +173,7 @@ Machine measure_machine() {
   double load[1] = {};
   m.load = getloadavg(load, 1) == 1 ? load[0] : 0;
   m.cores = static_cast<int>(std::thread::hardware_concurrency());
-  m.vector = sim::simd_name(sim::simd_levels().back());
+  m.vector = sim::simd_name(sim::simd_level());
   m.lanes = loops.lanes;
   m.ghz = measure_ghz();
   m.flops_per_ns = 12 * loops.lanes / ns_per_round(loops.flops);

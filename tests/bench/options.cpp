@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/simd/simd_targets.h"
 
 namespace sim_bench {
 
@@ -15,6 +16,7 @@ const char* const kUsage =
     "  --threads 1,2        numbers of threads (1,2)\n"
     "  --quick              n = 8,32,128 and shorter samples\n"
     "  --peers              also build and time other programs on the same scene\n"
+    "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";
 
 namespace {
@@ -47,6 +49,15 @@ std::vector<int> split_integers(const std::string& option, const std::string& te
   return numbers;
 }
 
+std::string simd_of(const std::string& option, const std::string& name) {
+  std::vector<std::string> names;
+  for (const sim::SimdLevel level : sim::simd_levels()) {
+    names.emplace_back(sim::simd_name(level));
+    if (names.back() == name) return name;
+  }
+  fail(option, "'" + name + "' is none of this machine's: " + sim::join(names, ", "));
+}
+
 }  // namespace
 
 Options parse_options(int argc, char** argv) {
@@ -64,6 +75,8 @@ Options parse_options(int argc, char** argv) {
       options.format = Format::kMarkdown;
     else if (argument == "--peers")
       options.peers = true;
+    else if (argument == "--simd")
+      options.simd = simd_of(argument, value());
     else if (argument == "--help" || argument == "-h")
       options.help = true;
     else if (argument == "--n")

@@ -81,11 +81,18 @@ bool is_fresh(const PeerKind& kind) {
   return true;
 }
 
+std::vector<std::string> flags_of(const std::string& simd) {
+  if (simd == "sse2") return {"-march=x86-64", "-mtune=native"};
+  if (simd == "fma") return {"-march=x86-64-v2", "-mavx", "-mfma", "-mprefer-vector-width=128"};
+  if (simd == "avx2") return {"-march=x86-64-v3", "-mtune=native"};
+  if (simd == "avx512") return {"-march=x86-64-v4", "-mtune=native"};
+  return {"-march=native"};
+}
+
 bool compile(const PeerKind& kind) {
   std::vector<std::string> command = {SIM_BENCH_CXX,
                                       "-std=c++20",
                                       "-O3",
-                                      "-march=native",
                                       "-fno-math-errno",
                                       "-fno-trapping-math",
                                       "-DNDEBUG",
@@ -95,6 +102,7 @@ bool compile(const PeerKind& kind) {
                                       source_of(kind).string(),
                                       "-o",
                                       peer_binary(kind).string()};
+  for (const std::string& flag : flags_of(kind.simd)) command.push_back(flag);
   command.insert(command.end(), kind.link.begin(), kind.link.end());
   Child compiler(command, peer_log(kind).string());
   return compiler.wait() == 0;
@@ -103,13 +111,16 @@ bool compile(const PeerKind& kind) {
 }  // namespace
 
 fs::path peer_folder() { return SIM_BENCH_PEERS; }
-fs::path peer_binary(const PeerKind& kind) { return peer_folder() / kind.name; }
-fs::path peer_log(const PeerKind& kind) { return peer_folder() / (kind.name + ".log"); }
+fs::path peer_binary(const PeerKind& kind) {
+  return peer_folder() / (kind.simd.empty() ? kind.name : kind.name + "-" + kind.simd);
+}
+fs::path peer_log(const PeerKind& kind) { return peer_binary(kind).string() + ".log"; }
 
-std::vector<PeerKind> build_peers(std::vector<std::string>& notes) {
+std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes) {
   fs::create_directories(peer_folder());
   std::vector<PeerKind> ready;
-  for (const PeerKind& kind : known_peers()) {
+  for (PeerKind& kind : known_peers()) {
+    kind.simd = simd;
     if ((!kind.header.empty() && !has_header(kind.header)) ||
         (!kind.program.empty() && !has_program(kind.program))) {
       notes.push_back(kind.name + " is missing: apt-get install --no-install-recommends " +

@@ -24,14 +24,16 @@ struct PeerKind {
   std::string header, program;      // what must be there; "" = nothing
   std::string packages;             // of Debian, that bring it
   std::vector<std::string> link{};  // further arguments of the compiler
+  std::string simd{};               // the instruction set it is compiled for; "" = the best here
 };
 
 std::filesystem::path peer_folder();
 std::filesystem::path peer_binary(const PeerKind& kind);
 std::filesystem::path peer_log(const PeerKind& kind);
 
-// Builds those whose libraries are here. Adds a line for each that is missing, with the command
+// Builds those whose libraries are here, for an instruction set of SIM_SIMD; libraries keep their
+// own. Adds a line for each that is missing, with the command
 // that installs it, or that does not build, with where the compiler's words are.
-std::vector<PeerKind> build_peers(std::vector<std::string>& notes);
+std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes);
 
 }  // namespace sim_bench

@@ -181,7 +181,7 @@ void measure_contest(const Contest& contest, const Options& options, sim::Regist
 
 PeerReport measure_peers(const Options& options, sim::Registry& registry) {
   PeerReport report;
-  const std::vector<PeerKind> kinds = build_peers(report.notes);
+  const std::vector<PeerKind> kinds = build_peers(options.simd, report.notes);
   for (const int n : options.sizes)
     for (const std::string method : {"rk4", "verlet"}) {
       Contest cloth{n, method, load_cloth(n, registry), stable_step(method, n), {}};
