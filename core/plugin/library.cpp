@@ -58,7 +58,8 @@ PluginCard read_card(const std::filesystem::path& file) {
 
   Elf64_Shdr section;
   PluginCard card;
-  if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size != sizeof card ||
+  // Some sanitizers make room behind it.
+  if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size < sizeof card ||
       !read_at(in, section.sh_offset, card))
     refuse(file, "it has no plugin card", "write SIM_PLUGIN(Kind, names) { ... } in it");
   if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
