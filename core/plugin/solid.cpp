@@ -62,7 +62,7 @@ SolidShape Solid::shape(double t) const {
 
 double Solid::clearance(double t, const Vec3& middle, const Vec3& half) const {
   const Pose pose = this->pose(t);
-  const Vec3 x = pose.turned_back(middle - pose.center);
+  const Vec3 x = motion_ ? pose.turned_back(middle - pose.center) : Vec3(middle - center_);
   if (inside_) return -distance(x).gap - thickness_ - half.norm();
   // A turned box lies in the box of its half diagonal.
   const bool turned = pose.sine != 0 || pose.cosine != 1;
@@ -77,7 +77,6 @@ double Solid::fastest(double t0, double t1) const {
   const double a = first_.velocity.norm(), b = last_.velocity.norm();
   if (!(t1_ > t0_)) return std::max(a, b);
   const Vec3 way = 3 / (t1_ - t0_) * (last_.center - first_.center);
-  static_cast<void>(t1);
   return std::max({a, b, Vec3(way - first_.velocity - last_.velocity).norm()});
 }
 
