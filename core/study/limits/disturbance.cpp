@@ -11,6 +11,7 @@ namespace {
 constexpr int kSteps = 400;
 constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordinate
 constexpr double kTooLarge = 1e3;  // growth that is enough to know
+constexpr double kOwn = 1.2;       // times the growth found, which is approached from below
 
 }  // namespace
 
@@ -21,6 +22,9 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
       start_(place.state().size()),
       x_(start_.size()),
       next_(start_.size()) {
+  own_ = spectrum.growth;
+  for (const Vibration& each : spectrum.rates) own_ = std::max(own_, -0.5 * each.damping);
+  own_ *= kOwn;
   integrator_->prepare(place.system().ode());
   const StateShape& shape = place.system().shape();
   const StatePart& position = *shape.find("position");
@@ -71,11 +75,11 @@ double Disturbance::operator()(double h) {
     std::swap(x_, next_);
     const double size = size_of(x_);
     if (!std::isfinite(size)) return HUGE_VAL;
-    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step);
+    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step) / std::exp(own_ * h);
     if (step > kSteps / 4 && step <= kSteps / 2) early = std::max(early, size);
     if (step > kSteps * 3 / 4) late = std::max(late, size);
   }
-  return early > 0 ? std::pow(late / early, 2.0 / kSteps) : 1;
+  return early > 0 ? std::pow(late / early, 2.0 / kSteps) / std::exp(own_ * h) : 1;
 }
 
 double limit_by_disturbance(Disturbance& growth, double limit) {

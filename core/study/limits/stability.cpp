@@ -104,28 +104,15 @@ void measure_limit(Standstill& place, const Stability& result, MethodStability& 
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
 } catch (const Error&) {}
 
-}  // namespace
-
-std::optional<double> step_limit(const MethodStability& method) {
-  return method.measured ? method.measured : method.predicted;
-}
-
-double expected(const Problem& problem, const StabilityOptions& options) {
+// About how long all that follows takes, in s, by the predicted limits.
+double expected(Simulation& system, const std::vector<MethodStability>& methods) {
   constexpr double kImplicitMeasured = 400;
   constexpr double kMeasured = 3000;           // steps until a limit is measured
   constexpr double kLook = 2, kFinerRun = 10;  // evaluations that a look at the energy is worth
-  Simulation system = problem.simulation();
-  const Spectrum modes = spectrum(system);
-  std::vector<MethodStability> methods;
-  for (const Candidate& method : fitting_methods(problem, options.integrators)) {
-    if (has_own_steps(method)) continue;
-    MethodStability& each = methods.emplace_back();
-    each.method = method;
-    each.predicted = predicted_step(*problem.with(method).make_integrator(), modes);
-  }
   const double time = energy_time(system, methods);
   double evaluations = 0;
   for (const MethodStability& each : methods) {
+    if (has_own_steps(each.method)) continue;
     const double cost = cost_of_step(each.method);
     evaluations += (each.method.info.implicit ? kImplicitMeasured : kMeasured) * cost;
     const std::optional<double> limit = step_limit(each);
@@ -138,8 +125,14 @@ double expected(const Problem& problem, const StabilityOptions& options) {
   return evaluations * seconds_an_evaluation(system);
 }
 
+}  // namespace
+
+std::optional<double> step_limit(const MethodStability& method) {
+  return method.measured ? method.measured : method.predicted;
+}
+
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
-  const std::vector<Candidate> methods = fitting_methods(problem, options.integrators);
+  const std::vector<Candidate> fitting = fitting_methods(problem, options.integrators);
   Simulation system = problem.simulation();
   Stability result;
   result.system = system.name();
@@ -159,18 +152,24 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   }
   result.t = system.t();
   result.spectrum = spectrum(system);
-  Standstill place(problem, system);
+  std::vector<MethodStability> methods;
+  for (const Candidate& method : fitting) {
+    MethodStability& each = methods.emplace_back();
+    each.method = method;
+    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
+  }
+  if (options.announce) options.announce(expected(system, methods));
 
+  Standstill place(problem, system);
   const auto count = static_cast<double>(methods.size());
-  for (const Candidate& method : methods) {
-    if (!watch(method.label, 0.5 * static_cast<double>(result.methods.size()) / count)) {
+  for (MethodStability& method : methods) {
+    const auto done = 0.5 * static_cast<double>(result.methods.size()) / count;
+    if (!watch(method.method.label, done)) {
       result.complete = false;
       return result;
     }
-    MethodStability& each = result.methods.emplace_back();
-    each.method = method;
-    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
-    if (!has_own_steps(method)) measure_limit(place, result, each);
+    MethodStability& each = result.methods.emplace_back(std::move(method));
+    if (!has_own_steps(each.method)) measure_limit(place, result, each);
   }
 
   result.energy_time = energy_time(system, result.methods);
