@@ -68,6 +68,7 @@ double Disturbance::operator()(double h) {
   const double first = size_of(x_);
   double early = 0, late = 0;
   for (int step = 1; step <= kSteps; ++step) {
+    if (place_->system().ode().stopped()) return HUGE_VAL;
     const double t = place_->t() + (step - 1) * h;
     if (integrator_->step(place_->system().ode(), t, h, x_.data(), next_.data()) !=
         StepStatus::kDone)

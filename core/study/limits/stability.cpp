@@ -1,6 +1,7 @@
 #include "core/study/limits/stability.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -16,6 +17,9 @@ namespace {
 
 constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.1};
 constexpr double kInfinity = HUGE_VAL;
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one method
 
 bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
@@ -34,15 +38,23 @@ double affordable_steps(const Simulation& system, const Candidate& method) {
   return system.second_order() ? most : 0.1 * most;
 }
 
+// Of a step that was not taken: it failed, or it was told to end, then nothing.
+std::optional<EnergyAtStep> failed_at(double fraction, double dt,
+                                      const std::function<bool()>& go_on) {
+  if (!go_on()) return {};
+  return EnergyAtStep{fraction, dt, kInfinity};
+}
+
 // Nothing when it was told to end.
 std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, double dt,
                                       double time, const std::function<bool()>& go_on) {
   Simulation run = problem.simulation(dt);
+  run.stop_when([&] { return !go_on(); });
   EnergyBalance balance(run);
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt / 2)) * 2;
   for (std::int64_t i = 0; i < steps; ++i) {
     if (i % 1024 == 0 && !go_on()) return {};
-    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    if (!run.step()) return failed_at(fraction, dt, go_on);
     balance.advance();
     balance.look();
   }
@@ -64,11 +76,12 @@ std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, do
                                      double time, const std::function<bool()>& go_on) {
   constexpr int kFiner = 10;
   Simulation run = problem.simulation(dt), fine = problem.simulation(dt / kFiner);
+  for (Simulation* each : {&run, &fine}) each->stop_when([&] { return !go_on(); });
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt));
   double most = 0, size = 0;
   for (std::int64_t i = 0; i < steps; ++i) {
     if (i % 256 == 0 && !go_on()) return {};
-    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    if (!run.step()) return failed_at(fraction, dt, go_on);
     for (int k = 0; k < kFiner; ++k)
       if (!fine.step()) return EnergyAtStep{fraction, dt, std::nan("")};
     for (const double value : fine.state()) size = std::max(size, std::abs(value));
@@ -169,7 +182,21 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
       return result;
     }
     MethodStability& each = result.methods.emplace_back(std::move(method));
-    if (!has_own_steps(each.method)) measure_limit(place, result, each);
+    if (has_own_steps(each.method)) continue;
+    const auto begin = Clock::now();
+    bool told = false;
+    const auto late = [&] { return Clock::now() - begin > kPatience; };
+    place.system().stop_when([&] {
+      told = told || !watch(each.method.label, done);
+      return told || late();
+    });
+    measure_limit(place, result, each);
+    const bool stopped = told || late();
+    place.system().stop_when({});
+    if (stopped) each.measured = each.radius = {};
+    if (!told) continue;
+    result.complete = false;
+    return result;
   }
 
   result.energy_time = energy_time(system, result.methods);

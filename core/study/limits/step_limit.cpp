@@ -192,6 +192,7 @@ MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
 }
 
 double MeasuredRadius::operator()(double h) {
+  if (place_->system().ode().stopped()) return kUnlimited;
   const std::span<const double> state = place_->state();
   const std::vector<double>* const basis[2] = {&spectrum_->shape, &spectrum_->partner};
   const auto inner = [&](const auto& a, const auto& b) {

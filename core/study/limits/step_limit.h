@@ -67,7 +67,7 @@ class MeasuredRadius {
   bool implicit() const { return map_.integrator().info().implicit; }
 
  private:
-  const Standstill* place_;
+  Standstill* place_;
   const Spectrum* spectrum_;
   StepMap map_;
   double size_ = 0;       // of the disturbance, m
