@@ -183,6 +183,19 @@ TEST_CASE("a study ends when told to, and keeps what it has") {
   CHECK(study.spectrum.fastest.omega > 0);
 }
 
+TEST_CASE("a study ends when told to within the steps of one method") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_cloth(4);
+  int calls = 0;
+  const auto study =
+      sim::study::stability({&spec, &registry}, {.integrators = {{"implicit_euler"}}},
+                            [&](std::string_view, double) { return ++calls < 3; });
+  CHECK_FALSE(study.complete);
+  REQUIRE(study.methods.size() == 1);
+  CHECK_FALSE(study.methods.front().measured.has_value());
+  CHECK(calls < 10);
+}
+
 TEST_CASE("unknown and unfitting integrators are refused by name") {
   CHECK_THROWS_AS(study_of(make_row(), {{"rk5"}}), sim::Error);
   CHECK_THROWS_AS(study_of(make_circle(), {{"verlet"}}), sim::Error);

@@ -11,6 +11,7 @@ namespace {
 constexpr int kSteps = 400;
 constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordinate
 constexpr double kTooLarge = 1e3;  // growth that is enough to know
+constexpr double kMode = 30;       // times the random part, of the fastest mode
 constexpr double kOwn = 1.2;       // times the growth found, which is approached from below
 
 }  // namespace
@@ -38,10 +39,11 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
   for (std::size_t i = 0; i < position.count; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t at = position.at(i, axis);
-      if (weights_[at] > 0) start_[at] += size * noise.next();
+      if (weights_[at] > 0) start_[at] += size * (noise.next() + kMode * spectrum.shape[at]);
       weights_[velocity.at(i, axis)] /= rate * rate;
     }
-  // Whether it keeps steps shows after some.
+  // Whether it keeps steps shows after some. Of those that do the fastest mode is known by this
+  // alone: it stands out, so that little growth shows.
   const double h = 1e-3 / rate;
   integrator_->restart(place.t(), h, start_.data());
   std::ranges::copy(start_.span(), x_.data());

@@ -19,8 +19,9 @@ class Disturbance {
   // in the last quarter of some hundred steps over that in the second. Infinity when a step fails.
   double operator()(double h);
 
-  // Growth below 1 + this is not told from none.
+  // Growth below 1 + this is not told from none; of a method that keeps steps below a tenth.
   static constexpr double kTolerance = 1e-3;
+  double tolerance() const { return keeps_steps_ ? 0.1 * kTolerance : kTolerance; }
 
   // The method keeps more than a state from step to step, so that single steps say little of it.
   bool keeps_steps() const { return keeps_steps_; }

@@ -234,7 +234,7 @@ std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
   if (second && !radius.implicit()) growth.emplace(place, spectrum, method);
   if (growth && growth->keeps_steps())
     return largest_stable_step([&](double h) { return (*growth)(h); }, rate,
-                               spectrum.fastest.damping, Disturbance::kTolerance, kCoarseScan);
+                               spectrum.fastest.damping, growth->tolerance(), kCoarseScan);
   const double limit = largest_stable_step(
       [&](double h) { return radius(h); }, spectrum.fastest.omega, spectrum.fastest.damping,
       radius.tolerance(), radius.implicit() ? kCoarseScan : kFineScan);
