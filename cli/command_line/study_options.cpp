@@ -9,11 +9,12 @@ namespace {
 constexpr const char* kStabilityFooter =
     "Keys of --json, one object a system ({\"systems\":[..]} for a world):\n"
     "  system, t, omega_max (rad/s; of first order the largest rate, 1/s), damping,\n"
-    "  residual, bound, growth (1/s, of the system itself), decay (1/s), particles,\n"
-    "  families, integrator, dt, energy_time, complete, integrators: [name, order,\n"
+    "  residual, bound, growth (1/s, of the system itself), decay (1/s), particles:\n"
+    "  [particle, share], families: [family, share] (of the fastest mode),\n"
+    "  integrator, dt, energy_time, complete, integrators: [name, order,\n"
     "  predicted_dt, measured_dt (s; 0: none is stable, null: any is, or not known),\n"
-    "  limit (step, none stable, unlimited, own steps, unknown), confirmed,\n"
-    "  radius (growth in one step of dt), energy: [fraction, dt, error]]\n";
+    "  limit (step, none stable, unlimited, own steps, unknown), radius (growth in\n"
+    "  one step of dt), energy: [fraction, dt, error]]\n";
 
 constexpr const char* kOrderFooter =
     "Keys of --json, one object a system ({\"systems\":[..]} for a world):\n"
@@ -48,12 +49,15 @@ constexpr const char* kCompareFooter =
     "Examples:\n"
     "  sim compare scenes/cloth.lua -i rk4 -i verlet -i implicit_euler --out c.mp4\n"
     "  sim compare scenes/cloth.lua -i rk4 -d 0.01 -i rk4 -d 0.005\n"
+    "  sim compare scenes/pendulum.lua -T 2 --of \"mean sag\"\n"
     "One --dt holds for all methods, several for one each, in their order. A file of\n"
     "--out has a panel of each at equal times, coloured by its error.\n"
     "Keys of --json, one object:\n"
-    "  system, time, size, frames, reference: {how, error}, methods: [integrator, dt,\n"
-    "  steps, evaluations, seconds, error, error_end, most, diverged_at (s)]\n"
-    "  error: rms of positions, the largest of all frames; most: of one particle.\n";
+    "  system, time, size, frames, reference: {how, error}, judged: {of, figure,\n"
+    "  error} (of --of, or null), methods: [integrator, dt, steps, evaluations,\n"
+    "  seconds, error, error_end, most, judged, off, diverged_at (s)]\n"
+    "  error: rms of positions, the largest of all frames; most: of one particle;\n"
+    "  off: of what --of says, of a quantity the largest of all frames.\n";
 
 constexpr const char* kSweepFooter =
     "Examples:\n"
@@ -136,7 +140,7 @@ void StudyOptions::add_to(CLI::App& app) {
   compare_ =
       study(app, "compare", "SCENE: methods side by side, each with its error", kCompareFooter,
             {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs",
-             "--wireframe", "--camera", "--size", "--progress"});
+             "--wireframe", "--camera", "--size", "--of", "--progress"});
   scene_of(compare_);
 
   sweep_ = study(app, "sweep", "SCENE: one scene many times, a row of a table each", kSweepFooter,
@@ -260,6 +264,7 @@ CompareRequest StudyOptions::compare(const StudyBase& base) const {
   }
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   request.out = out_request(base.out, {});
+  request.of = only("--of", base.of);
   request.json = base.json;
   request.progress = base.progress;
   return request;

@@ -150,7 +150,8 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     else
       track.leave_unverified("positions not verified");
   const Verdict verdict = overall_verdict(tracks);
-  judged_ = {verdict, from, scene.systems.front().t(), cut};
+  judged_ = {verdict, from, scene.systems.front().t(), cut,
+             tracks.front().began_anew() ? scene.systems.front().method().name() : ""};
   if (verdict.trust == Trust::kDiverged)
     throw Error(ErrorKind::kDiverged, {"diverged", scene.spec.file, verdict.reason,
                                        "try a smaller .dt or another .integrator"});

@@ -15,9 +15,11 @@ namespace {
 Answer judged(Call& call, const LiveScene::Outcome& outcome) {
   if (!call.spoken || !outcome) return {};
   const std::optional<double>& cut = call.session.live().judged()->cut;
-  const std::string note = cut ? "sim: note: the last step took " + brief(*cut, 4) + " s\n" : "";
+  const std::string& anew = call.session.live().judged()->anew;
+  std::string note = cut ? "sim: note: the last step took " + brief(*cut, 4) + " s" : "";
+  if (!anew.empty()) note += "; " + anew + " keeps earlier steps, and begins anew there";
   put(call.session.console().err,
-      note + study::trust_name(outcome->trust) + ": " + outcome->reason + "\n");
+      note + (cut ? "\n" : "") + study::trust_name(outcome->trust) + ": " + outcome->reason + "\n");
   return {};
 }
 

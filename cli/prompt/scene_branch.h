@@ -47,6 +47,7 @@ struct Judged {
   study::Verdict verdict;
   double from = 0, to = 0;      // s
   std::optional<double> cut{};  // s, the size of a last step that was shorter
+  std::string anew{};           // the method, if it keeps earlier steps and began anew for that one
 };
 
 // What runs look at: at each step of the present system whose number is a multiple of `every`.

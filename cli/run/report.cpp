@@ -245,6 +245,11 @@ void Report::footer(std::span<Track> tracks, double seconds) {
                              " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +
                              brief(slowest(tracks).elapsed() / seconds, 3) + " x real time");
   }
+  for (const Track& track : tracks)
+    if (track.began_anew())
+      text += label("last step", brief(*track.short_step(), 4) +
+                                     " s: " + track.system().method().name() +
+                                     " keeps earlier steps, and began anew for it");
   for (const Track& track : tracks) {
     const Simulation& system = track.system();
     const IntegratorInfo info = system.integrator_info();

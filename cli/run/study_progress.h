@@ -52,6 +52,12 @@ class StudyProgress {
 // scene does not observe it.
 std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text);
 
+// "mean sag = 1.234 (known to 0.002)", no digit more; "sag (known to 0.002)" of one at all times.
+std::string judged_text(const std::string& of, double figure, double error);
+
+// A name as the first cell of a row, padded; a longer one stands on a line of its own.
+std::string first_cell(const std::string& name, std::size_t width);
+
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);
 

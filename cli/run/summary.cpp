@@ -110,7 +110,9 @@ std::string system_json(Track& track, const std::string& post_mortem) {
   object.text("integrator", system.method().name())
       .number("dt", system.h())
       .integer("steps", system.step_count())
-      .number("t", system.t());
+      .number("t", system.t())
+      .number("last_step", track.finished() ? track.short_step().value_or(system.h()) : system.h())
+      .flag("began_anew", track.began_anew());
   object.json("integrator_params", params_json(system)).json("effort", effort_json(system));
   if (system.second_order()) {
     object.json("energy", JsonObject()

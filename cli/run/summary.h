@@ -11,13 +11,15 @@ namespace sim::cli {
 
 // {"scene","systems":[...],"threads","seconds","verdict","reason"} with, for each system,
 //   {"name","order_of_state","particles","pinned","springs":{FAMILY:n},"integrator","dt",
-//    "steps","t","integrator_params":{NAME:text},"effort":{"steps","rejected","evaluations"},
+//    "steps","t","last_step","began_anew","integrator_params":{NAME:text},
+//    "effort":{"steps","rejected","evaluations"},
 //    "energy":{"start","end","work","drift"},"error","hash","verdict","reason",
 //    "figures":{"energy","dt_share","dt_share_at_most","strain","step_error","momentum","verified",
 //               "position_error","position_share","horizon","neighbours"},"postmortem"}
 // Springs and energy for second-order systems, error where the scene has an exact solution,
 // components instead of particles for a flat state; figures as in study::Figures, null where not
-// known or without bounds. dt, t and seconds in s, energies in J.
+// known or without bounds; began_anew: a method that keeps earlier steps, for a last_step that is
+// shorter than dt. dt, last_step, t and seconds in s, energies in J.
 // `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
 // system, and the first of them that of the whole.
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,

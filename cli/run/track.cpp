@@ -58,10 +58,14 @@ std::optional<double> Track::cut() const {
   return steps_ - system_->step_count() == 1 ? end_ : std::nullopt;
 }
 
-std::optional<double> Track::short_step() const {
-  if (!end_) return {};
-  return *end_ - system_->t(steps_ - 1);
+void Track::end_at(double time) {
+  end_ = time;
+  short_ = time - system_->t(steps_ - 1);
 }
+
+std::optional<double> Track::short_step() const { return short_; }
+
+bool Track::began_anew() const { return finished() && keeps_steps_; }
 
 std::span<const double> Track::observed() {
   if (observed_step_ != system_->step_count()) {
@@ -92,6 +96,8 @@ void Track::sample() {
   const std::int64_t step = system_->step_count();
   if (step > sampled_) monitor_.advance(step - sampled_);
   sampled_ = step;
+  if (cut())
+    keeps_steps_ = !system_->integrator_info().adaptive && !system_->integrator().memory().empty();
   for (std::size_t i = 0; i < judged_.size(); ++i)
     courses_[i].look(system_->t(), judged_[i].at(*system_));
   if (!looks_.take(step)) return;

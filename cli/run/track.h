@@ -29,10 +29,9 @@ class Track {
   // solution throws at t = 0. The registry is for the verdict, see study::Monitor.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride, Registry* registry = nullptr);
-  // Counts the drift from another total energy than the present one, in J.
-  void set_start(double total) { start_ = {0, total}; }
-  void end_at(double time) { end_ = time; }  // the last step ends there, before its own end
-  int advance(std::int64_t most);            // as Simulation::steps, with the last one shortened
+  void set_start(double total) { start_ = {0, total}; }  // the drift counts from that, in J
+  void end_at(double time);           // the last step ends there, before its own end
+  int advance(std::int64_t most);     // as Simulation::steps, with the last one shortened
   std::optional<double> cut() const;  // s, where the next step has to end, if that is a shorter one
   // Of a run that goes on: with the work of its first part, if that is known.
   void continue_from(double total, std::span<const double> work);
@@ -45,6 +44,7 @@ class Track {
   double elapsed() const { return system_->t() - first_t_; }        // s, simulated
   double end() const { return end_ ? *end_ : system_->t(steps_); }  // s
   std::optional<double> short_step() const;  // the size of the last step, where it is shortened, s
+  bool began_anew() const;                   // for it, as the method keeps earlier ones
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
 
@@ -95,13 +95,13 @@ class Track {
   std::int64_t observed_step_ = -1;  // the step observed_ belongs to
   std::vector<study::Quantity> judged_;
   std::vector<study::Course> courses_;
-  std::optional<double> end_;  // s, of a last step that is shortened
+  std::optional<double> end_, short_;  // s, of a last step that is shortened: when, how long
   study::Monitor monitor_;
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;
   std::string unverified_, diverged_;  // why it has no shadow; why it diverged
   bool energy_unknown_ = false;        // beyond the range of numbers from the start
-  bool interrupted_ = false, work_known_ = true, stuck_ = false;
+  bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
 };
 
 // The verdict on all systems of a run: the worst one's, with the names where there are several.

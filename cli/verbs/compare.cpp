@@ -28,6 +28,8 @@ struct Runner {
   std::int64_t evaluations = 0, steps = 0;
   std::int64_t looked = 0;            // evaluations for the frames alone
   double diverged_at = std::nan("");  // s: no further step, or further off than kLost sizes
+  double judged = std::nan("");  // of the quantity asked for: the figure, or the last value seen
+  double off = 0;                // how far that is off, of a quantity the largest of the frames
 
   bool diverged() const { return !std::isnan(diverged_at); }
 };
@@ -39,13 +41,21 @@ std::string step_text(const Runner& runner) {
   return "h = " + brief(runner.system.h(), 3) + " s";
 }
 
+double largest(const std::vector<double>& values) { return *std::ranges::max_element(values); }
+
+// Nothing smaller than what the reference knows.
+std::string error_text(double error, double known, int digits) {
+  return error > known || std::isnan(error) ? brief(error, digits) : "<" + brief(known, 1);
+}
+
 class Comparison {
  public:
   Comparison(const CompareRequest& request, const SystemSpec& spec, Registry& registry)
       : request_(request),
         spec_(spec),
         registry_(registry),
-        time_(request.time.value_or(spec.duration)) {
+        time_(request.time.value_or(spec.duration)),
+        of_(quantity(spec, request.of)) {
     for (const ComparedMethod& method : methods()) {
       SceneRequest with = request.scene;
       with.integrator = method.integrator;
@@ -68,6 +78,7 @@ class Comparison {
   bool step(Runner& runner, double end, const std::function<bool()>& go_on);
   Frame frame_at(Runner& runner, double t);
   void measure(Runner& runner, Frame& frame, std::size_t point);
+  double figure_of(const Runner& runner, const std::function<bool()>& go_on) const;
   Moment stage(std::size_t point, const Frame& like) const;
   std::string unit() const { return model_.second_order ? "m" : ""; }
   std::string amount(double value) const {
@@ -78,11 +89,12 @@ class Comparison {
   const SystemSpec& spec_;
   Registry& registry_;
   double time_;  // s
+  std::optional<study::Quantity> of_;
   Model model_;
   std::vector<Runner> runners_;
-  study::Reference reference_;
-  std::size_t stride_ = 1;  // points of the reference a frame
-  double size_ = 1;         // of the scene
+  study::Reference reference_, judged_;  // of positions, and of the quantity
+  std::size_t stride_ = 1;               // points of the reference a frame
+  double size_ = 1;                      // of the scene
   std::vector<Moment> stage_;
 };
 
@@ -138,10 +150,15 @@ bool Comparison::step(Runner& runner, double end, const std::function<bool()>& g
 // as if nobody had looked.
 Frame Comparison::frame_at(Runner& runner, double t) {
   Simulation& system = runner.system;
-  if (t - system.t() <= 1e-9 * system.h()) return take_frame(system);
+  if (t - system.t() <= 1e-9 * system.h()) {
+    if (of_) runner.judged = of_->at(system);
+    return take_frame(system);
+  }
   const Snapshot before = system.snapshot();
   const std::int64_t evaluations = system.integrator().effort().evaluations;
-  Frame frame = system.step_to(t) ? take_frame(system) : Frame(runner.frames.back());
+  const bool done = system.step_to(t);
+  Frame frame = done ? take_frame(system) : Frame(runner.frames.back());
+  if (of_) runner.judged = done ? of_->at(system) : std::nan("");
   runner.looked += system.integrator().effort().evaluations - evaluations;
   system.restore(before);
   frame.t = t;
@@ -170,6 +187,27 @@ void Comparison::measure(Runner& runner, Frame& frame, std::size_t point) {
   runner.rms = std::max(runner.rms, runner.rms_end);
   runner.most = std::max(runner.most, most);
   frame.note = "t = " + brief(frame.t, 3) + " s   error " + amount(runner.rms_end);
+  if (!of_ || of_->is_figure()) return;
+  // Both references have 60 2^k intervals.
+  const auto of = judged_.points.size() - 1, all = reference_.points.size() - 1;
+  const double off = std::abs(runner.judged - judged_.points[point * of / all].front());
+  if (!(off <= runner.off)) runner.off = off;
+}
+
+// A run of its own, to be seen at each step as any run is. Not a number when it diverges.
+double Comparison::figure_of(const Runner& runner, const std::function<bool()>& go_on) const {
+  Simulation system(spec_, registry_,
+                    {.integrator = runner.system.method().choice(), .dt = runner.system.h()});
+  system.stop_when([&] { return !go_on(); });
+  study::Course course;
+  const double slack = 1e-9 * system.h();
+  for (bool good = true; good;) {
+    course.look(system.t(), of_->at(system));
+    if (system.t() >= time_ - slack) return course.figure(*of_);
+    good = go_on() &&
+           (system.t() + system.h() <= time_ + slack ? system.step() : system.step_to(time_));
+  }
+  return std::nan("");
 }
 
 // What the reference shows at a point, for the viewpoint.
@@ -186,10 +224,15 @@ Moment Comparison::stage(std::size_t point, const Frame& like) const {
 }
 
 bool Comparison::run(const study::Watch& watch) {
-  const study::Problem problem{&spec_, &registry_, run_options(request_.scene, spec_, registry_)};
+  study::Problem problem{&spec_, &registry_, run_options(request_.scene, spec_, registry_)};
   size_ = study::scene_size(runners_.front().system);
   reference_ = study::reference(problem, time_, watch);
   if (reference_.points.empty()) return false;
+  if (of_) {
+    problem.of = of_;
+    judged_ = study::reference(problem, time_, watch);
+    if (judged_.points.empty()) return false;
+  }
   choose_frames();
   const std::size_t frames = static_cast<std::size_t>(reference_.intervals()) / stride_;
   for (std::size_t r = 0; r < runners_.size(); ++r) {
@@ -222,6 +265,11 @@ bool Comparison::run(const study::Watch& watch) {
         runner.frames.back().note = "diverged at t = " + brief(runner.diverged_at, 3) + " s";
       }
       if (r == 0) stage_.push_back(stage(k * stride_, runner.frames.back()));
+    }
+    if (of_ && of_->is_figure() && !runner.diverged()) {
+      runner.judged = figure_of(runner, [&] { return watch(runner.method, done(frames)); });
+      if (!watch(runner.method, done(frames))) return false;
+      runner.off = std::abs(runner.judged - judged_.figure);
     }
     runner.steps = runner.system.step_count();
     runner.evaluations = study::evaluations_of(runner.system) - runner.looked;
@@ -271,24 +319,29 @@ std::string Comparison::table() const {
   std::string text =
       label("scene", request_.scene.scene + " to t = " + brief(time_) + " s, size " +
                          (unit().empty() ? brief(size_, 4) : brief(size_, 4) + " m")) +
-      label("reference", wrapped(reference_.how + ", known to " +
-                                     amount(*std::ranges::max_element(reference_.error)),
-                                 12, 12)) +
-      '\n';
+      label("reference",
+            wrapped(reference_.how + ", known to " + amount(largest(reference_.error)), 12, 12));
+  if (of_)
+    text += label("judged", judged_text(request_.of, judged_.figure, largest(judged_.error)));
   std::vector<std::vector<std::string>> rows{
-      {"integrator", "step, tol", "steps", "evaluations", "ms", "error", "at the end", "most"}};
+      {"integrator", "step, tol", "steps", "evals", "ms", "error", "most"}};
+  if (of_) rows.front().push_back("off");
   for (const Runner& runner : runners_) {
     rows.push_back({runner.method, step_text(runner), std::to_string(runner.steps),
                     std::to_string(runner.evaluations), brief(1e3 * runner.seconds, 3)});
     if (runner.diverged()) {
       rows.back().push_back("diverged at t = " + brief(runner.diverged_at, 3) + " s");
-    } else {
-      for (const double error : {runner.rms, runner.rms_end, runner.most})
-        rows.back().push_back(brief(error, 3));
+      continue;
     }
+    for (const double error : {runner.rms, runner.most})
+      rows.back().push_back(error_text(error, largest(reference_.error), 2));
+    if (of_) rows.back().push_back(error_text(runner.off, largest(judged_.error), 2));
   }
-  return text + aligned(rows, "") + "error: rms of positions" + (unit().empty() ? "" : " in m") +
-         ", the largest of all frames; most: of one particle.\n";
+  return text + '\n' + aligned(rows, "") + "error: rms of positions" +
+         (unit().empty() ? "" : " in m") + ", the largest of all frames; most: of one particle.\n" +
+         (!of_               ? ""
+          : of_->is_figure() ? "off: of " + request_.of + ", as the steps of a run see it.\n"
+                             : "off: of " + request_.of + ", the largest of all frames.\n");
 }
 
 std::string Comparison::json() const {
@@ -304,6 +357,8 @@ std::string Comparison::json() const {
                        .number("error", good ? runner.rms : std::nan(""))
                        .number("error_end", good ? runner.rms_end : std::nan(""))
                        .number("most", good ? runner.most : std::nan(""))
+                       .number("judged", good ? runner.judged : std::nan(""))
+                       .number("off", good && of_ ? runner.off : std::nan(""))
                        .number("diverged_at", runner.diverged_at)
                        .str());
   }
@@ -312,10 +367,15 @@ std::string Comparison::json() const {
       .number("time", time_)
       .number("size", size_)
       .integer("frames", static_cast<std::int64_t>(stage_.size()))
-      .json("reference", JsonObject()
-                             .text("how", reference_.how)
-                             .number("error", *std::ranges::max_element(reference_.error))
-                             .str())
+      .json(
+          "reference",
+          JsonObject().text("how", reference_.how).number("error", largest(reference_.error)).str())
+      .json("judged", of_ ? JsonObject()
+                                .text("of", request_.of)
+                                .number("figure", judged_.figure)
+                                .number("error", largest(judged_.error))
+                                .str()
+                          : "null")
       .json("methods", json_array(rows))
       .str();
 }

@@ -221,7 +221,7 @@ std::string table_text(const Bench& bench, const MinimalRequest& request,
   if (smallest) add("  the smallest", smallest->look, &smallest->change, "");
   std::string text = aligned(table, "");
   for (const Row& row : rows)
-    if (!row.why.empty()) text += "  " + row.part.option + ": " + row.why + '\n';
+    if (!row.why.empty()) text += "  " + wrapped(row.part.option + ": " + row.why, 4, 2) + '\n';
   return text;
 }
 
@@ -336,9 +336,9 @@ std::string text_of(const Bench& bench, const MinimalRequest& request, const Loa
                                 (request.of.empty() ? "positions" : request.of));
   }
   text += '\n' + table_text(bench, request, rows, smallest) +
-          "* within the budget. Changes are the largest on the way: of a position as a share\n"
-          "of the scene's size, of the energy of that in play, of what the scene observes\n"
-          "as numbers" +
+          "* within the budget. Changes are the largest on the way: of a position as a\n"
+          "share of the scene's size, of the energy of that in play, of what the scene\n"
+          "observes as numbers" +
           (scene.spec.world ? std::string("; of several systems that of the worst") : "") +
           (bench.by_figure() ? "; a figure at the end" : "") +
           ". Springs and\nforces that a step has room for may cost no time.\n\n";

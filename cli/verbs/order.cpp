@@ -105,8 +105,9 @@ std::string text_of(const OrderStudy& result, const std::string& of) {
                                          (of.empty() ? " s, size " : " s, range ") +
                                          with_unit(result, result.size, 4));
   if (!of.empty())
-    text += label("judged",
-                  of + (result.yardstick.figure ? " = " + brief(result.reference.figure, 8) : ""));
+    text += label("judged", result.yardstick.figure && !result.reference.points.empty()
+                                ? judged_text(of, result.reference.figure, known_to(result))
+                                : of);
   if (!result.reference.points.empty())
     text += label("reference", wrapped(result.reference.how + ", known to " +
                                            with_unit(result, known_to(result), 2),

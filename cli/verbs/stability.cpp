@@ -15,6 +15,7 @@ using study::MethodStability;
 using study::Stability;
 
 constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
+constexpr std::size_t kMostWidth = 20;  // of a name that its row stands beside
 constexpr std::size_t kShownRun = 1;  // the first of the runs at shares of the limit that is shown
 
 std::string step_text(const std::optional<double>& step) {
@@ -34,7 +35,9 @@ std::string off_text(const MethodStability& each) {
   if (!each.predicted || !each.measured || *each.predicted == 0) return "";
   const double off = 100 * (*each.measured / *each.predicted - 1);
   if (!std::isfinite(off)) return "";
-  return std::abs(off) < 0.05 ? "0 %" : brief(off, 1) + " %";
+  if (std::abs(off) < 0.05) return "0 %";
+  if (std::abs(off) >= 1000) return "x" + brief(*each.measured / *each.predicted, 2);
+  return brief(off, std::abs(off) < 10 ? 1 : 3) + " %";
 }
 
 // How far a step of dt is from the limit, or how fast it grows beyond it.
@@ -59,7 +62,8 @@ std::string place_text(const Stability& result) {
     particles.push_back(std::to_string(particle));
   for (const auto& [family, share] : result.spectrum.families)
     families.push_back(family + " " + percent(share, 1, 2));
-  return "mostly at particles " + join(particles, " ") + "; " + join(families, ", ");
+  return "mostly at particles " + join(particles, " ") + (families.empty() ? "" : "; ") +
+         join(families, ", ");
 }
 
 // Methods that no step makes stable, and how fast they are wrong at the present one.
@@ -83,19 +87,20 @@ std::string table_text(const Stability& result) {
   std::size_t width = 11;
   for (const MethodStability& each : result.methods)
     width = std::max(width, each.method.label.size() + 1);
-  std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 4) +
-                     right("", kOff + kDt - 4) +
-                     (result.energy_time <= 0       ? ""
-                      : result.spectrum.first_order ? "  error at share of it"
-                                                    : "  energy error at share") +
-                     '\n';
+  width = std::min(width, kMostWidth);
+  std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 4);
+  if (result.energy_time > 0)
+    text += right("", kOff + kDt - 4) +
+            (result.spectrum.first_order ? "  error at share of it" : "  energy error at share");
+  text += '\n';
   text += left("integrator", width) + right("predicted", kStep) + right("measured", kStep) +
           right("off", kOff) + right("your dt", kDt);
   if (result.energy_time > 0)
     for (const char* share : {"0.5", "0.9", "1.1"}) text += right(share, kEnergy);
   text += '\n';
   for (const MethodStability& each : result.methods) {
-    std::string line = left(each.method.label, width) + right(step_text(each.predicted), kStep) +
+    std::string line = first_cell(each.method.label, width) +
+                       right(step_text(each.predicted), kStep) +
                        right(step_text(each.measured), kStep) + right(off_text(each), kOff) +
                        right(standing(each, result.dt), kDt);
     for (std::size_t i = kShownRun; i < each.energy.size(); ++i)
@@ -207,8 +212,10 @@ int stability(const StabilityRequest& request, const Environment& environment, R
   for (const SystemSpec& spec : scene.spec.systems) {
     if (progress.caught()) break;
     const study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
-    const study::StabilityOptions options{request.at, study_choices(request.integrators, registry)};
-    progress.announce(study::expected(problem, options));
+    const study::StabilityOptions options{
+        .at = request.at,
+        .integrators = study_choices(request.integrators, registry),
+        .announce = [&](double seconds) { progress.announce(seconds); }};
     const Stability result = study::stability(problem, options, progress.watch());
     texts.push_back(request.json ? json_of(result) : text_of(result));
   }

@@ -101,24 +101,26 @@ bool drifts(const WorkPrecision& study) {
 }
 
 std::string table_text(const WorkPrecision& study) {
+  const bool drift = drifts(study);
   std::size_t width = 13;
   for (const Curve& curve : study.curves) width = std::max(width, curve.method.label.size() + 2);
+  width = std::min<std::size_t>(width, drift ? 13 : 21);
   std::string text = "  " + left("integrator", width - 2) + right("order", 7) +
                      right("dt, tol", 9) + right("cost", 9) +
-                     right(study.unit.empty() ? "error" : "error [m]", 10) + right("of size", 9) +
-                     right("energy", 8) + right("ms", 7) +
-                     (drifts(study) ? right("|phi| [m]", 10) + right("[m/s]", 8) : "") + '\n';
+                     right(study.unit.empty() ? "error" : "error [m]", 10) +
+                     (drift ? "" : right("of size", 9)) + right("energy", 8) + right("ms", 7) +
+                     (drift ? right("phi [m]", 9) + right("[m/s]", 8) : "") + '\n';
   for (const PlaceOf place : rows(study)) {
     const Curve& curve = curve_of(study, place);
     const Point& point = study.at(place);
-    text += (on_front(study, place) ? "* " : "  ") + left(curve.method.label, width - 2) +
+    text += (on_front(study, place) ? "* " : "  ") + first_cell(curve.method.label, width - 2) +
             right(order_text(curve), 7) +
             right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 9) +
             right(brief(study.cost(place), 5), 9) + right(error_text(study, point), 10) +
-            right(brief(point.rms / study.size, 2), 9) +
+            (drift ? "" : right(brief(point.rms / study.size, 2), 9)) +
             right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 8) +
             right(brief(1e3 * point.seconds, 2), 7) +
-            (point.drift ? right(brief(point.drift->position, 2), 10) +
+            (point.drift ? right(brief(point.drift->position, 2), 9) +
                                right(brief(point.drift->velocity, 2), 8)
                          : "") +
             '\n';
@@ -136,9 +138,7 @@ std::string table_text(const WorkPrecision& study) {
               ? "of the figure of the whole run, as its own steps see it.\n"
               : "rms of " + std::string(study.unit.empty() ? "the numbers" : "positions") +
                     ", the largest of all steps.\n") +
-         (drifts(study)
-              ? "|phi|, [m/s]: how far the constraints and their rates are off at the end\n"
-              : "");
+         (drift ? "phi, [m/s]: how far the constraints and their rates are off at the end\n" : "");
 }
 
 std::string with_unit(const WorkPrecision& study, double value, int digits) {
@@ -155,10 +155,11 @@ std::string recommendation(const WorkPrecision& study, const std::string& of, co
   std::string text;
   if (study.recommended) {
     const Point& point = study.at(*study.recommended);
-    text = "recommended for " + budget + ": off by " + with_unit(study, point.rms, 2) + ", " +
-           brief(study.cost(*study.recommended) / study.time, 4) + " evaluations/s (" +
-           brief(study.time / point.seconds, 2) + "x real time)\n  " +
-           command_text(study, *study.recommended, asked) + '\n';
+    text = wrapped("recommended for " + budget + ": off by " + with_unit(study, point.rms, 2) +
+                       ", " + brief(study.cost(*study.recommended) / study.time, 4) +
+                       " evaluations/s (" + brief(study.time / point.seconds, 2) + "x real time)",
+                   2) +
+           "\n  " + command_text(study, *study.recommended, asked) + '\n';
   } else {
     text = "no step within " + budget + " is well inside its limit of stability\n";
   }
@@ -183,7 +184,7 @@ std::string text_of(const WorkPrecision& study, const std::string& of, const Ask
       "reference",
       wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12, 12));
   if (study.yardstick.figure)
-    text += label("judged", of + " = " + brief(study.reference.figure, 8));
+    text += label("judged", judged_text(of, study.reference.figure, known_to(study)));
   if (of.empty()) text += label("growth", wrapped(growth_text(study), 12, 12));
   if (study.comparable < study.time && !study.yardstick.figure)
     text += label("chaotic",

@@ -155,6 +155,16 @@ TEST_CASE("a run ends at the time asked for, and its other steps keep their bits
   const Outcome report = run_sim({"-d", "0.003", "-T", "0.01"});
   CHECK(report.out.find("4 steps to t = 0.01 s, the last after 0.001 s") != std::string::npos);
   CHECK(run_sim({"-d", "0.005", "-T", "0.01"}).out.find("the last after") == std::string::npos);
+  // What keeps earlier steps begins anew for it, and says so.
+  const auto told = [&](const std::string& time, const std::string& method) {
+    return run_sim({"-i", method, "-d", "0.003", "-s", "n=3", "-T", time});
+  };
+  CHECK(told("0.01", "bdf2")
+            .out.find("last step   0.001 s: bdf2 keeps earlier steps, and began "
+                      "anew for it") != std::string::npos);
+  CHECK(told("0.009", "bdf2").out.find("began anew") == std::string::npos);
+  for (const char* method : {"trbdf2", "rk4", "dopri5"})
+    CHECK(told("0.01", method).out.find("began anew") == std::string::npos);
 }
 
 TEST_CASE("a shortened last step is as exact as the others, also in the shadow") {

@@ -55,6 +55,9 @@ TEST_CASE("repl: a run ends at the time asked for, with a shorter last step") {
   const Outcome run = session(".run 0.333\n.t\n.hash\n");
   CHECK(run.out == "0.333\n" + hash);
   CHECK(run.err.starts_with("sim: note: the last step took 0.003 s\n"));
+  CHECK(session(".integrator bdf2\n.run 0.333\n")
+            .err.find("took 0.003 s; bdf2 keeps earlier steps, and begins anew there\n") !=
+        std::string::npos);
   // The steps before it are what they were, and all come back bit for bit.
   const Outcome back = session(
       ".run 0.333\n.step 30\nh = hash()\n.back 40\n.t\n.step 40\nhash() == h\n.t\n"

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/study/limits/stability.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary.h"
 
@@ -115,6 +116,19 @@ TEST_CASE("a third-party integrator and field work like the kernel's own") {
   CHECK(simulation.flat());
   CHECK(simulation.component(0) == Approx(factor).epsilon(1e-14));
   CHECK(simulation.component(1) == Approx(-7 * factor).epsilon(1e-14));
+}
+
+// On q'' = -omega^2 q - gamma q' its roots are on the circle at h omega = (4 gamma / omega)^(1/3).
+TEST_CASE("the largest stable step of a multistep method is measured") {
+  sim::Registry registry = make_registry();
+  registry.load(fixture("adams_bashforth"));
+  const sim::SystemSpec cloth = make_cloth(8);
+  const auto study =
+      sim::study::stability({&cloth, &registry}, {.integrators = {{"adams_bashforth"}, {"rk4"}}},
+                            [](std::string_view, double) { return true; });
+  CHECK_FALSE(study.methods[0].predicted.has_value());
+  CHECK(study.methods[0].measured.value() == Approx(0.0014).epsilon(0.03));
+  CHECK(study.methods[1].measured.value() == Approx(0.01474).epsilon(1e-3));
 }
 
 TEST_CASE("the command of the README builds a plugin outside the tree") {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/study/energy_balance.h"
+#include "core/study/verdict/criterion.h"
 #include "core/study/verdict/verdict.h"
 #include "tests/support/scenes.h"
 
@@ -76,6 +77,56 @@ sim::SystemSpec make_lorenz() {
 }
 
 }  // namespace
+
+// The jump of van der Pol's oscillator comes a little earlier or later: that is no chaos.
+TEST_CASE("neighbours that part for a moment are not chaotic") {
+  const sim::SystemSpec jumps =
+      make_field({2, 0}, [](double, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = 100 * (1 - x[0] * x[0]) * x[1] - x[0];
+      });
+  const Judged loose = judged(jumps, {.integrator = {"esdirk43", {{"tol", 1e-3}}}, .dt = 1}, 250);
+  CHECK(loose.verdict.trust != Trust::kChaotic);
+  CHECK(loose.parting.growth < 1e5);
+  const Judged lorenz = judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 4000);
+  CHECK(lorenz.verdict.trust == Trust::kChaotic);
+  CHECK(lorenz.parting.growth > 1e5);
+}
+
+TEST_CASE("neighbours that part at once do so in words that are numbers") {
+  sim::Registry registry = make_registry();
+  const sim::Simulation system(make_elastic_pendulum(), registry);
+  Parting parting;
+  parting.outcome = Parting::Outcome::kCompared;
+  parting.share = 1;
+  parting.growth = 1e7;
+  parting.horizon = 0.02;
+  parting.rate = 1e300;
+  CHECK(finding_of(parting, system).words ==
+        "positions are right until about t = 0.02 s (neighbours part tenfold within 0.0033 s)");
+  parting.rate = 2.5;
+  CHECK(finding_of(parting, system).words.find("part by x2.5 a second") != std::string::npos);
+}
+
+// Loose tolerances and single precision make motions of 1e-8 of the size from roundings.
+TEST_CASE("what is at rest but for roundings is not doubted") {
+  sim::SystemSpec rest = make_row();
+  for (sim::ParticleSpec& each : rest.particles->list) each.position += sim::Vec3(0.1, 0.2, 0.3);
+  const sim::RunOptions loose{.integrator = {"tsit5", {{"tol", 2e-6}}}, .dt = 0.16};
+  const sim::RunOptions single{.integrator = {"verlet", {{"precision", std::string("single")}}},
+                               .dt = 0.01};
+  for (const sim::RunOptions& options : {loose, single}) {
+    const Judged found = judged(rest, options, 60);
+    INFO(options.integrator.name << ' ' << found.verdict.reason);
+    CHECK(found.verdict.trust == Trust::kTrusted);
+    CHECK(found.parting.error < 1e-5);
+  }
+  // What does move is looked at as ever.
+  rest.particles->list[5].velocity = {1, 0, 0};
+  sim::RunOptions coarse = loose;
+  coarse.integrator.given["tol"] = 1e-2;
+  CHECK(judged(rest, coarse, 60).verdict.trust == Trust::kSuspect);
+}
 
 TEST_CASE("the shadow tells the error of methods of every order") {
   for (const auto& [method, h] : {std::pair{"euler", 0.001},

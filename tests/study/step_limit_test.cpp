@@ -69,6 +69,54 @@ TEST_CASE("a scene in motion is held still for the measurement") {
     CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(1e-3));
 }
 
+TEST_CASE("what a system grows by itself is no fault of a step") {
+  // A row pressed by a twentieth buckles at up to 14 1/s: half a step of that doubles it.
+  sim::SystemSpec row = make_row();
+  for (sim::ParticleSpec& each : row.particles->list) each.position *= 0.95;
+  const auto study = study_of(row, {{"verlet"}, {"rk4"}});
+  REQUIRE(study.spectrum.growth > 10);
+  for (const MethodStability& each : study.methods) {
+    INFO(each.method.name);
+    REQUIRE(each.predicted.value() > 0.01);
+    CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(0.01));
+  }
+}
+
+TEST_CASE("splittings take drag of single particles by the midpoint rule") {
+  sim::SystemSpec spec = make_row();
+  spec.particles->list[3].mass = 1e-3;
+  sim::PartSpec drag = make_drag(5);  // 5000 1/s
+  drag.particles = std::vector<int>{3};
+  spec.forces.push_back(drag);
+  const auto study = study_of(spec, {{"verlet"}, {"symplectic_euler"}, {"rk4"}});
+  CHECK(method_of(study, "verlet").predicted.value() == Approx(4.0 / 5000).epsilon(0.01));
+  CHECK(method_of(study, "symplectic_euler").predicted.value() == Approx(2.0 / 5000).epsilon(0.01));
+  CHECK(method_of(study, "rk4").predicted.value() == Approx(2.785 / 4960).epsilon(0.02));
+  for (const MethodStability& each : study.methods) {
+    INFO(each.method.name);
+    CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(0.03));
+  }
+}
+
+TEST_CASE("how long the rest takes is said when the vibrations are known") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_cloth(8);
+  double told = -1;
+  int done = 0, done_before = -1;
+  sim::study::StabilityOptions options{.integrators = {{"rk4"}}};
+  options.announce = [&](double seconds) {
+    told = seconds;
+    done_before = done;
+  };
+  const auto study = sim::study::stability({&spec, &registry}, options, [&](auto, double) {
+    ++done;
+    return true;
+  });
+  CHECK(told > 0);
+  CHECK(done_before == 0);
+  CHECK(study.methods.size() == 1);
+}
+
 TEST_CASE("the run may have an integrator that takes no loads") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec cloth = make_cloth(8);
@@ -133,6 +181,19 @@ TEST_CASE("a study ends when told to, and keeps what it has") {
   CHECK_FALSE(study.complete);
   CHECK(study.methods.size() == 2);
   CHECK(study.spectrum.fastest.omega > 0);
+}
+
+TEST_CASE("a study ends when told to within the steps of one method") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_cloth(4);
+  int calls = 0;
+  const auto study =
+      sim::study::stability({&spec, &registry}, {.integrators = {{"implicit_euler"}}},
+                            [&](std::string_view, double) { return ++calls < 3; });
+  CHECK_FALSE(study.complete);
+  REQUIRE(study.methods.size() == 1);
+  CHECK_FALSE(study.methods.front().measured.has_value());
+  CHECK(calls < 10);
 }
 
 TEST_CASE("unknown and unfitting integrators are refused by name") {

@@ -69,6 +69,24 @@ TEST_CASE("rk4 just above its limit is suspect, and wrong by 100 % in energy") {
   CHECK(verdict_of(make_cloth(8), "rk4", 0.0155, 2).figures.energy > 1);
 }
 
+// A bead of 1 g with a drag of 1000 1/s beside a weight that swings with 100 rad/s.
+TEST_CASE("the limit of dt is that of what decays fastest, too") {
+  sim::SystemSpec spec = make_chain({{0, 0, 0}, {0.3, 0, 0}}, {0}, 0);
+  spec.particles->list[1].mass = 0.04;
+  spec.particles->list.push_back({.position = {0, 1, 0}, .velocity = {0.1, 0, 0}, .mass = 1e-3});
+  sim::PartSpec all = make_drag(1), one = make_drag(1);
+  one.particles = std::vector<int>{2};
+  const auto share = [&](const sim::PartSpec& drag, const std::string& integrator, double dt) {
+    sim::SystemSpec dragged = spec;
+    dragged.forces.push_back(drag);
+    return verdict_of(dragged, integrator, dt, 200 * dt).figures.dt_share;
+  };
+  CHECK(share(all, "rk4", 0.97 * 2.785e-3) == Approx(0.97).epsilon(0.02));
+  CHECK(share(one, "rk4", 0.97 * 2.785e-3) == Approx(0.97).epsilon(0.02));
+  CHECK(share(one, "verlet", 0.97 * 4e-3) == Approx(0.97).epsilon(0.02));
+  CHECK(share(all, "verlet", 0.97 * 4e-3) < 0.3);  // which is exact there
+}
+
 TEST_CASE("a run without drag near the limit is not trusted") {
   const sim::SystemSpec cloth = make_cloth(8, {.drag = 0});
   CHECK(verdict_of(cloth, "rk4", 0.9 * 0.01468, 2).trust != Trust::kTrusted);

@@ -79,7 +79,8 @@ class Search {
   std::vector<double> errors_of(const Points& points) const;
   bool integrate(const Candidate& method, std::int64_t steps, double tolerance,
                  const TrajectoryPlan& plan);
-  bool follow(const Candidate& method);
+  bool follow(const Candidate& method, Points& points, std::optional<std::uint64_t> neighbour = {});
+  bool trace_neighbour(std::uint64_t which, Points& points);
   std::optional<std::vector<double>> difference(const Candidate& method, std::int64_t steps,
                                                 double tolerance);
   void compare(const Candidate& method);
@@ -96,6 +97,7 @@ class Search {
   std::vector<Candidate> methods_;
   Reference result_;
   std::string path_, check_;  // the names of both
+  std::optional<Candidate> path_method_;
 };
 
 bool Search::exact() {
@@ -163,17 +165,22 @@ double Search::figure_of(const Points& points) const {
   return course.figure(*problem_.of);
 }
 
+// The path again, from a rounding away.
+bool Search::trace_neighbour(std::uint64_t which, Points& points) {
+  if (path_method_) return follow(*path_method_, points, which);
+  Simulation system = problem_.simulation();
+  Array start(system.state().size());
+  disturb(system, kRoundingSeed * size_, which, start.span());
+  return trace(system, start, points);
+}
+
 // Where motion is chaotic two runs may agree on a figure by chance. Runs that begin a rounding away
 // show what it is worth.
 void Search::ask_neighbours() {
   constexpr std::uint64_t kNeighbours = 4;
-  if (path_ != "extrapolation") return;
   for (std::uint64_t each = 0; each < kNeighbours && !told_; ++each) {
-    Simulation system = problem_.simulation();
-    Array start(system.state().size());
-    disturb(system, kRoundingSeed * size_, each, start.span());
     Points points;
-    if (!trace(system, start, points)) return;
+    if (!trace_neighbour(each, points)) return;
     const double off = std::abs(figure_of(points) - result_.figure);
     for (double& error : result_.error) error = std::max(error, off);
   }
@@ -197,17 +204,22 @@ std::int64_t Search::finest(const Candidate& method) const {
   return steps;
 }
 
-// An integrator as the path, where nothing better is.
-bool Search::follow(const Candidate& method) {
+// An integrator as the path, where nothing better is; or as a neighbour of it.
+bool Search::follow(const Candidate& method, Points& points,
+                    std::optional<std::uint64_t> neighbour) {
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
-  Points points;
-  if (!integrate(method, by_tolerance ? intervals_ : finest(method), by_tolerance ? kSharpest : 0,
-                 {.intervals = intervals_,
-                  .see = [&](int, const std::vector<double>& x) { points.push_back(x); }}))
-    return false;
-  path_ = method.name;
-  result_.points = std::move(points);
-  return true;
+  TrajectoryPlan plan{.intervals = intervals_,
+                      .see = [&](int, const std::vector<double>& x) { points.push_back(x); }};
+  if (neighbour)
+    plan.begin = [&](Simulation& system) {
+      Snapshot start = system.snapshot();
+      disturb(system, kRoundingSeed * size_, *neighbour, start.x);
+      start.memory.clear();
+      system.restore(start);
+    };
+  points.clear();
+  return integrate(method, by_tolerance ? intervals_ : finest(method), by_tolerance ? kSharpest : 0,
+                   plan);
 }
 
 std::optional<std::vector<double>> Search::difference(const Candidate& method, std::int64_t steps,
@@ -295,8 +307,9 @@ Reference Search::find() {
   const bool extrapolated = extrapolate();
   if (told_) return {};
   if (!given && !extrapolated) {
-    const auto path = std::ranges::find_if(
-        methods_, [&](const Candidate& method) { return !told_ && follow(method); });
+    const auto path = std::ranges::find_if(methods_, [&](const Candidate& method) {
+      return !told_ && follow(method, result_.points);
+    });
     if (told_) return {};
     if (path == methods_.end())
       throw Error(
@@ -304,6 +317,8 @@ Reference Search::find() {
           {"no reference", "'" + problem_.spec->name + "' to t = " + std::to_string(time_) + " s",
            "no integrator stays finite at the steps that can be waited for",
            "choose a shorter --time"});
+    path_ = path->name;
+    path_method_ = *path;
     compare_all(method_family(*path));
     if (check_.empty() && !told_) {
       const bool by_tolerance = path->info.adaptive && path->has_tolerance;

@@ -89,6 +89,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
     with.options.integrator.given["tol"] = std::max(plan.tolerance, method.least_tolerance);
   Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
   system.stop_when([&] { return !go_on(); });  // in long steps
+  if (plan.begin) plan.begin(system);
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);
 

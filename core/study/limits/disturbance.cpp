@@ -11,6 +11,8 @@ namespace {
 constexpr int kSteps = 400;
 constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordinate
 constexpr double kTooLarge = 1e3;  // growth that is enough to know
+constexpr double kMode = 30;       // times the random part, of the fastest mode
+constexpr double kOwn = 1.2;       // times the growth found, which is approached from below
 
 }  // namespace
 
@@ -21,6 +23,9 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
       start_(place.state().size()),
       x_(start_.size()),
       next_(start_.size()) {
+  own_ = spectrum.growth;
+  for (const Vibration& each : spectrum.rates) own_ = std::max(own_, -0.5 * each.damping);
+  own_ *= kOwn;
   integrator_->prepare(place.system().ode());
   const StateShape& shape = place.system().shape();
   const StatePart& position = *shape.find("position");
@@ -34,10 +39,11 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
   for (std::size_t i = 0; i < position.count; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t at = position.at(i, axis);
-      if (weights_[at] > 0) start_[at] += size * noise.next();
+      if (weights_[at] > 0) start_[at] += size * (noise.next() + kMode * spectrum.shape[at]);
       weights_[velocity.at(i, axis)] /= rate * rate;
     }
-  // Whether it keeps steps shows after some.
+  // Whether it keeps steps shows after some. Of those that do the fastest mode is known by this
+  // alone: it stands out, so that little growth shows.
   const double h = 1e-3 / rate;
   integrator_->restart(place.t(), h, start_.data());
   std::ranges::copy(start_.span(), x_.data());
@@ -64,6 +70,7 @@ double Disturbance::operator()(double h) {
   const double first = size_of(x_);
   double early = 0, late = 0;
   for (int step = 1; step <= kSteps; ++step) {
+    if (place_->system().ode().stopped()) return HUGE_VAL;
     const double t = place_->t() + (step - 1) * h;
     if (integrator_->step(place_->system().ode(), t, h, x_.data(), next_.data()) !=
         StepStatus::kDone)
@@ -71,11 +78,11 @@ double Disturbance::operator()(double h) {
     std::swap(x_, next_);
     const double size = size_of(x_);
     if (!std::isfinite(size)) return HUGE_VAL;
-    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step);
+    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step) / std::exp(own_ * h);
     if (step > kSteps / 4 && step <= kSteps / 2) early = std::max(early, size);
     if (step > kSteps * 3 / 4) late = std::max(late, size);
   }
-  return early > 0 ? std::pow(late / early, 2.0 / kSteps) : 1;
+  return early > 0 ? std::pow(late / early, 2.0 / kSteps) / std::exp(own_ * h) : 1;
 }
 
 double limit_by_disturbance(Disturbance& growth, double limit) {

@@ -15,12 +15,13 @@ class Disturbance {
   // Of the particles of a second-order system, at the place's state.
   Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
 
-  // Growth in one step of size h: of the largest size seen in the last quarter of some hundred
-  // steps over that in the second. Infinity when a step fails.
+  // Growth in one step of size h, beyond what the system grows by itself: of the largest size seen
+  // in the last quarter of some hundred steps over that in the second. Infinity when a step fails.
   double operator()(double h);
 
-  // Growth below 1 + this is not told from none.
+  // Growth below 1 + this is not told from none; of a method that keeps steps below a tenth.
   static constexpr double kTolerance = 1e-3;
+  double tolerance() const { return keeps_steps_ ? 0.1 * kTolerance : kTolerance; }
 
   // The method keeps more than a state from step to step, so that single steps say little of it.
   bool keeps_steps() const { return keeps_steps_; }
@@ -30,6 +31,7 @@ class Disturbance {
 
   Standstill* place_;
   std::vector<double> weights_;  // of each number of X, the energy of its disturbance
+  double own_ = 0;               // 1/s, what the system grows by itself at most
   std::unique_ptr<Integrator> integrator_;
   Array start_, x_, next_;
   bool keeps_steps_ = false;

@@ -78,6 +78,13 @@ class Action {
     }
   }
 
+  // y = -M^1/2 (da/dv) M^-1/2 u of a system of particles.
+  void damp(const double* u, double* y) {
+    product(u, where_.to_velocity);
+    for (std::size_t k = 0; k < size(); ++k)
+      y[k] = -where_.root_mass[k] * df_[where_.at[k] + where_.to_velocity];
+  }
+
   // y = J u of the whole state, u = (M^1/2 q, M^1/2 v / rate): with the rate of the fastest mode
   // both halves are of one size.
   void apply_whole(const double* u, double* y, double rate) {
@@ -324,6 +331,26 @@ double smallest_damping(Simulation& system) {
   return heaviest > 0 ? particles->motion().damping / heaviest : 0;
 }
 
+VelocityDecay velocity_decay(Simulation& system, int products) {
+  const ParticleSystem* particles = particles_of(system);
+  if (!particles) return {};
+  const ParticleView view = particles->view(system.t(), system.state().data());
+  double lightest = HUGE_VAL;
+  for (int i = 0; i < view.n; ++i)
+    if (view.free(i)) lightest = std::min(lightest, view.mass[i]);
+  VelocityDecay decay{.drag = particles->motion().damping / lightest};
+  const bool others = std::ranges::any_of(particles->forces(), [](const Force* force) {
+    return !force->affine() && force->depends_on_velocity();
+  });
+  if (!others || std::isinf(lightest)) return decay;
+  Action action(system);
+  Arnoldi arnoldi([&](const double* u, double* y) { action.damp(u, y); },
+                  start_vector(action.size()), products);
+  while (arnoldi.extend()) {}
+  for (const Complex value : arnoldi.values()) decay.forces = std::max(decay.forces, value.real());
+  return decay;
+}
+
 Vibration fastest_vibration(Simulation& system, int products) {
   const bool second = system.second_order();
   Action action(system);
@@ -347,6 +374,7 @@ Spectrum spectrum(Simulation& system, int products) {
     return result;
   }
   const double damping = second ? action.damping(ritz.vector) : 0;
+  result.velocities = velocity_decay(system, products);
   for (const Complex value : ritz.pairs.values) {
     const Vibration found = vibration(value, second, damping);
     result.vibrations.push_back(found);

@@ -15,6 +15,12 @@ struct Vibration {
   double damping = 0;  // -2 Re lambda, 1/s
 };
 
+// How fast velocities by themselves decay, the largest eigenvalue of -da/dv, 1/s: by drag alone, or
+// else by all forces, which splittings do not take exactly; 0 where there are none.
+struct VelocityDecay {
+  double drag = 0, forces = 0;
+};
+
 struct Spectrum {
   Vibration fastest;
   double residual = 0;  // |J u - lambda u| / |lambda u| of it
@@ -26,6 +32,7 @@ struct Spectrum {
   // All that were found, fastest first: in a system of particles of q'' = -S q with the damping of
   // the fastest, and besides the eigenvalues of J, which differ where damping is uneven.
   std::vector<Vibration> vibrations, rates;
+  VelocityDecay velocities;
   bool first_order = false;
 
   // The fastest mode as a direction of X: a pair that spans its plane (displacement and velocity;
@@ -53,6 +60,8 @@ double omega_bound(Simulation& system);
 
 // The smallest damping rate c / m of a free particle, 1/s; 0 in a first-order system.
 double smallest_damping(Simulation& system);
+
+VelocityDecay velocity_decay(Simulation& system, int products = 6);
 
 // Share of the elastic energy of a small displacement (3 numbers a particle) that each family
 // takes.

@@ -1,6 +1,7 @@
 #include "core/study/limits/stability.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -16,6 +17,9 @@ namespace {
 
 constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.1};
 constexpr double kInfinity = HUGE_VAL;
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one method
 
 bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
@@ -34,15 +38,23 @@ double affordable_steps(const Simulation& system, const Candidate& method) {
   return system.second_order() ? most : 0.1 * most;
 }
 
+// Of a step that was not taken: it failed, or it was told to end, then nothing.
+std::optional<EnergyAtStep> failed_at(double fraction, double dt,
+                                      const std::function<bool()>& go_on) {
+  if (!go_on()) return {};
+  return EnergyAtStep{fraction, dt, kInfinity};
+}
+
 // Nothing when it was told to end.
 std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, double dt,
                                       double time, const std::function<bool()>& go_on) {
   Simulation run = problem.simulation(dt);
+  run.stop_when([&] { return !go_on(); });
   EnergyBalance balance(run);
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt / 2)) * 2;
   for (std::int64_t i = 0; i < steps; ++i) {
     if (i % 1024 == 0 && !go_on()) return {};
-    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    if (!run.step()) return failed_at(fraction, dt, go_on);
     balance.advance();
     balance.look();
   }
@@ -64,11 +76,12 @@ std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, do
                                      double time, const std::function<bool()>& go_on) {
   constexpr int kFiner = 10;
   Simulation run = problem.simulation(dt), fine = problem.simulation(dt / kFiner);
+  for (Simulation* each : {&run, &fine}) each->stop_when([&] { return !go_on(); });
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt));
   double most = 0, size = 0;
   for (std::int64_t i = 0; i < steps; ++i) {
     if (i % 256 == 0 && !go_on()) return {};
-    if (!run.step()) return EnergyAtStep{fraction, dt, kInfinity};
+    if (!run.step()) return failed_at(fraction, dt, go_on);
     for (int k = 0; k < kFiner; ++k)
       if (!fine.step()) return EnergyAtStep{fraction, dt, std::nan("")};
     for (const double value : fine.state()) size = std::max(size, std::abs(value));
@@ -104,28 +117,15 @@ void measure_limit(Standstill& place, const Stability& result, MethodStability& 
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
 } catch (const Error&) {}
 
-}  // namespace
-
-std::optional<double> step_limit(const MethodStability& method) {
-  return method.measured ? method.measured : method.predicted;
-}
-
-double expected(const Problem& problem, const StabilityOptions& options) {
+// About how long all that follows takes, in s, by the predicted limits.
+double expected(Simulation& system, const std::vector<MethodStability>& methods) {
   constexpr double kImplicitMeasured = 400;
   constexpr double kMeasured = 3000;           // steps until a limit is measured
   constexpr double kLook = 2, kFinerRun = 10;  // evaluations that a look at the energy is worth
-  Simulation system = problem.simulation();
-  const Spectrum modes = spectrum(system);
-  std::vector<MethodStability> methods;
-  for (const Candidate& method : fitting_methods(problem, options.integrators)) {
-    if (has_own_steps(method)) continue;
-    MethodStability& each = methods.emplace_back();
-    each.method = method;
-    each.predicted = predicted_step(*problem.with(method).make_integrator(), modes);
-  }
   const double time = energy_time(system, methods);
   double evaluations = 0;
   for (const MethodStability& each : methods) {
+    if (has_own_steps(each.method)) continue;
     const double cost = cost_of_step(each.method);
     evaluations += (each.method.info.implicit ? kImplicitMeasured : kMeasured) * cost;
     const std::optional<double> limit = step_limit(each);
@@ -138,8 +138,14 @@ double expected(const Problem& problem, const StabilityOptions& options) {
   return evaluations * seconds_an_evaluation(system);
 }
 
+}  // namespace
+
+std::optional<double> step_limit(const MethodStability& method) {
+  return method.measured ? method.measured : method.predicted;
+}
+
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch) {
-  const std::vector<Candidate> methods = fitting_methods(problem, options.integrators);
+  const std::vector<Candidate> fitting = fitting_methods(problem, options.integrators);
   Simulation system = problem.simulation();
   Stability result;
   result.system = system.name();
@@ -159,18 +165,38 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   }
   result.t = system.t();
   result.spectrum = spectrum(system);
-  Standstill place(problem, system);
+  std::vector<MethodStability> methods;
+  for (const Candidate& method : fitting) {
+    MethodStability& each = methods.emplace_back();
+    each.method = method;
+    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
+  }
+  if (options.announce) options.announce(expected(system, methods));
 
+  Standstill place(problem, system);
   const auto count = static_cast<double>(methods.size());
-  for (const Candidate& method : methods) {
-    if (!watch(method.label, 0.5 * static_cast<double>(result.methods.size()) / count)) {
+  for (MethodStability& method : methods) {
+    const auto done = 0.5 * static_cast<double>(result.methods.size()) / count;
+    if (!watch(method.method.label, done)) {
       result.complete = false;
       return result;
     }
-    MethodStability& each = result.methods.emplace_back();
-    each.method = method;
-    each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
-    if (!has_own_steps(method)) measure_limit(place, result, each);
+    MethodStability& each = result.methods.emplace_back(std::move(method));
+    if (has_own_steps(each.method)) continue;
+    const auto begin = Clock::now();
+    bool told = false;
+    const auto late = [&] { return Clock::now() - begin > kPatience; };
+    place.system().stop_when([&] {
+      told = told || !watch(each.method.label, done);
+      return told || late();
+    });
+    measure_limit(place, result, each);
+    const bool stopped = told || late();
+    place.system().stop_when({});
+    if (stopped) each.measured = each.radius = {};
+    if (!told) continue;
+    result.complete = false;
+    return result;
   }
 
   result.energy_time = energy_time(system, result.methods);

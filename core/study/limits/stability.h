@@ -2,6 +2,7 @@
 // energy to go near it.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,13 +40,12 @@ struct Stability {
 struct StabilityOptions {
   double at = 0;                               // s: look at the state that the run has reached then
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
+  // Told, once the vibrations are known, about how many s the rest takes, by the predicted limits.
+  std::function<void(double seconds)> announce = {};
 };
 
 // Throws Error{kUsage} when the system diverges before `at`.
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch);
-
-// About how long that takes, in s, by the predicted limits.
-double expected(const Problem& problem, const StabilityOptions& options);
 
 // It takes steps of its own, or chooses who does: then none that is asked for limits it.
 inline bool has_own_steps(const Candidate& method) {

@@ -116,6 +116,11 @@ StepShare step_share(const Integrator& integrator, const Vibration& mode, double
   return {1 / stable, now};
 }
 
+// |1 - z + z^2 / 2| <= 1 for z = tau decay <= 2; verlet makes two kicks of h / 2.
+double kick_limit(const IntegratorInfo& info, double decay) {
+  return decay > 0 ? (info.order > 1 ? 4 : 2) / decay : kUnlimited;
+}
+
 std::optional<double> predicted_step(const Integrator& integrator, const Spectrum& spectrum) {
   if (std::isnan(integrator.amplification(0.1, 0))) return {};
   double limit = kUnlimited;
@@ -132,6 +137,7 @@ std::optional<double> predicted_step(const Integrator& integrator, const Spectru
     if (itself) continue;
     limit = std::min(limit, stable_step(integrator, mode.omega, std::max(mode.damping, 0.0)));
   }
+  if (splits) limit = std::min(limit, kick_limit(integrator.info(), spectrum.velocities.forces));
   if (grows && !moves) return {};
   return limit;
 }
@@ -186,6 +192,7 @@ MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
 }
 
 double MeasuredRadius::operator()(double h) {
+  if (place_->system().ode().stopped()) return kUnlimited;
   const std::span<const double> state = place_->state();
   const std::vector<double>* const basis[2] = {&spectrum_->shape, &spectrum_->partner};
   const auto inner = [&](const auto& a, const auto& b) {
@@ -227,7 +234,7 @@ std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
   if (second && !radius.implicit()) growth.emplace(place, spectrum, method);
   if (growth && growth->keeps_steps())
     return largest_stable_step([&](double h) { return (*growth)(h); }, rate,
-                               spectrum.fastest.damping, Disturbance::kTolerance, kCoarseScan);
+                               spectrum.fastest.damping, growth->tolerance(), kCoarseScan);
   const double limit = largest_stable_step(
       [&](double h) { return radius(h); }, spectrum.fastest.omega, spectrum.fastest.damping,
       radius.tolerance(), radius.implicit() ? kCoarseScan : kFineScan);

@@ -29,6 +29,10 @@ struct StepShare {
 };
 StepShare step_share(const Integrator& integrator, const Vibration& mode, double h);
 
+// The largest stable step of a splitting, in s, for velocities that forces make decay at that rate:
+// the midpoint rule of its kicks.
+double kick_limit(const IntegratorInfo& info, double decay);
+
 // From Integrator::amplification over the vibrations, or the rates; nothing when the method does
 // not know its own, or where all that moves grows by itself.
 std::optional<double> predicted_step(const Integrator& integrator, const Spectrum& spectrum);
@@ -63,7 +67,7 @@ class MeasuredRadius {
   bool implicit() const { return map_.integrator().info().implicit; }
 
  private:
-  const Standstill* place_;
+  Standstill* place_;
   const Spectrum* spectrum_;
   StepMap map_;
   double size_ = 0;       // of the disturbance, m

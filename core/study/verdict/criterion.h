@@ -46,6 +46,11 @@ struct Watched {
 constexpr double kTolerance = 0.01;  // of the energy in play, of the exact solution, of the size
 constexpr double kAtRest = 1e-12;    // of the size: the coordinates move by roundings only
 
+// The same of a method: what steps by a loose tolerance, or single precision, make of roundings.
+inline double at_rest(const IntegratorInfo& info) {
+  return info.precision == Precision::kSingle ? 1e-6 : info.adaptive ? 1e-5 : kAtRest;
+}
+
 // Each is null where it does not apply.
 std::unique_ptr<Criterion> watch_exact(const Watched& run);
 std::unique_ptr<Criterion> watch_energy(const Watched& run);

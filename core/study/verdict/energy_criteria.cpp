@@ -90,7 +90,10 @@ Finding EnergyCriterion::finding() const {
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag(),
              contact = !particles_of(*system_)->contacts().empty() || system_->surface_contact();
-  const bool presumed = drag && (system_->integrator_info().adaptive || balance_.has_work());
+  constexpr double kHardly = 1e3;
+  const IntegratorInfo info = system_->integrator_info();
+  const bool hardly = at_rest(info) > kAtRest && way <= kHardly * at_rest(info) * size_;
+  const bool presumed = hardly || (drag && (info.adaptive || balance_.has_work()));
   const std::string damping = balance_.has_work() ? "forces" : "drag";
   const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
   if (error > 0)

@@ -1,6 +1,7 @@
 #include "core/study/verdict/shadow.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
@@ -143,7 +144,8 @@ void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow
     }
   }
   const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
-  if (!run_->second_order() || !(in_play_ > 0) || moved <= kAtRest * size) return;
+  if (!run_->second_order() || !(in_play_ > 0)) return;
+  if (moved <= at_rest(run_->integrator_info()) * size) return;
   const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
   if (!(energy <= result.energy)) result.energy = energy;
 }
@@ -235,18 +237,30 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
   }
   const double apart = largest_distance(path.front(), places(neighbour), run_->flat());
   if (!(apart > 0)) return;
-  double known_until = HUGE_VAL;
-  result.growth = 0;
-  for (std::size_t k = 1; k < frames_.size(); ++k) {
-    if (!take(neighbour, finer, k, stop)) return;
+  constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
+  std::vector<double> growths;
+  double most = 0;
+  for (std::size_t k = 1; k < frames_.size() && take(neighbour, finer, k, stop); ++k) {
     const double growth = largest_distance(path[k], places(neighbour), run_->flat()) / apart;
     // The rate is that of growth, until the distance is as large as the scene lets it be.
-    if (result.growth * apart < 0.01 * size)
-      result.rate = std::exp(std::log(growth) / (frames_[k].t - frames_.front().t));
-    result.growth = std::max(result.growth, growth);
-    if (kNeighbour * growth > kWrong) known_until = std::min(known_until, frames_[k].t);
+    if (most * apart < 0.01 * size)
+      result.rate =
+          std::exp(std::min(kMostRate, std::log(growth) / (frames_[k].t - frames_.front().t)));
+    most = std::max(most, growth);
+    growths.push_back(growth);
   }
-  if (result.horizon == HUGE_VAL) result.horizon = known_until;
+  // A jump that comes a little later parts neighbours while it lasts; chaos does not end.
+  constexpr std::size_t kStays = 3;
+  const std::size_t stays = std::min(kStays, growths.size());
+  result.growth = 0;
+  for (std::size_t k = 0; k < growths.size(); ++k) {
+    const auto from =
+        growths.begin() + static_cast<std::ptrdiff_t>(std::min(k, growths.size() - stays));
+    const double growth = *std::min_element(from, from + static_cast<std::ptrdiff_t>(stays));
+    result.growth = std::max(result.growth, growth);
+    if (kNeighbour * growth > kWrong && result.horizon == HUGE_VAL)
+      result.horizon = frames_[k + 1].t;
+  }
 }
 
 // What depends on time alone can be so short that no stage of a step sees it. The right-hand side
@@ -322,6 +336,11 @@ Finding finding_of(const Parting& parting, const Simulation& run) {
     return {Trust::kSuspect, "the right-hand side has a pulse near t = " +
                                  brief(parting.missed_at, 4) + " s that no step has seen"};
   const bool chaotic = parting.growth > kChaos;
+  constexpr double kFast = 1e4;
+  const std::string parting_rate =
+      parting.rate < kFast
+          ? "by x" + brief(parting.rate, 2) + " a second"
+          : "tenfold within " + brief(std::numbers::ln10 / std::log(parting.rate), 2) + " s";
   const auto amount = [&](double error) { return flat ? brief(error, 2) : metres(error); };
   if (parting.share <= kWrong && !(chaotic && kNeighbour * parting.growth > kWrong)) {
     if (parting.energy > kWrongEnergy)
@@ -333,8 +352,7 @@ Finding finding_of(const Parting& parting, const Simulation& run) {
   if (chaotic)
     return {Trust::kChaotic, std::string(flat ? "numbers" : "positions") +
                                  " are right until about t = " + brief(parting.horizon, 2) +
-                                 " s (neighbours part by x" + brief(parting.rate, 2) +
-                                 " a second)"};
+                                 " s (neighbours part " + parting_rate + ")"};
   const std::string share = ", " + percent(parting.share, 1, 2) + " of the size";
   if (2 * parting.at_end >= parting.error)
     return {Trust::kSuspect, "off by about " + amount(parting.at_end) + " by the end" + share};

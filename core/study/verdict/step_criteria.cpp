@@ -56,6 +56,7 @@ class LimitCriterion final : public Criterion {
 
  private:
   void measure();
+  StepShare share_of_decay(double affordable) const;
 
   Simulation* system_;
   std::int64_t steps_, last_ = -1;
@@ -63,6 +64,33 @@ class LimitCriterion final : public Criterion {
   StepShare worst_{.share = std::nan("")};
   double growth_ = std::nan("");
 };
+
+// A light particle with drag may decay faster than anything vibrates: at most as fast as velocities
+// by themselves, and where that is too fast for the step, by the eigenvalues.
+StepShare LimitCriterion::share_of_decay(double affordable) const {
+  if (system_->holding()) return {};  // what holds is not in these
+  const Integrator& integrator = system_->integrator();
+  const VelocityDecay decay =
+      velocity_decay(*system_, std::clamp(static_cast<int>(affordable), 4, 6));
+  const double h = system_->h();
+  if (integrator.info().needs_second_order) {
+    const double share = h / kick_limit(integrator.info(), decay.forces);
+    return {share, share > 1 ? 1 - 2 * share + 2 * share * share : 1};
+  }
+  const auto share_of = [&](double rate, double damping) {
+    return step_share(integrator, {rate, damping}, h);
+  };
+  const double rate = std::max(decay.drag, decay.forces);
+  if (!(rate > 0)) return {};
+  StepShare worst = share_of(rate, 2 * rate);
+  if (!(worst.share > kUndampedShare)) return worst;
+  worst = {};
+  for (const Vibration& each : spectrum(*system_).rates)
+    if (each.damping >= 0)
+      if (const StepShare found = share_of(each.omega, each.damping); found.share > worst.share)
+        worst = found;
+  return worst;
+}
 
 // The limit at the present state, from the bound on omega where that is good enough, or else from a
 // few products with the Jacobian.
@@ -82,9 +110,14 @@ void LimitCriterion::measure() {
     found = share_of(fastest_vibration(*system_, std::clamp(static_cast<int>(affordable), 4, 6)));
     if (found.share > 0.7) found = share_of(fastest_vibration(*system_, 40));
   }
+  bool decays = false;
+  if (const StepShare decaying = share_of_decay(affordable); decaying.share > found.share) {
+    found = decaying;
+    decays = true;
+  }
   if (!(found.share <= worst_.share)) {
     worst_ = found;
-    at_most_ = at_most;
+    at_most_ = at_most || decays;
   }
   const double growth = static_cast<double>(steps_) * std::log(found.radius);
   if (!(growth <= growth_)) growth_ = growth;

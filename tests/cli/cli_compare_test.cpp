@@ -1,0 +1,120 @@
+// sim compare: methods side by side, each with its error.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "tests/cli/json_check.h"
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+namespace sim_test {
+namespace {
+
+const Json& named(const Json& list, const std::string& name) {
+  for (const Json& each : list.list)
+    if (each.at("name").text == name) return each;
+  throw std::runtime_error("nothing is called " + name);
+}
+
+// The pictures themselves are looked at in tests/picture; here what they are made of.
+TEST_CASE("sim compare sets methods side by side, each with its own error") {
+  const TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  const Outcome outcome = run_sim({"compare", "scenes/pendulum1.lua",
+                                   "-T",      "1",
+                                   "-i",      "rk4",
+                                   "-i",      "verlet",
+                                   "-i",      "rk4",
+                                   "-d",      "0.01",
+                                   "-d",      "0.01",
+                                   "-d",      "0.005",
+                                   "--json",  "--out",
+                                   "c.npz",   "--out",
+                                   "c.png",   "--size",
+                                   "320x120"},
+                                  here);
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  const auto& methods = study.at("methods").list;
+  REQUIRE(methods.size() == 3);
+  CHECK(study.at("frames").number == 31);
+  CHECK(methods[0].at("steps").number == 100);
+  CHECK(methods[2].at("steps").number == 200);
+  // Whole steps alone, not what shortened ones took to be at the times of the frames.
+  CHECK(methods[0].at("evaluations").number == 400);
+  // As tradeoff tells the same error, from another place.
+  const Outcome points = run_sim({"tradeoff", "scenes/pendulum1.lua", "-T", "1", "--integrators",
+                                  "rk4", "--json", "--progress", "off"});
+  const Json tradeoff = JsonReader(points.out).read();
+  const double coarse = methods[0].at("error").number, fine = methods[2].at("error").number;
+  CHECK(coarse / fine == Approx(16).epsilon(0.15));
+  for (const Json& point : named(tradeoff.at("integrators"), "rk4").at("points").list) {
+    if (!(point.at("error").number > 0)) continue;
+    const double ratio = point.at("dt").number / 0.01;
+    if (ratio > 0.1 && ratio < 2)
+      CHECK(point.at("error").number / (ratio * ratio * ratio * ratio) ==
+            Approx(coarse).epsilon(0.25));
+  }
+  CHECK(methods[1].at("error").number > 10 * coarse);
+  CHECK(std::filesystem::exists(folder.path() / "c.png"));
+}
+
+TEST_CASE("sim compare judges by what the scene observes, too") {
+  const auto compared = [](const std::string& of) {
+    const Outcome outcome = run_sim({"compare", "scenes/pendulum.lua", "-T", "2", "--of", of, "-i",
+                                     "rk4", "-i", "rk4", "-d", "0.02", "-d", "0.01", "--json"});
+    REQUIRE(outcome.code == 0);
+    return JsonReader(outcome.out).read();
+  };
+  for (const char* of : {"sag", "mean sag"}) {
+    INFO(of);
+    const Json study = compared(of);
+    CHECK(study.at("judged").at("of").text == of);
+    CHECK(study.at("judged").at("error").number < 1e-9);
+    const auto& methods = study.at("methods").list;
+    CHECK(methods[0].at("off").number > 10 * methods[1].at("off").number);
+    CHECK(methods[1].at("off").number > 1e-9);
+  }
+  // As a run tells it.
+  const Json mean = compared("mean sag");
+  const Outcome run = run_sim(
+      {"scenes/pendulum.lua", "-T", "2", "-i", "rk4", "-d", "0.01", "--of", "mean sag", "--json"});
+  const Json report = JsonReader(run.out).read();
+  CHECK(mean.at("methods").list[1].at("judged").number ==
+        report.at("systems").list[0].at("observed").at("mean sag").at("value").number);
+  const Outcome words = run_sim({"compare", "scenes/pendulum.lua", "-T", "2", "--of", "mean sag"});
+  CHECK(words.out.find("judged      mean sag = ") != std::string::npos);
+  CHECK(run_sim({"compare", "scenes/pendulum.lua", "--of", "sog"}).code == 2);
+  CHECK(run_sim({"compare", "scenes/pendulum.lua", "-T", "1"}).out.find("off") ==
+        std::string::npos);
+}
+
+TEST_CASE("sim compare says where a method is lost, and goes on with the others") {
+  const Outcome outcome = run_sim({"compare", "scenes/cloth.lua", "-T", "1", "-i", "rk4", "-i",
+                                   "euler", "-d", "0.005", "-d", "0.03", "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json study = JsonReader(outcome.out).read();
+  const auto& methods = study.at("methods").list;
+  CHECK(methods[0].at("diverged_at").kind == Json::Kind::kNull);
+  CHECK(methods[1].at("diverged_at").number > 0.1);
+  CHECK(methods[1].at("diverged_at").number < 1);
+  CHECK(methods[1].at("error").kind == Json::Kind::kNull);
+}
+
+TEST_CASE("sim compare refuses what it cannot show") {
+  for (const auto& [words, why] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"compare", "scenes/sample.lua"}, "it is a world"},
+           {{"compare", "-i", "rk4", "-i", "verlet", "-d", "1", "-d", "2", "-d", "3"},
+            "steps without methods"},
+           {{"compare", "--out", "a.xxx"}, "nothing writes .xxx"},
+           {{"compare", "--steps", "3"}, "does not take it"},
+           {{"-i", "rk4", "-i", "euler"}, "only one can hold"}}) {
+    const Outcome outcome = run_sim(words);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(why) != std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace sim_test
