@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/constraints/held_contact.h"
 #include "core/particles/contact_events.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/plain_split_stepper.h"
@@ -58,8 +59,10 @@ void check_single(const ParticleSystem& system) {
 [[noreturn]] void refuse_contact(const std::string& why) {
   throw Error(ErrorKind::kScene,
               {"integrator does not fit", "", "this scene has colliders, and " + why,
-               "use rk4, verlet, trbdf2 or dopri5, or contact as a "
-               "force: sim.force.contact { collider = ..., stiffness = ... }"});
+               why.starts_with("constraints")
+                   ? "use verlet, rk4 or another explicit method of fixed steps"
+                   : "use rk4, verlet, trbdf2 or dopri5, or contact as a "
+                     "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
 
 [[noreturn]] void refuse_constraints(const std::string& why, const std::string& remedy) {
@@ -274,6 +277,15 @@ const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
   return renumbering_;
 }
 
+// Where constraints and colliders meet.
+std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper) {
+  if (!holding_->joins_contact()) return stepper;
+  if (contacts().accuracy() != Accuracy::kSettle)
+    throw Error(ErrorKind::kScene, {"accuracy does not fit", "",
+                                    "this scene has colliders and constraints", "use \"settle\""});
+  return std::make_unique<HeldContactStepper>(*this, *holding_, std::move(stepper));
+}
+
 // Forces with a memory and particles that are led have steppers for systems of any kind.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   if (events_) events_->forget();
@@ -281,7 +293,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
-  if (holding_) return std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan));
+  if (holding_)
+    return touching(std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan)));
   if (const auto& numbering = renumbering())
     return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
       return std::make_unique<RkStepper<double>>(particles, plan);
@@ -296,6 +309,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
   if (events_) events_->forget();
+  if (holding_ && holding_->joins_contact())
+    refuse_contact("constraints, and an adaptive method does not end its steps where they meet");
   if (holding_ || !leads().empty())
     return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
   if (!is_plain() || confined()) return OdeSystem::embedded_stepper(plan);
@@ -313,7 +328,8 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     if (plan.drift.front() != 0 && !composed_of_leapfrogs(plan))
       refuse_constraints("this method splits its steps in another way than into leapfrog steps",
                          "use verlet, yoshida4, rk4 or an adaptive method");
-    return std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get());
+    return touching(
+        std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get()));
   }
   if (!is_plain()) return std::make_unique<PlainSplitStepper>(*this, plan);
   if (const auto& numbering = renumbering())
@@ -332,6 +348,7 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
   const bool general = memories_follow_particles() || holding_;
   if (!contacts().empty()) {
     if (local_global) refuse_contact("projective dynamics knows springs alone");
+    if (holding_) refuse_contact("constraints, and implicit equations hold one of them, not both");
     if (general) refuse_contact("a force remembers what particles do");
     if (options.order > 2) refuse_contact("an implicit method of high order is none for contact");
   }

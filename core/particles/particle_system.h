@@ -53,6 +53,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
  private:
   // Positions and velocities are all that a step changes.
   bool is_plain() const { return memory_size() == 0 && leads().empty(); }
+  std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper);
   bool has_large_nets() const;  // whose numbers lead far
   // Of large nets that do without all but springs and affine forces; else null.
   const std::shared_ptr<const Renumbering>& renumbering();

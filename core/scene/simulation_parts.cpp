@@ -45,11 +45,12 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
   }
   if (!particles->holding()) return;
   particles->holding()->begin();
-  if (!spec.colliders.empty() && !spec.constraints.empty())
-    throw Error(ErrorKind::kScene, {"colliders and constraints", spec.colliders.front().place,
-                                    "a scene cannot have both",
-                                    "use contact as a force: sim.force.contact { collider "
-                                    "= ..., stiffness = ... }"});
+  if (spec.colliders.empty() || spec.constraints.empty()) return;
+  if (!bodies.empty())
+    throw Error(ErrorKind::kScene,
+                {"rigid bodies, colliders and constraints", spec.colliders.front().place,
+                 "a scene cannot have all three", "leave one of them out"});
+  particles->holding()->join_contact(true);
 }
 
 void Simulation::Impl::compile_contact(const SystemSpec& spec) {

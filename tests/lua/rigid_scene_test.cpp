@@ -106,7 +106,7 @@ TEST_CASE("mistakes with rigid bodies are named with their line", "[lua][rigid]"
                            "colliders = { sim.collider.plane { point = {0, -9, 0} } }, "
                            "constraints = { sim.constraint.on_plane { particles = { b:at {0, "
                            "0, 0} } } }")),
-                 "cannot have both"));
+                 "cannot have all three"));
   const std::string tie =
       "local s = sim.force.spring { stiffness = 1 }\nlocal q = b:at {0, 0, 0}\n";
   CHECK(contains(said("local b = " + kBall + "\n" + tie + "s:tie(q, q)\n"), "tied to itself"));

@@ -17,6 +17,7 @@ picture 800 450 scenes/drape_self.lua -s n=32 -T 0.9 --out "$folder/drape_self.p
 picture 800 450 scenes/fold.lua -s n=20 -T 2.2 --out "$folder/fold.png"
 picture 800 450 scenes/twist.lua -s n=24 -T 0.7 --out "$folder/twist.png"
 picture 800 450 scenes/ring.lua -T 0.7 --out "$folder/ring.png"
+picture 800 450 scenes/drape_rods.lua -s n=20 -T 1.2 --out "$folder/drape_rods.png"
 picture 800 450 scenes/hammock.lua -T 2 --out "$folder/hammock.png"
 picture 800 450 scenes/flag.lua -T 2 --out "$folder/flag.png"
 picture 800 450 scenes/cloth.lua -s n=12 -T 0.5 --springs 65 --out "$folder/springs.png"

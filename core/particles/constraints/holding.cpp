@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/constraints/touching_forces.h"
 
 namespace sim {
 namespace {
@@ -41,6 +42,10 @@ void check_directions(const Constraints& constraints, const RowValues& values,
 
 }  // namespace
 
+Holding::Holding(Particles& particles) : particles_(&particles) {}
+
+Holding::~Holding() = default;
+
 void Holding::add(std::unique_ptr<Constraint> constraint, const std::string& name,
                   const std::string& place, double feedback, const double* initial) {
   constraints_.add(std::move(constraint), name, place, feedback, particles_->view(0, initial));
@@ -50,6 +55,7 @@ void Holding::begin() {
   constraints_.set_masses(particles_->masses());
   solver_ = std::make_unique<ConstraintSolver>(constraints_);
   observer_.reset();
+  touching_.reset();
 }
 
 bool Holding::constrain(const ParticleView& view, const double* memory, double* const a[3]) {
@@ -123,7 +129,13 @@ bool Holding::observe(const ParticleView& now, const double* state) {
 
 std::vector<HoldingForce> Holding::forces(double t, const double* state) {
   std::vector<HoldingForce> list;
-  if (!observe(particles_->view(t, state), state)) return list;
+  const ParticleView now = particles_->view(t, state);
+  if (!observe(now, state)) return list;
+  std::span<const double> multipliers = observer_->multipliers();
+  if (joins_contact()) {
+    if (!touching_) touching_ = std::make_unique<TouchingForces>(*particles_, constraints_);
+    multipliers = touching_->multipliers(now, observer_->values());
+  }
 
   // Pairs row by row; of all others what they do to each particle.
   const RowList& rows = constraints_.rows();
@@ -135,7 +147,7 @@ std::vector<HoldingForce> Holding::forces(double t, const double* state) {
       const auto row = static_cast<std::size_t>(r);
       const auto begin = static_cast<std::size_t>(rows.pattern.begin[row]);
       const auto after = static_cast<std::size_t>(rows.pattern.begin[row + 1]);
-      const double lambda = observer_->multipliers()[row];
+      const double lambda = multipliers[row];
       const std::span<const Vec3> gradient = observer_->values().gradient();
       if (after - begin == 2) {
         const Vec3 force = lambda * gradient[begin];

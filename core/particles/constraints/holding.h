@@ -14,7 +14,8 @@ namespace sim {
 // States are those of the particles, behind which lie the numbers of the constraints.
 class Holding {
  public:
-  explicit Holding(Particles& particles) : particles_(&particles) {}
+  explicit Holding(Particles& particles);
+  ~Holding();
 
   // One by one, and then, and whenever the masses or pins are others, begin().
   void add(std::unique_ptr<Constraint> constraint, const std::string& name,
@@ -40,6 +41,10 @@ class Holding {
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }
 
+  // Particles of which constraints join some touch colliders.
+  void join_contact(bool joined) { joined_touch_ = joined; }
+  bool joins_contact() const { return joined_touch_ && !particles_->contacts().empty(); }
+
   // Of any state; they leave nothing behind.
   std::vector<HoldingForce> forces(double t, const double* state);
   double driving_power(double t, const double* state);  // of constraints that move, W
@@ -53,6 +58,8 @@ class Holding {
   Particles* particles_;
   Constraints constraints_;
   std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
+  std::unique_ptr<class TouchingForces> touching_;       // where particles touch something
+  bool joined_touch_ = false;
   std::string refusal_;
   std::vector<std::string> notes_;
 };

@@ -157,7 +157,8 @@ void RowMatrix::analyse(const std::vector<std::vector<int>>& columns) {
   empty_.assign(n, 0);
 }
 
-void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights) {
+void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights,
+                          double shift) {
   for (std::size_t e = 0; e < entries_.size(); ++e) {
     double sum = 0;
     for (int p = product_begin_[e]; p < product_begin_[e + 1]; ++p) {
@@ -171,8 +172,8 @@ void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double
   constexpr double kShift = 1e-9;
   dependent_ = 0;
   first_dependent_ = -1;
-  shifted_ = !eliminate(0);
-  if (shifted_) eliminate(kShift);
+  shifted_ = shift > 0 || !eliminate(0);
+  if (shifted_) eliminate(std::max(shift, kShift));
 }
 
 // False when a pivot is so small that its row seems to follow from those before.

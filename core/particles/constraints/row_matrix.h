@@ -22,7 +22,8 @@ class RowMatrix {
   // weights: of each particle, 0 where it is pinned.
   RowMatrix(const RowPattern& pattern, std::span<const double> weights);
 
-  void factorise(std::span<const Vec3> gradient, std::span<const double> weights);
+  // shift: e, where it is known that rows nearly follow from others; 0: where they are seen to.
+  void factorise(std::span<const Vec3> gradient, std::span<const double> weights, double shift = 0);
   void solve(double* x);  // x := A^-1 x, in the order of the rows
 
   int dependent() const { return dependent_; }  // rows that follow from others, as it seems

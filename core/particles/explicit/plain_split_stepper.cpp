@@ -18,7 +18,7 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
               (settles_inside_ || particles.contacts().empty())),
       a_(half_.size()),
       memory_(particles.memory_size()) {
-  // Where there are constraints, contact acts between steps.
+  // Where there are constraints, contact acts around steps.
   if (!particles.contacts().empty() && !holding) settling_.emplace(particles);
   if (holding) {
     solver_.emplace(holding->constraints());

@@ -1,0 +1,245 @@
+#include "core/particles/constraints/pushes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/axes.h"
+
+namespace sim {
+namespace {
+
+constexpr int kMostTurns = 200, kLate = 25, kMostChanges = 6;
+constexpr double kSticks = 0.5, kStiffens = 10;
+constexpr double kDamping = 1e-3;        // where rows nearly depend on each other
+constexpr double kDiverges = 1e3;        // of what was wrong at first
+constexpr double kSameDirection = 1e-4;  // what is left of a normal that others span
+
+}  // namespace
+
+PushSolver::PushSolver(const Constraints& constraints)
+    : constraints_(&constraints),
+      matrix_(constraints.rows().pattern, constraints.weights()),
+      group_of_(constraints.weights().size(), -1),
+      projected_(constraints.rows().pattern.ids.size()),
+      rest_(static_cast<std::size_t>(constraints.rows().rows())),
+      mu_(rest_.size()),
+      base_(3 * constraints.weights().size()),
+      added_(base_.size()),
+      by_rows_(base_.size()) {}
+
+Vec3 PushSolver::vector_of(const std::vector<double>& field, int i) const {
+  const std::size_t n = group_of_.size(), at = static_cast<std::size_t>(i);
+  return {field[at], field[n + at], field[2 * n + at]};
+}
+
+void PushSolver::add_to(std::vector<double>& field, int i, const Vec3& by) const {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    field[axis * group_of_.size() + static_cast<std::size_t>(i)] += by[axis];
+}
+
+void PushSolver::gather(std::span<Push> pushes) {
+  for (const Group& group : groups_) group_of_[static_cast<std::size_t>(group.particle)] = -1;
+  groups_.clear();
+  for (std::size_t k = 0; k < pushes.size(); ++k) {
+    if (groups_.empty() || groups_.back().particle != pushes[k].particle) {
+      group_of_[static_cast<std::size_t>(pushes[k].particle)] = static_cast<int>(groups_.size());
+      groups_.emplace_back().particle = pushes[k].particle;
+      groups_.back().begin = k;
+    }
+    groups_.back().end = k + 1;
+  }
+}
+
+// Gram and Schmidt, in the order of the pushes.
+void PushSolver::span_normals(Group& group, std::span<const Push> pushes) const {
+  group.rank = 0;
+  for (std::size_t k = group.begin; k < group.end; ++k) {
+    if (!pushes[k].acts || group.rank == 3) continue;
+    const Vec3 left = along(group, pushes[k].normal);
+    const double size = left.norm();
+    if (size < kSameDirection) continue;
+    group.basis[group.rank] = left / size;
+    group.of[group.rank++] = k;
+  }
+}
+
+// What is left of a vector along all surfaces that push.
+Vec3 PushSolver::along(const Group& group, const Vec3& v) const {
+  Vec3 left = v;
+  for (int k = 0; k < group.rank; ++k) left -= group.basis[k].dot(left) * group.basis[k];
+  return left;
+}
+
+// The force on a particle as a sum of pushes, the last of the basis first, and a pull along them.
+void PushSolver::weigh(const Group& group, std::span<Push> pushes, const Vec3& force) const {
+  for (std::size_t k = group.begin; k < group.end; ++k) pushes[k].force = 0, pushes[k].pull = {};
+  for (int k = group.rank; k-- > 0;) {
+    double part = group.basis[k].dot(force);
+    for (int l = k + 1; l < group.rank; ++l)
+      part -= pushes[group.of[l]].force * group.basis[k].dot(pushes[group.of[l]].normal);
+    Push& push = pushes[group.of[k]];
+    push.force = part / group.basis[k].dot(push.normal);
+  }
+  if (group.rank > 0) pushes[group.of[0]].pull = along(group, force);
+}
+
+// Brings the particles that are pushed to where surfaces want them. late: viscosities stay what
+// they are, and what pushes keeps to it.
+PushSolver::Moved PushSolver::shift(std::span<Push> pushes, const Axes& y, Wanted& wanted,
+                                    bool late) {
+  constexpr double kPulls = 1e-9;  // of the largest force
+  Moved moved;
+  double largest = 0, poison = 0;
+  worst_.gap = 0;
+  for (Group& group : groups_) {
+    const double weight = constraints_->weights()[static_cast<std::size_t>(group.particle)];
+    const Vec3 force =
+        (vector_of(added_, group.particle) - vector_of(by_rows_, group.particle)) / weight;
+    weigh(group, pushes, force);
+    const Vec3 now = vector_at(y, group.particle);
+    bool changed = false;
+    double friction = 0;
+    for (std::size_t k = group.begin; k < group.end; ++k) {
+      Push& push = pushes[k];
+      push.gap = wanted.gap(push, now);
+      worst_.gap = std::min(worst_.gap, push.gap);
+      largest = std::max(largest, std::fabs(push.force));
+      if (push.acts && !push.held && !late && push.force < -kPulls * largest_ &&
+          push.changes < kMostChanges) {
+        push.acts = false;
+        ++push.changes;
+        changed = true;
+      } else if (!push.acts && push.gap < -wanted.gap_tolerance) {
+        push.acts = changed = true;
+      }
+      if (push.acts && push.friction > 0) friction += push.most_pull();
+    }
+    span_normals(group, pushes);
+    moved.changed = moved.changed || changed;
+
+    // Along the normals, one of the basis after the other.
+    Vec3 way;
+    int rank = 0;
+    for (std::size_t k = group.begin; k < group.end; ++k) {
+      if (!pushes[k].acts) continue;
+      const double missing = -pushes[k].gap - pushes[k].normal.dot(way);
+      if (rank < group.rank && group.of[rank] == k) {
+        way += missing / group.basis[rank].dot(pushes[k].normal) * group.basis[rank];
+        ++rank;
+      } else if (missing > 0 && group.rank < 3) {
+        way += missing * pushes[k].normal;
+      }
+    }
+    // Along the surface.
+    if (group.rank == 0) {
+      if (!late) group.viscosity = 0;
+      group.mobility = 1;
+      way = -weight * force;
+    } else if (group.rank < 3) {
+      const Vec3 slip = along(group, now - pushes[group.of[0]].ground);
+      if (!late) make_viscous(group, friction, slip.norm(), wanted.slow);
+      group.mobility = 1 / (1 + weight * group.viscosity);
+      moved.rubs = moved.rubs || group.viscosity > 0;
+      way -= weight * group.mobility * (along(group, force) + group.viscosity * slip);
+    }
+    moved.most = std::max(moved.most, way.norm());
+    poison += 0 * way.norm();
+    add_to(added_, group.particle, way);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      y[axis][group.particle] =
+          base_[axis * group_of_.size() + static_cast<std::size_t>(group.particle)] +
+          vector_of(added_, group.particle)[axis];
+  }
+  largest_ = largest;
+  moved.most += poison;
+  return moved;
+}
+
+// The viscosity that pulls with `most` at this slip. What pulls with far less seems to stick.
+void PushSolver::make_viscous(Group& group, double most, double slip, double slow) const {
+  const double pull = group.viscosity * slip, last = group.viscosity;
+  group.viscosity = most / std::max(slip, slow);
+  if (pull > 0 && pull < kSticks * most)
+    group.viscosity = std::min(std::max(group.viscosity, kStiffens * last), most / slow);
+}
+
+void PushSolver::project(std::span<const Vec3> gradient, double shift) {
+  std::ranges::copy(gradient, projected_.begin());
+  const std::vector<int>& ids = constraints_->rows().pattern.ids;
+  for (std::size_t e = 0; e < ids.size(); ++e) {
+    const int at = group_of_[static_cast<std::size_t>(ids[e])];
+    if (at < 0) continue;
+    const Group& group = groups_[static_cast<std::size_t>(at)];
+    if (group.rank == 0) continue;
+    projected_[e] =
+        group.rank == 3 ? Vec3() : std::sqrt(group.mobility) * along(group, gradient[e]);
+  }
+  matrix_.factorise(projected_, constraints_->weights(), shift);
+}
+
+// What rows take off: y -= W J^T A^-1 rest, along the surfaces.
+void PushSolver::take(std::span<const Vec3> gradient, const Axes& y) {
+  matrix_.solve(rest_.data());
+  const RowPattern& pattern = constraints_->rows().pattern;
+  const std::span<const double> weights = constraints_->weights();
+  const std::size_t n = weights.size();
+  for (std::size_t r = 0; r < rest_.size(); ++r) {
+    mu_[r] -= rest_[r];
+    for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
+      const auto at = static_cast<std::size_t>(e);
+      const auto i = static_cast<std::size_t>(pattern.ids[at]);
+      const double s = -weights[i] * rest_[r];
+      const int pushed = group_of_[i];
+      const double along =
+          pushed < 0 ? s : s * std::sqrt(groups_[static_cast<std::size_t>(pushed)].mobility);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        added_[axis * n + i] += along * projected_[at][axis];
+        by_rows_[axis * n + i] += s * gradient[at][axis];
+      }
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < n; ++i)
+      if (weights[i] > 0) y[axis][i] = base_[axis * n + i] + added_[axis * n + i];
+}
+
+bool PushSolver::solve(std::span<Push> pushes, std::span<const Vec3> gradient, const Axes& y,
+                       Wanted& wanted) {
+  const std::size_t n = group_of_.size();
+  for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(y[axis], n, base_.data() + axis * n);
+  for (std::vector<double>* each : {&added_, &by_rows_, &mu_}) std::ranges::fill(*each, 0.0);
+  largest_ = 0;
+  for (Push& push : pushes) push.changes = 0;
+  return go_on(pushes, gradient, y, wanted);
+}
+
+bool PushSolver::go_on(std::span<Push> pushes, std::span<const Vec3> gradient, const Axes& y,
+                       Wanted& wanted) {
+  gather(pushes);
+  for (Group& group : groups_) span_normals(group, pushes);
+  double before = HUGE_VAL, first = 0;
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    const Moved moved = shift(pushes, y, wanted, turn >= kLate);
+    if (!wanted.rows(rest_)) return false;
+    if (turn == 0 || moved.changed || wanted.nearest || (moved.rubs && turn <= kLate))
+      project(gradient, wanted.nearest ? kDamping : 0);
+    worst_.row = 0;
+    for (std::size_t r = 0; r < rest_.size(); ++r)
+      if (const double off = std::fabs(rest_[r]); !(off <= worst_.row)) {
+        worst_.row = off;
+        worst_.row_id = static_cast<int>(r);
+      }
+    const double now = std::max(moved.most, worst_.row) + 0 * moved.most;
+    if (turn == 0) first = now;
+    if (!(now <= kDiverges * first)) return false;
+    if (!moved.changed && (!moved.rubs || turn > 2)) {
+      if (moved.most <= wanted.gap_tolerance && worst_.row <= wanted.row_tolerance) return true;
+      if (now <= wanted.enough && !(now < 0.5 * before)) return true;
+    }
+    before = moved.changed ? HUGE_VAL : now;
+    take(gradient, y);
+  }
+  return false;
+}
+
+}  // namespace sim
