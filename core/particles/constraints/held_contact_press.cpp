@@ -146,7 +146,13 @@ bool HeldContact::add_inside(const Piece& piece) {
       begin_push(meeting, false);
     }
   }
-  std::ranges::stable_sort(pushes_, {}, &Push::particle);
+  // New ones to their places by particle; a sort that is stable would allocate.
+  for (auto next = pushes_.begin() + static_cast<std::ptrdiff_t>(before); next != pushes_.end();
+       ++next) {
+    const auto place =
+        std::ranges::upper_bound(pushes_.begin(), next, next->particle, {}, &Push::particle);
+    std::rotate(place, next, next + 1);
+  }
   return pushes_.size() > before;
 }
 
