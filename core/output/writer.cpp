@@ -5,6 +5,13 @@
 
 namespace sim {
 
+WriterTask::WriterTask() = default;
+WriterTask::WriterTask(const WriterTask& other) = default;
+WriterTask::WriterTask(WriterTask&& other) noexcept = default;
+WriterTask& WriterTask::operator=(const WriterTask& other) = default;
+WriterTask& WriterTask::operator=(WriterTask&& other) noexcept = default;
+WriterTask::~WriterTask() = default;
+
 std::string ending_of(const std::string& file) {
   std::string ending = std::filesystem::path(file).extension().string();
   if (!ending.empty()) ending.erase(0, 1);

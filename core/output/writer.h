@@ -22,6 +22,14 @@ struct WriterTask {
   Panels panels;               // a picture of each system, or none: all in one
   double fps = 30;             // pictures of a film in one second
   std::function<bool()> stop;  // asked during long work at the end; may be empty
+
+  // Compiled once, in the kernel, not with each writer.
+  WriterTask();
+  WriterTask(const WriterTask& other);
+  WriterTask(WriterTask&& other) noexcept;
+  WriterTask& operator=(const WriterTask& other);
+  WriterTask& operator=(WriterTask&& other) noexcept;
+  ~WriterTask();
 };
 
 // Which moments of a run a writer wants, if nobody says otherwise.

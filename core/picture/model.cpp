@@ -8,6 +8,7 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
 #include "core/particles/solid/tetrahedra.h"
+#include "core/scene/simulation.h"
 
 namespace sim {
 namespace {

@@ -9,10 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "core/math/vec3.h"
 #include "core/particles/solid_shape.h"
-#include "core/scene/simulation.h"
 
 namespace sim {
+
+class Simulation;
+struct SystemSpec;
 
 // Springs of one name, or rods of one constraint.
 struct ModelFamily {

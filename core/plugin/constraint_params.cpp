@@ -2,7 +2,7 @@
 
 namespace sim {
 
-std::vector<Param> constraint_params(std::vector<Param> own) {
+ParamList constraint_params(ParamList own) {
   own.push_back({.name = "feedback",
                  .default_value = 0.0,
                  .unit = "1/s",

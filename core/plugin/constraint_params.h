@@ -8,6 +8,6 @@
 namespace sim {
 
 // The parameters of a constraint behind its own.
-std::vector<Param> constraint_params(std::vector<Param> own);
+ParamList constraint_params(ParamList own);
 
 }  // namespace sim

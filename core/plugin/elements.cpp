@@ -61,8 +61,10 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
   if (!kind.takes(elements.arity) ||
       elements.ids.size() % static_cast<std::size_t>(elements.arity) ||
       (kind.arity != 2 && !elements.grids.empty()))
-    refuse(owner, "a " + kind.name + " of it joins " + std::to_string(kind.arity) + " particles",
-           "");
+    refuse(
+        owner,
+        std::string("a ") + kind.name + " of it joins " + std::to_string(kind.arity) + " particles",
+        "");
 
   // Who is joined.
   for (const GridPairs& g : elements.grids)
@@ -76,7 +78,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
     const auto first = elements.ids.begin() + static_cast<std::ptrdiff_t>(e * arity);
     if (*id < 0 || *id >= particles || std::find(first, id, *id) != id)
       refuse(owner,
-             kind.name + " " + std::to_string(e + 1) +
+             std::string(kind.name) + " " + std::to_string(e + 1) +
                  " does not join different particles of the scene",
              "the ids are 0 to " + std::to_string(particles - 1));
   }
@@ -86,7 +88,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
     const auto param = std::ranges::find(plugin.params, name, &Param::name);
     const bool declared = param != plugin.params.end() && param->per_tie;
     if ((!declared && !plugin.free_numbers) || column.size() != elements.listed())
-      refuse(owner, "a " + kind.name + " cannot give '" + name + "' for itself", "");
+      refuse(owner, std::string("a ") + kind.name + " cannot give '" + name + "' for itself", "");
     for (const double value : column)
       if (const std::string why = std::isnan(value) || !declared ? "" : objection(value, *param);
           !why.empty())

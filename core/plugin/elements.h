@@ -21,7 +21,7 @@ struct PluginInfo;
 // itself, Param::per_tie says.
 struct ElementKind {
   int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
-  std::string name = "tie";  // what one is called
+  const char* name = "tie";  // what one is called
   bool cells = false;        // tetrahedra that fill a body: of 4 particles, or of 10
 
   bool takes(int count) const { return arity > 0 && (count == arity || (cells && count == 10)); }

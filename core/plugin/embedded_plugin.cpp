@@ -2,7 +2,7 @@
 
 namespace sim {
 
-std::vector<Param> embedded_params() {
+ParamList embedded_params() {
   constexpr double kSmallest = 1e-15, kTiniest = 1e-300;
   return {
       {.name = "tol",

@@ -3,11 +3,11 @@
 
 #include "core/ode/explicit/embedded_rk.h"
 #include "core/ode/explicit/explicit_rk.h"
-#include "core/plugin/registry.h"
+#include "core/plugin/plugin_info.h"
 
 namespace sim {
 
-std::vector<Param> embedded_params();
+ParamList embedded_params();
 Tolerance tolerance_of(const Params& params);
 
 // Adaptive steps, or with `fixed_step` the advancing method of the pair alone.

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/ode/explicit/explicit_rk.h"
-#include "core/plugin/registry.h"
+#include "core/plugin/plugin_info.h"
 
 namespace sim {
 

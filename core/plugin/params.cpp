@@ -96,6 +96,14 @@ bool convert(Value& value, ParamType type) {
 
 }  // namespace
 
+ParamList::ParamList() = default;
+ParamList::ParamList(std::initializer_list<Param> params) : vector(params) {}
+ParamList::ParamList(const ParamList& other) = default;
+ParamList::ParamList(ParamList&& other) noexcept = default;
+ParamList& ParamList::operator=(const ParamList& other) = default;
+ParamList& ParamList::operator=(ParamList&& other) noexcept = default;
+ParamList::~ParamList() = default;
+
 std::string objection(const Value& value, const Param& param) {
   double number = 0;
   if (const auto* v = std::get_if<Vec3>(&value))
@@ -229,30 +237,37 @@ Params::Params(const std::string& owner, std::span<const Param> declared,
                                           (param.unit.empty() ? "" : " in " + param.unit)});
 }
 
-bool Params::has(const std::string& name) const {
+bool Params::has(std::string_view name) const {
   const auto entry = values_.find(name);
   return entry != values_.end() && !std::holds_alternative<std::monostate>(entry->second);
 }
 
+const Value& Params::value(std::string_view name) const {
+  const auto entry = values_.find(name);
+  if (entry == values_.end()) throw std::out_of_range("no parameter '" + std::string(name) + "'");
+  return entry->second;
+}
+
 template <class T>
-const T& Params::get(const std::string& name) const {
+const T& Params::get(std::string_view name) const {
   const auto entry = values_.find(name);
   if (entry == values_.end() || !std::holds_alternative<T>(entry->second))
-    throw std::logic_error("parameter '" + name + "' was read but is not declared with that type");
+    throw std::logic_error("parameter '" + std::string(name) +
+                           "' was read but is not declared with that type");
   return std::get<T>(entry->second);
 }
 
-template const bool& Params::get(const std::string&) const;
-template const std::int64_t& Params::get(const std::string&) const;
-template const double& Params::get(const std::string&) const;
-template const std::string& Params::get(const std::string&) const;
-template const Vec3& Params::get(const std::string&) const;
-template const OdeFunction& Params::get(const std::string&) const;
-template const std::shared_ptr<const TriangleMesh>& Params::get(const std::string&) const;
-template const ParticleFunction& Params::get(const std::string&) const;
-template const std::shared_ptr<const ColliderMaker>& Params::get(const std::string&) const;
-template const Colliders& Params::get(const std::string&) const;
-template const std::shared_ptr<const RigidMotion>& Params::get(const std::string&) const;
-template const std::shared_ptr<const Curve>& Params::get(const std::string&) const;
+template const bool& Params::get(std::string_view) const;
+template const std::int64_t& Params::get(std::string_view) const;
+template const double& Params::get(std::string_view) const;
+template const std::string& Params::get(std::string_view) const;
+template const Vec3& Params::get(std::string_view) const;
+template const OdeFunction& Params::get(std::string_view) const;
+template const std::shared_ptr<const TriangleMesh>& Params::get(std::string_view) const;
+template const ParticleFunction& Params::get(std::string_view) const;
+template const std::shared_ptr<const ColliderMaker>& Params::get(std::string_view) const;
+template const Colliders& Params::get(std::string_view) const;
+template const std::shared_ptr<const RigidMotion>& Params::get(std::string_view) const;
+template const std::shared_ptr<const Curve>& Params::get(std::string_view) const;
 
 }  // namespace sim

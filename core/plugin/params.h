@@ -8,7 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <variant>
+#include <string_view>
 #include <vector>
 
 #include "core/plugin/value.h"
@@ -28,6 +28,18 @@ struct Param {
   double min = -std::numeric_limits<double>::infinity();  // bounds of a number, inclusive
   double max = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices = {};  // for a text; none: any text
+};
+
+// Compiled once, in the kernel, as Value is.
+class ParamList : public std::vector<Param> {
+ public:
+  ParamList();
+  ParamList(std::initializer_list<Param> params);
+  ParamList(const ParamList& other);
+  ParamList(ParamList&& other) noexcept;
+  ParamList& operator=(const ParamList& other);
+  ParamList& operator=(ParamList&& other) noexcept;
+  ~ParamList();
 };
 
 // Why a value of the right type is not legal; empty when it is.
@@ -52,28 +64,28 @@ class Params {
   Params(const std::string& owner, std::span<const Param> declared,
          const std::map<std::string, Value>& given, const Place& place, bool free_numbers = false);
 
-  bool has(const std::string& name) const;  // given or defaulted
-  const Value& value(const std::string& name) const { return values_.at(name); }
-  bool flag(const std::string& name) const { return get<bool>(name); }
-  std::int64_t integer(const std::string& name) const { return get<std::int64_t>(name); }
-  double number(const std::string& name) const { return get<double>(name); }
-  const std::string& text(const std::string& name) const { return get<std::string>(name); }
-  const Vec3& vector(const std::string& name) const { return get<Vec3>(name); }
-  const OdeFunction& function(const std::string& name) const { return get<OdeFunction>(name); }
-  const std::shared_ptr<const TriangleMesh>& surface(const std::string& name) const {
+  bool has(std::string_view name) const;  // given or defaulted
+  const Value& value(std::string_view name) const;
+  bool flag(std::string_view name) const { return get<bool>(name); }
+  std::int64_t integer(std::string_view name) const { return get<std::int64_t>(name); }
+  double number(std::string_view name) const { return get<double>(name); }
+  const std::string& text(std::string_view name) const { return get<std::string>(name); }
+  const Vec3& vector(std::string_view name) const { return get<Vec3>(name); }
+  const OdeFunction& function(std::string_view name) const { return get<OdeFunction>(name); }
+  const std::shared_ptr<const TriangleMesh>& surface(std::string_view name) const {
     return get<std::shared_ptr<const TriangleMesh>>(name);
   }
-  const std::shared_ptr<const RigidMotion>& motion(const std::string& name) const {
+  const std::shared_ptr<const RigidMotion>& motion(std::string_view name) const {
     return get<std::shared_ptr<const RigidMotion>>(name);
   }
-  const std::shared_ptr<const ColliderMaker>& collider(const std::string& name) const {
+  const std::shared_ptr<const ColliderMaker>& collider(std::string_view name) const {
     return get<std::shared_ptr<const ColliderMaker>>(name);
   }
-  const Colliders& colliders(const std::string& name) const { return get<Colliders>(name); }
-  const std::shared_ptr<const Curve>& curve(const std::string& name) const {
+  const Colliders& colliders(std::string_view name) const { return get<Colliders>(name); }
+  const std::shared_ptr<const Curve>& curve(std::string_view name) const {
     return get<std::shared_ptr<const Curve>>(name);
   }
-  const ParticleFunction& particle_function(const std::string& name) const {
+  const ParticleFunction& particle_function(std::string_view name) const {
     return get<ParticleFunction>(name);
   }
   // Those that were given but not declared; number() has them, too.
@@ -81,9 +93,9 @@ class Params {
 
  private:
   template <class T>
-  const T& get(const std::string& name) const;
+  const T& get(std::string_view name) const;
 
-  std::map<std::string, Value> values_;
+  std::map<std::string, Value, std::less<>> values_;
   std::map<std::string, double> free_numbers_;
 };
 

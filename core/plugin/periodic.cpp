@@ -18,7 +18,7 @@ Period::Period(const Params& params, const std::string& owner)
                                     "give a period in s; one below 0 goes the other way"});
 }
 
-std::vector<Param> periodic_params(std::vector<Param> own) {
+ParamList periodic_params(ParamList own) {
   own.push_back({.name = "period", .unit = "s", .doc = "of one turn", .required = true});
   own.push_back(
       {.name = "phase", .default_value = 0.0, .unit = "rad", .doc = "the angle at t = 0"});

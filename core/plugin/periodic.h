@@ -20,7 +20,7 @@ class Period {
 };
 
 // The parameters `period` and `phase` behind those of a motion's own.
-std::vector<Param> periodic_params(std::vector<Param> own);
+ParamList periodic_params(ParamList own);
 
 Param axis_param();
 Vec3 axis_of(const Params& params, const std::string& owner);  // of length 1

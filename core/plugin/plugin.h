@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/plugin/registry.h"
+#include "core/plugin/plugin_info.h"
 
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 20;
+inline constexpr std::uint32_t kPluginAbi = 21;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".
@@ -47,11 +47,8 @@ constexpr PluginCard make_card(std::string_view names) {
 // Handed to the library's registration function.
 class Registrar {
  public:
-  template <class Object>
-  void add(Plugin<Object> plugin) {
-    plugin.kind = kind_of<Object>;
-    keep(std::make_shared<Plugin<Object>>(std::move(plugin)));
-  }
+  template <class Object>  // of every kind
+  void add(Plugin<Object> plugin);
 
  protected:
   ~Registrar() = default;

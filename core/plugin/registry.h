@@ -2,69 +2,14 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/plugin/elements.h"
-#include "core/plugin/kinds.h"
 #include "core/plugin/method.h"
+#include "core/plugin/plugin_info.h"
 
 namespace sim {
-
-// What a plugin says of itself; help, checks and `sim describe` all come from here.
-struct PluginInfo {
-  std::string name = {};
-  std::string summary = {};  // one line
-  std::string formula = {};  // the mathematics, one or more lines
-  std::string source = {};   // author (year), equation; may be empty
-  std::vector<Param> params = {};
-  ElementKind elements = {};  // forces: what a scene may tie to it
-  bool pointwise = false;  // forces: the force on a particle depends on it alone, so that a scene
-                           // may name the particles it acts on
-  bool free_numbers = false;  // forces: other names than those of `params` may be given numbers
-  // Parameters with which it works, tied where it takes ties; not needed where those that are
-  // required may have any value of their type.
-  std::map<std::string, Value> example = {};
-
-  std::vector<std::string> aliases = {};  // the rest is filled in by the registry
-  PluginKind kind = {};
-  std::string file = {};  // the library it came from
-
-  // "force 'gravity'", as errors name it.
-  std::string title() const { return std::string(kind.name) + " '" + name + "'"; }
-};
-
-template <class Object>
-struct Plugin : PluginInfo {
-  typename Kind<Object>::Make make;
-};
-
-// Another integrator, for a method built on others; throws as Method.
-using OtherIntegrator = std::function<std::unique_ptr<Integrator>(const MethodChoice&)>;
-
-template <>
-struct Plugin<Integrator> : PluginInfo {
-  Kind<Integrator>::Make make;
-  // Instead of `make`, for a method built on others, which it may ask for as long as it lives.
-  std::function<std::unique_ptr<Integrator>(const Params&, const OtherIntegrator&)>
-      make_from_others = {};
-};
-
-// The object, or an error of the plugin if it made none.
-template <class Object>
-std::unique_ptr<Object> made(std::unique_ptr<Object> object, const PluginInfo& plugin) {
-  if (object) return object;
-  throw Error(ErrorKind::kPlugin,
-              {"plugin", plugin.file, "'" + plugin.name + "' made nothing", ""});
-}
-
-using ForcePlugin = Plugin<Force>;
-using FieldPlugin = Plugin<Field>;
-using IntegratorPlugin = Plugin<Integrator>;
 
 class Registry {
  public:

@@ -87,7 +87,7 @@ Vec3 Solid::carried(double t0, double t1, const Vec3& x) const {
   return after.center + after.turned(before.turned_back(x - before.center));
 }
 
-std::vector<Param> solid_params(std::vector<Param> own, bool room) {
+ParamList solid_params(ParamList own, bool room) {
   own.push_back({.name = "friction",
                  .default_value = 0.0,
                  .doc = "Coulomb's coefficient: how much of the normal force may act against slip",

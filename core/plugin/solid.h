@@ -64,6 +64,6 @@ class Solid : public Collider {
 };
 
 // The parameters of a solid behind its own, but for `inside` where there is no room inside.
-std::vector<Param> solid_params(std::vector<Param> own, bool room = true);
+ParamList solid_params(ParamList own, bool room = true);
 
 }  // namespace sim

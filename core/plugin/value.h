@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -37,10 +39,40 @@ struct ColliderMaker {
 using Colliders = std::vector<std::shared_ptr<const ColliderMaker>>;
 
 // monostate: no value given.
-using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
-                           OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
-                           std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
-                           std::shared_ptr<const Curve>, Colliders>;
+using AnyValue =
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
+                 ParticleFunction, std::shared_ptr<const TriangleMesh>,
+                 std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
+                 std::shared_ptr<const Curve>, Colliders>;
+
+// Here and in ValueMap the members that every plugin uses are compiled once, in the kernel.
+class Value : public AnyValue {
+ public:
+  Value();
+  Value(bool flag);
+  Value(std::int64_t integer);
+  Value(double number);
+  Value(std::string text);
+  Value(Vec3 vector);
+  using AnyValue::AnyValue;  // from what converts to one of them, by the rules of std::variant
+  Value(const Value& other);
+  Value(Value&& other) noexcept;
+  Value& operator=(const Value& other);
+  Value& operator=(Value&& other) noexcept;
+  ~Value();
+};
+
+// By the names of parameters.
+class ValueMap : public std::map<std::string, Value> {
+ public:
+  ValueMap();
+  ValueMap(std::initializer_list<value_type> values);
+  ValueMap(const ValueMap& other);
+  ValueMap(ValueMap&& other) noexcept;
+  ValueMap& operator=(const ValueMap& other);
+  ValueMap& operator=(ValueMap&& other) noexcept;
+  ~ValueMap();
+};
 
 enum class ParamType {
   kFlag,

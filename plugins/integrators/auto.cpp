@@ -8,6 +8,7 @@
 #include "core/math/power.h"
 #include "core/ode/fastest_mode.h"
 #include "core/ode/stability.h"
+#include "core/plugin/method.h"
 #include "core/plugin/plugin.h"
 
 namespace {

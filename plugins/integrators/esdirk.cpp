@@ -24,9 +24,9 @@ static_assert(sim::embedded_order(kPair) == 3);
 
 // Solutions of its equations are no better than roundings let them be: below this a step cannot be
 // told from its neighbour's.
-std::vector<sim::Param> params() {
+sim::ParamList params() {
   constexpr double kLeast = 1e-10;
-  std::vector<sim::Param> params = sim::embedded_params();
+  sim::ParamList params = sim::embedded_params();
   for (sim::Param& param : params)
     if (param.name == "tol" || param.name == "atol") param.min = kLeast;
   return params;

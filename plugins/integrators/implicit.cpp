@@ -29,7 +29,7 @@ constexpr sim::Tableau<3> kTrBdf2{.a = {{{0, 0, 0}, {kG / 2, kG / 2, 0}, {kW, kW
                                   .c = {0, kG, 1}};
 static_assert(sim::order_conditions(kTrBdf2) == 2);
 
-std::vector<sim::Param> params() {
+sim::ParamList params() {
   return {
       {.name = "tol",
        .default_value = 0.0,

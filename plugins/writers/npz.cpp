@@ -18,9 +18,10 @@ struct Array {
   std::string data;
 
   std::string file() const {
-    std::string header = std::string("{'descr': '") + (integers ? "<i8" : "<f8") +
-                         "', 'fortran_order': False, 'shape': (" + std::to_string(frames) +
-                         (inner.empty() ? "," : inner) + "), }";
+    std::string header = "{'descr': '";
+    header += integers ? "<i8" : "<f8";
+    header += "', 'fortran_order': False, 'shape': (" + std::to_string(frames);
+    header += (inner.empty() ? "," : inner) + "), }";
     header.append(63 - (10 + header.size()) % 64, ' ');
     header += '\n';
     std::string out = "\x93NUMPY";

@@ -92,7 +92,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
   if (plugin.elements.arity == 0)
     scene_error(place_of_tie(1), owner, "it takes no ties between particles");
   if (plugin.elements.arity != arity)
-    scene_error(place_of_tie(1), "bad " + plugin.elements.name,
+    scene_error(place_of_tie(1), std::string("bad ") + plugin.elements.name,
                 owner + " joins " + std::to_string(plugin.elements.arity) +
                     " particles by each, not " + std::to_string(arity));
 
@@ -110,7 +110,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
       continue;
     }
     if (id >= body.particles.count())
-      scene_error(place_of_tie(i / arity + 1), "bad " + plugin.elements.name,
+      scene_error(place_of_tie(i / arity + 1), std::string("bad ") + plugin.elements.name,
                   "there is no particle " + std::to_string(id), known_ids(body.particles));
     elements.ids[static_cast<std::size_t>(i)] = static_cast<int>(id);
   }
@@ -133,12 +133,12 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
       if (std::isnan(value)) continue;
       if (!declared && plugin.free_numbers) continue;
       if (!declared)
-        scene_error(
-            place_of_tie(i),
-            "unknown key '" + one_line_text(name) + "' in the options of a " + plugin.elements.name,
-            "it is not used there", suggestion(name, known));
+        scene_error(place_of_tie(i),
+                    "unknown key '" + one_line_text(name) + "' in the options of a " +
+                        std::string(plugin.elements.name),
+                    "it is not used there", suggestion(name, known));
       if (const std::string why = objection(value, *param); !why.empty())
-        scene_error(place_of_tie(i), "bad " + name + " of a " + plugin.elements.name,
+        scene_error(place_of_tie(i), "bad " + name + " of a " + std::string(plugin.elements.name),
                     "it is " + shortest(value), why);
     }
   }

@@ -127,11 +127,19 @@ SIM_INLINE Numbers<Real> arriving(const SweepRun<Real>& run, std::int64_t turn,
   return load_block(run.ring + ((turn - run.stride) & run.mask));
 }
 
+// Most of the code of each loop over blocks. Where products and sums are not fused by the processor
+// it is so long that a call costs nothing, and compiling it into each loop much.
+#if SIM_FMA
+#define SIM_BLOCK_FORCES SIM_INLINE
+#else
+#define SIM_BLOCK_FORCES __attribute__((noinline))
+#endif
+
 // The forces of all runs on a block.
 template <class Real>
-SIM_INLINE Points<Real> block_forces(std::span<const SweepRun<Real>> runs, std::int64_t turn,
-                                     const Real* const positions[3], int i,
-                                     const Real* const force[3]) {
+SIM_BLOCK_FORCES Points<Real> block_forces(std::span<const SweepRun<Real>> runs, std::int64_t turn,
+                                           const Real* const positions[3], int i,
+                                           const Real* const force[3]) {
   const Positions<Real> q(positions);
   const Points<Real> here = q.block(i);
   Points<Real> sum{};
@@ -398,6 +406,7 @@ void warm_up(Rings<Real>& rings, const Real* const positions[3], int begin, int 
 template <class Real>
 constexpr SweepKernels<Real> kSweep{rk_sweep<Real>, kick_sweep<Real>, warm_up<Real>};
 
+#undef SIM_BLOCK_FORCES
 }  // namespace
 }  // namespace sim::SIM_TARGET
 SIM_TARGET_END
