@@ -16,7 +16,7 @@ struct Joined {
 
   Elements own;              // of nodes, where there are any
   const Elements& elements;  // these, or those of particles
-  std::vector<Node> nodes;   // empty: all are particles
+  std::vector<JointNode> nodes;   // empty: all are particles
   int count;                 // of what the elements may join
 };
 

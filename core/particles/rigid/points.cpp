@@ -12,13 +12,13 @@ namespace {
 // The nodes as particles of their own.
 class NodeView {
  public:
-  explicit NodeView(std::vector<Node> nodes)
+  explicit NodeView(std::vector<JointNode> nodes)
       : nodes_(std::move(nodes)),
         layout_(static_cast<int>(nodes_.size())),
         state_(layout_.size()),
         mass_(nodes_.size()) {}
 
-  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<JointNode>& nodes() const { return nodes_; }
   int size() const { return static_cast<int>(nodes_.size()); }
 
   ParticleView look(const ParticleView& from) {
@@ -27,7 +27,7 @@ class NodeView {
       double* const out = layout_.block(state_.data(), block);
       if (!in[block]) continue;
       for (std::size_t k = 0; k < nodes_.size(); ++k) {
-        const Node& node = nodes_[k];
+        const JointNode& node = nodes_[k];
         double sum = in[block][node.ids[0]];
         if (node.count > 1) {
           sum *= node.weights[0];
@@ -53,7 +53,7 @@ class NodeView {
   }
 
  private:
-  std::vector<Node> nodes_;
+  std::vector<JointNode> nodes_;
   Layout layout_;
   Array state_;
   std::vector<double> mass_;
@@ -62,13 +62,13 @@ class NodeView {
 // Evaluated as a whole on one thread before the tiles, and then handed out.
 class NodeForce final : public Force {
  public:
-  NodeForce(std::unique_ptr<Force> force, std::vector<Node> nodes)
+  NodeForce(std::unique_ptr<Force> force, std::vector<JointNode> nodes)
       : force_(std::move(force)),
         seen_(std::move(nodes)),
         layout_(seen_.size(), 3),
         sums_(layout_.size()) {
     for (int k = 0; k < seen_.size(); ++k) {
-      const Node& node = seen_.nodes()[static_cast<std::size_t>(k)];
+      const JointNode& node = seen_.nodes()[static_cast<std::size_t>(k)];
       for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p)
         shares_.push_back({node.ids[p], k, node.weights[p]});
     }
@@ -166,7 +166,7 @@ class NodeForce final : public Force {
 
 class NodeConstraint final : public Constraint {
  public:
-  NodeConstraint(std::unique_ptr<Constraint> constraint, std::vector<Node> nodes)
+  NodeConstraint(std::unique_ptr<Constraint> constraint, std::vector<JointNode> nodes)
       : constraint_(std::move(constraint)), seen_(std::move(nodes)) {}
 
   void bind(const ParticleView& initial) override {
@@ -177,7 +177,7 @@ class NodeConstraint final : public Constraint {
     for (int r = 0; r < own_.rows(); ++r) {
       const auto first = pattern_.ids.size();
       for (int e = own_.begin[at(r)]; e < own_.begin[at(r + 1)]; ++e) {
-        const Node& node = seen_.nodes()[at(own_.ids[at(e)])];
+        const JointNode& node = seen_.nodes()[at(own_.ids[at(e)])];
         for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p) {
           auto place = std::find(pattern_.ids.begin() + static_cast<std::ptrdiff_t>(first),
                                  pattern_.ids.end(), node.ids[p]);
@@ -225,12 +225,12 @@ class NodeConstraint final : public Constraint {
 
 }  // namespace
 
-std::unique_ptr<Force> force_on_nodes(std::unique_ptr<Force> force, std::vector<Node> nodes) {
+std::unique_ptr<Force> force_on_nodes(std::unique_ptr<Force> force, std::vector<JointNode> nodes) {
   return std::make_unique<NodeForce>(std::move(force), std::move(nodes));
 }
 
 std::unique_ptr<Constraint> constraint_on_nodes(std::unique_ptr<Constraint> constraint,
-                                                std::vector<Node> nodes) {
+                                                std::vector<JointNode> nodes) {
   return std::make_unique<NodeConstraint>(std::move(constraint), std::move(nodes));
 }
 
