@@ -15,7 +15,7 @@ using study::MethodStability;
 using study::Stability;
 
 constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
-constexpr std::size_t kMostWidth = 20;  // of a name that its row stands beside
+constexpr std::size_t kMostName = 20;  // of a name that its row stands beside
 constexpr std::size_t kShownRun = 1;  // the first of the runs at shares of the limit that is shown
 
 std::string step_text(const std::optional<double>& step) {
@@ -87,7 +87,7 @@ std::string table_text(const Stability& result) {
   std::size_t width = 11;
   for (const MethodStability& each : result.methods)
     width = std::max(width, each.method.label.size() + 1);
-  width = std::min(width, kMostWidth);
+  width = std::min(width, kMostName);
   std::string text = left("", width) + right("largest stable step [s]", 2 * kStep + 4);
   if (result.energy_time > 0)
     text += right("", kOff + kDt - 4) +

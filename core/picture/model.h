@@ -20,8 +20,8 @@ struct SystemSpec;
 // Springs of one name, or rods of one constraint.
 struct ModelFamily {
   std::string name;
-  std::vector<std::array<int, 2>> ends;  // ids, the lower first
-  std::vector<double> rest, stiffness;   // m, N/m; rods have a stiffness of 0
+  std::vector<std::array<int, 2>> ends = {};      // ids, the lower first
+  std::vector<double> rest = {}, stiffness = {};  // m, N/m; rods have a stiffness of 0
   bool rods = false;
 };
 

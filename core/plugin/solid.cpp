@@ -69,7 +69,7 @@ double Solid::clearance(double t, const Vec3& middle, const Vec3& half) const {
   return (turned ? distance(x).gap - half.norm() : least(x, half)) - thickness_;
 }
 
-double Solid::fastest(double t0, double t1) const {
+double Solid::fastest(double t0, double /*t1*/) const {
   if (!motion_) return 0;
   if (!motion_->sampled())
     return motion_->fastest() + motion_->fastest_turn() * turning_radius(pose(t0).axis);

@@ -11,7 +11,6 @@
 namespace sim {
 namespace {
 
-constexpr double kNear = 1e-9;      // of the size of a place: a gap that is none
 constexpr double kNever = 2;        // a place on the way that is none
 constexpr double kTogether = 1e-6;  // of a piece: what hits at once
 constexpr int kMostMoments = 3;     // at which hits cut a step, if it is not that they must
@@ -56,7 +55,7 @@ void HeldContact::find_near(double t, double r, const double* from, const double
       longest = std::max(longest, way_of(i));
     }
     const Vec3 middle = 0.5 * (low + high), half = 0.5 * (high - low);
-    const double margin = kNear * place_size(low.cwiseAbs().cwiseMax(high.cwiseAbs()));
+    const double margin = kFlush * place_size(low.cwiseAbs().cwiseMax(high.cwiseAbs()));
     if (!contacts.near(t, r, middle, half, longest + margin)) continue;
     for (int i = first; i < last; ++i)
       if (end.free(i) && contacts.near(t, r, end.position(i), Vec3::Zero(), way_of(i) + margin))
@@ -73,7 +72,7 @@ bool HeldContact::look(const Piece& piece, int i, Collider& collider, Meeting& m
   meeting = {};
   meeting.particle = i, meeting.collider = &collider;
   double speed = 0;
-  if (start.gap <= kNear * place_size(x0)) {
+  if (start.gap <= kFlush * place_size(x0)) {
     meeting.known = rate0 >= -kSlips * (v0.norm() + start.velocity.norm()) - 1e-14;
     meeting.normal = start.normal;
     meeting.closing = std::max(0.0, -rate0);

@@ -9,13 +9,12 @@
 namespace sim {
 namespace {
 
-constexpr int kMostRounds = 12;        // of finding what pushes put into other surfaces
-constexpr double kSlow = 1e-10;        // of the velocities at hand: a slip that is none
-constexpr double kLeastAlong = 0.1;    // of a normal, along the direction of its push
-constexpr double kAgainst = 0.9;       // cosine of what acts against the slip
-constexpr double kRoundings = 1e-15;   // of the size of the scene
-constexpr double kNear = 1e-9;         // of the size of a place: a gap that is none
-constexpr double kGoodEnough = 1e-13;  // where turns gain no more
+constexpr int kMostPressings = 12;       // of finding what pushes put into other surfaces
+constexpr double kSlowSlip = 1e-10;      // of the velocities at hand: a slip that is none
+constexpr double kLeastAlongPush = 0.1;  // of a normal, along the direction of its push
+constexpr double kAgainst = 0.9;         // cosine of what acts against the slip
+constexpr double kOfScene = 1e-15;       // of the size of the scene
+constexpr double kPressSettled = 1e-13;  // where turns gain no more
 
 Vec3 along_surface(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
@@ -72,9 +71,9 @@ bool HeldContact::solve_velocities(const Piece& piece, double enough) {
       return push.normal.dot(y - push.ground) - push.least;
     }
   } wanted(rows_, v);
-  wanted.row_tolerance = wanted.gap_tolerance = kRoundings * speed;
+  wanted.row_tolerance = wanted.gap_tolerance = kOfScene * speed;
   wanted.enough = enough * speed;
-  wanted.slow = kSlow * speed;
+  wanted.slow = kSlowSlip * speed;
   return solver_.solve(moving_, rows_.gradient(), v, wanted);
 }
 
@@ -186,16 +185,16 @@ bool HeldContact::place(const Piece& piece, bool nearest) {
     double gap(Push& push, const Vec3& y) override {
       const Touch touch = push.collider->touch(now.t, y);
       if (nearest) push.normal = touch.normal;
-      return touch.gap / std::max(kLeastAlong, push.normal.dot(touch.normal));
+      return touch.gap / std::max(kLeastAlongPush, push.normal.dot(touch.normal));
     }
   } wanted(rows_, particles_->view(end, piece.to), piece.to + memory);
-  wanted.row_tolerance = kRoundings * size;
+  wanted.row_tolerance = kOfScene * size;
   wanted.gap_tolerance = 0.1 * Contacts::slack(Vec3(size, 0, 0));
-  wanted.enough = kGoodEnough * size;
+  wanted.enough = kPressSettled * size;
   wanted.nearest = nearest;
   const std::span<const Vec3> gradient = nearest ? rows_.gradient() : start_rows_.gradient();
   bool found = solver_.solve(pushes_, gradient, q, wanted);
-  for (int turn = 0; turn < kMostRounds && found && add_inside(piece); ++turn)
+  for (int turn = 0; turn < kMostPressings && found && add_inside(piece); ++turn)
     found = solver_.go_on(pushes_, gradient, q, wanted);
   return found;
 }
@@ -250,7 +249,7 @@ bool HeldContact::find_velocity(const Piece& piece) {
   for (Push push : pushes_) {
     const Vec3 x = vector_at(q, push.particle);
     const Touch touch = push.collider->touch(end, x);
-    if (!push.held && touch.gap > kNear * place_size(x)) continue;
+    if (!push.held && touch.gap > kFlush * place_size(x)) continue;
     push.friction = push.collider->surface().friction;
     push.normal = touch.normal, push.ground = touch.velocity;
     // Of both halves together friction is what it may be.

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-constexpr int kMostTurns = 200, kLate = 25, kMostChanges = 6;
+constexpr int kMostPushTurns = 200, kLate = 25, kMostChanges = 6;
 constexpr double kSticks = 0.5, kStiffens = 10;
 constexpr double kDamping = 1e-3;        // where rows nearly depend on each other
 constexpr double kDiverges = 1e3;        // of what was wrong at first
@@ -218,7 +218,7 @@ bool PushSolver::go_on(std::span<Push> pushes, std::span<const Vec3> gradient, c
   gather(pushes);
   for (Group& group : groups_) span_normals(group, pushes);
   double before = HUGE_VAL, first = 0;
-  for (int turn = 0; turn < kMostTurns; ++turn) {
+  for (int turn = 0; turn < kMostPushTurns; ++turn) {
     const Moved moved = shift(pushes, y, wanted, turn >= kLate);
     if (!wanted.rows(rest_)) return false;
     if (turn == 0 || moved.changed || wanted.nearest || (moved.rubs && turn <= kLate))

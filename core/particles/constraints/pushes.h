@@ -10,6 +10,7 @@
 
 namespace sim {
 
+inline constexpr double kFlush = 1e-9;  // of the size of a place, or of velocities: what is none
 // A particle and a surface that it touches, or may touch.
 struct Push {
   int particle = 0;
@@ -99,11 +100,10 @@ class PushSolver {
   const Constraints* constraints_;
   RowMatrix matrix_;
   std::vector<Group> groups_;
-  std::vector<int> group_of_;                   // of each particle, -1: none
-  std::vector<Vec3> projected_;                 // gradients along the surfaces
-  std::vector<double> rest_, mu_;               // of the rows
-  std::vector<double> base_, added_, by_rows_;  // of the particles
-  double largest_ = 0;                          // of the forces
+  std::vector<int> group_of_;                               // of each particle, -1: none
+  std::vector<Vec3> projected_;                             // gradients along the surfaces
+  std::vector<double> rest_, mu_, base_, added_, by_rows_;  // two of rows, three of particles
+  double largest_ = 0;                                      // of the forces
   Worst worst_;
 };
 

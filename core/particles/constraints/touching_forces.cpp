@@ -9,7 +9,6 @@
 namespace sim {
 namespace {
 
-constexpr double kNear = 1e-9;    // of the size of a place, or of velocities: what is none
 constexpr double kGlance = 1e-5;  // s, for differences
 constexpr double kFarther = 1e6;  // of accelerations: what a slip is against them
 
@@ -29,10 +28,10 @@ void TouchingForces::find(const ParticleView& now, const Constraints::Axes& a) {
     const Vec3 x = now.position(i), v = now.velocity(i);
     for (Collider* const collider : particles_->contacts().all()) {
       const Touch touch = collider->touch(now.t, x);
-      if (!(touch.gap <= kNear * place_size(x))) continue;
+      if (!(touch.gap <= kFlush * place_size(x))) continue;
       const Vec3 relative = v - touch.velocity;
       const double fast = v.norm() + touch.velocity.norm(), rate = relative.dot(touch.normal);
-      if (rate > kNear * fast + kNear) continue;
+      if (rate > kFlush * fast + kFlush) continue;
       const auto rate_after = [&](double after) {
         const Touch then = collider->touch(now.t + after, x + after * v);
         return then.normal.dot(v - then.velocity);
@@ -43,7 +42,7 @@ void TouchingForces::find(const ParticleView& now, const Constraints::Axes& a) {
       push.friction = collider->surface().friction;
       // Friction acts against the slip; what does not slip goes with the surface.
       const Vec3 slip = relative - rate * touch.normal;
-      if (slip.norm() > kNear * fast)
+      if (slip.norm() > kFlush * fast)
         push.ground = -kFarther * largest / slip.norm() * slip;
       else
         push.ground = (collider->touch(now.t + kGlance, x + kGlance * touch.velocity).velocity -
