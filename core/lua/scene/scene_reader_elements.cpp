@@ -261,7 +261,8 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   for (const auto& [name, value] : spec.given)
     maker->text += (maker->text.empty() ? "" : ", ") + name + " = " + to_text(value);
   maker->text = "sim.collider." + plugin.name + " { " + maker->text + " }";
-  maker->make = [&plugin, params, place] {
+  // A scene outlives the registry that it was read with.
+  maker->make = [plugin = plugin, params, place] {
     return of_scene(place, [&] { return made(plugin.make(params), plugin); });
   };
   maker->make();  // what is wrong is said here
