@@ -30,10 +30,10 @@ class Layout {
     return static_cast<std::size_t>(block) * stride_ + static_cast<std::size_t>(pad_);
   }
 
-  // The values of coordinate `block` (0 .. 5) in a state.
+  // The values of coordinate `block` (0 .. 5) in a state; null in one that is not there.
   template <class T>
   T* block(T* state, int block) const noexcept {
-    return state + offset(block);
+    return state ? state + offset(block) : nullptr;
   }
 
   // Those of three coordinates, from block `first` on.
