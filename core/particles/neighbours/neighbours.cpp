@@ -116,7 +116,8 @@ void Neighbours::list(int first, int last, Share& share) {
   for (int b = first; b < last; ++b) {
     NeighbourBlock& block = blocks_[static_cast<std::size_t>(b)];
     block = {};
-    std::int32_t* const slots = share.slots.data() + share.needed;
+    std::int32_t* const slots =
+        share.needed < share.slots.size() ? share.slots.data() + share.needed : nullptr;
     for (int lane = 0; lane < 8 && 8 * b + lane < n; ++lane) {
       const int place = 8 * b + lane;
       if (grid_.cell_at(place) != cell) rows = grid_.around(cell = grid_.cell_at(place));
