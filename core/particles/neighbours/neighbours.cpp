@@ -63,6 +63,7 @@ void Neighbours::build(const ParticleView& view, Team& team) {
   }
   while (shares_.size() < static_cast<std::size_t>(team.size())) {
     Share& share = shares_.emplace_back();
+    share.slots = ArrayOf<std::int32_t>(8);
     share.places.resize(n + 8);
     share.ids.resize(n + 16);
   }
@@ -116,8 +117,6 @@ void Neighbours::list(int first, int last, Share& share) {
   for (int b = first; b < last; ++b) {
     NeighbourBlock& block = blocks_[static_cast<std::size_t>(b)];
     block = {};
-    std::int32_t* const slots =
-        share.needed < share.slots.size() ? share.slots.data() + share.needed : nullptr;
     for (int lane = 0; lane < 8 && 8 * b + lane < n; ++lane) {
       const int place = 8 * b + lane;
       if (grid_.cell_at(place) != cell) rows = grid_.around(cell = grid_.cell_at(place));
@@ -125,6 +124,7 @@ void Neighbours::list(int first, int last, Share& share) {
       block.count[lane] = count;
       block.length = std::max(block.length, count);
       if (share.needed + 8 * static_cast<std::size_t>(block.length) > share.slots.size()) continue;
+      std::int32_t* const slots = share.slots.data() + share.needed;
       for (int k = 0; k < count; ++k)
         share.ids[static_cast<std::size_t>(k)] = id(share.places[static_cast<std::size_t>(k)]);
       if (count <= kRanked) {
@@ -135,8 +135,10 @@ void Neighbours::list(int first, int last, Share& share) {
           slots[8 * k + lane] = this->place(share.ids[static_cast<std::size_t>(k)]);
       }
     }
+    const std::size_t begin = share.needed;
     share.needed += 8 * static_cast<std::size_t>(block.length);
     if (share.needed > share.slots.size()) continue;
+    std::int32_t* const slots = share.slots.data() + begin;
     block.slots = slots;
     for (int lane = 0; lane < 8; ++lane)
       for (int k = block.count[lane]; k < block.length; ++k) slots[8 * k + lane] = 8 * b + lane;
