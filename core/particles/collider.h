@@ -17,6 +17,9 @@ struct Touch {
   Vec3 velocity{0, 0, 0};  // of the surface there, m/s
 };
 
+// What of v runs along a surface.
+inline Vec3 tangential(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
+
 struct Surface {
   double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
   double friction = 0;     // Coulomb's coefficient, >= 0

@@ -15,8 +15,6 @@ constexpr double kStill = 1e-9;  // of velocities: a rate of the gap that counts
 constexpr double kLeastShare = 1e-9;  // shares of a step that are none
 constexpr double kPressed = 1e-7;     // of the acceleration: a push that is none
 
-Vec3 along(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
-
 // W/kg, of what surfaces do to a particle that has the velocity v.
 ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
   const double given = push.dot(carrier);
@@ -172,7 +170,7 @@ void ContactEvents::put_back(double t, double h, double* x) {
         velocity -= (velocity - touch.velocity).dot(touch.normal) * touch.normal;
       }
     // A slip that ends here.
-    const Vec3 slip = along(velocity - first.velocity, first.normal);
+    const Vec3 slip = tangential(velocity - first.velocity, first.normal);
     if (held.collider[0]->surface().friction > 0 &&
         slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm()))
       velocity -= slip;

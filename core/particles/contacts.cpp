@@ -12,8 +12,6 @@ constexpr int kRounds = 100;     // of pushing out of several colliders by turns
 
 double slack(const Vec3& x) { return Contacts::slack(x); }
 
-Vec3 tangential(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
-
 // Where outside(s) turns from true to false between two places.
 template <class Outside>
 double turning_point(double yes, double no, const Outside& outside) {

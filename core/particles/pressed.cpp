@@ -30,7 +30,7 @@ Pressed pressed_on(std::span<Collider* const> colliders, double t, double d, con
   const Collider& surface = *colliders[0];
   const Touch touch = surface.touch(t, x);
   const Vec3 relative = v - touch.velocity;
-  pressed.slip = relative - relative.dot(touch.normal) * touch.normal;
+  pressed.slip = tangential(relative, touch.normal);
   const double friction = surface.surface().friction * pressed.push.norm();
   if (friction == 0) return pressed;
   const double speed = pressed.slip.norm(), size = pressed.acceleration.norm();

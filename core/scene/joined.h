@@ -14,10 +14,10 @@ struct Joined {
   Joined(const Elements& of, const SystemSpec& spec, std::span<const RigidBody> bodies, int n);
   Joined(const Joined&) = delete;
 
-  Elements own;              // of nodes, where there are any
-  const Elements& elements;  // these, or those of particles
-  std::vector<JointNode> nodes;   // empty: all are particles
-  int count;                 // of what the elements may join
+  Elements own;                  // of nodes, where there are any
+  const Elements& elements;      // these, or those of particles
+  std::vector<JointNode> nodes;  // empty: all are particles
+  int count;                     // of what the elements may join
 };
 
 }  // namespace sim

@@ -9,12 +9,6 @@
 namespace sim_test {
 namespace {
 
-const Json& named(const Json& list, const std::string& name) {
-  for (const Json& each : list.list)
-    if (each.at("name").text == name) return each;
-  throw std::runtime_error("nothing is called " + name);
-}
-
 // The pictures themselves are looked at in tests/picture; here what they are made of.
 TEST_CASE("sim compare sets methods side by side, each with its own error") {
   const TemporaryFolder folder;

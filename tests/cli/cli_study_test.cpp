@@ -13,12 +13,6 @@
 namespace sim_test {
 namespace {
 
-const Json& named(const Json& list, const std::string& name) {
-  for (const Json& each : list.list)
-    if (each.at("name").text == name) return each;
-  throw std::runtime_error("nothing is called " + name);
-}
-
 TEST_CASE("sim stability tells the largest steps of the cloth") {
   const Outcome outcome = run_sim({"stability", "scenes/cloth.lua", "--json"});
   REQUIRE(outcome.code == 0);

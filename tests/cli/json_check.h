@@ -22,6 +22,13 @@ struct Json {
   bool has(const std::string& key) const { return members.count(key) == 1; }
 };
 
+// The entry of a list whose member "name" is that; throws std::runtime_error where there is none.
+inline const Json& named(const Json& list, const std::string& name) {
+  for (const Json& each : list.list)
+    if (each.at("name").text == name) return each;
+  throw std::runtime_error("nothing is called " + name);
+}
+
 // Throws std::runtime_error for anything that is not one JSON value, for a key given twice, and for
 // a number that is not finite.
 class JsonReader {

@@ -5,6 +5,7 @@
 #include "core/base/text.h"
 #include "core/particles/axes.h"
 #include "core/particles/constraints/held_contact.h"
+#include "core/particles/constraints/linear_rows.h"
 
 namespace sim {
 namespace {
@@ -15,8 +16,6 @@ constexpr double kLeastAlongPush = 0.1;  // of a normal, along the direction of 
 constexpr double kAgainst = 0.9;         // cosine of what acts against the slip
 constexpr double kOfScene = 1e-15;       // of the size of the scene
 constexpr double kPressSettled = 1e-13;  // where turns gain no more
-
-Vec3 along_surface(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
 Vec3 surface_velocity(const Push& push, double t, const Vec3& x) {
   return push.collider->touch(t, x).velocity;
@@ -58,19 +57,12 @@ bool HeldContact::press(const Piece& piece, double until, bool hit) {
 bool HeldContact::solve_velocities(const Piece& piece, double enough) {
   const auto v = particles_->layout().axes(piece.to, 3);
   const double speed = fastest(piece);
-  struct Velocities final : PushSolver::Wanted {
-    const RowValues& values;
-    const PushSolver::Axes& v;
-    Velocities(const RowValues& of, const PushSolver::Axes& at) : values(of), v(at) {}
-    bool rows(std::span<double> rest) override {
-      values.times(v.data(), rest.data());
-      for (std::size_t r = 0; r < rest.size(); ++r) rest[r] += values.drive()[r];
-      return true;
-    }
+  struct Velocities final : LinearRows {
+    using LinearRows::LinearRows;
     double gap(Push& push, const Vec3& y) override {
       return push.normal.dot(y - push.ground) - push.least;
     }
-  } wanted(rows_, v);
+  } wanted(rows_, v, rows_.drive());
   wanted.row_tolerance = wanted.gap_tolerance = kOfScene * speed;
   wanted.enough = enough * speed;
   wanted.slow = kSlowSlip * speed;
@@ -94,7 +86,7 @@ void HeldContact::predict_friction(const Piece& piece) {
                      to = particles_->view(end, piece.to);
   const auto slip_at_start = [&](const Push& push) {
     const Vec3 u = push.collider->touch(piece.t, from.position(push.particle)).velocity;
-    return along_surface(from.velocity(push.particle) - u, push.normal);
+    return tangential(from.velocity(push.particle) - u, push.normal);
   };
   moving_.clear();
   for (const Push& each : pushes_) {
@@ -119,7 +111,7 @@ void HeldContact::predict_friction(const Piece& piece) {
       // Against the slip of the start where it is all against it.
       const Vec3 slip = slip_at_start(push);
       const double size = slip.norm(), pull = next->pull.norm();
-      push.rubbed = 0.5 * along_surface(next->pull, push.normal);
+      push.rubbed = 0.5 * tangential(next->pull, push.normal);
       if (next->pull.dot(slip) < -kAgainst * size * pull)
         push.rubbed = -0.5 * std::min(pull, next->most_pull()) / size * slip;
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/particles/axes.h"
+#include "core/particles/constraints/linear_rows.h"
 #include "core/particles/way.h"
 
 namespace sim {
@@ -64,17 +65,10 @@ std::span<const double> TouchingForces::multipliers(const ParticleView& now,
   find(now, a);
   double largest = 1e-30;
   for (int i = 0; i < now.n; ++i) largest = std::max(largest, vector_at(a, i).norm());
-  struct Accelerations final : PushSolver::Wanted {
-    const RowValues& values;
-    const Constraints::Axes& a;
-    Accelerations(const RowValues& of, const Constraints::Axes& at) : values(of), a(at) {}
-    bool rows(std::span<double> rest) override {
-      values.times(a.data(), rest.data());
-      for (std::size_t r = 0; r < rest.size(); ++r) rest[r] += values.bias()[r];
-      return true;
-    }
+  struct Accelerations final : LinearRows {
+    using LinearRows::LinearRows;
     double gap(Push& push, const Vec3& y) override { return push.normal.dot(y) - push.least; }
-  } wanted(values, a);
+  } wanted(values, a, values.bias());
   wanted.row_tolerance = wanted.gap_tolerance = 1e-15 * largest;
   wanted.enough = 1e-9 * largest;
   wanted.slow = 1e-9 * largest;

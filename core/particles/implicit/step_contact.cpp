@@ -96,7 +96,7 @@ void StepContact::find_held(const double* x) {
       if (first) known.stuck_since = t_, known.place = place;
       if (known.count == Bound::kMost) continue;
       known.touch(collider, t_);
-      const Vec3 along = slip - slip.dot(touch.normal) * touch.normal;
+      const Vec3 along = tangential(slip, touch.normal);
       known.stuck = collider->surface().friction > 0 && known.count == 1 &&
                     along.norm() <= kAtRest * (velocity.norm() + touch.velocity.norm());
     }
@@ -226,8 +226,7 @@ void StepContact::rub(Stage& stage, std::size_t index) {
   const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
   const Vec3 normal = bound.planes[0].normal;
   const auto slip_of = [&](double t, const Vec3& v) {
-    const Vec3 slip = v - surface_velocity(held, t, place);
-    return Vec3(slip - slip.dot(normal) * normal);
+    return tangential(v - surface_velocity(held, t, place), normal);
   };
   const Vec3 slip = slip_of(stage.t, velocity);
   const Vec3 last = slip_of(end, before + stage.reach * (velocity - before));

@@ -1,0 +1,27 @@
+// Rows that are linear in what is looked for, as they are in velocities and accelerations.
+#pragma once
+
+#include <span>
+
+#include "core/particles/constraints/pushes.h"
+#include "core/particles/constraints/row_values.h"
+
+namespace sim {
+
+// J y + rest = 0. What is given outlives it.
+struct LinearRows : PushSolver::Wanted {
+  LinearRows(const RowValues& of, const PushSolver::Axes& at, std::span<const double> rest)
+      : values(of), y(at), constant(rest) {}
+
+  bool rows(std::span<double> rest) override {
+    values.times(y.data(), rest.data());
+    for (std::size_t r = 0; r < rest.size(); ++r) rest[r] += constant[r];
+    return true;
+  }
+
+  const RowValues& values;
+  const PushSolver::Axes& y;
+  std::span<const double> constant;
+};
+
+}  // namespace sim
