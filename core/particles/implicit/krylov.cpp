@@ -16,6 +16,13 @@ void scale(Array& to, double factor, const Array& what) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = factor * what[i];
 }
 
+// Whether squares that fell from `first` to `now` in `done` iterations reach the goal in `all`.
+bool gets_there(double first, double now, double goal, int done, int all) {
+  double reached = now;
+  for (int left = all - done; left > 0; left -= done) reached *= now / first;
+  return reached <= goal;
+}
+
 }  // namespace
 
 ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
@@ -37,12 +44,16 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   std::fill_n(d, r_.size(), 0.0);
   std::ranges::fill(p_.span(), 0.0);
   // own: r.D^-1 r, which says when to stop; rz: r.z with all of the preconditioner.
-  constexpr int kSoon = 12;  // iterations that cost as much as to prepare more
+  // Iterations that cost as much as to prepare more, and after which it shows how they go.
+  constexpr int kSoon = 12, kLook = 4;
   double own = matrix.precondition(r_.data(), z_.data()), rz = own, beta = 0;
   const double goal = eta * eta * own;
+  const double first = own;
   bool corrected = false;
   while (own > goal && result.iterations < most_ && !matrix.stopped()) {
-    if (multilevel_ && result.iterations == kSoon && multilevel_->prepare(matrix)) {
+    const bool slow = result.iterations == kSoon ||
+                      (result.iterations == kLook && !gets_there(first, own, goal, kLook, kSoon));
+    if (multilevel_ && !corrected && slow && multilevel_->prepare(matrix)) {
       corrected = true;
       rz = multilevel_->solve(r_.data(), z_.data());
       beta = 0;
