@@ -18,9 +18,8 @@ namespace sim_bench {
 namespace {
 
 constexpr double kStep = 0.01, kResidual = 1e-6;  // s
-constexpr int kSteps = 4;                         // from rest, then again
 constexpr int kLargestFactor = 128;  // particles a side: beyond, a factorisation takes minutes
-constexpr int kLargestVerlet = 128;  // beyond, so does verlet
+constexpr int kLargestVerlet = 256;  // beyond, so does verlet
 constexpr int kLargestNewton = 256;
 
 struct Case {
@@ -36,6 +35,9 @@ sim::SystemSpec stiff_cloth(const Case& c, sim::Registry& registry) {
       force.given["stiffness"] = c.k / 100 * number_of(force.given["stiffness"]);
   return spec;
 }
+
+// Steps of a run, from rest.
+int steps_of(int n) { return n <= 64 ? 4 : 2; }
 
 double mass_of(int n) { return 1.0 / n / n; }
 
@@ -55,9 +57,9 @@ class Race {
     auto simulation = std::make_unique<sim::Simulation>(
         spec_, registry_, sim::RunOptions{.integrator = method, .dt = kStep / substeps});
     sim::Simulation& s = *simulation;
-    add(name, [&s, substeps](long step) {
-      if (step % kSteps == 0) s.reset();
-      for (int left = substeps; left > 0;) left -= s.steps(left);
+    add(name, substeps == 1 ? steps_of(case_.n) : 1, [&s, substeps](int steps) {
+      s.reset();
+      for (int left = steps * substeps; left > 0;) left -= s.steps(left);
     });
     results_.back().bytes =
         substeps == 1 ? measure_memory(case_.n, method.name).resident / (1.0 * case_.n * case_.n)
@@ -66,24 +68,27 @@ class Race {
   }
 
   template <class Solver>
-  void add_eigen(const std::string& name, Solver& solver) {
+  void add_eigen(const std::string& name, Solver& solver, bool iterative = false) {
     const sim::Simulation scene(spec_, registry_, {.integrator = {"verlet", {}}, .dt = kStep});
     steps_.emplace_back(results_.size(),
                         std::make_unique<EigenStep>(scene, mass_of(case_.n), kStep));
     EigenStep& step = *steps_.back().second;
     solver.analyzePattern(step.matrix());
-    add(name, [&step, &solver](long at) {
-      if (at % kSteps == 0) step.reset();
-      step.step([&](const auto& a, const auto& b, auto& x) {
-        solver.factorize(a);
-        x = solver.solve(b);
-      });
+    add(name, iterative ? steps_of(case_.n) : 1, [&step, &solver](int steps) {
+      step.reset();
+      for (int i = 0; i < steps; ++i)
+        step.step([&](const auto& a, const auto& b, auto& x) {
+          solver.factorize(a);
+          x = solver.solve(b);
+        });
     });
   }
 
   std::vector<ImplicitResult> run(const TimingOptions& timing) {
     const std::vector<Times> times = measure(contestants_, timing);
-    for (std::size_t i = 0; i < times.size(); ++i) results_[i].times = times[i];
+    for (std::size_t i = 0; i < times.size(); ++i)
+      results_[i].times = {times[i].median / counts_[i], times[i].least / counts_[i],
+                           times[i].most / counts_[i]};
     for (const auto& [at, simulation] : kernels_) {
       const sim::Effort effort = simulation->integrator().effort();
       if (effort.newton == 0) continue;
@@ -98,14 +103,16 @@ class Race {
   ImplicitResult& last() { return results_.back(); }
 
  private:
-  void add(const std::string& name, std::function<void(long)> step) {
+  // step(count): that many from rest; a factorisation takes as long at any of them.
+  void add(const std::string& name, int count, std::function<void(int)> step) {
     results_.emplace_back();
     results_.back().n = case_.n;
     results_.back().k = case_.k;
     results_.back().what = name;
-    contestants_.push_back({[step = std::move(step)](long count) {
+    counts_.push_back(count);
+    contestants_.push_back({[step = std::move(step), count](long runs) {
       const double start = seconds_now();
-      for (long i = 0; i < count; ++i) step(i);
+      for (long i = 0; i < runs; ++i) step(count);
       return seconds_now() - start;
     }});
   }
@@ -115,6 +122,7 @@ class Race {
   sim::Registry& registry_;
   std::vector<ImplicitResult> results_;
   std::vector<Contestant> contestants_;
+  std::vector<int> counts_;  // steps of a run of each
   std::vector<std::pair<std::size_t, std::unique_ptr<sim::Simulation>>> kernels_;
   std::vector<std::pair<std::size_t, std::unique_ptr<EigenStep>>> steps_;
 };
@@ -143,14 +151,14 @@ void measure_case(const Case& c, const Options& options, sim::Registry& registry
   Eigen::CholmodSupernodalLLT<Matrix> cholmod;
 #endif
   if (c.n <= kLargestFactor) {
-    race.add_eigen("linearised: Eigen, ConjugateGradient", cg);
+    race.add_eigen("linearised: Eigen, ConjugateGradient", cg, true);
     race.add_eigen("linearised: Eigen, SimplicialLDLT", ldlt);
 #ifdef SIM_BENCH_CHOLMOD
     race.add_eigen("linearised: CHOLMOD, supernodal", cholmod);
 #endif
   }
   TimingOptions timing = options.timing;
-  if (c.n >= 64) timing.repeats = std::min(timing.repeats, 3);
+  if (c.n >= 64) timing.repeats = c.n == 64 ? 3 : 1;
   for (ImplicitResult& result : race.run(timing)) results.push_back(std::move(result));
 }
 
@@ -187,7 +195,8 @@ Table implicit_table(const std::vector<ImplicitResult>& results) {
                number(r.times.median / kernel), number(r.residual), number(r.bytes)});
   }
   table.note(
-      "Steps of 0.01 s, the first four from rest; 1 kg in all, no drag, stiffness k, k/2 and k/4 "
+      "Steps of 0.01 s, the first four from rest (two from 128 x 128 on); 1 kg in all, no drag, "
+      "stiffness k, k/2 and k/4 "
       "N/m. "
       "Eigen and CHOLMOD: the same linearised step, assembled into a fixed pattern, with the "
       "default preconditioner or with the symbolic factorisation made once; residual is that of "

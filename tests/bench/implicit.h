@@ -22,7 +22,7 @@ struct ImplicitResult {
 };
 
 // scenes/cloth.lua (1 kg in all) without drag, stiffness k, k/2 and k/4, from rest, in steps of
-// 0.01 s; each contestant takes the first four again and again. All in turns.
+// 0.01 s; each contestant takes the first few again and again. All in turns.
 std::vector<ImplicitResult> measure_implicit(const Options& options, sim::Registry& registry);
 Table implicit_table(const std::vector<ImplicitResult>& results);
 

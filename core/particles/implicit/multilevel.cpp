@@ -33,6 +33,33 @@ void add_motion(const Vec3& arm, const Vec3& y, double* column) {
   }
 }
 
+// block -= P_low^T (along I + w w^T) P_high = along P_low^T P_high + (w, low x w) (w, high x w)^T.
+void add_between(const Vec3& low, const Vec3& high, double along, const Vec3& w, double* block) {
+  constexpr std::size_t kRow = RigidKernels::kRow;
+  const Vec3 turn = low.cross(w), other = high.cross(w);
+  const double left[6] = {w[0], w[1], w[2], turn[0], turn[1], turn[2]};
+  const double right[6] = {w[0], w[1], w[2], other[0], other[1], other[2]};
+#pragma GCC unroll 6
+  for (std::size_t column = 0; column < 6; ++column)
+#pragma GCC unroll 6
+    for (std::size_t row = 0; row < 6; ++row)
+      block[column * kRow + row] -= right[column] * left[row];
+  // P_low^T P_high = [I, -[high]x; [low]x, low.high I - high low^T]
+  const double dot = along * low.dot(high);
+#pragma GCC unroll 3
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3, after = (k + 2) % 3;
+    block[k * kRow + k] -= along;
+    block[k * kRow + 3 + next] -= along * low[after];
+    block[k * kRow + 3 + after] += along * low[next];
+    block[(3 + next) * kRow + k] -= along * high[after];
+    block[(3 + after) * kRow + k] += along * high[next];
+    block[(3 + k) * kRow + 3 + k] -= dot;
+    for (std::size_t row = 0; row < 3; ++row)
+      block[(3 + k) * kRow + 3 + row] += along * high[row] * low[k];
+  }
+}
+
 // |r| at most, in eight lanes.
 double largest_of(const std::array<const double*, 3>& r, int n) {
   double lanes[8] = {};
@@ -139,11 +166,7 @@ void Multilevel::add_springs() {
     if (pa < 0 || pb < 0) return;
     const Vec3& low = arms_[static_cast<std::size_t>(pa < pb ? a : b)];
     const Vec3& high = arms_[static_cast<std::size_t>(pa < pb ? b : a)];
-    double* const block = rigid_->block(places_[spring++]);
-    for (int column = 0; column < 6; ++column) {
-      const Vec3 e = motion(high, column);
-      add_motion(low, -along * e - w.dot(e) * w, block + column * kRow);
-    }
+    add_between(low, high, along, w, rigid_->block(places_[spring++]));
   });
 }
 

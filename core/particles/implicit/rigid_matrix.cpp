@@ -36,32 +36,34 @@ Graph with_diagonal(const Graph& between) {
 // inverse := (L L^T)^-1 of the 6 x 6 block; false when it is not positive definite.
 bool invert(const double* block, float* inverse) {
   constexpr int kRow = RigidKernels::kRow;
-  double l[6][6];
+  double l[6][6], over[6];  // over: 1 / l_ii
   for (int col = 0; col < 6; ++col) {
     double own = block[col * kRow + col];
     for (int k = 0; k < col; ++k) own -= l[col][k] * l[col][k];
     if (!(own > 0)) return false;
-    l[col][col] = std::sqrt(own);
+    over[col] = 1 / std::sqrt(own);
     for (int row = col + 1; row < 6; ++row) {
       double sum = block[col * kRow + row];
       for (int k = 0; k < col; ++k) sum -= l[row][k] * l[col][k];
-      l[row][col] = sum / l[col][col];
+      l[row][col] = sum * over[col];
     }
   }
+  // The columns of L^-1, and of L^-T L^-1.
+  double m[6][6];
   for (int col = 0; col < 6; ++col) {
-    double x[6];
-    for (int row = 0; row < 6; ++row) {
-      double sum = row == col ? 1 : 0;
-      for (int k = 0; k < row; ++k) sum -= l[row][k] * x[k];
-      x[row] = sum / l[row][row];
-    }
-    for (int row = 5; row >= 0; --row) {
-      double sum = x[row];
-      for (int k = row + 1; k < 6; ++k) sum -= l[k][row] * x[k];
-      x[row] = sum / l[row][row];
-      inverse[col * kRow + row] = static_cast<float>(x[row]);
+    m[col][col] = over[col];
+    for (int row = col + 1; row < 6; ++row) {
+      double sum = 0;
+      for (int k = col; k < row; ++k) sum -= l[row][k] * m[k][col];
+      m[row][col] = sum * over[row];
     }
   }
+  for (int col = 0; col < 6; ++col)
+    for (int row = col; row < 6; ++row) {
+      double sum = 0;
+      for (int k = row; k < 6; ++k) sum += m[k][row] * m[k][col];
+      inverse[col * kRow + row] = inverse[row * kRow + col] = static_cast<float>(sum);
+    }
   return true;
 }
 
