@@ -7,6 +7,7 @@
 #include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/particles/constraints/touching_forces.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 namespace {
@@ -187,6 +188,12 @@ double Holding::driving_power(double t, const double* state) {
                  observer_->values().gradient()[e].dot(view.velocity(pattern.ids[e]));
   return power;
 }
+
+std::size_t Holding::memory_begin() const noexcept {
+  return particles_->layout().size() + particles_->memory_size();
+}
+
+bool Holding::joins_contact() const { return joined_touch_ && !particles_->contacts().empty(); }
 
 ConstraintDrift Holding::drift(double t, const double* state) const {
   RowValues values(constraints_.rows());

@@ -7,9 +7,10 @@
 
 #include "core/particles/constraints/constraints.h"
 #include "core/particles/constraints/holding_force.h"
-#include "core/particles/particles.h"
 
 namespace sim {
+
+class Particles;
 
 // States are those of the particles, behind which lie the numbers of the constraints.
 class Holding {
@@ -24,9 +25,7 @@ class Holding {
 
   const Constraints& constraints() const noexcept { return constraints_; }
   // Where their numbers lie in a state, and how many these are.
-  std::size_t memory_begin() const noexcept {
-    return particles_->layout().size() + particles_->memory_size();
-  }
+  std::size_t memory_begin() const noexcept;
   std::size_t memory_size() const noexcept { return constraints_.memory_size(); }
 
   // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
@@ -43,7 +42,7 @@ class Holding {
 
   // Particles of which constraints join some touch colliders.
   void join_contact(bool joined) { joined_touch_ = joined; }
-  bool joins_contact() const { return joined_touch_ && !particles_->contacts().empty(); }
+  bool joins_contact() const;
 
   // Of any state; they leave nothing behind.
   std::vector<HoldingForce> forces(double t, const double* state);
