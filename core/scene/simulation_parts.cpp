@@ -60,15 +60,17 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec) {
     throw Error(ErrorKind::kScene,
                 {"sim.contact and rigid bodies", contact.place,
                  "surfaces and bodies do not know of each other", "leave one of them out"});
-  if (!spec.constraints.empty())
-    throw Error(ErrorKind::kScene,
-                {"sim.contact and constraints", contact.place, "a scene cannot have both",
-                 "use springs in place of constraints, or leave contact out"});
+  if (Holding* const holding = particles->holding();
+      holding && holding->constraints().feedback() > 0)
+    throw Error(ErrorKind::kScene, {"sim.contact and constraints", contact.place,
+                                    "constraints with feedback are not obeyed at each step, and "
+                                    "contact would have to put them back",
+                                    "leave feedback out"});
   placed(contact.place, [&] {
     surface_contact = std::make_unique<SurfaceContact>(
         SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
                            contact.strain_limit},
-        particles->view(0, x.data()));
+        *particles, particles->holding(), particles->view(0, x.data()));
   });
 }
 

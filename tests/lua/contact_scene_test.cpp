@@ -50,10 +50,13 @@ TEST_CASE("what contact of surfaces refuses", "[lua]") {
     CHECK(contains(error_of(sheet(contact)), words));
   }
   const std::string right = "sim.contact { surfaces = { skin }, thickness = 0.01 }";
-  CHECK(contains(error_of(sheet(right,
-                                ", constraints = { sim.constraint.distance { ties = {{0, 1}}, "
-                                "length = 0.1 } }")),
-                 "cannot have both"));
+  const auto beside_rods = [&](const std::string& more) {
+    return error_of(
+        sheet(right, ", constraints = { sim.constraint.distance { ties = {{0, 1}}, length = 0.1" +
+                         more + " } }"));
+  };
+  CHECK(beside_rods("").empty());
+  CHECK(contains(beside_rods(", feedback = 10"), "leave feedback out"));
   std::string adaptive = sheet(right);
   adaptive.replace(adaptive.find("verlet"), 6, "dopri5");
   CHECK(contains(error_of(adaptive), "use verlet, rk4 or another method of fixed steps"));

@@ -70,6 +70,10 @@ class ConstraintSolver {
   bool settle(double t, const ParticleView& like, const Axes& q, const Axes& v, double* memory,
               bool near);
 
+  // The same of q alone.
+  bool place(double t, const ParticleView& like, const Axes& q, const Axes& v, const double* memory,
+             bool near);
+
   // RATTLE's parts (Andersen (1983), J. Comput. Phys. 52, 24-34), in the metric of `weights`.
   // v += W J^T mu with J at q, such that q + d v obeys the equations at t + d.
   bool lead(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
@@ -101,8 +105,9 @@ class ConstraintSolver {
   std::vector<double> lambda_, rest_;
   std::vector<double> led_;  // positions on trial
   Failure failure_ = Failure::kNone;
-  int worst_ = 0;      // row of the failure
-  double missed_ = 0;  // by how much
+  bool exact_ = false;  // the factors are those of values_
+  int worst_ = 0;       // row of the failure
+  double missed_ = 0;   // by how much
 };
 
 }  // namespace sim

@@ -80,6 +80,18 @@ bool Holding::settle(double t, double* state, bool near) {
   return settled;
 }
 
+bool Holding::place(double t, double* state, bool near) {
+  const Layout& layout = particles_->layout();
+  return solver_->place(t, particles_->view(t, state), layout.axes(state), layout.axes(state, 3),
+                        state + memory_begin(), near);
+}
+
+bool Holding::still(double t, double* state) {
+  const Layout& layout = particles_->layout();
+  return solver_->hold(t, particles_->view(t, state), layout.axes(state), layout.axes(state, 3),
+                       state + memory_begin(), constraints_.weights());
+}
+
 void Holding::start(double* state) {
   const Layout& layout = particles_->layout();
   double* const memory = state + memory_begin();

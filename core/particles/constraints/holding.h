@@ -37,6 +37,10 @@ class Holding {
   // Puts a state among those allowed; near: it is the end of a step whose last evaluation was near.
   bool settle(double t, double* state, bool near);
 
+  // The two halves of that, of positions and of velocities; numbers of constraints stay.
+  bool place(double t, double* state, bool near);
+  bool still(double t, double* state);
+
   // Why the last step found no allowed state; empty where it did.
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }

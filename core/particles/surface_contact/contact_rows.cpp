@@ -35,9 +35,9 @@ bool ContactRows::stale(const ContactRow& row, const State& state) const {
   return state.seen < 0;
 }
 
-void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
+bool ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
                         std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty) {
-  bool busy = true;
+  bool busy = true, any = false;
   for (int sweep = 0; sweep < sweeps && busy; ++sweep) {
     busy = false;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
@@ -69,9 +69,16 @@ void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::s
         moved_[id] = clock_ + 1;
         touched[id] = dirty[id] = 1;
       }
-      busy = true;
+      busy = any = true;
     }
   }
+  return any;
+}
+
+void ContactRows::note_moved(std::span<const std::uint8_t> which) {
+  ++clock_;
+  for (std::size_t i = 0; i < which.size(); ++i)
+    if (which[i]) moved_[i] = clock_;
 }
 
 }  // namespace sim

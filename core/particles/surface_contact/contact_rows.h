@@ -36,9 +36,11 @@ class ContactRows {
   void begin(std::span<const double> bounds, double slack);
 
   // Marks each particle that an impulse moved in both lists. Ends early where nothing is left to
-  // do.
-  void relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
+  // do. True where there was an impulse.
+  bool relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
+  // What moved these since: rows look at them again.
+  void note_moved(std::span<const std::uint8_t> which);
 
  private:
   struct State {

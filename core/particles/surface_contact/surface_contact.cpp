@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -40,7 +41,8 @@ TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer
 
 }  // namespace
 
-SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& initial)
+SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
+                               const ParticleView& initial)
     : spec_(std::move(spec)),
       pairs_(SurfaceParts(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
   const auto refuse = [](const std::string& why, const std::string& remedy) {
@@ -58,6 +60,12 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& init
            "give at most " + brief(0.5 * edge));
   if (const std::string why = objection(initial); !why.empty())
     refuse(why, "place them apart: what is apart at the start stays so");
+  movers_.assign(pairs_.parts().vertices().begin(), pairs_.parts().vertices().end());
+  if (holding) {
+    held_ = std::make_unique<HeldPieces>(particles, *holding);
+    movers_.resize(slot(initial.n));
+    std::iota(movers_.begin(), movers_.end(), 0);
+  }
   if (spec_.surfaces.size() == 1)
     if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
@@ -94,7 +102,7 @@ void SurfaceContact::load(const Particles& particles, const double* x, const dou
   from_.resize(n);
   way_.resize(n);
   inverse_mass_.resize(n);
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : movers_) {
     from_[slot(i)] = {p[0][i], p[1][i], p[2][i]};
     way_[slot(i)] = Vec3(q[0][i], q[1][i], q[2][i]) - from_[slot(i)];
     inverse_mass_[slot(i)] = 1 / particles.masses()[slot(i)];
@@ -154,8 +162,28 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
 }
 
 void SurfaceContact::round_ways() {
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : movers_)
     if (dirty_[slot(i)]) way_[slot(i)] = (from_[slot(i)] + way_[slot(i)]) - from_[slot(i)];
+}
+
+// Rows for what meets, along the normal of that moment.
+void SurfaceContact::add_meetings() {
+  for (const Meeting& met : meetings_) {
+    const SurfacePair& pair = pairs_.pairs()[met.pair];
+    ContactRow row{.ids = pair.ids,
+                   .weights = met.then.weights,
+                   .normal = met.then.normal,
+                   .slack = kSlack * std::min(met.gap_start, spec_.thickness),
+                   .friction = spec_.friction,
+                   .gap = std::min(met.gap_start, spec_.thickness)};
+    row.bound = row.gap;
+    for (std::size_t k = 0; k < 4; ++k) {
+      row.bound -=
+          row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
+      dirty_[slot(pair.ids[k])] = 1;
+    }
+    rows_.add(row, inverse_mass_);
+  }
 }
 
 // Impulses until no pair meets; false where some still do after the last round.
@@ -172,22 +200,7 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
     const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
     if (meetings_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
-    for (const Meeting& met : meetings_) {
-      const SurfacePair& pair = pairs_.pairs()[met.pair];
-      ContactRow row{.ids = pair.ids,
-                     .weights = met.then.weights,
-                     .normal = met.then.normal,
-                     .slack = kSlack * std::min(met.gap_start, spec_.thickness),
-                     .friction = spec_.friction,
-                     .gap = std::min(met.gap_start, spec_.thickness)};
-      row.bound = row.gap;
-      for (std::size_t k = 0; k < 4; ++k) {
-        row.bound -=
-            row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
-        dirty_[slot(pair.ids[k])] = 1;
-      }
-      rows_.add(row, inverse_mass_);
-    }
+    add_meetings();
     rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
   }
   return false;
@@ -242,13 +255,14 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
   bounds_.clear();
   for (const ContactRow& row : rows_.rows()) bounds_.push_back(least_rate(particles, t_end, row));
   rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  if (held_) return find_held_velocities();
   rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
   if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
 }
 
 void SurfaceContact::write(Particles& particles, double* x_next) const {
   const auto q = particles.layout().axes(x_next), v = particles.layout().axes(x_next, 3);
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : movers_) {
     if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
     const Vec3 place = from_[slot(i)] + way_[slot(i)];
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -263,13 +277,14 @@ void SurfaceContact::write(Particles& particles, double* x_next) const {
 bool SurfaceContact::brake(double excess) {
   Vec3 moment = Vec3::Zero();
   double mass = 0, inner = 0;
+  const bool mean_stays = !held_ || held_->spread(touched_);
   const auto each = [&](const auto& visit) {
-    for (const int i : pairs_.parts().vertices())
+    for (const int i : movers_)
       if (changed(i) && inverse_mass_[slot(i)] > 0) visit(slot(i), 1 / inverse_mass_[slot(i)]);
   };
   each([&](std::size_t i, double m) { mass += m, moment += m * velocity_[i]; });
   if (mass == 0) return true;
-  const Vec3 mean = moment / mass;
+  const Vec3 mean = mean_stays ? moment / mass : Vec3::Zero();
   each([&](std::size_t i, double m) { inner += 0.5 * m * (velocity_[i] - mean).squaredNorm(); });
   const double share = inner > excess ? std::sqrt(1 - excess / inner) : 0.0;
   each([&](std::size_t i, double) { velocity_[i] = mean + share * (velocity_[i] - mean); });
@@ -286,18 +301,19 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   };
   const double before = total(t, x), free = total(t + h, x_next);
   const double most = std::max(before, free);
-  const bool led = std::ranges::any_of(pairs_.parts().vertices(), [&](int i) {
-    return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero();
-  });
+  const bool led = std::ranges::any_of(
+      movers_, [&](int i) { return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero(); });
   write(particles, x_next);
   double after = total(t + h, x_next);
   for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
     const bool paid = brake(after - most);
-    if (!paid) {
+    if (!paid && held_) {
+      if (led || !give_way(particles)) break;
+    } else if (!paid) {
       Vec3 moment = Vec3::Zero();
       double mass = 0;
       bool held = false;
-      for (const int i : pairs_.parts().vertices()) {
+      for (const int i : movers_) {
         touched_[slot(i)] = 1;
         held = held || inverse_mass_[slot(i)] == 0;
         if (inverse_mass_[slot(i)] == 0) continue;
@@ -307,9 +323,9 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
       if (led) break;  // hands give it
       const Vec3 mean = held ? Vec3::Zero() : moment / mass;
       const double share = halving + 2 < kHalvingsOfAll ? 0.5 : 0.0;
-      for (const int i : pairs_.parts().vertices())
-        way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
+      for (const int i : movers_) way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
     }
+    if (held_) held_->hold_velocities(from_, way_, velocity_, touched_);
     write(particles, x_next);
     after = total(t + h, x_next);
     if (paid) break;
@@ -318,7 +334,7 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   // the step may lose and contact give, in turns.
   work_ += led ? free - after : std::max(0.0, free - after);
   if (!collides_) return;
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : movers_)
     if (changed(i) && inverse_mass_[slot(i)] > 0)
       for (Collider* const collider : particles.contacts().all())
         counts_.deepest =
@@ -354,14 +370,21 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   zones_.begin({});
   make_rows();
   limit_strain();
-  if (!advance_rows(particles, t + h) && !advance_zones(particles)) return Outcome::kRefused;
+  if (held_) held_->begin(t, h, x, x_next);
+  const bool apart = held_ ? advance_held(particles, t + h) || advance_shorter(particles)
+                           : advance_rows(particles, t + h) || advance_zones(particles);
+  if (!apart) return Outcome::kRefused;
 
   velocity_.resize(from_.size());
   const auto v = particles.layout().axes(x_next, 3);
-  for (const int i : pairs_.parts().vertices()) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
+  for (const int i : movers_) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
   find_velocities(particles, t + h, h);
   if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
   store(particles, t, h, x, x_next);
+  if (held_) {
+    held_->follow(x_next);
+    counts_.shortened += held_->shares();
+  }
   ++counts_.steps;
   counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(rows_.rows().size()));
   counts_.zones = std::max(counts_.zones, static_cast<std::int64_t>(zones_.members().size()));
