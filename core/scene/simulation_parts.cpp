@@ -56,10 +56,6 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
 void Simulation::Impl::compile_contact(const SystemSpec& spec) {
   if (!spec.contact) return;
   const ContactSpec& contact = *spec.contact;
-  if (!bodies.empty())
-    throw Error(ErrorKind::kScene,
-                {"sim.contact and rigid bodies", contact.place,
-                 "surfaces and bodies do not know of each other", "leave one of them out"});
   if (Holding* const holding = particles->holding();
       holding && holding->constraints().feedback() > 0)
     throw Error(ErrorKind::kScene, {"sim.contact and constraints", contact.place,
@@ -113,6 +109,7 @@ void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
     rigid_contact = std::make_unique<RigidContact>(Solids(std::move(solids), *particles, x.data()),
                                                    std::move(surfaces), *particles);
   });
+  if (surface_contact) surface_contact->touch(rigid_contact->solids(), rigid_contact->surfaces());
 }
 
 bool Simulation::Impl::keep_bodies_apart(double t, double h) {

@@ -34,6 +34,9 @@ class RigidContact {
   // Why the last step has no end; empty where it has one.
   const std::string& refusal() const { return refusal_; }
 
+  const Solids& solids() const { return solids_; }
+  std::span<const Surface> surfaces() const { return surfaces_; }  // of each body
+
   // The impulses of the last step, for those of the next.
   static constexpr std::size_t kNumbers = 7;  // of each point
   std::vector<double> memory() const;

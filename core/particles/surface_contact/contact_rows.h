@@ -11,10 +11,12 @@
 namespace sim {
 
 // n . sum_k weights_k d_k >= bound, of the ways d of a step (m) or of velocities (m/s). A row of
-// one particle, whose other ids are -1, is one of a collider.
+// one particle, whose other ids are -1, is one of a collider; of five, one of a rigid body: behind
+// the particle are the four that the body is made of.
 struct ContactRow {
-  std::array<int, 4> ids{-1, -1, -1, -1};
-  std::array<double, 4> weights{};
+  static constexpr std::size_t kMost = 5;
+  std::array<int, kMost> ids{-1, -1, -1, -1, -1};
+  std::array<double, kMost> weights{};
   Vec3 normal;
   double bound = 0;
   double slack = 0;     // misses of this size stay

@@ -39,6 +39,11 @@ void HeldPieces::load(std::span<const Vec3> from, std::span<const Vec3> way) {
   }
 }
 
+ParticleView HeldPieces::end(std::span<const Vec3> from, std::span<const Vec3> way) {
+  load(from, way);
+  return particles_->view(t_end_, end_.data());
+}
+
 bool HeldPieces::hold_ways(std::span<const Vec3> from, std::span<Vec3> way,
                            std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty) {
   load(from, way);

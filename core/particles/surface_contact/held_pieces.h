@@ -34,6 +34,9 @@ class HeldPieces {
   bool hold_velocities(std::span<const Vec3> from, std::span<const Vec3> way,
                        std::span<Vec3> velocity, std::span<std::uint8_t> touched);
 
+  // The end of these ways, until the next call.
+  ParticleView end(std::span<const Vec3> from, std::span<const Vec3> way);
+
   // All of a piece is marked where one of it is. True where none of these is held in place.
   bool spread(std::span<std::uint8_t> marks);
 

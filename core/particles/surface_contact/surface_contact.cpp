@@ -17,7 +17,6 @@ constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the lat
 constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
 constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
 constexpr double kFarthest = 1e100;   // m
-constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
 constexpr double kSlack = 1e-3;       // of a distance: misses of this size stay
 constexpr double kNoDistance = 1e-6;  // thicknesses: no distance
 
@@ -30,6 +29,13 @@ std::vector<Vec3> places(const ParticleView& view) {
   std::vector<Vec3> list(slot(view.n));
   for (int i = 0; i < view.n; ++i) list[slot(i)] = view.position(i);
   return list;
+}
+
+ContactRow row_of(const SurfacePair& pair, const Separation& apart) {
+  ContactRow row{.normal = apart.normal};
+  std::ranges::copy(pair.ids, row.ids.begin());
+  std::ranges::copy(apart.weights, row.weights.begin());
+  return row;
 }
 
 // A triangle that has these particles.
@@ -113,13 +119,11 @@ void SurfaceContact::make_rows() {
   pairs_.each_near([&](std::size_t pair, const Separation& start) {
     const double lack = std::max(spec_.thickness - start.gap, 0.0);
     const double keep = start.gap + kPush * lack;
-    ContactRow row{.ids = pairs_.pairs()[pair].ids,
-                   .weights = start.weights,
-                   .normal = start.normal,
-                   .bound = std::min(keep, spec_.thickness) - start.gap,
-                   .slack = kSlack * std::min(start.gap, spec_.thickness),
-                   .friction = spec_.friction,
-                   .gap = std::min(keep, spec_.thickness)};
+    ContactRow row = row_of(pairs_.pairs()[pair], start);
+    row.bound = std::min(keep, spec_.thickness) - start.gap;
+    row.slack = kSlack * std::min(start.gap, spec_.thickness);
+    row.friction = spec_.friction;
+    row.gap = std::min(keep, spec_.thickness);
     rows_.add(row, inverse_mass_);
   });
 }
@@ -131,7 +135,7 @@ bool SurfaceContact::limit_strain() {
     const Vec3 start = from_[slot(b)] - from_[slot(a)];
     const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);
     if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
-    ContactRow row{.ids = {a, b, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
+    ContactRow row{.ids = {a, b, -1, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
     row.bound = row.normal.dot(start) - longest_[e];
     row.slack = kSlack * longest_[e];
     row.gap = longest_[e];
@@ -150,10 +154,10 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
     if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
     for (Collider* const collider : particles.contacts().all()) {
       const Touch touch = collider->touch(t_end, from_[slot(i)] + way_[slot(i)]);
-      if (!(touch.gap < -kInside * spec_.thickness)) continue;
-      ContactRow row{.ids = {i, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
+      if (!(touch.gap < -kContactInside * spec_.thickness)) continue;
+      ContactRow row{.ids = {i, -1, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
       row.bound = touch.normal.dot(way_[slot(i)]) - touch.gap;
-      row.slack = 0.1 * kInside * spec_.thickness;
+      row.slack = 0.1 * kContactInside * spec_.thickness;
       rows_.add(row, inverse_mass_);
       any = true;
     }
@@ -170,12 +174,10 @@ void SurfaceContact::round_ways() {
 void SurfaceContact::add_meetings() {
   for (const Meeting& met : meetings_) {
     const SurfacePair& pair = pairs_.pairs()[met.pair];
-    ContactRow row{.ids = pair.ids,
-                   .weights = met.then.weights,
-                   .normal = met.then.normal,
-                   .slack = kSlack * std::min(met.gap_start, spec_.thickness),
-                   .friction = spec_.friction,
-                   .gap = std::min(met.gap_start, spec_.thickness)};
+    ContactRow row = row_of(pair, met.then);
+    row.slack = kSlack * std::min(met.gap_start, spec_.thickness);
+    row.friction = spec_.friction;
+    row.gap = std::min(met.gap_start, spec_.thickness);
     row.bound = row.gap;
     for (std::size_t k = 0; k < 4; ++k) {
       row.bound -=
@@ -234,19 +236,20 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
     const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
     for (Collider* const collider : particles.contacts().all()) {
       const Touch touch = collider->touch(t_end, x);
-      if (touch.gap <= 2 * kInside * spec_.thickness)
+      if (touch.gap <= 2 * kContactInside * spec_.thickness)
         most = std::max(most, row.normal.dot(touch.velocity));
     }
     return most;
   }
   double apart = 0;
-  for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
+  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k) {
     const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
     apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
   }
-  const bool edge = row.ids[2] < 0;
-  const bool held =
-      edge ? -apart >= row.gap * (1 - 2 * kSlack) : apart <= spec_.thickness * (1 + 2 * kSlack);
+  const bool edge = row.ids[2] < 0, body = row.ids[4] >= 0;
+  const bool held = edge   ? -apart >= row.gap * (1 - 2 * kSlack)
+                    : body ? apart <= 2 * kContactInside * spec_.thickness
+                           : apart <= spec_.thickness * (1 + 2 * kSlack);
   return held ? 0.0 : -HUGE_VAL;
 }
 
@@ -381,10 +384,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   find_velocities(particles, t + h, h);
   if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
   store(particles, t, h, x, x_next);
-  if (held_) {
-    held_->follow(x_next);
-    counts_.shortened += held_->shares();
-  }
+  if (held_) held_->follow(x_next);
   ++counts_.steps;
   counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(rows_.rows().size()));
   counts_.zones = std::max(counts_.zones, static_cast<std::int64_t>(zones_.members().size()));

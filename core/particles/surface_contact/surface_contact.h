@@ -3,24 +3,17 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "core/particles/particles.h"
+#include "core/particles/rigid/solids.h"
 #include "core/particles/surface_contact/contact_rows.h"
 #include "core/particles/surface_contact/held_pieces.h"
 #include "core/particles/surface_contact/near_pairs.h"
+#include "core/particles/surface_contact/surface_contact_spec.h"
 #include "core/particles/surface_contact/unfolded.h"
 #include "core/particles/surface_contact/zones.h"
 
 namespace sim {
-
-struct SurfaceContactSpec {
-  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0;     // m, > 0: the distance that layers keep
-  double friction = 0;      // Coulomb's, >= 0
-  bool self = true;         // a surface touches itself, too
-  double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
-};
 
 // Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
 // are reached without a crossing. Points move on straight lines from x to x_next. In this order:
@@ -42,6 +35,12 @@ class SurfaceContact {
   // than half of the shortest edge.
   SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
                  const ParticleView& initial);
+
+  // Particles of surfaces do not enter these bodies, which feel it; surfaces: of each.
+  void touch(const Solids& solids, std::span<const Surface> surfaces) {
+    solids_ = &solids;
+    body_surfaces_ = surfaces;
+  }
 
   const SurfaceContactSpec& spec() const { return spec_; }
   // Why these places are not allowed: two triangles that cross or touch. Empty where they are.
@@ -76,6 +75,7 @@ class SurfaceContact {
   bool advance_held(Particles& particles, double t_end);
   bool advance_shorter(Particles& particles);
   bool relax_held(Particles& particles, double t_end);
+  bool meet_bodies();
   void find_held_velocities();
   bool give_way(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
@@ -91,7 +91,10 @@ class SurfaceContact {
   ContactRows rows_;
   Zones zones_;
   std::unique_ptr<HeldPieces> held_;  // where there are constraints
-  std::vector<int> movers_;           // particles that a step may change: of surfaces, or all
+  const Solids* solids_ = nullptr;    // where there are bodies that touch
+  std::span<const Surface> body_surfaces_;
+  std::vector<TouchPoint> points_;
+  std::vector<int> movers_;  // particles that a step may change: of surfaces, or all
   std::vector<Vec3> from_, way_, free_way_, velocity_;
   std::vector<double> inverse_mass_;
   std::vector<double> bounds_;

@@ -12,12 +12,54 @@ constexpr int kSweeps = 12;  // of rows in a turn
 
 }  // namespace
 
+// Particles that would end inside a body: along its normal there they do not, and the body gives
+// way as its mass says. Returns whether there are any.
+bool SurfaceContact::meet_bodies() {
+  if (!solids_) return false;
+  const ParticleView end = held_->end(from_, way_);
+  bool any = false;
+  RigidState point;
+  for (int b = 0; b < solids_->bodies(); ++b) {
+    if (!solids_->touches(b)) continue;
+    const RigidBody& body = solids_->body(b);
+    const RigidState state = body.state(end);
+    const double reach = solids_->radius(b);
+    for (const int i : pairs_.parts().vertices()) {
+      point.center = end.position(i);
+      if ((point.center - state.center).squaredNorm() > reach * reach) continue;
+      if (solids_->are_tied(b, i)) continue;
+      points_.clear();
+      solids_->touch(b, state, solids_->bodies(), point, -kContactInside * spec_.thickness,
+                     points_);
+      for (const TouchPoint& at : points_) {
+        const Vec3 surface = point.center + at.gap * at.normal;
+        const auto weights =
+            body.weights(body.center() + transposed(state.axes) * (surface - state.center));
+        ContactRow row{.normal = -at.normal};
+        row.ids[0] = i, row.weights[0] = 1;
+        row.bound = row.normal.dot(way_[slot(i)]) - at.gap;
+        for (int p = 0; p < RigidBody::kParticles; ++p) {
+          const auto k = static_cast<std::size_t>(p);
+          row.ids[k + 1] = body.first() + p, row.weights[k + 1] = -weights[k];
+          row.bound -= weights[k] * row.normal.dot(way_[slot(body.first() + p)]);
+        }
+        row.slack = 0.1 * kContactInside * spec_.thickness;
+        row.friction = body_surfaces_[slot(b)].friction;
+        rows_.add(row, inverse_mass_);
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
 // Impulses along rows and the move back to the constraints, in turns: block Gauss-Seidel on the
 // multipliers of both, in the metric of the masses, in which each turn comes nearer to the ways
 // that obey all (Dykstra (1983), J. Amer. Stat. Assoc. 78, 837-842). The last is a move back.
 bool SurfaceContact::relax_held(Particles& particles, double t_end) {
   for (int turn = 0; turn < kTurns; ++turn) {
-    const bool inside = meet_colliders(particles, t_end, turn == 0 ? dirty_ : touched_);
+    bool inside = meet_colliders(particles, t_end, turn == 0 ? dirty_ : touched_);
+    inside = meet_bodies() || inside;
     const bool pushed = rows_.relax(kSweeps, inverse_mass_, way_, touched_, dirty_);
     if (!pushed && !inside && (turn > 0 || !std::ranges::count(touched_, 1))) break;
     if (!held_->hold_ways(from_, way_, touched_, dirty_)) return false;
@@ -37,8 +79,10 @@ bool SurfaceContact::advance_held(Particles& particles, double t_end) {
     if (pairs_.follow(from_, way_, particles.team()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
-    const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
-    if (meetings_.empty() && !inside && !strained) return true;
+    bool stays = !meet_colliders(particles, t_end, touched_);
+    stays = !meet_bodies() && stays;
+    stays = !limit_strain() && stays;
+    if (meetings_.empty() && stays) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
     add_meetings();
   }
@@ -54,6 +98,7 @@ bool SurfaceContact::advance_shorter(Particles& particles) {
     std::ranges::fill(dirty_, std::uint8_t{1});
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
     if (meetings_.empty()) return true;
+    if (!held_->shares()) ++counts_.shortened;
     held_->share(way_);
     for (const Meeting& met : meetings_) held_->join(pairs_.pairs()[met.pair].ids, met.s);
     if (!held_->apply(from_, way_, touched_, dirty_)) {
