@@ -92,6 +92,16 @@ bool Holding::still(double t, double* state) {
                        state + memory_begin(), constraints_.weights());
 }
 
+bool Holding::begin_projections(double t, double* state) {
+  const Layout& layout = particles_->layout();
+  return solver_->begin_projections(t, particles_->view(t, state), layout.axes(state),
+                                    layout.axes(state, 3), state + memory_begin());
+}
+
+void Holding::project(const Constraints::Axes& v, bool with_drive) {
+  solver_->project(v, with_drive);
+}
+
 void Holding::start(double* state) {
   const Layout& layout = particles_->layout();
   double* const memory = state + memory_begin();
@@ -145,7 +155,8 @@ std::vector<HoldingForce> Holding::forces(double t, const double* state) {
   if (!observe(now, state)) return list;
   std::span<const double> multipliers = observer_->multipliers();
   if (joins_contact()) {
-    if (!touching_) touching_ = std::make_unique<TouchingForces>(*particles_, constraints_);
+    if (!touching_)
+      touching_ = std::make_unique<TouchingForces>(*particles_, constraints_, touching_count_);
     multipliers = touching_->multipliers(now, observer_->values());
   }
 
