@@ -125,12 +125,12 @@ std::int64_t crumples(int n, int count) {
 
 int main(int argc, char** argv) {
   const int n = argc > 1 ? std::max(8, std::atoi(argv[1])) : 64;
-  std::int64_t all = scene("drape_self", n, 200, 1.2);
-  all += scene("fold", n, 100, 3.4);
-  all += scene("twist", n, 200, 2.5);
-  all += scene("ring", n + 1, 200, 1.5);
+  std::int64_t all = crumples(n, 100);
   all += crosswise(n);
-  all += crumples(n, 100);
+  all += scene("twist", n, 200, 2.5);
+  all += scene("fold", n, 100, 3.4);
+  all += scene("ring", n + 1, 200, 1.5);
+  all += scene("drape_self", n, 200, 1.2);
   std::cout << (all == 0 ? "no crossing\n" : std::to_string(all) + " crossings\n");
   return all == 0 ? 0 : 1;
 }
