@@ -84,6 +84,10 @@ int run(int argc, char** argv) {
   std::cerr << "bench: the machine\n";
   const Machine machine = measure_machine();
   printer.print(machine_table(machine));
+  if (options.only_implicit) {
+    printer.print(implicit_table(measure_implicit(options, registry)));
+    return 0;
+  }
   std::cerr << "bench: the kernel\n";
   const std::vector<KernelResult> kernel = measure_kernel(options, registry);
   printer.print(kernel_table(kernel, machine));

@@ -15,6 +15,7 @@ const char* const kUsage =
     "                       symplectic_euler, verlet; rk4 and verlet in single precision too)\n"
     "  --threads 1,2        numbers of threads (1,2)\n"
     "  --quick              n = 8,32,128 and shorter samples\n"
+    "  --implicit           only the table of implicit steps\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";
@@ -73,6 +74,8 @@ Options parse_options(int argc, char** argv) {
       options.format = Format::kJson;
     else if (argument == "--markdown")
       options.format = Format::kMarkdown;
+    else if (argument == "--implicit")
+      options.only_implicit = true;
     else if (argument == "--peers")
       options.peers = true;
     else if (argument == "--simd")

@@ -16,6 +16,13 @@ void scale(Array& to, double factor, const Array& what) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = factor * what[i];
 }
 
+// Whether squares that fell from `first` to `now` in `done` iterations reach the goal in `all`.
+bool gets_there(double first, double now, double goal, int done, int all) {
+  double reached = now;
+  for (int left = all - done; left > 0; left -= done) reached *= now / first;
+  return reached <= goal;
+}
+
 }  // namespace
 
 ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
@@ -25,10 +32,10 @@ ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
       p_(layout.size()),
       ap_(layout.size()) {}
 
-ConjugateGradient::ConjugateGradient(const StageMatrix& matrix, std::span<const double> masses,
+ConjugateGradient::ConjugateGradient(const StageMatrix& matrix, const Particles& system,
                                      int most_iterations)
     : ConjugateGradient(matrix.layout(), most_iterations) {
-  coarse_.emplace(matrix, masses);
+  multilevel_.emplace(matrix, system);
 }
 
 LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
@@ -37,14 +44,18 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   std::fill_n(d, r_.size(), 0.0);
   std::ranges::fill(p_.span(), 0.0);
   // own: r.D^-1 r, which says when to stop; rz: r.z with all of the preconditioner.
-  constexpr int kSoon = 25;  // iterations that cost as much as a coarse matrix
+  // Iterations that cost as much as to prepare more, and after which it shows how they go.
+  constexpr int kSoon = 12, kLook = 4;
   double own = matrix.precondition(r_.data(), z_.data()), rz = own, beta = 0;
   const double goal = eta * eta * own;
+  const double first = own;
   bool corrected = false;
   while (own > goal && result.iterations < most_ && !matrix.stopped()) {
-    if (coarse_ && result.iterations == kSoon && coarse_->factorise(matrix)) {
+    const bool slow = result.iterations == kSoon ||
+                      (result.iterations == kLook && !gets_there(first, own, goal, kLook, kSoon));
+    if (multilevel_ && !corrected && slow && multilevel_->prepare(matrix)) {
       corrected = true;
-      rz = own + coarse_->correct(r_.data(), z_.data());
+      rz = multilevel_->solve(r_.data(), z_.data());
       beta = 0;
     }
     const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
@@ -54,9 +65,14 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
       return result;
     }
     own = matrix.advance(rz / curvature, p_.data(), ap_.data(), d, r_.data(), z_.data());
-    const double next = corrected ? own + coarse_->correct(r_.data(), z_.data()) : own;
+    const double next = corrected ? multilevel_->solve(r_.data(), z_.data()) : own;
     beta = next / rz;
     rz = next;
+    if (corrected && !(next > 0)) {  // roundings are all there is: on with the blocks alone
+      corrected = false;
+      rz = own = matrix.precondition(r_.data(), z_.data());
+      beta = 0;
+    }
     ++result.iterations;
   }
   result.solved = own <= goal;

@@ -54,7 +54,7 @@ std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const
     return std::make_unique<SparseLdlt>(matrix, system.masses());
   if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
     return std::make_unique<Either>(matrix, system.masses());
-  return std::make_unique<ConjugateGradient>(matrix, system.masses(), most);
+  return std::make_unique<ConjugateGradient>(matrix, system, most);
 }
 
 }  // namespace

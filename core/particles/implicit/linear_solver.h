@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/ode/ode_system.h"
-#include "core/particles/implicit/coarse_space.h"
+#include "core/particles/implicit/multilevel.h"
 #include "core/particles/implicit/sparse.h"
 #include "core/particles/implicit/stage_matrix.h"
 
@@ -33,14 +33,14 @@ class LinearSolver {
 class ConjugateGradient final : public LinearSolver {
  public:
   ConjugateGradient(const Layout& layout, int most_iterations);
-  // With a coarse space, which comes in where the blocks alone do not get there soon.
-  ConjugateGradient(const StageMatrix& matrix, std::span<const double> masses, int most_iterations);
+  // With a multilevel preconditioner, which comes in where the blocks alone do not get there soon.
+  ConjugateGradient(const StageMatrix& matrix, const Particles& system, int most_iterations);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
 
  private:
   int most_;
   Array r_, z_, p_, ap_;
-  std::optional<CoarseSpace> coarse_;
+  std::optional<Multilevel> multilevel_;
 };
 
 // For matrices that are not symmetric: GMRES(30), preconditioned likewise from the right.

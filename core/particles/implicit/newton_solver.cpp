@@ -161,7 +161,7 @@ StepStatus NewtonSolver::minimise() {
     const bool daring = share > kSafe;
     if (step > 0) linearise(share, true);
     // Where steps are many, better directions are worth more.
-    const double loosest = step < kMany ? 0.1 : step < 2 * kMany ? 1e-3 : 1e-6;
+    const double loosest = step < kMany ? 0.01 : step < 2 * kMany ? 1e-3 : 1e-6;
     const double eta =
         std::max(std::min(loosest, step > 0 ? forcing_term(now, previous) : 0.1), 0.5 * goal / now);
     const LinearResult result = find_direction(eta);

@@ -231,6 +231,15 @@ Mat3 StageMatrix::diagonal(int i) const {
   return block;
 }
 
+double StageMatrix::largest() const {
+  double most = 0;
+  for (const int entry : {0, 3, 5}) {
+    const double* const d = system_->layout().block(blocks_.data(), entry);
+    for (int i = 0; i < half_.n(); ++i) most = std::max(most, d[i]);
+  }
+  return most;
+}
+
 double StageMatrix::majorant(const double* p) const {
   const auto v = half_.axes(p);
   const auto at = [&](int i) { return Vec3(v[0][i], v[1][i], v[2][i]); };

@@ -48,6 +48,8 @@ class StageMatrix {
   bool stopped() const { return stopped_ && stopped_(); }
   Mat3 diagonal(int i) const;  // the block of D
   double shift(int i) const;   // M + tau c
+  const double* shifts() const { return Layout(half_.n(), 1).block(shift_.data(), 0); }
+  double largest() const;  // entry of D on its diagonal
 
   // What compressed springs push across their length: nothing, or with others at a particle at most
   // `share` of what half its shift holds. A is positive definite where share < 1, and exact where

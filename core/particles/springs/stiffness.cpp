@@ -88,15 +88,13 @@ void Stiffness::at(const double* const q[3], const SpringModel& model) {
   });
 }
 
-void Stiffness::soften(const double* shift, double scale, const std::uint8_t* free,
-                       double most_share) {
-  double* const shares = Layout(system_->layout().n(), 1).block(shares_.data(), 0);
-  Team& team = system_->team();
-  team.run_parts(system_->layout().n(), 8, [&](int begin, int end) {
-    std::fill(shares + begin, shares + end, 0.0);
-    kernels_.pushes(runs_, shares, begin, end);
+void Stiffness::find_parts(const double* shift, double scale, const std::uint8_t* free,
+                           double most_share, double* parts) const {
+  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+    std::fill(parts + begin, parts + end, 0.0);
+    kernels_.pushes(runs_, parts, begin, end);
     for (int i = begin; i < end; ++i) {
-      double& share = shares[i];
+      double& share = parts[i];
       if (!nets_.empty())
         net_at(i, [&](int, const SpringStiffness& spring) {
           if (spring.along < 0) share -= spring.along;
@@ -105,7 +103,13 @@ void Stiffness::soften(const double* shift, double scale, const std::uint8_t* fr
       share = bit(free, i) && push > most ? most / push : 1.0;
     }
   });
-  team.run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+}
+
+void Stiffness::soften(const double* shift, double scale, const std::uint8_t* free,
+                       double most_share) {
+  double* const shares = Layout(system_->layout().n(), 1).block(shares_.data(), 0);
+  find_parts(shift, scale, free, most_share, shares);
+  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     for (const StiffRun& run : runs_) kernels_.soften(run, shares, begin, end);
     for (StiffNet& net : nets_)
       for (int i = begin; i < end; ++i)

@@ -62,6 +62,9 @@ class Stiffness {
   // Lessens what compressed springs push across their length until the sum of -2 along at a
   // particle is no more than `share` of its shift: with share < 1, shift I + scale K is definite.
   void soften(const double* shift, double scale, const std::uint8_t* free, double share);
+  // What of those pushes that leaves at each particle, as parts of 1; a layout of one block.
+  void find_parts(const double* shift, double scale, const std::uint8_t* free, double share,
+                  double* parts) const;
 
   // out on the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
   void apply(StiffProduct product, int begin, int end, double (&sums)[8]) const;
@@ -69,15 +72,17 @@ class Stiffness {
   // blocks[0 .. 5][i] := xx xy xz yy yz zz of shift I + scale sum K over the springs at i.
   void diagonal(const double* shift, double scale, double* const blocks[6], int begin,
                 int end) const;
-
   template <class Visit>  // visit(a, b, stiffness) of every spring, a < b, in one order
   void for_each(Visit visit) const;
+  template <class Visit>  // visit(to, stiffness) of every end of a net at particle i
+  void net_at(int i, Visit visit) const {
+    for (const StiffNet& net : nets_) net.at(i, visit);
+  }
   Vec3 position(int i) const { return {q_[0][i], q_[1][i], q_[2][i]}; }  // of the point
+  const double* const* positions() const noexcept { return q_; }
+  std::span<const StiffRun> runs() const noexcept { return runs_; }
 
  private:
-  template <class Visit>  // visit(to, stiffness) of every end of a net at particle i
-  void net_at(int i, Visit visit) const;
-
   const Particles* system_;
   StiffKernels kernels_;
   std::vector<StiffRun> runs_;
@@ -85,11 +90,6 @@ class Stiffness {
   Array memory_, shares_;
   const double* q_[3] = {};
 };
-
-template <class Visit>
-void Stiffness::net_at(int i, Visit visit) const {
-  for (const StiffNet& net : nets_) net.at(i, visit);
-}
 
 template <class Visit>
 void Stiffness::for_each(Visit visit) const {
