@@ -15,10 +15,10 @@ namespace sim {
 
 struct SolidsSpec {
   std::vector<RigidBody> bodies;
-  std::vector<bool> touch;               // whether each does
-  int singles = 0;                       // the first particles, which are no bodies'
-  std::set<std::pair<int, int>> tied;    // a body and one of these: they do not touch
-  std::set<std::pair<int, int>> joined;  // nor do these bodies, of which the first has less
+  std::vector<bool> touch{};               // whether each does
+  int singles = 0;                         // the first particles, which are no bodies'
+  std::set<std::pair<int, int>> tied{};    // a body and one of these: they do not touch
+  std::set<std::pair<int, int>> joined{};  // nor do these bodies, of which the first has less
 };
 
 // Bodies have the first numbers; what has a higher one is a point: a single particle.

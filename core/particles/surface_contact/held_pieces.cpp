@@ -6,10 +6,10 @@
 namespace sim {
 namespace {
 
-constexpr double kShareUsed = 0.8;     // of what was seen to be free
-constexpr int kHalvings = 8;           // before a piece moves as one
-constexpr int kStill = kHalvings + 1;  // and before it does not move
-constexpr double kNoPull = 1e-9;       // of a gradient: what holds nothing in place
+constexpr double kPieceShareUsed = 0.8;              // of what was seen to be free
+constexpr int kPieceHalvings = 8;                    // before a piece moves as one
+constexpr int kHalvingsToRest = kPieceHalvings + 1;  // and before it does not move
+constexpr double kNoPull = 1e-9;                     // of a gradient: what holds nothing in place
 
 }  // namespace
 
@@ -143,7 +143,7 @@ void HeldPieces::join(const std::array<int, 4>& ids, double s) {
   }
   Sum& sum = sums_[slot(root(first))];
   sum.met = true;
-  if (!sum.shorter) sum.share = std::min(sum.share, kShareUsed * s);
+  if (!sum.shorter) sum.share = std::min(sum.share, kPieceShareUsed * s);
 }
 
 bool HeldPieces::slow(std::span<const std::uint8_t> which) {
@@ -152,7 +152,7 @@ bool HeldPieces::slow(std::span<const std::uint8_t> which) {
   for (std::size_t i = 0; i < which.size(); ++i) {
     if (!which[i] || weights[i] == 0) continue;
     Sum& sum = sums_[slot(root(static_cast<int>(i)))];
-    if (sum.slowed > kStill) continue;
+    if (sum.slowed > kHalvingsToRest) continue;
     if (!sum.shorter) sum.share = 0.5;
     sum.met = any = true;
   }
@@ -195,8 +195,9 @@ void HeldPieces::add_up(std::span<const Vec3> of) {
 Vec3 HeldPieces::shared(int i, const Vec3& of) {
   const Sum& sum = sums_[slot(root(i))];
   if (!sum.shorter) return of;
-  const double share = sum.slowed > kHalvings ? 0 : std::ldexp(sum.share, -sum.slowed);
-  const Vec3 lead = sum.bound || sum.slowed > kStill ? Vec3::Zero() : sum.moment / sum.mass;
+  const double share = sum.slowed > kPieceHalvings ? 0 : std::ldexp(sum.share, -sum.slowed);
+  const Vec3 lead =
+      sum.bound || sum.slowed > kHalvingsToRest ? Vec3::Zero() : sum.moment / sum.mass;
   return lead + share * (of - lead);
 }
 
@@ -205,7 +206,7 @@ bool HeldPieces::slow_met() {
   for (std::size_t i = 0; i < sums_.size() && blamed_ < 0; ++i) {
     Sum& sum = sums_[i];
     if (root(static_cast<int>(i)) != static_cast<int>(i) || !sum.met) continue;
-    if (sum.slowed > kStill) blamed_ = static_cast<int>(i);
+    if (sum.slowed > kHalvingsToRest) blamed_ = static_cast<int>(i);
     if (sum.shorter) ++sum.slowed;
     sum.shorter = true;
     sum.met = false;

@@ -6,9 +6,9 @@
 namespace sim {
 namespace {
 
-constexpr int kRounds = 12;  // of impulses and constraints, with new normals in each
-constexpr int kTurns = 4;    // of the two with the same normals
-constexpr int kSweeps = 12;  // of rows in a turn
+constexpr int kHeldRounds = 12;  // of impulses and constraints, with new normals in each
+constexpr int kHeldTurns = 4;    // of the two with the same normals
+constexpr int kHeldSweeps = 12;  // of rows in a turn
 
 }  // namespace
 
@@ -57,10 +57,10 @@ bool SurfaceContact::meet_bodies() {
 // multipliers of both, in the metric of the masses, in which each turn comes nearer to the ways
 // that obey all (Dykstra (1983), J. Amer. Stat. Assoc. 78, 837-842). The last is a move back.
 bool SurfaceContact::relax_held(Particles& particles, double t_end) {
-  for (int turn = 0; turn < kTurns; ++turn) {
+  for (int turn = 0; turn < kHeldTurns; ++turn) {
     bool inside = meet_colliders(particles, t_end, turn == 0 ? dirty_ : touched_);
     inside = meet_bodies() || inside;
-    const bool pushed = rows_.relax(kSweeps, inverse_mass_, way_, touched_, dirty_);
+    const bool pushed = rows_.relax(kHeldSweeps, inverse_mass_, way_, touched_, dirty_);
     if (!pushed && !inside && (turn > 0 || !std::ranges::count(touched_, 1))) break;
     if (!held_->hold_ways(from_, way_, touched_, dirty_)) return false;
     rows_.note_moved(touched_);
@@ -70,7 +70,7 @@ bool SurfaceContact::relax_held(Particles& particles, double t_end) {
 
 // False where ways that obey and do not meet were not found.
 bool SurfaceContact::advance_held(Particles& particles, double t_end) {
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kHeldRounds; ++round) {
     if (!relax_held(particles, t_end)) {
       way_ = free_way_;
       return false;
@@ -112,8 +112,8 @@ bool SurfaceContact::advance_shorter(Particles& particles) {
 // Nothing approaches further, with friction, and all velocities obey.
 void SurfaceContact::find_held_velocities() {
   held_->share_velocities(velocity_);
-  for (int turn = 0; turn < kTurns; ++turn) {
-    const bool pushed = rows_.relax(kSweeps, inverse_mass_, velocity_, touched_, dirty_);
+  for (int turn = 0; turn < kHeldTurns; ++turn) {
+    const bool pushed = rows_.relax(kHeldSweeps, inverse_mass_, velocity_, touched_, dirty_);
     if (!pushed && (turn > 0 || !std::ranges::count(touched_, 1))) break;
     held_->hold_velocities(from_, way_, velocity_, touched_);
     rows_.note_moved(touched_);
