@@ -229,7 +229,7 @@ SIM_INLINE void settle_lanes(const LyingStep& step, const Surface<kForm>& before
   const Doubles clear = after.gap(x1), inward = dot(rate - surface, press.start.normal);
   Mask known = mask_of(free) & (press.start.gap <= near_start) & (press.start.gap >= -near_start) &
                (clear <= zero) & (press.end.gap < zero) &
-               (inward <= number(-kAtOnce) * press.end.gap);
+               (inward <= number(-kAnInstant) * press.end.gap);
   const unsigned led_in = bits_of(known);
   if (led_in != free) {  // others may come near nothing
     const Mask far = clear > way.length() + number(step.reach);
