@@ -174,7 +174,8 @@ TEST_CASE("rounds find the friction of a cloth that slips and sticks on a sphere
   sim::Simulation cloth(spec, registry, {.integrator = {"implicit_midpoint"}, .dt = 0.001});
   REQUIRE(run(cloth, 500));
   CHECK(cloth.contact_work().lost > 0);
-  CHECK(cloth.integrator().effort().newton < 8 * 500);  // rounds that come to no end take twice as many
+  CHECK(cloth.integrator().effort().newton <
+        8 * 500);  // rounds that come to no end take twice as many
 }
 
 TEST_CASE("a plane that nothing comes near changes no bit of implicit methods") {

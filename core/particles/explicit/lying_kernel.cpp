@@ -1,4 +1,5 @@
 #include "core/particles/explicit/lying.h"
+#include "core/particles/way.h"
 
 #undef SIM_THIS_FILE
 #define SIM_THIS_FILE "core/particles/explicit/lying_kernel.cpp"
@@ -227,7 +228,8 @@ SIM_INLINE void settle_lanes(const LyingStep& step, const Surface<kForm>& before
   const Point surface = h * before.velocity, rate = way.rate_at_start();
   const Doubles clear = after.gap(x1), inward = dot(rate - surface, press.start.normal);
   Mask known = mask_of(free) & (press.start.gap <= near_start) & (press.start.gap >= -near_start) &
-               (clear <= zero) & (press.end.gap < zero) & (inward <= zero);
+               (clear <= zero) & (press.end.gap < zero) &
+               (inward <= number(-kAnInstant) * press.end.gap);
   const unsigned led_in = bits_of(known);
   if (led_in != free) {  // others may come near nothing
     const Mask far = clear > way.length() + number(step.reach);
