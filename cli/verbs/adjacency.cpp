@@ -83,13 +83,12 @@ struct SpringState {
 
 // The two ends alone vibrate with omega^2 = k (1/m_i + 1/m_j), where a pinned end counts nothing.
 SpringState state_of(Simulation& system, int particle, const Link& link) {
-  const ParticleSystem& particles = *study::particles_of(system);
-  const ParticleView view = particles.view(system.t(), system.state().data());
   SpringState state;
-  state.length = (view.position(particle) - view.position(link.to)).stableNorm();
+  state.length = (system.position(particle) - system.position(link.to)).stableNorm();
   state.strain = state.length / link.rest - 1;
   state.force = link.stiffness * (state.length - link.rest);
-  const double inverse_mass = 1 / view.mass[particle] + 1 / view.mass[link.to];
+  const double inverse_mass =
+      study::inverse_mass(system, particle) + study::inverse_mass(system, link.to);
   state.dt_limit = stable_step(system.integrator(), std::sqrt(link.stiffness * inverse_mass),
                                study::smallest_damping(system));
   return state;

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
 
 namespace sim::engine {
 namespace {
@@ -58,6 +59,14 @@ Method method_of(const Simulation& system, const Place& place, const Border& bor
 }
 
 }  // namespace
+
+ParticleView Exchange::view() const {
+  return particles_->view(system_->t(), system_->state().data());
+}
+
+double Exchange::drag() const { return particles_->motion().damping; }
+std::span<const SpringRun* const> Exchange::runs() const { return particles_->runs(); }
+std::span<const Net* const> Exchange::nets() const { return particles_->nets(); }
 
 Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string& engine,
                    std::span<const EngineMethod> methods)

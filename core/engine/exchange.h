@@ -7,8 +7,14 @@
 
 #include "core/base/array.h"
 #include "core/engine/kick_map.h"
-#include "core/particles/particle_system.h"
+#include "core/particles/springs/net.h"
+#include "core/particles/springs/springs.h"
+#include "core/particles/view.h"
 #include "core/scene/simulation.h"
+
+namespace sim {
+class ParticleSystem;
+}
 
 namespace sim::engine {
 
@@ -39,8 +45,8 @@ class Exchange {
   double mass(int i) const { return view().mass[i]; }  // kg, of a free one
   Vec3 position(int i) const { return view().position(i); }
   Vec3 velocity(int i) const { return view().velocity(i); }
-  Vec3 gravity() const;                                         // m/s^2
-  double drag() const { return particles_->motion().damping; }  // kg/s
+  Vec3 gravity() const;                            // m/s^2
+  double drag() const;                             // kg/s
   double tolerance() const { return tolerance_; }  // of implicit methods; 0: what is enough
   // Of a free one, and of methods with kicks.
   KickMap map(int i) const { return kick_map(mass(i)); }
@@ -52,10 +58,10 @@ class Exchange {
   // Calls visit(a, b, k, rest) for every spring, always in the same order; N/m and m.
   template <class Visit>
   void each_spring(Visit visit) const {
-    for (const SpringRun* run : particles_->runs())
+    for (const SpringRun* run : runs())
       for (int a = 0; a + run->stride < particles(); ++a)
         if (run->owns(a)) visit(a, a + run->stride, run->k_of(a), run->rest_of(a));
-    for (const Net* net : particles_->nets())
+    for (const Net* net : nets())
       for (int a = 0; a < particles(); ++a)
         net->at(a, [&](int b, double k, double rest) {
           if (b > a) visit(a, b, k, rest);
@@ -63,7 +69,9 @@ class Exchange {
   }
 
  private:
-  ParticleView view() const { return particles_->view(system_->t(), system_->state().data()); }
+  ParticleView view() const;
+  std::span<const SpringRun* const> runs() const;
+  std::span<const Net* const> nets() const;
 
   Simulation* system_;
   ParticleSystem* particles_ = nullptr;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/engine/engine.h"
+#include "core/particles/layout.h"
 #include "core/scene/snapshot.h"
 
 namespace sim::engine {

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/ode/implicit/dense_solver.h"
+#include "core/ode/implicit/krylov_solver.h"
 
 namespace sim {
 namespace {
@@ -111,7 +112,11 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
 }
 
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
-  return std::make_unique<DenseSolver>(*this, options);
+  // What confines states makes all of J full, and stiff only where they bend: products are few.
+  constexpr std::size_t kMostDense = 2000, kMostConfined = 600;
+  if (size() <= (confined() ? kMostConfined : kMostDense))
+    return std::make_unique<DenseSolver>(*this, options);
+  return std::make_unique<KrylovSolver>(*this, options);
 }
 
 }  // namespace sim

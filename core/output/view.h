@@ -19,17 +19,17 @@ namespace sim {
 struct ViewScene {
   int number = 0;      // a scene that comes later has another one
   bool world = false;  // words begin with the name of their system
-  std::span<const Model> models;
-  std::span<const Moment> preview;  // of the time to come: what the first camera sees
-  Look look;
-  std::vector<std::string> methods;  // names of integrators
-  std::vector<SceneArg> args;        // parameters of the scene
+  std::span<const Model> models{};
+  std::span<const Moment> preview{};  // of the time to come: what the first camera sees
+  Look look{};
+  std::vector<std::string> methods{};  // names of integrators
+  std::vector<SceneArg> args{};        // parameters of the scene
 };
 
 struct ViewTask {
-  ViewScene scene;
-  std::string title;
-  std::string token;          // what an address must hold to be answered: letters and digits
+  ViewScene scene{};
+  std::string title{};
+  std::string token{};        // what an address must hold to be answered: letters and digits
   int port = 0;               // 0: one that is free
   bool pause_hidden = false;  // while no eye is on it, it pauses
 };
@@ -42,24 +42,24 @@ struct EnergySample {
 
 // One system as it is; the share is that of the largest stable step, or not a number.
 struct ViewSystem {
-  EnergySample now;
+  EnergySample now{};
   double h = 0, share = std::nan("");  // s
-  std::string method, verdict;
-  std::vector<int> pinned, held;
-  std::vector<std::pair<std::string, bool>> switches;
-  std::string hash;  // while it pauses
+  std::string method{}, verdict{};
+  std::vector<int> pinned{}, held{};
+  std::vector<std::pair<std::string, bool>> switches{};
+  std::string hash{};  // while it pauses
 };
 
 struct ViewState {
   int number = 0;  // of the scene
   bool playing = true, slow = false;
-  double speed = 1, real = 0;       // of real time: wanted, and reached
-  double us = 0;                    // microseconds a step
-  double known = 0;                 // s, as far as it has been
-  std::string failure;              // why it stopped
-  std::string measured;             // what `values` of the frames are: energy, error, mode, or ""
-  std::vector<ViewSystem> systems;  // as the models
-  std::span<const EnergySample> past;  // of the first system that has energies
+  double speed = 1, real = 0;         // of real time: wanted, and reached
+  double us = 0;                      // microseconds a step
+  double known = 0;                   // s, as far as it has been
+  std::string failure{};              // why it stopped
+  std::string measured{};             // what `values` of the frames are: energy, error, mode, or ""
+  std::vector<ViewSystem> systems{};  // as the models
+  std::span<const EnergySample> past{};  // of the first system that has energies
 };
 
 // What somebody said, and who: the number of a connection. Words are actions as recordings have

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/particles/plain_surface.h"
 #include "core/particles/solid_shape.h"
 #include "core/particles/view.h"
 
@@ -47,6 +48,9 @@ class Collider {
   virtual double clearance(double t, const Vec3& middle, const Vec3& half) const {
     return touch(t, middle).gap - half.norm();
   }
+
+  // The same at time t as numbers, where it is one of these surfaces: for many points at a time.
+  virtual PlainSurface plain(double /*t*/) const { return {}; }
 
   // False where nothing depends on t.
   virtual bool moves() const { return true; }

@@ -27,6 +27,14 @@ class ContactLedger {
     any_.store(true, std::memory_order_relaxed);
   }
 
+  // For those who enter several particles in their order: the sum of particle i, the same for eight
+  // from a multiple of 8 on, and that it was entered.
+  ContactWork& sum_of(int i) { return blocks_[static_cast<std::size_t>(i / kBlock)]; }
+  void mark(int i) {
+    touched_[static_cast<std::size_t>(i)] = 1;
+    any_.store(true, std::memory_order_relaxed);
+  }
+
   // J since the last call: what contact took, and what moving surfaces gave.
   ContactWork take() {
     ContactWork sum;

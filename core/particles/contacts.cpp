@@ -74,8 +74,9 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const Way& 
   double outside = 0, inside = 1;  // places known to be, and the gaps there
   double positive = start, negative = end;
   if (start <= slack(way.c[0])) {
-    // It lies on the surface. On its way out it may come back within the step.
-    if ((way.c[1] - h * found.start.velocity).dot(found.start.normal) <= 0) return at(0);
+    // It lies on the surface. On its way out it may come back within the step, but not at once.
+    const double outward = (way.c[1] - h * found.start.velocity).dot(found.start.normal);
+    if (outward <= (end < 0 ? -kAnInstant * end : 0)) return at(0);
     if (end >= 0) return found;
     for (outside = 0.5; (positive = gap_at(outside)) <= 0; outside *= 0.5)
       if (outside < 1e-12) return at(0);

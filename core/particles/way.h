@@ -11,6 +11,9 @@ namespace sim {
 // m, what gaps at x are measured by: at least 1.
 inline double place_size(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
 
+// Of a step, for which a particle that leaves a surface and comes back was not off it.
+inline constexpr double kAnInstant = 1e-10;
+
 // p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; what touches have
 // changed at its end.
 struct Way {

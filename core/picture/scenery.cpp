@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kFamilies[] = {0x2458C8, 0xE8860C, 0x2E9E54, 0x9A3FB0, 0xC23A4A, 0x1F8F9C};
 constexpr unsigned kPinned = 0x3A3F46, kParticle = 0x3F86C8, kBar = 0x6B7078, kWire = 0x2F4F86,
-                   kBody = 0xC98A4B;
+                   kBody = 0xC98A4B, kWarning = 0xB3261E;
 constexpr std::size_t kMostTrail = 8;  // free particles of a system whose last one leaves a trail
 
 V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - a, c - a); }
@@ -22,6 +22,21 @@ V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - 
 [[noreturn]] void nothing_of(const std::string& what, const std::string& why,
                              const std::string& remedy) {
   throw Error(ErrorKind::kUsage, {"nothing to show", what, why, remedy});
+}
+
+// Whether x is within a sphere, a box or a capsule.
+bool encloses(const SolidShape& solid, const Vec3& x) {
+  using Form = SolidShape::Form;
+  const Vec3 d = x - solid.center;
+  if (solid.form == Form::kSphere) return d.norm() < solid.radius;
+  if (solid.form == Form::kCapsule) {
+    const Vec3& half = solid.axes[0];
+    const double along = std::clamp(d.dot(half) / half.squaredNorm(), -1.0, 1.0);
+    return (d - along * half).norm() < solid.radius;
+  }
+  return solid.form == Form::kBox && std::ranges::all_of(solid.axes, [&](const Vec3& half) {
+           return std::abs(d.dot(half)) < half.squaredNorm();
+         });
 }
 
 // The lines of a sheet are those of its grid, without the diagonals; else all edges.
@@ -270,6 +285,34 @@ void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const 
                                                        : 1);
 }
 
+// What is wrong with what is seen: particles that no picture holds, an eye that sees a solid from
+// within.
+std::vector<std::string> Scenery::warnings(const Moment& moment) const {
+  std::vector<std::string> lines;
+  int all = 0, lost = 0, no_numbers = 0;
+  bool within = false;
+  const V3& eye = viewpoint_.eye.at;
+  const Vec3 own = Vec3(eye.x, eye.y, eye.z) / viewpoint_.scale + viewpoint_.origin;
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    all += models_[m].particles;
+    for (int i = 0; i < models_[m].particles; ++i) {
+      const Vec3 x = moment[m].at(i);
+      lost += !viewpoint_.reaches[m].holds(x);
+      no_numbers += !x.allFinite();
+    }
+    for (const SolidShape& solid : moment[m].solids)
+      within = within || (!solid.inside && encloses(solid, own - viewpoint_.offsets[m]));
+  }
+  if (lost > no_numbers)
+    lines.push_back(std::to_string(lost - no_numbers) + " of " + std::to_string(all) +
+                    " particles are too far away to be shown");
+  if (no_numbers > 0)
+    lines.push_back(std::to_string(no_numbers) + " of " + std::to_string(all) +
+                    " particles have positions that are not numbers");
+  if (within) lines.push_back("the camera is inside of a solid");
+  return lines;
+}
+
 // Above on the left what is seen, below on the right the scale of the colours.
 void Scenery::words(Picture& picture, const Moment& moment) const {
   std::vector<std::string> lines = caption_;
@@ -287,6 +330,10 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
   float y = 34;
   for (std::size_t i = 0; i < lines.size(); ++i, y += 25)
     picture.texts.push_back({lines[i], 22, y, i == 0 ? 15.0F : 12.0F, 0x2B323A, 0, i == 0});
+  for (const std::string& line : warnings(moment)) {
+    picture.texts.push_back({line, 22, y, 12, kWarning, 0, true});
+    y += 25;
+  }
   if (!look_.picked.empty()) {
     y += 6;
     std::set<std::string> named;

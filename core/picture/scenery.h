@@ -37,6 +37,7 @@ class Scenery {
   void wires(Picture& picture, std::size_t system, const Frame& frame) const;
   void solids(Picture& picture, std::size_t system, const Frame& frame) const;
   void words(Picture& picture, const Moment& moment) const;
+  std::vector<std::string> warnings(const Moment& moment) const;
   V3 place(std::size_t system, const Vec3& x) const {
     return viewpoint_.point(x + viewpoint_.offsets[system]);
   }

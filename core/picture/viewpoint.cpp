@@ -21,21 +21,25 @@ struct Box {
   double size() const { return empty() ? 0 : (high - low).norm(); }
 };
 
-// What a picture has to hold of one system, a cloud of points in m. What flies off further than 30
-// times the size at the start is let go.
-std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, std::size_t system,
-                           std::size_t most) {
-  std::vector<Vec3> points;
-  if (moments.empty()) return points;
+// 30 times the size at the start, around its middle.
+Reach reach_of(const Model& model, std::span<const Moment> moments, std::size_t system) {
   Box start;
+  if (moments.empty()) return {};
   const auto whole = [](const Vec3& p) { return p.allFinite() && p.norm() < 1e100; };
   for (int i = 0; i < model.particles; ++i)
     if (const Vec3 p = moments[0][system].at(i); whole(p)) start.include(p);
   for (const SolidShape& solid : moments[0][system].solids)
     if (solid.form != SolidShape::Form::kPlane && solid.form != SolidShape::Form::kNone)
       start.include(solid.center);
-  if (start.empty()) return points;
-  const double reach = start.size() > 0 ? 30 * start.size() : 1e100;
+  if (start.empty()) return {};
+  return {start.middle(), start.size() > 0 ? 30 * start.size() : 1e100};
+}
+
+// What a picture has to hold of one system, a cloud of points in m.
+std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, std::size_t system,
+                           const Reach& reach, std::size_t most) {
+  std::vector<Vec3> points;
+  if (reach.radius == 0) return points;
   const std::size_t total = static_cast<std::size_t>(model.particles) * moments.size();
   const std::size_t stride = 1 + total / most;
   std::size_t count = 0;
@@ -44,7 +48,7 @@ std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, 
     for (int i = 0; i < model.particles; ++i)
       if (count++ % stride == 0 || &moment == &moments.front()) {
         const Vec3 p = frame.at(i);
-        if (whole(p) && (p - start.middle()).norm() <= reach) points.push_back(p);
+        if (reach.holds(p)) points.push_back(p);
       }
     for (const SolidShape& solid : frame.solids) {
       if (solid.inside || solid.form == SolidShape::Form::kPlane ||
@@ -153,7 +157,9 @@ Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> 
   std::vector<std::vector<Vec3>> clouds;
   std::vector<double> lows, highs;
   for (std::size_t m = 0; m < models.size(); ++m) {
-    clouds.push_back(cloud_of(models[m], moments, m, kMostPoints / models.size()));
+    viewpoint.reaches.push_back(reach_of(models[m], moments, m));
+    clouds.push_back(
+        cloud_of(models[m], moments, m, viewpoint.reaches.back(), kMostPoints / models.size()));
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (const Vec3& p : clouds.back()) {
       low = std::min(low, p.dot(along)), high = std::max(high, p.dot(along));

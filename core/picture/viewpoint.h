@@ -11,10 +11,18 @@
 
 namespace sim {
 
+// What is held of a system; whatever flies off further is let go.
+struct Reach {
+  Vec3 middle{0, 0, 0};                                                      // m
+  double radius = 0;                                                         // m
+  bool holds(const Vec3& x) const { return (x - middle).norm() <= radius; }  // a number, too
+};
+
 struct Viewpoint {
-  std::vector<Vec3> offsets;  // m, of each system: several stand side by side
-  Vec3 origin{0, 0, 0};       // m, the origin of the picture
-  double scale = 1;           // units of the picture in one metre
+  std::vector<Vec3> offsets;   // m, of each system: several stand side by side
+  std::vector<Reach> reaches;  // of each system, without its offset
+  Vec3 origin{0, 0, 0};        // m, the origin of the picture
+  double scale = 1;            // units of the picture in one metre
   Vec3 up{0, 1, 0};
   double grid = 0;  // m, the spacing of the ground's grid
   Eye eye;

@@ -60,6 +60,17 @@ SolidShape Solid::shape(double t) const {
   return shape;
 }
 
+PlainSurface Solid::plain(double t) const {
+  PlainSurface surface = plain_form();
+  const Pose pose = this->pose(t);
+  if (pose.sine != 0 || pose.cosine != 1 || pose.rate != 0) return {};
+  surface.center = pose.center;
+  surface.velocity = pose.velocity;
+  surface.thickness = thickness_;
+  surface.inside = inside_;
+  return surface;
+}
+
 double Solid::clearance(double t, const Vec3& middle, const Vec3& half) const {
   const Pose pose = this->pose(t);
   const Vec3 x = motion_ ? pose.turned_back(middle - pose.center) : Vec3(middle - center_);

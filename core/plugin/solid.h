@@ -24,6 +24,7 @@ class Solid : public Collider {
   bool sampled() const final { return motion_ && motion_->sampled(); }
   void look(double t0, double t1) final;
   SolidShape shape(double t) const final;
+  PlainSurface plain(double t) const final;
   std::string note() const final { return motion_ ? motion_->note() : ""; }
 
  protected:
@@ -38,6 +39,9 @@ class Solid : public Collider {
 
   // How it is drawn, about the origin and not turned.
   virtual SolidShape form() const = 0;
+
+  // As Collider::plain, of the shape about the origin.
+  virtual PlainSurface plain_form() const { return {}; }
 
   // As Collider::clearance, of the shape that is not turned; `half` where it may be.
   virtual double least(const Vec3& middle, const Vec3& half) const {

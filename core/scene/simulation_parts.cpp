@@ -8,24 +8,10 @@
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
-namespace {
-
-// What a user may expect of bodies, and does not happen.
-std::string note_on(const SystemSpec& spec) {
-  const int singles = spec.bodies.front().first;
-  const auto pinned =
-      std::ranges::count_if(std::set(spec.particles->pinned.begin(), spec.particles->pinned.end()),
-                            [&](int id) { return id < singles; });
-  if (spec.constraints.empty() || (spec.bodies.size() == 1 && pinned == singles)) return {};
-  return "in a scene with constraints bodies pass through each other and through particles";
-}
-
-}  // namespace
-
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
-    particles->hold().add(std::make_unique<RigidRows>(bodies, note_on(spec)), "rigid",
-                          spec.bodies.front().place, 0, x.data());
+    particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,
+                          0, x.data());
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -46,71 +32,69 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
   if (!particles->holding()) return;
   particles->holding()->begin();
   if (spec.colliders.empty() || spec.constraints.empty()) return;
-  if (!bodies.empty())
-    throw Error(ErrorKind::kScene,
-                {"rigid bodies, colliders and constraints", spec.colliders.front().place,
-                 "a scene cannot have all three", "leave one of them out"});
-  particles->holding()->join_contact(true);
+  particles->holding()->join_contact(bodies.empty() ? initial.count() : bodies.front().first());
 }
 
 void Simulation::Impl::compile_contact(const SystemSpec& spec) {
   if (!spec.contact) return;
   const ContactSpec& contact = *spec.contact;
-  if (!bodies.empty())
-    throw Error(ErrorKind::kScene,
-                {"sim.contact and rigid bodies", contact.place,
-                 "surfaces and bodies do not know of each other", "leave one of them out"});
-  if (!spec.constraints.empty())
-    throw Error(ErrorKind::kScene,
-                {"sim.contact and constraints", contact.place, "a scene cannot have both",
-                 "use springs in place of constraints, or leave contact out"});
+  if (Holding* const holding = particles->holding();
+      holding && holding->constraints().feedback() > 0)
+    throw Error(ErrorKind::kScene, {"sim.contact and constraints", contact.place,
+                                    "constraints with feedback are not obeyed at each step, and "
+                                    "contact would have to put them back",
+                                    "leave feedback out"});
   placed(contact.place, [&] {
     surface_contact = std::make_unique<SurfaceContact>(
         SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
                            contact.strain_limit},
-        particles->view(0, x.data()));
+        *particles, particles->holding(), particles->view(0, x.data()));
   });
 }
 
 namespace {
 
-// Bodies and particles that forces join.
-std::set<std::pair<int, int>> tied_to_bodies(const SystemSpec& spec, int n) {
-  std::set<std::pair<int, int>> tied;
-  if (spec.points.empty()) return tied;
-  for (const PartSpec& force : spec.forces) {
-    const std::vector<int>& ids = force.elements.ids;
-    const auto arity = static_cast<std::size_t>(std::max(1, force.elements.arity));
-    for (std::size_t k = 0; k + arity <= ids.size(); k += arity)
-      for (const int point : std::span(ids).subspan(k, arity))
-        for (const int particle : std::span(ids).subspan(k, arity))
-          if (point >= n && particle < n)
-            tied.emplace(spec.points[static_cast<std::size_t>(point - n)].body, particle);
-  }
-  return tied;
+// Bodies, particles and other bodies that a part joins.
+void find_tied(const PartSpec& part, const SystemSpec& spec, int n, bool bodies_too,
+               SolidsSpec& solids) {
+  const std::vector<int>& ids = part.elements.ids;
+  const auto arity = static_cast<std::size_t>(std::max(1, part.elements.arity));
+  const auto body_of = [&](int id) { return spec.points[static_cast<std::size_t>(id - n)].body; };
+  for (std::size_t k = 0; k + arity <= ids.size(); k += arity)
+    for (const int point : std::span(ids).subspan(k, arity))
+      for (const int other : std::span(ids).subspan(k, arity)) {
+        if (point < n) continue;
+        if (other < n)
+          solids.tied.emplace(body_of(point), other);
+        else if (bodies_too && body_of(point) != body_of(other))
+          solids.joined.insert(std::minmax(body_of(point), body_of(other)));
+      }
 }
 
 }  // namespace
 
-// Bodies touch colliders, each other and single particles, where no constraint would have to share
-// the impulses.
+// Bodies touch colliders, each other and single particles, but not what is joined to them.
 void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
-  if (bodies.empty() || !spec.constraints.empty()) return;
-  SolidsSpec solids{.bodies = bodies, .touch = {}, .singles = bodies.front().first(), .tied = {}};
+  if (bodies.empty()) return;
+  SolidsSpec solids{.bodies = bodies, .singles = bodies.front().first()};
   std::vector<Surface> surfaces;
   for (const RigidSpec& body : spec.bodies) {
     surfaces.push_back(body.surface);
     solids.touch.push_back(body.touches);
   }
-  solids.tied = tied_to_bodies(spec, initial.count());
+  for (const PartSpec& force : spec.forces) find_tied(force, spec, initial.count(), false, solids);
+  for (const PartSpec& part : spec.constraints)
+    find_tied(part, spec, initial.count(), true, solids);
   const auto touching = std::ranges::count(solids.touch, true);
   const std::int64_t all = touching * solids.singles;
   const bool others = all > static_cast<std::int64_t>(solids.tied.size());
   if (touching == 0 || (touching == 1 && spec.colliders.empty() && !others)) return;
   placed(spec.bodies.front().place, [&] {
-    rigid_contact = std::make_unique<RigidContact>(Solids(std::move(solids), *particles, x.data()),
-                                                   std::move(surfaces), *particles);
+    rigid_contact = std::make_unique<RigidContact>(
+        Solids(std::move(solids), *particles, x.data()), std::move(surfaces), *particles,
+        spec.constraints.empty() ? nullptr : particles->holding());
   });
+  if (surface_contact) surface_contact->touch(rigid_contact->solids(), rigid_contact->surfaces());
 }
 
 bool Simulation::Impl::keep_bodies_apart(double t, double h) {

@@ -32,6 +32,7 @@ using Floats = V<float>;
 template <class Real>
 inline constexpr int kLanes = SIM_BITS / 8 / sizeof(Real);
 inline constexpr int kDoubles = kLanes<double>;
+using Mask = decltype(Doubles{} < Doubles{});  // of each lane all bits or none
 
 template <class Real>
 SIM_INLINE V<Real> load(const Real* p) {

@@ -39,6 +39,10 @@ SIM_INLINE bool any_above(Doubles v, double limit) {
   return _mm256_movemask_pd(above) != 0;
 }
 
+SIM_INLINE unsigned bits_of(Mask m) {
+  return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m));
+}
+
 SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
   const auto point = [&](int lane) { return points + 4 * std::ptrdiff_t{index[lane]}; };
   const double *a = point(0), *b = point(1), *c = point(2), *d = point(3);

@@ -47,6 +47,8 @@ SIM_INLINE bool any_above(Doubles v, double limit) {
   return _mm512_cmp_pd_mask((__m512d)v, (__m512d)splat<double>(limit), _CMP_NLE_UQ) != 0;
 }
 
+SIM_INLINE unsigned bits_of(Mask m) { return _mm512_movepi64_mask((__m512i)m); }
+
 // Loads and shuffles: gather instructions take three times as long.
 SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
   const auto pair = [&](int lane) __attribute__((always_inline)) {

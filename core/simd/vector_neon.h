@@ -27,6 +27,8 @@ SIM_INLINE Doubles seed(Doubles v) {
 }
 SIM_INLINE bool any_above(Doubles v, double limit) { return !(v[0] <= limit && v[1] <= limit); }
 
+SIM_INLINE unsigned bits_of(Mask m) { return static_cast<unsigned>((m[0] & 1) | (m[1] & 1) << 1); }
+
 // The instruction for a maximum gives NaN where one is not a number.
 SIM_INLINE Floats greater(Floats a, Floats b) { return a > b ? a : b; }
 

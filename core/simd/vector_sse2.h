@@ -48,6 +48,9 @@ SIM_INLINE bool any_above(Doubles v, double limit) {
   return _mm_movemask_pd(_mm_cmpnle_pd((__m128d)v, (__m128d)splat<double>(limit))) != 0;
 }
 
+// A bit a lane.
+SIM_INLINE unsigned bits_of(Mask m) { return static_cast<unsigned>(_mm_movemask_pd((__m128d)m)); }
+
 // The greater one, b where one is not a number.
 SIM_INLINE Floats greater(Floats a, Floats b) { return (Floats)_mm_max_ps((__m128)a, (__m128)b); }
 

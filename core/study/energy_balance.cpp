@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/particles/particle_system.h"
+
 namespace sim::study {
 EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
     : system_(&system), start_(system.energy()) {

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
+#include "core/particles/particle_system.h"
 
 namespace sim::study {
 MethodChoice Problem::integrator() const { return options.integrator.over(spec->integrator); }

@@ -9,9 +9,12 @@
 #include <string_view>
 #include <vector>
 
-#include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
 #include "core/study/quantity.h"
+
+namespace sim {
+class ParticleSystem;
+}
 
 namespace sim::study {
 

@@ -23,6 +23,10 @@ class Plane final : public sim::Solid {
  private:
   Distance distance(const sim::Vec3& x) const override { return {normal_.dot(x), normal_}; }
 
+  sim::PlainSurface plain_form() const override {
+    return {.form = sim::PlainSurface::Form::kPlane, .normal = normal_};
+  }
+
   sim::SolidShape form() const override { return sim::plane_shape({0, 0, 0}, normal_); }
 
   double least(const sim::Vec3& middle, const sim::Vec3& half) const override {

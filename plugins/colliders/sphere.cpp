@@ -19,6 +19,10 @@ class Sphere final : public sim::Solid {
     return {length - radius_, length > 0 ? sim::Vec3(x / length) : sim::Vec3(0, 1, 0)};
   }
 
+  sim::PlainSurface plain_form() const override {
+    return {.form = sim::PlainSurface::Form::kSphere, .radius = radius_};
+  }
+
   sim::SolidShape form() const override {
     sim::SolidShape shape{.form = sim::SolidShape::Form::kSphere};
     shape.radius = radius_;

@@ -539,8 +539,9 @@ local contact_class = class("contact", {})
 --   self        whether a surface touches itself, or only the others; default true
 --   strain_limit   > 0: edges of the surfaces are held to (1 + strain_limit) times their length at the
 --               start, as far as some sweeps over them reach; default: no limit
--- Errors: surfaces that cross or touch at the start (it names two triangles), a scene with
--- constraints, an adaptive method.
+-- Constraints stay obeyed where contact acts.
+-- Errors: surfaces that cross or touch at the start (it names two triangles), constraints with
+-- feedback, an adaptive method.
 local function make_contact(options)
   check_keys(options, { surfaces = true, thickness = true, friction = true, self = true,
     strain_limit = true }, "sim.contact")

@@ -100,6 +100,7 @@ int run(int argc, char** argv) {
   if (options.peers) {
     peers = measure_peers(options, registry);
     printer.print(peer_table(peers));
+    printer.print(contact_table(peers.contact));
   }
   printer.print(reach_table(kernel, variations, peers));
   if (all_agree(peers)) return 0;

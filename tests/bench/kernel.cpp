@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/particles/elements/triangle_mesh.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/memory.h"
 #include "tests/support/allocations.h"
@@ -147,9 +148,6 @@ Table kernel_table(const std::vector<KernelResult>& results, const Machine& mach
   return table;
 }
 
-namespace {
-
-// The cloth with a sphere below (or, with a gap < 0, above) its middle.
 sim::SystemSpec with_sphere(sim::SystemSpec cloth, double gap, double friction) {
   constexpr double kRadius = 0.4;
   sim::PartSpec sphere;
@@ -158,6 +156,27 @@ sim::SystemSpec with_sphere(sim::SystemSpec cloth, double gap, double friction) 
   sphere.given = {
       {"radius", kRadius}, {"center", sim::Vec3(0.5, height, 0.5)}, {"friction", friction}};
   cloth.colliders = {sphere};
+  return cloth;
+}
+
+namespace {
+
+// The cloth as it lies on the ground with all of it.
+sim::SystemSpec on_plane(sim::SystemSpec cloth) {
+  sim::PartSpec plane;
+  plane.plugin = "plane";
+  cloth.colliders = {plane};
+  return cloth;
+}
+
+// In a wind, without a breeze.
+sim::SystemSpec in_wind(sim::SystemSpec cloth, int n) {
+  sim::PartSpec wind;
+  wind.plugin = "wind";
+  wind.given = {{"velocity", sim::Vec3(1.5, 0, 0)},
+                {"surface", std::make_shared<const sim::TriangleMesh>(
+                                n * n, sim::grid_triangles({n, n, 1}, false))}};
+  cloth.forces.push_back(wind);
   return cloth;
 }
 
@@ -192,6 +211,9 @@ std::vector<Variation> measure_variations(const Options& options, sim::Registry&
        with_sphere(cloth, -0.1, 0), kSide, "verlet"},
       {"verlet, on", "verlet, and a sphere that the cloth lies on", with_sphere(cloth, 0.001, 0.5),
        kSide, "verlet"},
+      {"on a plane", "the cloth lies on a plane with all of it", on_plane(cloth)},
+      {"verlet, on a plane", "the same with verlet", on_plane(cloth), kSide, "verlet"},
+      {"wind", "wind on its surface, without a breeze", in_wind(cloth, kSide)},
   };
 
   std::vector<sim::Simulation> simulations;
@@ -232,7 +254,8 @@ Table variation_table(const std::vector<Variation>& variations) {
   };
   table.note("A sphere that is not touched takes " + more(7, 0) + " % more time of rk4 and " +
              more(10, 9) + " % of verlet, one that the cloth lies on " + more(8, 0) + " % and " +
-             more(11, 9) + " %.");
+             more(11, 9) + " %; a plane under all of it " + more(12, 0) + " % and " + more(13, 9) +
+             " %; wind on its surface " + more(14, 0) + " % of rk4.");
   return table;
 }
 

@@ -16,6 +16,9 @@ namespace sim_bench {
 // A simulation as a contestant; a run that leaves the finite numbers throws sim::Error{kDiverged}.
 Contestant contestant(sim::Simulation& simulation);
 
+// The cloth with a sphere below (or, with a gap < 0, above) its middle.
+sim::SystemSpec with_sphere(sim::SystemSpec cloth, double gap, double friction);
+
 struct KernelResult {
   int n = 0;               // particles a side
   std::string integrator;  // as `sim -i` takes it

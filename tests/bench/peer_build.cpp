@@ -46,6 +46,13 @@ std::vector<PeerKind> known_peers() {
        .program = "",
        .packages = "libopenmm-dev libopenmm-plugins",
        .link = {"-lOpenMM"}},
+      {.name = "bullet",
+       .method = "",
+       .header = "bullet/btBulletDynamicsCommon.h",
+       .program = "",
+       .packages = "libbullet-dev",
+       .link = {"-isystem", "/usr/include/bullet", "-lBulletSoftBody", "-lBulletDynamics",
+                "-lBulletCollision", "-lLinearMath"}},
   };
 }
 

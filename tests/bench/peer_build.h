@@ -17,7 +17,7 @@ enum class Accuracy {
 
 struct PeerKind {
   std::string name;    // tests/bench/peers/NAME.cpp
-  std::string method;  // ours that it is compared with
+  std::string method;  // ours that it is compared with; "": in contact only
   Accuracy accuracy = Accuracy::kSame;
   bool gas = false;                 // runs scenes/gas.lua, too
   int largest = 1024;               // particles a side it is tried with

@@ -1,6 +1,7 @@
 #include "tests/bench/peer_scene.h"
 
 #include <fstream>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -17,7 +18,7 @@ const sim::Value* find_value(const sim::SystemSpec& spec, const std::string& plu
   return nullptr;
 }
 
-void add_row(std::string& out, std::initializer_list<double> numbers) {
+void add_row(std::string& out, const std::vector<double>& numbers) {
   for (const double number : numbers) {
     sim::append_number(out, number);
     out += ' ';
@@ -25,7 +26,37 @@ void add_row(std::string& out, std::initializer_list<double> numbers) {
   out.back() = '\n';
 }
 
+// Center, radius, no cube, friction; zeros without a sphere.
+std::vector<double> numbers_of_sphere(const sim::SystemSpec& spec) {
+  for (const sim::PartSpec& part : spec.colliders)
+    if (part.plugin == "sphere") {
+      const auto center = std::get<sim::Vec3>(part.given.at("center"));
+      return {center[0], center[1],
+              center[2], number_of(part.given.at("radius")),
+              0,         number_of(part.given.at("friction"))};
+    }
+  return {0, 0, 0, 0, 0, 0};
+}
+
+void put(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out)
+    throw sim::Error(sim::ErrorKind::kIo, {"cannot write the scene", path.string(), "", ""});
+}
+
 }  // namespace
+
+void write_cubes(const std::filesystem::path& path, const Cubes& cubes) {
+  std::string text;
+  add_row(text, {1.0 * static_cast<double>(cubes.centers.size()), 0, 0});
+  add_row(text, {0, -9.81, 0, 0, cubes.h});
+  add_row(text, {0, 0, 0, 0});
+  add_row(text, {0, 0, 0, 0, cubes.half, cubes.friction});
+  for (const sim::Vec3& x : cubes.centers) add_row(text, {x[0], x[1], x[2], 0, 0, 0, cubes.mass});
+  put(path, text);
+}
 
 void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
                  const sim::Simulation& simulation) {
@@ -52,6 +83,7 @@ void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
     return value ? number_of(*value) : 0;
   };
   add_row(head, {of_pair("epsilon"), of_pair("sigma"), of_pair("cutoff"), of_pair("skin")});
+  add_row(head, numbers_of_sphere(spec));
   for (int i = 0; i < n; ++i) {
     const sim::ParticleSpec p = spec.particles->at(i);
     add_row(head, {p.position[0], p.position[1], p.position[2], p.velocity[0], p.velocity[1],
@@ -60,11 +92,7 @@ void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
   std::string pins;
   for (const int id : pinned) add_row(pins, {1.0 * id});
 
-  std::ofstream out(path, std::ios::binary);
-  out << head << springs << pins;
-  out.close();
-  if (!out)
-    throw sim::Error(sim::ErrorKind::kIo, {"cannot write the scene", path.string(), "", ""});
+  put(path, head + springs + pins);
 }
 
 }  // namespace sim_bench

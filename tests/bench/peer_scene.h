@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "core/scene/scene_spec.h"
 #include "core/scene/simulation.h"
@@ -13,5 +14,12 @@ namespace sim_bench {
 // file cannot be written.
 void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
                  const sim::Simulation& simulation);
+
+// Cubes on the plane y = 0 instead, at rest.
+struct Cubes {
+  std::vector<sim::Vec3> centers;                  // m
+  double half = 0, mass = 0, friction = 0, h = 0;  // m, kg, 1, s
+};
+void write_cubes(const std::filesystem::path& path, const Cubes& cubes);
 
 }  // namespace sim_bench

@@ -4,16 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <memory>
 
-#include "core/base/error.h"
-#include "core/base/text.h"
-#include "tests/bench/child.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/kernel.h"
-#include "tests/bench/peer_build.h"
+#include "tests/bench/peer.h"
 #include "tests/bench/peer_scene.h"
 
 namespace sim_bench {
@@ -22,72 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kGasSide = 46;  // 97336 particles
-
-// A peer that runs, as a contestant. Every command has an answer of one line.
-class Peer {
- public:
-  Peer(const PeerKind& kind, const fs::path& scene)
-      : kind_(kind), child_({peer_binary(kind).string(), scene.string()}, peer_log(kind).string()) {
-    about_ = answer("its first line");
-  }
-
-  // Lets it end by itself, so that it can clear up.
-  ~Peer() { child_.wait(); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
-  const PeerKind& kind() const { return kind_; }
-  const std::string& about() const { return about_; }
-
-  double run(long count) {
-    const std::string text = ask("run " + std::to_string(count));
-    const auto seconds = sim::parse_number(text);
-    if (!seconds) fail("it said '" + text + "' instead of a time");
-    return *seconds;
-  }
-
-  std::vector<double> positions_after(long count, std::size_t size) {
-    const fs::path file = peer_folder() / (kind_.name + ".positions");
-    ask("reset");
-    run(count);
-    ask("positions " + file.string());
-    std::vector<double> x(size);
-    std::ifstream in(file, std::ios::binary);
-    in.read(reinterpret_cast<char*>(x.data()), static_cast<std::streamsize>(size * sizeof(double)));
-    if (!in) fail("its positions cannot be read");
-    in.close();
-    fs::remove(file);
-    return x;
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& why) const {
-    throw sim::Error(sim::ErrorKind::kIo, {"peer " + kind_.name, peer_log(kind_).string(), why,
-                                           "see what it wrote there"});
-  }
-  std::string answer(const std::string& what) {
-    const auto line = child_.read_line();
-    if (!line) fail("it ended before " + what);
-    return *line;
-  }
-  std::string ask(const std::string& command) {
-    if (!child_.write(command + "\n")) fail("it ended before '" + command + "'");
-    return answer("the answer to '" + command + "'");
-  }
-
-  const PeerKind& kind_;
-  Child child_;
-  std::string about_;
-};
-
-std::vector<double> positions_of(const sim::Simulation& simulation) {
-  std::vector<double> x;
-  for (int i = 0; i < simulation.particles(); ++i) {
-    const sim::Vec3 p = simulation.position(i);
-    x.insert(x.end(), {p[0], p[1], p[2]});
-  }
-  return x;
-}
 
 double rms_distance(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
@@ -192,6 +121,7 @@ PeerReport measure_peers(const Options& options, sim::Registry& registry) {
   Contest gas{kGasSide, "verlet", load_gas(kGasSide, registry), 0.005, {}};
   std::ranges::copy_if(kinds, std::back_inserter(gas.kinds), &PeerKind::gas);
   measure_contest(gas, options, registry, report);
+  report.contact = measure_contact(kinds, options, registry);
   return report;
 }
 

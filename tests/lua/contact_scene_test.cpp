@@ -1,4 +1,5 @@
 // What sim.contact says of its mistakes, and what its scenes do.
+#include "core/particles/constraints/holding.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/all_crossings.h"
@@ -50,10 +51,13 @@ TEST_CASE("what contact of surfaces refuses", "[lua]") {
     CHECK(contains(error_of(sheet(contact)), words));
   }
   const std::string right = "sim.contact { surfaces = { skin }, thickness = 0.01 }";
-  CHECK(contains(error_of(sheet(right,
-                                ", constraints = { sim.constraint.distance { ties = {{0, 1}}, "
-                                "length = 0.1 } }")),
-                 "cannot have both"));
+  const auto beside_rods = [&](const std::string& more) {
+    return error_of(
+        sheet(right, ", constraints = { sim.constraint.distance { ties = {{0, 1}}, length = 0.1" +
+                         more + " } }"));
+  };
+  CHECK(beside_rods("").empty());
+  CHECK(contains(beside_rods(", feedback = 10"), "leave feedback out"));
   std::string adaptive = sheet(right);
   adaptive.replace(adaptive.find("verlet"), 6, "dopri5");
   CHECK(contains(error_of(adaptive), "use verlet, rk4 or another method of fixed steps"));
@@ -88,6 +92,7 @@ TEST_CASE("the scenes of contact never cross", "[lua][scenes]") {
   const std::pair<const char*, sim::test::Settings> scenes[] = {
       {"scenes/drape_self.lua", {}},
       {"scenes/fold.lua", {{"n", "12"}}},
+      {"scenes/folded.lua", {{"n", "10"}}},
       {"scenes/ring.lua", {{"n", "9"}, {"speed", "1.6"}}},
       {"scenes/twist.lua", {{"n", "10"}, {"period", "0.3"}}}};
   for (const auto& [file, settings] : scenes) {
@@ -108,5 +113,34 @@ TEST_CASE("the scenes of contact never cross", "[lua][scenes]") {
     for (std::int64_t n = 0; n < steps && free.step(); ++n)
       if (n % 20 == 0) most = std::max(most, crossings(free, spec));
     CHECK(most > 0);
+  }
+}
+
+TEST_CASE("a box comes to rest on a cloth that lies on itself", "[lua][scenes]") {
+  for (const char* const mass : {"0.2", "5"}) {
+    INFO(mass);
+    Registry registry({SIM_PLUGIN_DIR});
+    const SystemSpec spec = load("scenes/folded.lua", {{"n", "10"}, {"mass", mass}}).systems[0];
+    Simulation system(spec, registry);
+    const double layer = spec.contact->thickness;
+    Vec3 before;
+    while (system.t() < system.duration()) {
+      REQUIRE(system.step());
+      if (system.step_count() % 50 == 0) REQUIRE(crossings(system, spec) == 0);
+      if (system.t() < system.duration() - 0.1) before = system.body_state(0).center;
+    }
+    // Two layers at least are below it, and no particle is in it.
+    const RigidState box = system.body_state(0);
+    CHECK(box.center.y() > 0.06 + 0.9 * layer);
+    CHECK(box.center.y() < 0.15);
+    CHECK((box.center - before).norm() < 0.005);
+    double deepest = 0;
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 at = transposed(box.axes) * (system.position(i) - box.center);
+      const Vec3 depth = Vec3(0.12, 0.06, 0.1) - at.cwiseAbs();
+      deepest = std::max(deepest, std::min({depth.x(), depth.y(), depth.z()}));
+    }
+    CHECK(deepest < 0.02 * layer);
+    CHECK(system.holding()->drift(system.t(), system.state().data()).position < 1e-12);
   }
 }

@@ -109,7 +109,7 @@ TEST_CASE("patches of a graph are connected, of about the wanted size, and leave
   }
   std::vector<std::uint8_t> left_out(kNodes);
   left_out[7] = 1;
-  const Graph graph = graph_of(kNodes, edges);
+  const PatchGraph graph = graph_of(kNodes, edges);
   const Patches patches = gather_patches(graph, left_out, 16);
   CHECK(patches.of[7] == -1);
   CHECK(patches.count >= kNodes / 24);

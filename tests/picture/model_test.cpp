@@ -147,6 +147,41 @@ TEST_CASE("a camera that is given is kept") {
   CHECK(dot(view.eye.forward, sim::raster::unit(view.point({0, 0, 0}) - eye)) == Approx(1));
 }
 
+TEST_CASE("a picture says what it cannot show") {
+  Seen seen = cloth(4, 0);
+  const auto says = [&](const Look& look, const std::string& words) {
+    const sim::Picture picture =
+        sim::Scenery(seen.models, seen.moments, look).picture(seen.moments.size() - 1);
+    return std::any_of(picture.texts.begin(), picture.texts.end(),
+                       [&](const auto& text) { return text.text.find(words) != text.text.npos; });
+  };
+  Look within;
+  sim::read_camera("eye=0.1,-0.3,0.2 at=0,0,0", within);
+  CHECK_FALSE(says({}, "particles"));
+  CHECK_FALSE(says(within, "camera"));
+
+  sim::SolidShape ball{.form = sim::SolidShape::Form::kSphere, .center = {0, -0.3, 0}};
+  ball.radius = 0.3;
+  sim::SolidShape box{.form = sim::SolidShape::Form::kBox, .center = {0, -0.3, 0}};
+  box.axes = {sim::Vec3{0.2, 0, 0}, sim::Vec3{0, 0.1, 0}, sim::Vec3{0, 0, 0.3}};
+  sim::SolidShape capsule{.form = sim::SolidShape::Form::kCapsule, .center = {0, -0.3, 0}};
+  capsule.axes[0] = {0, 0, 0.15}, capsule.radius = 0.12;
+  for (const sim::SolidShape& solid : {ball, box, capsule}) {
+    seen.moments[0][0].solids = {solid};
+    CHECK(says(within, "the camera is inside of a solid"));
+    CHECK_FALSE(says({}, "camera"));
+  }
+  seen.moments[0][0].solids[0].inside = true;  // a room
+  CHECK_FALSE(says(within, "camera"));
+
+  seen.moments.push_back(seen.moments[0]);
+  std::vector<double>& x = seen.moments[1][0].x;
+  x[9] = 1e6, x[13] = -1e9;
+  x[16] = std::nan("");
+  CHECK(says({}, "2 of 16 particles are too far away to be shown"));
+  CHECK(says({}, "1 of 16 particles have positions that are not numbers"));
+}
+
 TEST_CASE("strain of a spring is shown where it is") {
   Seen seen = cloth(4, 0);
   sim::Frame& frame = seen.moments[0][0];

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/particles/fluid/fluid_forces.h"
+#include "core/particles/particle_system.h"
 #include "core/study/energy_balance.h"
 #include "tests/support/scenes.h"
 

@@ -166,6 +166,18 @@ TEST_CASE("a cloth falls on a sphere in implicit steps, and nothing is inside") 
   }
 }
 
+TEST_CASE("rounds find the friction of a cloth that slips and sticks on a sphere") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(12, {.pinned = false});
+  spec.colliders = {make_part(
+      "sphere", {{"radius", 0.26}, {"center", Vec3(0.47, -0.27, 0.47)}, {"friction", 0.5}})};
+  sim::Simulation cloth(spec, registry, {.integrator = {"implicit_midpoint"}, .dt = 0.001});
+  REQUIRE(run(cloth, 500));
+  CHECK(cloth.contact_work().lost > 0);
+  CHECK(cloth.integrator().effort().newton <
+        8 * 500);  // rounds that come to no end take twice as many
+}
+
 TEST_CASE("a plane that nothing comes near changes no bit of implicit methods") {
   sim::Registry registry = make_registry();
   sim::SystemSpec with = make_cloth(6);

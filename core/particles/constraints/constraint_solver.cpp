@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/constraint_solver.h"
 
 namespace sim {
 namespace {
@@ -120,20 +120,19 @@ bool ConstraintSolver::settle_velocities(std::span<const double> weights, const 
   return true;
 }
 
-bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q, const Axes& v,
-                              double* memory, bool near) {
+bool ConstraintSolver::place(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                             const double* memory, bool near) {
   constexpr int kMost = 60;
   failure_ = Failure::kNone;
   const std::span<const double> weights = constraints_->weights();
   const double size = std::max(constraints_->size(), size_of(q, v, 0, weights.size()));
   double before = HUGE_VAL;
-  bool exact = false;
+  exact_ = false;
   for (int turn = 0;; ++turn) {
     if (!evaluate(t, like, q, v, memory, values_)) return false;
     const double now = values_.largest_phi();
-    exact = false;
     if (now <= kRoundings * size) {
-      if (turn == 0 && !near) matrix_.factorise(values_.gradient(), weights), exact = true;
+      if (turn == 0 && !near) matrix_.factorise(values_.gradient(), weights), exact_ = true;
       break;
     }
     const bool slow = turn > 0 && !(now < 0.1 * before);
@@ -144,7 +143,13 @@ bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q,
     std::ranges::copy(values_.phi(), rest_.begin());
     remove(weights, values_, q);
   }
-  return settle_velocities(weights, values_, v, exact);
+  return true;
+}
+
+bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                              double* memory, bool near) {
+  return place(t, like, q, v, memory, near) &&
+         settle_velocities(constraints_->weights(), values_, v, exact_);
 }
 
 bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const Axes& q,
@@ -192,6 +197,21 @@ bool ConstraintSolver::hold(double t, const ParticleView& like, const Axes& q, c
   if (!evaluate(t, like, q, v, memory, values_)) return false;
   matrix_.factorise(values_.gradient(), weights);
   return settle_velocities(weights, values_, v, true);
+}
+
+bool ConstraintSolver::begin_projections(double t, const ParticleView& like, const Axes& q,
+                                         const Axes& v, const double* memory) {
+  failure_ = Failure::kNone;
+  if (!evaluate(t, like, q, v, memory, values_)) return false;
+  matrix_.factorise(values_.gradient(), constraints_->weights());
+  return true;
+}
+
+void ConstraintSolver::project(const Axes& v, bool with_drive) {
+  values_.times(v.data(), rest_.data());
+  if (with_drive)
+    for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] += values_.drive()[r];
+  remove(constraints_->weights(), values_, v);
 }
 
 }  // namespace sim

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/particles/constraints/holding_force.h"
-#include "core/particles/constraints/row_matrix.h"
 #include "core/particles/constraints/row_values.h"
 
 namespace sim {
@@ -49,60 +48,6 @@ class Constraints {
   std::vector<std::string> notes_;
   double feedback_ = 0, size_ = 0;
   std::size_t memory_ = 0;
-};
-
-// The equations at one state after the other, with all memory that takes. One for each user: what
-// one has factorised stays.
-class ConstraintSolver {
- public:
-  using Axes = Constraints::Axes;
-
-  explicit ConstraintSolver(const Constraints& constraints);
-
-  // a += W J^T lambda with J (a + W J^T lambda) + bias = -2 c (J v + drive) - c^2 phi, where c is
-  // the feedback: d2 phi / dt2 = 0 without it (Witkin (1997), Constrained dynamics; the feedback is
-  // of Baumgarte (1972)). multipliers() has lambda, in N. False where a number is not finite.
-  bool accelerate(const ParticleView& view, const double* memory, const Axes& a);
-
-  // Puts q and v to the nearest state, in the metric of the masses, with phi = 0 and
-  // J v + drive = 0 (Hairer, Lubich & Wanner (2006), section IV.4). near: the last factors are of
-  // a state so near that they serve as well. False where there is none in reach.
-  bool settle(double t, const ParticleView& like, const Axes& q, const Axes& v, double* memory,
-              bool near);
-
-  // RATTLE's parts (Andersen (1983), J. Comput. Phys. 52, 24-34), in the metric of `weights`.
-  // v += W J^T mu with J at q, such that q + d v obeys the equations at t + d.
-  bool lead(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
-            const double* memory, std::span<const double> weights, bool factorised);
-  // v += W J^T nu, J at q, such that J v + drive = 0.
-  bool hold(double t, const ParticleView& like, const Axes& q, const Axes& v, const double* memory,
-            std::span<const double> weights);
-
-  std::span<const double> multipliers() const { return lambda_; }
-  const RowValues& values() const { return values_; }
-  const RowMatrix& matrix() const { return matrix_; }
-
-  // Why the last call failed; empty where it did not.
-  std::string refusal() const;
-
- private:
-  enum class Failure { kNone, kNotFinite, kTooFar };
-
-  bool evaluate(double t, ParticleView like, const Axes& q, const Axes& v, const double* memory,
-                RowValues& values);
-  bool fail(Failure failure, const RowValues& values);
-  void remove(std::span<const double> weights, const RowValues& values, const Axes& from);
-  bool settle_velocities(std::span<const double> weights, const RowValues& values, const Axes& v,
-                         bool exact);
-
-  const Constraints* constraints_;
-  RowValues values_, other_;
-  RowMatrix matrix_;
-  std::vector<double> lambda_, rest_;
-  std::vector<double> led_;  // positions on trial
-  Failure failure_ = Failure::kNone;
-  int worst_ = 0;      // row of the failure
-  double missed_ = 0;  // by how much
 };
 
 }  // namespace sim

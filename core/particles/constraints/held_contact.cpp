@@ -45,8 +45,8 @@ void HeldContact::find_near(double t, double r, const double* from, const double
     return Way::between(r, begin.position(i), begin.velocity(i), end.position(i), end.velocity(i))
         .length();
   };
-  for (int first = 0; first < end.n; first += kAtOnce) {
-    const int last = std::min(first + kAtOnce, end.n);
+  for (int first = 0; first < holding_->touching_count(); first += kAtOnce) {
+    const int last = std::min(first + kAtOnce, holding_->touching_count());
     Vec3 low = end.position(first), high = low;
     double longest = 0;
     for (int i = first; i < last; ++i) {

@@ -10,6 +10,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/constraints/holding.h"
 #include "core/particles/constraints/pushes.h"
+#include "core/particles/particles.h"
 #include "core/particles/way.h"
 
 namespace sim {

@@ -7,6 +7,7 @@
 #include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/particles/constraints/touching_forces.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 namespace {
@@ -80,6 +81,28 @@ bool Holding::settle(double t, double* state, bool near) {
   return settled;
 }
 
+bool Holding::place(double t, double* state, bool near) {
+  const Layout& layout = particles_->layout();
+  return solver_->place(t, particles_->view(t, state), layout.axes(state), layout.axes(state, 3),
+                        state + memory_begin(), near);
+}
+
+bool Holding::still(double t, double* state) {
+  const Layout& layout = particles_->layout();
+  return solver_->hold(t, particles_->view(t, state), layout.axes(state), layout.axes(state, 3),
+                       state + memory_begin(), constraints_.weights());
+}
+
+bool Holding::begin_projections(double t, double* state) {
+  const Layout& layout = particles_->layout();
+  return solver_->begin_projections(t, particles_->view(t, state), layout.axes(state),
+                                    layout.axes(state, 3), state + memory_begin());
+}
+
+void Holding::project(const Constraints::Axes& v, bool with_drive) {
+  solver_->project(v, with_drive);
+}
+
 void Holding::start(double* state) {
   const Layout& layout = particles_->layout();
   double* const memory = state + memory_begin();
@@ -133,7 +156,8 @@ std::vector<HoldingForce> Holding::forces(double t, const double* state) {
   if (!observe(now, state)) return list;
   std::span<const double> multipliers = observer_->multipliers();
   if (joins_contact()) {
-    if (!touching_) touching_ = std::make_unique<TouchingForces>(*particles_, constraints_);
+    if (!touching_)
+      touching_ = std::make_unique<TouchingForces>(*particles_, constraints_, touching_count_);
     multipliers = touching_->multipliers(now, observer_->values());
   }
 
@@ -186,6 +210,14 @@ double Holding::driving_power(double t, const double* state) {
         power -= observer_->multipliers()[r] *
                  observer_->values().gradient()[e].dot(view.velocity(pattern.ids[e]));
   return power;
+}
+
+std::size_t Holding::memory_begin() const noexcept {
+  return particles_->layout().size() + particles_->memory_size();
+}
+
+bool Holding::joins_contact() const {
+  return touching_count_ > 0 && !particles_->contacts().empty();
 }
 
 ConstraintDrift Holding::drift(double t, const double* state) const {

@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/constraint_solver.h"
 #include "core/particles/constraints/holding_force.h"
-#include "core/particles/particles.h"
 
 namespace sim {
+
+class Particles;
 
 // States are those of the particles, behind which lie the numbers of the constraints.
 class Holding {
@@ -24,9 +25,7 @@ class Holding {
 
   const Constraints& constraints() const noexcept { return constraints_; }
   // Where their numbers lie in a state, and how many these are.
-  std::size_t memory_begin() const noexcept {
-    return particles_->layout().size() + particles_->memory_size();
-  }
+  std::size_t memory_begin() const noexcept;
   std::size_t memory_size() const noexcept { return constraints_.memory_size(); }
 
   // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
@@ -37,13 +36,23 @@ class Holding {
   // Puts a state among those allowed; near: it is the end of a step whose last evaluation was near.
   bool settle(double t, double* state, bool near);
 
+  // The two halves of that, of positions and of velocities; numbers of constraints stay.
+  bool place(double t, double* state, bool near);
+  bool still(double t, double* state);
+
+  // For others who solve beside the constraints: at this state v := the nearest velocities that are
+  // allowed; without their drive: changes of velocities.
+  bool begin_projections(double t, double* state);
+  void project(const Constraints::Axes& v, bool with_drive);
+
   // Why the last step found no allowed state; empty where it did.
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }
 
-  // Particles of which constraints join some touch colliders.
-  void join_contact(bool joined) { joined_touch_ = joined; }
-  bool joins_contact() const { return joined_touch_ && !particles_->contacts().empty(); }
+  // Of the first so many particles, of which constraints join some, each touches colliders.
+  void join_contact(int count) { touching_count_ = count; }
+  int touching_count() const { return touching_count_; }
+  bool joins_contact() const;
 
   // Of any state; they leave nothing behind.
   std::vector<HoldingForce> forces(double t, const double* state);
@@ -59,7 +68,7 @@ class Holding {
   Constraints constraints_;
   std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
   std::unique_ptr<class TouchingForces> touching_;       // where particles touch something
-  bool joined_touch_ = false;
+  int touching_count_ = 0;
   std::string refusal_;
   std::vector<std::string> notes_;
 };

@@ -10,17 +10,17 @@ namespace sim {
 
 // J y + rest = 0. What is given outlives it.
 struct LinearRows : PushSolver::Wanted {
-  LinearRows(const RowValues& of, const PushSolver::Axes& at, std::span<const double> rest)
-      : values(of), y(at), constant(rest) {}
+  LinearRows(const RowValues& of, const PushSolver::Axes& of_all, std::span<const double> rest)
+      : values(of), all(of_all), constant(rest) {}
 
   bool rows(std::span<double> rest) override {
-    values.times(y.data(), rest.data());
+    values.times(all.data(), rest.data());
     for (std::size_t r = 0; r < rest.size(); ++r) rest[r] += constant[r];
     return true;
   }
 
   const RowValues& values;
-  const PushSolver::Axes& y;
+  const PushSolver::Axes& all;
   std::span<const double> constant;
 };
 

@@ -7,6 +7,7 @@
 
 #include "core/particles/collider.h"
 #include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/row_matrix.h"
 
 namespace sim {
 

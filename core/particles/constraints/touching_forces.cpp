@@ -15,8 +15,11 @@ constexpr double kFarther = 1e6;  // of accelerations: what a slip is against th
 
 }  // namespace
 
-TouchingForces::TouchingForces(Particles& particles, const Constraints& constraints)
-    : particles_(&particles), solver_(constraints), a_(Layout(particles.layout().n(), 3).size()) {}
+TouchingForces::TouchingForces(Particles& particles, const Constraints& constraints, int count)
+    : particles_(&particles),
+      count_(count),
+      solver_(constraints),
+      a_(Layout(particles.layout().n(), 3).size()) {}
 
 // What lies on surfaces and does not leave them. Along the normal gap'' = n.a + (n.(v - u))' on the
 // straight way is wanted to be 0 or more.
@@ -24,7 +27,7 @@ void TouchingForces::find(const ParticleView& now, const Constraints::Axes& a) {
   pushes_.clear();
   double largest = 0;
   for (int i = 0; i < now.n; ++i) largest = std::max(largest, vector_at(a, i).norm());
-  for (int i = 0; i < now.n; ++i) {
+  for (int i = 0; i < count_; ++i) {
     if (!now.free(i)) continue;
     const Vec3 x = now.position(i), v = now.velocity(i);
     for (Collider* const collider : particles_->contacts().all()) {

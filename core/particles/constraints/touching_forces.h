@@ -13,7 +13,8 @@ namespace sim {
 
 class TouchingForces {
  public:
-  TouchingForces(Particles& particles, const Constraints& constraints);
+  // count: of the particles that touch colliders, the first.
+  TouchingForces(Particles& particles, const Constraints& constraints, int count);
 
   // N, of each row at this state: with J a + bias = 0, and surfaces that push what lies on them.
   // values: of the rows there. Without surfaces where that has no end.
@@ -23,6 +24,7 @@ class TouchingForces {
   void find(const ParticleView& now, const Constraints::Axes& a);
 
   Particles* particles_;
+  int count_;
   PushSolver solver_;
   Array a_;
   std::vector<Push> pushes_;

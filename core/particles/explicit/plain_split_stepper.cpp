@@ -192,7 +192,9 @@ void PlainSplitStepper::settle(double t, double h, std::size_t i, const double* 
     if (!settles_inside_) {
       if (last) settling_->end(t, h, layout.axes(x), layout.axes(x, 3), q, v, begin, end);
     } else if (last) {
-      settling_->kicked(t + h, {q[0], q[1], q[2]}, v, begin, end, [](int) {});
+      LyingKick kick;
+      for (std::size_t axis = 0; axis < 3; ++axis) kick.q[axis] = q[axis], kick.v[axis] = v[axis];
+      settling_->kicked(t + h, kick, begin, end);
     } else {
       settling_->drifted(t, h, layout.axes(x), layout.axes(x, 3), q, v, begin, end);
     }

@@ -8,6 +8,7 @@
 
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/extent.h"
+#include "core/particles/explicit/lying.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -36,34 +37,46 @@ class Settling {
   //   p(s) = q0 + s h v0 + s^2 (q - q0 - h v0)
   void drifted(double t, double h, const In& q0, const In& v0, const Out& q, const Out& v,
                int begin, int end);
-  // Of [begin, end) the first that will be held after the second kick, or end.
-  int next_held(int begin, int end) const {
-    const std::uint8_t* const from = pressed_.data() + begin;
-    const void* const at = std::memchr(from, 1, static_cast<std::size_t>(end - begin));
-    return at ? begin + static_cast<int>(static_cast<const std::uint8_t*>(at) - from) : end;
+  // Will any of [begin, end) be held after the second kick? begin: a multiple of 8.
+  bool will_hold(int begin, int end) const {
+    int i = begin;
+    for (; i + 4 * kLanes <= end; i += 4 * kLanes)
+      if ((pressed_by(i) | pressed_by(i + kLanes) | pressed_by(i + 2 * kLanes) |
+           pressed_by(i + 3 * kLanes)) != 0)
+        return true;
+    for (; i < end; i += kLanes)
+      if (pressed_by(i) != 0) return true;
+    return false;
   }
-  // After the second kick, at time t. changed(i) hears of every particle that was held.
-  template <class Changed>
-  void kicked(double t, const In& q, const Out& v, int begin, int end, const Changed& changed) {
-    for (int i = next_held(begin, end); i < end; i = next_held(i + 1, end)) {
-      const Vec3 before(v[0][i], v[1][i], v[2][i]);
-      const Vec3 held = hold(t, i, Vec3(q[0][i], q[1][i], q[2][i]), before);
-      for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = held[axis];
-      changed(i);
-    }
-  }
+  // After the second kick, at time t, those that are pressed on; and what follows from a velocity
+  // that was held, as if it had been so before. Of `kick` all but surface and friction is given.
+  void kicked(double t, LyingKick kick, int begin, int end);
 
  private:
-  bool near(double t, double h, const In* from, const In& v0, const Out& q, const Out& v, int begin,
-            int end) const;
-  template <class WayOf>
-  void settle(double t, double h, const In* from, const In& v0, const Out& q, const Out& v,
-              int begin, int end, bool hold_too, const WayOf& way_of);
-  Vec3 hold(double t, int i, const Vec3& q, const Vec3& v);
+  static constexpr int kLanes = 8;
+
+  struct Room {
+    Vec3 middle, half;   // m, of the box that particles are in
+    double longest = 0;  // m, of their ways
+  };
+
+  Room room_of(const LyingStep& step, int begin, int end) const;
+  int alone(double t, const Room& room, LyingStep& step) const;
+  void settle(double t, LyingStep& step, int begin, int end);
+  void settle_one(double t, const LyingStep& step, int i);
+  void enter(const LyingStep& step, int i, unsigned bits, const Lying& lying);
+  std::uint64_t pressed_by(int i) const {  // of eight particles
+    std::uint64_t bytes;
+    std::memcpy(&bytes, pressed_.data() + i, sizeof bytes);
+    return bytes;
+  }
+  void hold_one(double t, const LyingKick& kick, int i);
 
   Particles* particles_;
   ExtentOf extent_of_ = extent_of();
-  std::vector<std::uint8_t> pressed_;  // of each particle, 0 or 1
+  LyingKernels lying_ = lying_kernels();
+  // Of each particle: 0, kSingly, or which of the colliders presses it alone, from kAlone on.
+  std::vector<std::uint8_t> pressed_;
 };
 
 // Steps of a stepper that keeps nothing of them, settled at their ends.

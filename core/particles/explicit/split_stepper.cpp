@@ -177,7 +177,7 @@ typename SplitStepper<Real>::Settle SplitStepper<Real>::settle_of(int step, std:
 template <class Real>
 bool SplitStepper<Real>::kick(Rings<Real>& rings, std::size_t s, int begin, int end) {
   const KickStage<Real>& stage = stages_[s];
-  if (!stage.a[0] || settling_->next_held(begin, end) < end)
+  if (!stage.a[0] || settling_->will_hold(begin, end))
     return kernels_.kick(rings, system_->motion(), stage, begin, end);
   KickStage<Real> free = stage;
   for (Real*& a : free.a) a = nullptr;
@@ -192,19 +192,18 @@ void SplitStepper<Real>::settle(std::size_t s, int begin, int end) {
     const KickStage<double>& stage = stages_[s];
     const double t = t_ + at.start * h_;
     if (at.holds) {
-      // What follows from the velocity, as if it had been held before.
-      const auto follow = [&](int i) {
-        if (!closes_) return;
-        const Kick& kick = stage.next_kick;
-        const double keep = kick.keeps ? kick.keeps[i] : kick.keep;
-        const double gain = kick.keeps ? kick.gains[i] : kick.gain;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          at.v_after[axis][i] = std::fma(gain, stage.a[axis][i], keep * at.v[axis][i]);
-          if (at.drifts)
-            at.q_next[axis][i] = std::fma(stage.drift, at.v_after[axis][i], at.q[axis][i]);
-        }
-      };
-      settling_->kicked(t + h_, std::to_array(stage.q), at.v, begin, end, follow);
+      LyingKick kick;
+      kick.next = stage.next_kick;
+      kick.drift = stage.drift;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        kick.q[axis] = stage.q[axis];
+        kick.v[axis] = at.v[axis];
+        if (!closes_) continue;
+        kick.a[axis] = stage.a[axis];
+        kick.v_after[axis] = at.v_after[axis];
+        if (at.drifts) kick.q_next[axis] = at.q_next[axis];
+      }
+      settling_->kicked(t + h_, kick, begin, end);
     }
     // A drift behind the second kick is that of the next step.
     const double start = at.holds ? t + h_ : t;

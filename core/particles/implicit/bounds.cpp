@@ -88,7 +88,8 @@ Vec3 Bound::nearest(const Vec3& v) {
   return point;
 }
 
-Vec3 Bound::left_of(const Vec3& gradient) {
+Vec3 Bound::left_of(const Vec3& gradient, const Vec3& v) {
+  friction = rub.at(v);
   const Vec3 all = gradient + friction;
   if (stuck) {
     active = kStuck;

@@ -12,15 +12,36 @@ struct HalfSpace {
   double least = 0;      // normal.v >= least, m/s
 };
 
+// Friction on a surface with a normal n that moves at the velocity u, near a slip w: what
+// mu |push| (v - u) / |v - u| is to first order, the size along w and a drag across it; or, with no
+// direction, a drag alone (Kacanov's iteration), which cannot turn a slip round.
+struct Friction {
+  double drag = 0;                         // kg, mu |push| / |w|
+  Vec3 direction{0, 0, 0};                 // w / |w|; or 0
+  double size = 0;                         // kg m/s, mu |push|; or 0
+  Vec3 normal{0, 1, 0}, carrier{0, 0, 0};  // n; u in m/s
+
+  Mat3 slope() const {
+    return drag * (Mat3::Identity() - outer(normal, normal) - outer(direction, direction));
+  }
+  Vec3 at(const Vec3& v) const { return size * direction + slope() * (v - carrier); }
+  // kg m^2/s^2, whose gradient that is.
+  double potential(const Vec3& v) const {
+    const Vec3 slip = v - carrier;
+    return size * direction.dot(slip) + 0.5 * slip.dot(slope() * slip);
+  }
+};
+
 // Of one particle, what its stage equation knows of contact: up to three half-spaces, and friction
-// as a force.
+// along the first.
 struct Bound {
   static constexpr int kMost = 3;
   static constexpr unsigned kStuck = 1u << kMost;
 
   int particle = 0, count = 0;
   HalfSpace planes[kMost];
-  Vec3 friction{0, 0, 0};  // kg m/s, in the gradient
+  Friction rub;            // against what slips
+  Vec3 friction{0, 0, 0};  // kg m/s, of that, in the gradient
   bool stuck = false;      // v = held, and nothing else
   Vec3 held{0, 0, 0};      // m/s
 
@@ -39,7 +60,7 @@ struct Bound {
   bool catches(const Vec3& v, const Vec3& d);
   // The part of a gradient along which its potential can still fall; the rest is the push. Planes
   // that would have to pull let go.
-  Vec3 left_of(const Vec3& gradient);
+  Vec3 left_of(const Vec3& gradient, const Vec3& v);
 
  private:
   void find_ways();

@@ -77,12 +77,13 @@ double largest_of(const std::array<const double*, 3>& r, int n) {
 
 }  // namespace
 
-Patches Multilevel::patches_of(const StageMatrix& matrix, const Particles& system, Graph& between) {
+Patches Multilevel::patches_of(const StageMatrix& matrix, const Particles& system,
+                               PatchGraph& between) {
   std::vector<std::pair<int, int>> pairs;
   matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
   std::vector<std::uint8_t> pinned;
   for (const double mass : system.masses()) pinned.push_back(std::isinf(mass));
-  const Graph graph = graph_of(system.layout().n(), pairs);
+  const PatchGraph graph = graph_of(system.layout().n(), pairs);
   Patches patches = gather_patches(graph, pinned, kWanted);
   between = graph_between(graph, patches);
   return patches;
@@ -90,7 +91,7 @@ Patches Multilevel::patches_of(const StageMatrix& matrix, const Particles& syste
 
 Multilevel::Multilevel(const StageMatrix& matrix, const Particles& system)
     : half_(matrix.layout()), springs_(system) {
-  Graph between;
+  PatchGraph between;
   patches_ = patches_of(matrix, system, between);
   rigid_.emplace(between, true);
   const auto n = static_cast<std::size_t>(half_.n());

@@ -24,7 +24,8 @@ class Multilevel {
 
  private:
   static constexpr int kRow = RigidKernels::kRow;
-  static Patches patches_of(const StageMatrix& matrix, const Particles& system, Graph& between);
+  static Patches patches_of(const StageMatrix& matrix, const Particles& system,
+                            PatchGraph& between);
   int patch(int i) const { return patches_.of[static_cast<std::size_t>(i)]; }
   template <class Visit>  // visit(i) of the particles of a patch
   void each_member(std::size_t patch, Visit visit) const {

@@ -10,11 +10,11 @@ struct Edge {
   int from, to, weight;
 };
 
-Graph joined(int nodes, std::vector<Edge> edges) {
+PatchGraph joined(int nodes, std::vector<Edge> edges) {
   std::ranges::sort(edges, [](const Edge& a, const Edge& b) {
     return a.from != b.from ? a.from < b.from : a.to < b.to;
   });
-  Graph graph;
+  PatchGraph graph;
   graph.begin.reserve(static_cast<std::size_t>(nodes) + 1);
   for (std::size_t at = 0; at < edges.size();) {
     const Edge& edge = edges[at];
@@ -30,7 +30,7 @@ Graph joined(int nodes, std::vector<Edge> edges) {
 }
 
 template <class Visit>  // visit(to, weight)
-void at_node(const Graph& graph, int node, Visit visit) {
+void at_node(const PatchGraph& graph, int node, Visit visit) {
   const auto i = static_cast<std::size_t>(node);
   for (int at = graph.begin[i]; at < graph.begin[i + 1]; ++at)
     visit(graph.to[static_cast<std::size_t>(at)], graph.weight[static_cast<std::size_t>(at)]);
@@ -38,7 +38,7 @@ void at_node(const Graph& graph, int node, Visit visit) {
 
 class Gatherer {
  public:
-  Gatherer(const Graph& graph, std::span<const std::uint8_t> left_out, int wanted)
+  Gatherer(const PatchGraph& graph, std::span<const std::uint8_t> left_out, int wanted)
       : graph_(graph), wanted_(static_cast<std::size_t>(wanted)) {
     const auto n = static_cast<std::size_t>(graph.nodes());
     patches_.of.assign(n, kLeft);
@@ -100,7 +100,7 @@ class Gatherer {
     return nearest;
   }
 
-  const Graph& graph_;
+  const PatchGraph& graph_;
   std::size_t wanted_;
   Patches patches_;
   std::vector<int> pull_, members_, rim_;  // weights of edges to the patch at hand; around it
@@ -108,7 +108,7 @@ class Gatherer {
 
 }  // namespace
 
-Graph graph_of(int nodes, std::span<const std::pair<int, int>> edges) {
+PatchGraph graph_of(int nodes, std::span<const std::pair<int, int>> edges) {
   std::vector<Edge> both;
   both.reserve(2 * edges.size());
   for (const auto& [a, b] : edges) {
@@ -118,11 +118,12 @@ Graph graph_of(int nodes, std::span<const std::pair<int, int>> edges) {
   return joined(nodes, std::move(both));
 }
 
-Patches gather_patches(const Graph& graph, std::span<const std::uint8_t> left_out, int wanted) {
+Patches gather_patches(const PatchGraph& graph, std::span<const std::uint8_t> left_out,
+                       int wanted) {
   return Gatherer(graph, left_out, wanted).all();
 }
 
-Graph graph_between(const Graph& graph, const Patches& patches) {
+PatchGraph graph_between(const PatchGraph& graph, const Patches& patches) {
   std::vector<Edge> edges;
   for (int node = 0; node < graph.nodes(); ++node) {
     const int from = patches.of[static_cast<std::size_t>(node)];

@@ -9,7 +9,7 @@
 namespace sim {
 
 // Undirected: an edge stands at both its ends, and weighs as often as it was given.
-struct Graph {
+struct PatchGraph {
   std::vector<int> begin;  // of the edges of each node, one more at the end
   std::vector<int> to, weight;
 
@@ -21,13 +21,13 @@ struct Patches {
   std::vector<int> of;  // of each node; -1: in none
 };
 
-Graph graph_of(int nodes, std::span<const std::pair<int, int>> edges);
+PatchGraph graph_of(int nodes, std::span<const std::pair<int, int>> edges);
 
 // Of `wanted` nodes each: a patch takes in whatever neighbour has the heaviest edges to it, so that
 // it stays round; what is then left between others joins one of them. In the order of the nodes.
-Patches gather_patches(const Graph& graph, std::span<const std::uint8_t> left_out, int wanted);
+Patches gather_patches(const PatchGraph& graph, std::span<const std::uint8_t> left_out, int wanted);
 
 // The patches as nodes, with all edges between two of them as one.
-Graph graph_between(const Graph& graph, const Patches& patches);
+PatchGraph graph_between(const PatchGraph& graph, const Patches& patches);
 
 }  // namespace sim

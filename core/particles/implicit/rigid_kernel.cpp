@@ -36,7 +36,7 @@ SIM_INLINE void add_block(const float* block, const double* x, Row& sum) {
   }
 }
 
-void residual(const Graph& pattern, const float* blocks, const double* r, const double* x,
+void residual(const PatchGraph& pattern, const float* blocks, const double* r, const double* x,
               double* out, int begin, int end) {
   for (int i = begin; i < end; ++i) {
     Row sum{}, other{};  // two, so that one sum need not wait for itself

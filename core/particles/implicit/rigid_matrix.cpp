@@ -6,18 +6,19 @@
 namespace sim {
 namespace {
 
-constexpr int kFew = 16;     // patches whose matrix is factorised
-constexpr int kWanted = 4;   // patches of a coarser one
-constexpr double kMost = 2;  // eigenvalue of D^-1 B, D the blocks on the diagonal: B <= 2 D, for so
-                             // it is with every spring
-// Steps whose error polynomial is the Chebyshev one on [kMost / 4, kMost], and on [kMost / 6,
-// kMost].
-constexpr double kMean = 7.0 / 12 * kMost, kHalf = 5.0 / 12 * kMost, kRoot = 0.7071067811865476;
-constexpr double kOne[] = {8.0 / 5 / kMost};
+constexpr int kFewPatches = 16;        // patches whose matrix is factorised
+constexpr int kWantedPatches = 4;      // patches of a coarser one
+constexpr double kMostEigenvalue = 2;  // eigenvalue of D^-1 B, D the blocks on the diagonal: B <= 2
+                                       // D, for so it is with every spring
+// Steps whose error polynomial is the Chebyshev one on [kMostEigenvalue / 4, kMostEigenvalue], and
+// on [kMostEigenvalue / 6, kMostEigenvalue].
+constexpr double kMean = 7.0 / 12 * kMostEigenvalue, kHalf = 5.0 / 12 * kMostEigenvalue,
+                 kRoot = 0.7071067811865476;
+constexpr double kOne[] = {8.0 / 5 / kMostEigenvalue};
 constexpr double kTwo[] = {1 / (kMean - kHalf * kRoot), 1 / (kMean + kHalf * kRoot)};
 
-Graph with_diagonal(const Graph& between) {
-  Graph graph;
+PatchGraph with_diagonal(const PatchGraph& between) {
+  PatchGraph graph;
   for (int i = 0; i < between.nodes(); ++i) {
     graph.begin.push_back(static_cast<int>(graph.to.size()));
     bool own = false;
@@ -69,7 +70,7 @@ bool invert(const double* block, float* inverse) {
 
 }  // namespace
 
-RigidMatrix::RigidMatrix(const Graph& between, bool finest)
+RigidMatrix::RigidMatrix(const PatchGraph& between, bool finest)
     : steps_(finest ? std::span<const double>(kOne) : kTwo), pattern_(with_diagonal(between)) {
   const auto n = static_cast<std::size_t>(count());
   blocks_ = Array(pattern_.to.size() * kBlock);
@@ -87,10 +88,10 @@ RigidMatrix::RigidMatrix(const Graph& between, bool finest)
   make_coarser(between);
 }
 
-void RigidMatrix::make_coarser(const Graph& between) {
+void RigidMatrix::make_coarser(const PatchGraph& between) {
   const auto n = static_cast<std::size_t>(count());
-  if (count() > kFew) {
-    patches_ = gather_patches(between, std::vector<std::uint8_t>(n), kWanted);
+  if (count() > kFewPatches) {
+    patches_ = gather_patches(between, std::vector<std::uint8_t>(n), kWantedPatches);
     if (3 * patches_.count <= 2 * count())
       coarser_ = std::make_unique<RigidMatrix>(graph_between(between, patches_), false);
   }

@@ -18,7 +18,7 @@ namespace sim {
 struct RigidKernels {
   static constexpr int kRow = 8, kBlock = 6 * kRow;
   // out_i := r_i - sum_j B_ij x_j
-  void (*residual)(const Graph& pattern, const float* blocks, const double* r, const double* x,
+  void (*residual)(const PatchGraph& pattern, const float* blocks, const double* r, const double* x,
                    double* out, int begin, int end);
   // x_i := (add ? x_i : 0) + factor C_i r_i with the blocks C.
   void (*relax)(const float* blocks, double factor, const double* r, double* x, bool add, int begin,
@@ -33,7 +33,7 @@ RigidKernels rigid_kernels();  // for this machine
 class RigidMatrix {
  public:
   // B_ij for the edges; the diagonal is there. The finest takes most of the time, and smooths less.
-  RigidMatrix(const Graph& between, bool finest);
+  RigidMatrix(const PatchGraph& between, bool finest);
 
   int count() const noexcept { return pattern_.nodes(); }
   std::vector<Vec3>& centres() noexcept { return centres_; }  // m; to be set before the blocks
@@ -49,7 +49,7 @@ class RigidMatrix {
 
  private:
   static constexpr int kBlock = RigidKernels::kBlock, kRow = RigidKernels::kRow;
-  void make_coarser(const Graph& between);
+  void make_coarser(const PatchGraph& between);
   void place_coarser();
   void mirror();
   bool invert_own();
@@ -61,7 +61,7 @@ class RigidMatrix {
 
   RigidKernels kernels_ = rigid_kernels();
   std::span<const double> steps_;  // of smoothing, how far each goes
-  Graph pattern_;
+  PatchGraph pattern_;
   std::vector<int> own_, mirror_;
   Array blocks_, rest_;
   ArrayOf<float> narrow_, inverses_;   // all blocks; the inverses of those on the diagonal

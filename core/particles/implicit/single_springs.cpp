@@ -7,9 +7,9 @@
 namespace sim {
 namespace {
 
-constexpr int kPad = 16;         // a vector of floats
-constexpr double kSafe = 0.9;    // share of the shift that pushes may take
-constexpr double kDamped = 0.8;  // of D^-1: between 1/2 and 2 of its eigenvalues, the best
+constexpr int kPad = 16;            // a vector of floats
+constexpr double kSafeShift = 0.9;  // share of the shift that pushes may take
+constexpr double kDamped = 0.8;     // of D^-1: between 1/2 and 2 of its eigenvalues, the best
 
 template <class Number>
 std::array<Number*, 6> six(const Layout& layout, Number* values) {
@@ -52,7 +52,7 @@ void SingleSprings::take(const StageMatrix& matrix) {
   const double square = matrix.tau() * matrix.tau();
   const std::uint8_t* const free = system_->motion().free;
   double* const parts = doubles_.block(parts_.data(), 0);
-  stiffness.find_parts(matrix.shifts(), square, free, kSafe, parts);
+  stiffness.find_parts(matrix.shifts(), square, free, kSafeShift, parts);
   scale_ = 1 / matrix.largest();
   float* const shift = layout_.block(shift_.data(), 0);
   const auto blocks = six(system_->layout(), blocks_.data());

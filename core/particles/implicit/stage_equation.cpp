@@ -82,7 +82,7 @@ void StageEquation::evaluate() {
   for (Bound& bound : *bounds_) {
     const int i = bound.particle;
     const unsigned before = bound.active;
-    const Vec3 left = bound.left_of({g[0][i], g[1][i], g[2][i]});
+    const Vec3 left = bound.left_of({g[0][i], g[1][i], g[2][i]}, at.velocity(i));
     for (std::size_t axis = 0; axis < 3; ++axis) g[axis][i] = left[axis];
     turned_ = turned_ || bound.active != before;
   }
@@ -119,7 +119,7 @@ double StageEquation::phi() {
     size += std::fabs(weight);
   }
   if (bounds_)
-    for (const Bound& bound : *bounds_) sum += bound.friction.dot(at.velocity(bound.particle));
+    for (const Bound& bound : *bounds_) sum += bound.rub.potential(at.velocity(bound.particle));
   const double elastic = system_->elastic_energy(t_, y_);
   phi_rounding_ = 1e-14 * (std::fabs(sum) + size + elastic);
   return sum + elastic;

@@ -14,7 +14,7 @@ namespace sim {
 // Martin, Thomaszewski, Grinspun & Gross (2011), ACM TOG 30(4) 72; Gast, Schroeder, Stomakhin,
 // Jiang & Teran (2015), IEEE TVCG 21(10). Vectors have three coordinates a particle, 0 where
 // pinned. Those that are led obey v = r_v + tau p''. Where velocities have bounds, trials are the
-// nearest allowed ones, friction is a constant part of g, and of g that part is shown along which
+// nearest allowed ones, friction is in g to first order, and of g that part is shown along which
 // Phi can fall: projected Newton methods, Bertsekas (1982), SIAM J. Control Optim. 20(2).
 class StageEquation {
  public:

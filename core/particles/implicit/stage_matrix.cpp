@@ -129,9 +129,9 @@ void StageMatrix::restrict_to(const Bounds* bounds) {
   }
   const SixBlocks inverses(system_->layout(), inverses_.data());
   for (const Bound& bound : *bounds) {
-    if (bound.active == 0) continue;
+    if (bound.active == 0 && bound.rub.drag == 0) continue;
     restricted_ = true;
-    const Mat3 inverse = inverse_within(diagonal(bound.particle), bound.ways);
+    const Mat3 inverse = inverse_within(diagonal(bound.particle) + bound.rub.slope(), bound.ways);
     int entry = 0;
     for (int row = 0; row < 3; ++row)
       for (int col = row; col < 3; ++col) inverses.at[entry++][bound.particle] = inverse(row, col);
@@ -145,11 +145,27 @@ double StageMatrix::apply(const double* p, double* out) {
   product.shift = Layout(half_.n(), 1).block(shift_.data(), 0);
   product.scale = tau_ * tau_;
   product.free = system_->motion().free;
-  const double dot = over_tiles(
+  double dot = over_tiles(
       [&](int begin, int end, double(&lanes)[8]) { stiffness_.apply(product, begin, end, lanes); });
   if (!others_.empty()) apply_others(p, out);
+  if (restricted_) dot += apply_drag(p, out);
   keep_ways(out);
   return dot;
+}
+
+// out += the drag of friction times p, and returns what it adds to p.out.
+double StageMatrix::apply_drag(const double* p, double* out) const {
+  const auto from = half_.axes(p);
+  const auto to = half_.axes(out);
+  double sum = 0;
+  for (const Bound& bound : *bounds_) {
+    if (bound.rub.drag == 0) continue;
+    const int i = bound.particle;
+    const Vec3 v = vector_at(from, i), force = bound.rub.slope() * v;
+    put_vector(to, i, vector_at(to, i) + force);
+    sum += v.dot(force);
+  }
+  return sum;
 }
 
 void StageMatrix::keep_ways(double* r) const {
@@ -230,6 +246,8 @@ double StageMatrix::majorant(const double* p) const {
   const double* const shift = Layout(half_.n(), 1).block(shift_.data(), 0);
   double sum = 0, springs = 0;
   for (int i = 0; i < half_.n(); ++i) sum += shift[i] * at(i).squaredNorm();
+  for (std::size_t k = 0; bounds_ && k < bounds_->size(); ++k)
+    sum += (*bounds_)[k].rub.drag * at((*bounds_)[k].particle).squaredNorm();
   stiffness_.for_each([&](int a, int b, const SpringStiffness& spring) {
     const double square = (stiffness_.position(a) - stiffness_.position(b)).squaredNorm();
     springs += (spring.along + spring.across * square) * (at(a) - at(b)).squaredNorm();

@@ -89,6 +89,7 @@ class StageMatrix {
   template <class Body>
   double over_tiles(const Body& body);
   void apply_others(const double* p, double* out);
+  double apply_drag(const double* p, double* out) const;
   void invert(int begin, int end);
 
   Particles* system_;

@@ -12,7 +12,9 @@ namespace {
 constexpr int kMostRounds = 10;
 constexpr int kMostFlips = 1;        // between sticking and sliding
 constexpr double kTouching = 1e-12;  // m, of a gap, in units of the place
-constexpr double kFriction = 1e-6;   // of its changes from round to round
+constexpr double kSlower = 0.1;      // than before, what friction would turn round
+constexpr double kLoosely = 1e-9;    // where friction is found by rounds
+constexpr double kFriction = 1e-4;   // of its changes from round to round
 constexpr double kAtRest = 1e-12;    // of velocities, below which they are rounding
 constexpr double kNowhere = -1e300;  // m/s, a bound that is none
 
@@ -147,7 +149,7 @@ Bounds* StepContact::bounds(double t, double tau, const StageOptions& method, co
     if (stage.bounds.size() <= n) {
       stage.bounds.emplace_back();
       stage.velocity.push_back(vector_at(v, i));
-      stage.friction.push_back(Vec3::Zero());
+      stage.friction.emplace_back();
     }
     Bound& bound = stage.bounds[n];
     const Vec3 velocity = stage.velocity[n], origin = vector_at(rq, i);
@@ -155,7 +157,7 @@ Bounds* StepContact::bounds(double t, double tau, const StageOptions& method, co
     bound.count = held.count;
     bound.active = 0;
     bound.stuck = held.stuck && held.stuck_since <= end;
-    bound.friction = held.stuck ? Vec3::Zero() : stage.friction[n];
+    bound.rub = held.stuck ? Friction{} : stage.friction[n];
     if (bound.stuck)
       bound.held = (held.collider[0]->carried(held.stuck_since, end, held.place) - origin) / span;
     for (int k = 0; k < held.count; ++k) {
@@ -186,13 +188,15 @@ void StepContact::solved(const double* y) {
       if (held.since[k] > end) continue;
       const double gap = held.collider[k]->touch(end, place).gap;
       const bool pushes = bound.active >> k & 1;
-      if (gap < -kTouching * place_size(place) || (pushes && gap > kTouching * place_size(place)))
-        again_ = true;
+      const double touching = (bound.rub.drag > 0 ? kLoosely : kTouching) * place_size(place);
+      if (gap < -touching || (pushes && gap > touching)) again_ = true;
     }
   }
 }
 
-// What the friction of the next round is, from the push of this one.
+// What the friction of the next round is, from the push and the slip of this one. A slip that it
+// would turn round ends: the particle sticks, or, where it has changed too often between the two,
+// goes on with a drag.
 void StepContact::rub(Stage& stage, std::size_t index) {
   Held& held = held_[index];
   const Bound& bound = stage.bounds[index];
@@ -202,39 +206,55 @@ void StepContact::rub(Stage& stage, std::size_t index) {
         bound.stuck ? std::max(0.0, bound.push.dot(bound.planes[k].normal)) : bound.pushes[k];
     most = std::max(most, held.collider[k]->surface().friction * push);
   }
-  Vec3& friction = stage.friction[index];
+  Friction& friction = stage.friction[index];
   const auto turn = [&](bool stuck) {
-    if (held.turns > 2 * kMostFlips) return;
+    if (held.turns > 2 * kMostFlips) return false;
     ++held.turns;
     held.stuck = stuck;
-    again_ = true;
+    return again_ = true;
+  };
+  const int i = held.particle;
+  const Vec3 normal = bound.planes[0].normal, velocity = stage.velocity[index];
+  const Layout& layout = particles_->layout();
+  const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
+  const Vec3 carrier = surface_velocity(held, stage.t, place);
+  const auto slides = [&](const Vec3& slip) {
+    const double speed = slip.norm();
+    friction = {most / speed, slip / speed, most, normal, carrier};
   };
   if (bound.stuck) {
     Vec3 along = bound.push;  // without what presses on surfaces
     for (int k = 0; k < held.count; ++k)
       along -= along.dot(bound.planes[k].normal) * bound.planes[k].normal;
-    const double size = along.norm();
-    if (size <= most) return;
-    friction = -most / size * along;
-    return turn(false);
+    if (along.norm() <= most) return;
+    if (round_ == 0) {  // what is tied to it has slipped without friction so far
+      again_ = true;
+      return;
+    }
+    // It slips, at first as fast as a free particle would.
+    const double mass = particles_->masses()[static_cast<std::size_t>(i)];
+    slides((most / along.norm() - 1) / mass * along);
+    turn(false);
+    return;
   }
-  if (most == 0 && friction == Vec3::Zero()) return;
-  const Layout& layout = particles_->layout();
-  const int i = held.particle;
-  const Vec3 before = vector_at(layout.axes(stage.r, 3), i), velocity = stage.velocity[index];
-  const double end = stage.end();
-  const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
-  const Vec3 normal = bound.planes[0].normal;
-  const auto slip_of = [&](double t, const Vec3& v) {
-    return tangential(v - surface_velocity(held, t, place), normal);
-  };
-  const Vec3 slip = slip_of(stage.t, velocity);
-  const Vec3 last = slip_of(end, before + stage.reach * (velocity - before));
-  const double speed = slip.norm();
-  if (most > 0 && (last.dot(friction) < 0 || speed <= kAtRest * velocity.norm())) return turn(true);
-  const Vec3 next = speed > 0 ? Vec3(most / speed * slip) : Vec3::Zero();
-  if ((next - friction).norm() > kFriction * most) again_ = true;
-  friction = next;
+  if (most == 0 && friction.drag == 0) return;
+  const Vec3 before = vector_at(layout.axes(stage.r, 3), i);
+  const Vec3 slip = tangential(velocity - carrier, normal);
+  const double end = stage.end(), speed = slip.norm();
+  const Vec3 last = tangential(
+      before + stage.reach * (velocity - before) - surface_velocity(held, end, place), normal);
+  const bool turns_round =
+      friction.drag > 0 && (last.dot(bound.friction) < 0 || slip.dot(friction.direction) < 0);
+  if (most > 0 && (turns_round || speed <= kAtRest * velocity.norm()) && turn(true)) return;
+  const Vec3 wanted = speed > 0 ? Vec3(most / speed * slip) : Vec3::Zero();
+  if ((wanted - bound.friction).norm() > kFriction * most) again_ = true;
+  if (speed == 0 || most == 0)
+    friction = {};
+  else if (turns_round || (friction.drag > 0 && friction.size == 0))
+    friction = {most / (turns_round ? kSlower * most / friction.drag : speed), Vec3::Zero(), 0,
+                normal, carrier};
+  else
+    slides(slip);
 }
 
 // What is met on the way to x_next and was not known; true where there is some.

@@ -22,8 +22,8 @@ namespace sim {
 // - What touches a surface on its way, found on the cubic through both ends, bounces there: the
 //   round after begins where a particle with the new velocity would have come from, x - s h dv,
 //   v + dv. So forces between particles see the bounce.
-// - Friction is a force of the size mu times the push of the round before, or holds the particle
-//   where that is not enough to move it.
+// - Friction is mu times the push of the round before against the slip, to first order in it, or
+//   holds the particle where that is not enough to move it.
 //
 // At the end velocities lose what leads off a surface that pushed. All of it is a pure function of
 // t, h, x and the method, and local to a particle but for the equations.
@@ -62,7 +62,7 @@ class StepContact {
     const double* r = nullptr;
     Bounds bounds;
     std::vector<Vec3> velocity;  // of each, in the round before
-    std::vector<Vec3> friction;  // kg m/s
+    std::vector<Friction> friction;
 
     double span() const { return reach * tau; }  // from r to where the end is, along v
     double end() const { return t + (reach - 1) * tau; }

@@ -7,6 +7,7 @@ namespace sim {
 namespace {
 
 constexpr int kMostBounces = 400, kFewSweeps = 3, kMostTurns = 12, kMostSweeps = 200;
+constexpr double kHeld = 1e-9;  // of the softness alone: links do not let it move
 
 // How much an impulse along n at an arm changes the velocity there along n.
 double softness(const Mover& mover, const Vec3& arm, const Vec3& n) {
@@ -71,7 +72,18 @@ void Impulses::prepare(std::span<Mover> movers, std::span<Meet> meets) const {
   }
 }
 
-void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets) const {
+// How much an impulse along the normal changes the velocity there, with all that is linked.
+double Impulses::linked_softness(std::span<const Mover> movers, const Meet& m) {
+  scratch_.assign(movers.begin(), movers.end());
+  for (Mover& each : scratch_) each.velocity = each.spin = {};
+  apply(scratch_, m, m.normal, 0);
+  links_->hold(scratch_, true);
+  Vec3 w = velocity(scratch_, m);
+  if (m.second < 0) w += m.ground;
+  return m.normal.dot(w);
+}
+
+void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets) {
   double fastest = 0;
   for (const Meet& m : meets)
     if (m.active) fastest = std::max(fastest, -m.before);
@@ -82,12 +94,15 @@ void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets) const {
       const Vec3 slip = velocity(movers, m);
       const double nearing = m.normal.dot(slip) - m.given;
       if (!(nearing < -1e-13 * fastest)) continue;
+      const double soft = links_ ? linked_softness(movers, m) : m.soft_n;
+      if (!(soft > kHeld * m.soft_n)) continue;
       done = false;
-      const double push = -(1 + m.restitution) * nearing / m.soft_n;
+      const double push = -(1 + m.restitution) * nearing / soft;
       Vec3 pull = -(slip - m.normal.dot(slip) * m.normal) / m.soft_t;
       if (const double size = pull.norm(); size > m.friction * push)
         pull *= m.friction * push / size;
       apply(movers, m, push * m.normal + pull, m.after);
+      if (links_) links_->hold(movers, false);
     }
     if (done) return;
   }
@@ -97,6 +112,7 @@ void Impulses::start(std::span<Mover> movers, std::span<const Meet> meets) const
   for (const Meet& m : meets)
     if (m.active && m.push > 0)
       apply(movers, m, m.push * m.normal + m.pull_u * m.u + m.pull_v * m.v, m.lever);
+  if (links_) links_->hold(movers, false);
 }
 
 // There and back.
@@ -121,6 +137,7 @@ double Impulses::sweep(std::span<Mover> movers, std::span<Meet> meets) const {
   };
   for (Meet& m : meets) solve(m);
   for (std::size_t k = meets.size(); k-- > 0;) solve(meets[k]);
+  if (links_ && change > 0) links_->hold(movers, false);
   return change;
 }
 
@@ -159,6 +176,7 @@ void Impulses::stick(std::span<Mover> movers, std::span<Meet> meets, double tole
         const Vec3& d = search_[k].way;
         apply(scratch_, m, d[0] * m.normal + d[1] * m.u + d[2] * m.v, 0);
       }
+    if (links_) links_->hold(scratch_, true);
     double bend = 0, largest = 0, next = 0;
     for (std::size_t k = 0; k < count; ++k) {
       Search& s = search_[k];
@@ -191,6 +209,7 @@ void Impulses::stick(std::span<Mover> movers, std::span<Meet> meets, double tole
     limit(m.friction * push, pu, pv);
     change(movers, m, push, pu, pv);
   }
+  if (links_) links_->hold(movers, false);
 }
 
 double Impulses::rest(std::span<Mover> movers, std::span<Meet> meets, double tolerance) {
@@ -213,6 +232,7 @@ void Impulses::set_back(std::span<Mover> movers, std::span<Meet> meets) const {
     const Vec3& old = search_[k].before;
     if (meets[k].active) change(movers, meets[k], old[0], old[1], old[2]);
   }
+  if (links_) links_->hold(movers, false);
 }
 
 }  // namespace sim

@@ -37,14 +37,25 @@ struct Meet {
   int collider = -1;                        // what does not move
 };
 
+// What besides contact joins movers.
+class MoverLinks {
+ public:
+  virtual ~MoverLinks() = default;
+  // Velocities := the nearest that the links allow; change_alone: of changes of them.
+  virtual void hold(std::span<Mover> movers, bool change_alone) = 0;
+};
+
 class Impulses {
  public:
+  // Those that all that follows keeps to; null: none.
+  void keep_to(MoverLinks* links) { links_ = links; }
+
   // Sizes and directions of a meeting; its active ones take part in what follows.
   void prepare(std::span<Mover> movers, std::span<Meet> meets) const;
 
   // What bounces: pair by pair in their order, again and again, each by Newton's law with Coulomb's
   // friction, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle.
-  void bounce(std::span<Mover> movers, std::span<Meet> meets) const;
+  void bounce(std::span<Mover> movers, std::span<Meet> meets);
 
   // What rests: 0 <= push, 0 <= normal velocity, one of them 0, and |pull| <= friction * push,
   // along the slip where that is an equation (Moreau (1988); Jean (1999)). Projected Gauss-Seidel,
@@ -64,10 +75,12 @@ class Impulses {
     Vec3 before, found, rest, way, image;  // of one meeting, along its normal, u and v
     bool push = false, pull = false;
   };
+  double linked_softness(std::span<const Mover> movers, const Meet& m);
   double sweep(std::span<Mover> movers, std::span<Meet> meets) const;
   void stick(std::span<Mover> movers, std::span<Meet> meets, double tolerance);
   void set_back(std::span<Mover> movers, std::span<Meet> meets) const;
 
+  MoverLinks* links_ = nullptr;
   std::vector<Search> search_;
   std::vector<Mover> scratch_;
 };

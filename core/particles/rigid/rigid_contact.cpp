@@ -71,6 +71,17 @@ double RigidContact::solve(double h) {
   return change > kSettled * scale ? change : 0;
 }
 
+// What impulses of contact alone would move, as constraints let it move.
+void RigidContact::link_moves() {
+  moves_ = movers_;
+  for (Mover& each : moves_) each.velocity = each.shift, each.spin = each.turn;
+  joints_->begin_moves();
+  joints_->hold(moves_, false);
+  joints_->end_moves();
+  for (std::size_t i = 0; i < movers_.size(); ++i)
+    movers_[i].shift = moves_[i].velocity, movers_[i].turn = moves_[i].spin;
+}
+
 // What overlaps is moved apart in the metric of the masses, again until it does not.
 void RigidContact::separate(double t) {
   const auto now = [&](int i) {
@@ -115,8 +126,10 @@ void RigidContact::separate(double t) {
       moves_[i] = movers_[i];
       moves_[i].velocity = moves_[i].spin = {};
     }
+    if (joints_) joints_->begin_moves();
     impulses_.prepare(moves_, meets);
     impulses_.rest(moves_, meets, 1e-3 * kOverlap);
+    if (joints_) joints_->end_moves();
     for (std::size_t i = 0; i < movers_.size(); ++i) {
       movers_[i].shift += moves_[i].velocity;
       movers_[i].turn += moves_[i].spin;
@@ -124,7 +137,7 @@ void RigidContact::separate(double t) {
   }
 }
 
-void RigidContact::store(double* x_next) const {
+void RigidContact::store(double* x_next) {
   const auto q = particles_->layout().axes(x_next), v = particles_->layout().axes(x_next, 3);
   for (std::size_t i = 0; i < movers_.size(); ++i) {
     const Mover& mover = movers_[i];
@@ -181,14 +194,20 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     kept_.clear();
     return changed;
   }
+  if (joints_) {
+    joints_->begin(solids_, entered_, t + h, x_next);
+    impulses_.keep_to(joints_.get());
+  }
   const double unsettled = solve(h);
   counts_.unsettled = std::max(counts_.unsettled, unsettled);
+  if (joints_) link_moves();
   separate(t + h);
   const auto energy = [&] {
     return particles_->kinetic_energy(t + h, x_next) + particles_->potential_energy(t + h, x_next);
   };
   const double before = energy();
   store(x_next);
+  if (joints_ && !joints_->store(x_next)) refusal_ = joints_->refusal();
   work_ += before - energy();
   keep();
   return true;

@@ -1,14 +1,11 @@
-// Contact of rigid bodies with colliders, with each other and with single particles, between the
-// steps of any method.
+// Contact of rigid bodies with colliders, each other and particles, between steps of any method.
 #pragma once
 
 #include <optional>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "core/particles/explicit/settling.h"
+#include "core/particles/rigid/body_joints.h"
 #include "core/particles/rigid/impulses.h"
 #include "core/particles/rigid/solids.h"
 
@@ -20,20 +17,23 @@ namespace sim {
 // stack at rest keeps its velocities and places to rounding, and bounces and slides are of order 2
 // in uniform gravity. What overlaps all the same, by what turns leave, is moved apart, in place and
 // not in velocity. Impulses of rest begin with those of the step before: memory(). Of two surfaces
-// the friction is the geometric mean, the restitution the larger one; a particle has those of what
-// it touches.
+// friction is the geometric mean, restitution the larger; a particle has those of what it touches.
 class RigidContact {
  public:
   static constexpr double kNoGap = 1e-8;  // of a radius: a gap that is none
 
-  // surfaces: of each body.
-  RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles);
+  // surfaces: of each body. holding: what else joins them, null: nothing; particles are settled
+  // then.
+  RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles,
+               Holding* holding = nullptr);
 
-  // True where it changed x_next. Single particles are settled among colliders as ever.
+  // True where it changed x_next. Without `holding` it settles single particles among colliders.
   bool resolve(double t, double h, const double* x, double* x_next);
   // Why the last step has no end; empty where it has one.
   const std::string& refusal() const { return refusal_; }
 
+  const Solids& solids() const { return solids_; }
+  std::span<const Surface> surfaces() const { return surfaces_; }  // of each body
   // The impulses of the last step, for those of the next.
   static constexpr std::size_t kNumbers = 7;  // of each point
   std::vector<double> memory() const;
@@ -60,16 +60,14 @@ class RigidContact {
     double radius = 0, way = 0;  // m, around the center of mass; the longest of any point
     double scale = 0;            // m, what small gaps are measured by
     double lever = 0;            // s: a force through the step moves it by lever * its velocity
-    bool pulled = false;         // a force acted
-    bool fixed = false;          // or one of its particles is pinned
+    double gained = 0;           // (m/s)^2: what forces and constraints made of its velocity
+    bool fixed = false;          // one of its particles is pinned
   };
   struct Step {
     double t, h;
     const double *x, *x_next;
   };
-
-  // The same from step to step: of a body its number, of a particle its id behind those.
-  int key(int mover) const;
+  int key(int mover) const;  // of a body its number, of a particle its id behind those
   void load(const Step& step);
   void measure(Reach& reach, double h) const;
   int enter(int particle, int body, const Step& step);
@@ -83,8 +81,9 @@ class RigidContact {
                 double left);
   void remember(Meet& meet) const;
   double solve(double h);
+  void link_moves();
   void separate(double t);
-  void store(double* x_next) const;
+  void store(double* x_next);
   void keep();
 
   Solids solids_;
@@ -92,10 +91,11 @@ class RigidContact {
   Particles* particles_;
   std::optional<Settling> settling_;  // of single particles, where there are colliders
   Impulses impulses_;
-  std::vector<int> entered_;   // particles that are movers in this step, behind the bodies
-  std::vector<int> mover_of_;  // of each single particle, -1: none
-  double fastest_single_ = 0;  // m/s
-  std::vector<Reach> reach_;   // of movers
+  std::unique_ptr<BodyJoints> joints_;  // where there are others than bodies have alone
+  std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
+  std::vector<int> mover_of_;           // of each single particle, -1: none
+  double fastest_single_ = 0;           // m/s
+  std::vector<Reach> reach_;            // of movers
   std::vector<Mover> movers_, moves_;
   std::vector<int> order_;                  // bodies from left to right
   std::vector<std::pair<int, int>> pairs_;  // of bodies that are near, ascending
@@ -103,7 +103,7 @@ class RigidContact {
   std::vector<TouchPoint> points_;
   std::vector<Kept> kept_;
   std::string refusal_;
-  double work_ = 0;
+  double work_ = 0;  // J
   Counts counts_;
 };
 

@@ -34,12 +34,14 @@ double time_since(double gap, double rate, double a, double h) {
 
 }  // namespace
 
-RigidContact::RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles)
+RigidContact::RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles,
+                           Holding* holding)
     : solids_(std::move(solids)),
       surfaces_(std::move(surfaces)),
       particles_(&particles),
       mover_of_(static_cast<std::size_t>(solids_.singles()), -1) {
-  if (!particles.contacts().empty()) settling_.emplace(particles);
+  if (holding) joints_ = std::make_unique<BodyJoints>(particles, *holding);
+  if (!particles.contacts().empty() && !holding) settling_.emplace(particles);
   constexpr int kFew = 4096;  // more make room when they come
   const auto most = static_cast<std::size_t>(solids_.bodies() + std::min(kFew, solids_.singles()));
   entered_.reserve(most);
@@ -63,9 +65,9 @@ void RigidContact::measure(Reach& reach, double h) const {
                    reach.radius * std::max(a.spin.norm(), b.spin.norm()));
   // Half a step of most methods; a whole one of symplectic Euler.
   const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
-  const double square = gained.squaredNorm();
-  reach.pulled = square > 0;
-  reach.lever = reach.pulled ? std::clamp(moved.dot(gained) / square, 0.25 * h, h) : 0.5 * h;
+  reach.gained = gained.squaredNorm();
+  reach.lever =
+      reach.gained > 0 ? std::clamp(moved.dot(gained) / reach.gained, 0.25 * h, h) : 0.5 * h;
 }
 
 void RigidContact::load(const Step& step) {
@@ -116,7 +118,7 @@ int RigidContact::enter(int particle, int body, const Step& step) {
   reach.fixed = !to.free(particle);
   measure(reach, step.h);
   const Reach& near = reach_[static_cast<std::size_t>(body)];
-  reach.scale = near.radius, reach.lever = near.lever, reach.pulled = near.pulled;
+  reach.scale = near.radius, reach.lever = near.lever, reach.gained = near.gained;
   Mover& added = movers_.emplace_back();
   added.velocity = reach.after.velocity;
   if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
@@ -162,9 +164,14 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
   // What the gap did in the step, from its end and both rates.
   const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
   m.gap = point.gap + left * h * rate;
-  const Reach& led =
-      second >= 0 && !reach_[f].pulled ? reach_[static_cast<std::size_t>(second)] : reach_[f];
-  const double lever = led.lever;
+  // Of the one that is not held in place.
+  constexpr double kHeld = 1e-6;
+  const Reach* led = &reach_[f];
+  if (second >= 0)
+    if (const Reach& with = reach_[static_cast<std::size_t>(second)];
+        reach_[f].gained <= kHeld * with.gained)
+      led = &with;
+  const double lever = led->lever;
   const double tiny = kNoGap * size, gap0 = m.gap - h * rate0 - lever * (rate - rate0);
   if (gap0 <= tiny) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.lever = lever;
@@ -242,6 +249,7 @@ void RigidContact::find_pairs() {
     const double high = middle(i).x() + span(i);
     for (std::size_t l = k + 1; l < order_.size() && !(low(order_[l]) > high); ++l) {
       const int j = order_[l];
+      if (solids_.are_joined(i, j)) continue;
       const double reach = span(i) + span(j);
       if ((middle(i) - middle(j)).squaredNorm() > reach * reach) continue;
       pairs_.emplace_back(std::min(i, j), std::max(i, j));

@@ -64,6 +64,8 @@ bool Solids::are_tied(int body, int particle) const {
   return spec_.tied.contains({body, particle});
 }
 
+bool Solids::are_joined(int i, int j) const { return spec_.joined.contains(std::minmax(i, j)); }
+
 Placed Solids::placed(int i, const RigidState& state) const {
   const std::optional<Hull>& hull = hulls_[static_cast<std::size_t>(i)];
   const RigidBody& of = body(i);
@@ -159,7 +161,8 @@ void Solids::check_start(const double* initial) const {
     const RigidState& own = states[static_cast<std::size_t>(i)];
     for (std::size_t c = 0; c < particles_->contacts().all().size(); ++c) check_collider(i, own, c);
     for (int j = i + 1; j < bodies(); ++j)
-      if (touches(j)) check_pair(i, j, own, states[static_cast<std::size_t>(j)]);
+      if (touches(j) && !are_joined(i, j))
+        check_pair(i, j, own, states[static_cast<std::size_t>(j)]);
     for (int p = 0; p < singles(); ++p) {
       if (are_tied(i, p)) continue;
       point.center = view.position(p);

@@ -15,9 +15,10 @@ namespace sim {
 
 struct SolidsSpec {
   std::vector<RigidBody> bodies;
-  std::vector<bool> touch;             // whether each does
-  int singles = 0;                     // the first particles, which are no bodies'
-  std::set<std::pair<int, int>> tied;  // a body and one of these: they do not touch
+  std::vector<bool> touch{};               // whether each does
+  int singles = 0;                         // the first particles, which are no bodies'
+  std::set<std::pair<int, int>> tied{};    // a body and one of these: they do not touch
+  std::set<std::pair<int, int>> joined{};  // nor do these bodies, of which the first has less
 };
 
 // Bodies have the first numbers; what has a higher one is a point: a single particle.
@@ -35,6 +36,7 @@ class Solids {
   // m, the least half thickness: what moves less cannot be missed.
   double thinness(int i) const;
   bool are_tied(int body, int particle) const;
+  bool are_joined(int i, int j) const;  // two bodies
 
   // Appends the points with a gap of at most `margin` of two of them in these states, of which the
   // first is a body, and of one and a collider.

@@ -15,7 +15,7 @@ void ContactRows::clear(std::size_t particles) {
 
 void ContactRows::add(const ContactRow& row, std::span<const double> inverse_mass) {
   double sum = 0;
-  for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k)
+  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
     sum += row.weights[k] * row.weights[k] * inverse_mass[slot(row.ids[k])];
   rows_.push_back(row);
   state_.push_back({.mass = sum > 0 ? 1 / sum : 0});
@@ -35,9 +35,9 @@ bool ContactRows::stale(const ContactRow& row, const State& state) const {
   return state.seen < 0;
 }
 
-void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
+bool ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
                         std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty) {
-  bool busy = true;
+  bool busy = true, any = false;
   for (int sweep = 0; sweep < sweeps && busy; ++sweep) {
     busy = false;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
@@ -46,7 +46,7 @@ void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::s
       if (state.mass == 0 || !stale(row, state)) continue;
       state.seen = ++clock_;
       Vec3 slip = Vec3::Zero();
-      for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k)
+      for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
         slip += row.weights[k] * d[slot(row.ids[k])];
       const double along = row.normal.dot(slip);
       const double normal = std::max(0.0, state.normal + (row.bound - along) * state.mass);
@@ -61,7 +61,7 @@ void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::s
       if (!(impulse.squaredNorm() > row.slack * row.slack * state.mass * state.mass)) continue;
       state.normal = normal;
       state.along = tangent;
-      for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
+      for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k) {
         const std::size_t id = slot(row.ids[k]);
         const double share = row.weights[k] * inverse_mass[id];
         if (share == 0) continue;
@@ -69,9 +69,16 @@ void ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::s
         moved_[id] = clock_ + 1;
         touched[id] = dirty[id] = 1;
       }
-      busy = true;
+      busy = any = true;
     }
   }
+  return any;
+}
+
+void ContactRows::note_moved(std::span<const std::uint8_t> which) {
+  ++clock_;
+  for (std::size_t i = 0; i < which.size(); ++i)
+    if (which[i]) moved_[i] = clock_;
 }
 
 }  // namespace sim

@@ -11,10 +11,12 @@
 namespace sim {
 
 // n . sum_k weights_k d_k >= bound, of the ways d of a step (m) or of velocities (m/s). A row of
-// one particle, whose other ids are -1, is one of a collider.
+// one particle, whose other ids are -1, is one of a collider; of five, one of a rigid body: behind
+// the particle are the four that the body is made of.
 struct ContactRow {
-  std::array<int, 4> ids{-1, -1, -1, -1};
-  std::array<double, 4> weights{};
+  static constexpr std::size_t kMost = 5;
+  std::array<int, kMost> ids{-1, -1, -1, -1, -1};
+  std::array<double, kMost> weights{};
   Vec3 normal;
   double bound = 0;
   double slack = 0;     // misses of this size stay
@@ -36,9 +38,11 @@ class ContactRows {
   void begin(std::span<const double> bounds, double slack);
 
   // Marks each particle that an impulse moved in both lists. Ends early where nothing is left to
-  // do.
-  void relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
+  // do. True where there was an impulse.
+  bool relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
+  // What moved these since: rows look at them again.
+  void note_moved(std::span<const std::uint8_t> which);
 
  private:
   struct State {

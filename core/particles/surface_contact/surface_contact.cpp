@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -16,7 +17,6 @@ constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the lat
 constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
 constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
 constexpr double kFarthest = 1e100;   // m
-constexpr double kInside = 1e-3;      // thicknesses that a particle may be inside a collider
 constexpr double kSlack = 1e-3;       // of a distance: misses of this size stay
 constexpr double kNoDistance = 1e-6;  // thicknesses: no distance
 
@@ -31,6 +31,13 @@ std::vector<Vec3> places(const ParticleView& view) {
   return list;
 }
 
+ContactRow row_of(const SurfacePair& pair, const Separation& apart) {
+  ContactRow row{.normal = apart.normal};
+  std::ranges::copy(pair.ids, row.ids.begin());
+  std::ranges::copy(apart.weights, row.weights.begin());
+  return row;
+}
+
 // A triangle that has these particles.
 TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer_list<int> ids) {
   for (const TriangleMesh::Triangle& t : parts.triangles())
@@ -40,7 +47,8 @@ TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer
 
 }  // namespace
 
-SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& initial)
+SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
+                               const ParticleView& initial)
     : spec_(std::move(spec)),
       pairs_(SurfaceParts(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
   const auto refuse = [](const std::string& why, const std::string& remedy) {
@@ -58,6 +66,12 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, const ParticleView& init
            "give at most " + brief(0.5 * edge));
   if (const std::string why = objection(initial); !why.empty())
     refuse(why, "place them apart: what is apart at the start stays so");
+  movers_.assign(pairs_.parts().vertices().begin(), pairs_.parts().vertices().end());
+  if (holding) {
+    held_ = std::make_unique<HeldPieces>(particles, *holding);
+    movers_.resize(slot(initial.n));
+    std::iota(movers_.begin(), movers_.end(), 0);
+  }
   if (spec_.surfaces.size() == 1)
     if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
@@ -94,7 +108,7 @@ void SurfaceContact::load(const Particles& particles, const double* x, const dou
   from_.resize(n);
   way_.resize(n);
   inverse_mass_.resize(n);
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : movers_) {
     from_[slot(i)] = {p[0][i], p[1][i], p[2][i]};
     way_[slot(i)] = Vec3(q[0][i], q[1][i], q[2][i]) - from_[slot(i)];
     inverse_mass_[slot(i)] = 1 / particles.masses()[slot(i)];
@@ -105,13 +119,11 @@ void SurfaceContact::make_rows() {
   pairs_.each_near([&](std::size_t pair, const Separation& start) {
     const double lack = std::max(spec_.thickness - start.gap, 0.0);
     const double keep = start.gap + kPush * lack;
-    ContactRow row{.ids = pairs_.pairs()[pair].ids,
-                   .weights = start.weights,
-                   .normal = start.normal,
-                   .bound = std::min(keep, spec_.thickness) - start.gap,
-                   .slack = kSlack * std::min(start.gap, spec_.thickness),
-                   .friction = spec_.friction,
-                   .gap = std::min(keep, spec_.thickness)};
+    ContactRow row = row_of(pairs_.pairs()[pair], start);
+    row.bound = std::min(keep, spec_.thickness) - start.gap;
+    row.slack = kSlack * std::min(start.gap, spec_.thickness);
+    row.friction = spec_.friction;
+    row.gap = std::min(keep, spec_.thickness);
     rows_.add(row, inverse_mass_);
   });
 }
@@ -123,7 +135,7 @@ bool SurfaceContact::limit_strain() {
     const Vec3 start = from_[slot(b)] - from_[slot(a)];
     const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);
     if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
-    ContactRow row{.ids = {a, b, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
+    ContactRow row{.ids = {a, b, -1, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
     row.bound = row.normal.dot(start) - longest_[e];
     row.slack = kSlack * longest_[e];
     row.gap = longest_[e];
@@ -142,10 +154,10 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
     if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
     for (Collider* const collider : particles.contacts().all()) {
       const Touch touch = collider->touch(t_end, from_[slot(i)] + way_[slot(i)]);
-      if (!(touch.gap < -kInside * spec_.thickness)) continue;
-      ContactRow row{.ids = {i, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
+      if (!(touch.gap < -kContactInside * spec_.thickness)) continue;
+      ContactRow row{.ids = {i, -1, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
       row.bound = touch.normal.dot(way_[slot(i)]) - touch.gap;
-      row.slack = 0.1 * kInside * spec_.thickness;
+      row.slack = 0.1 * kContactInside * spec_.thickness;
       rows_.add(row, inverse_mass_);
       any = true;
     }
@@ -154,8 +166,26 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
 }
 
 void SurfaceContact::round_ways() {
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : movers_)
     if (dirty_[slot(i)]) way_[slot(i)] = (from_[slot(i)] + way_[slot(i)]) - from_[slot(i)];
+}
+
+// Rows for what meets, along the normal of that moment.
+void SurfaceContact::add_meetings() {
+  for (const Meeting& met : meetings_) {
+    const SurfacePair& pair = pairs_.pairs()[met.pair];
+    ContactRow row = row_of(pair, met.then);
+    row.slack = kSlack * std::min(met.gap_start, spec_.thickness);
+    row.friction = spec_.friction;
+    row.gap = std::min(met.gap_start, spec_.thickness);
+    row.bound = row.gap;
+    for (std::size_t k = 0; k < 4; ++k) {
+      row.bound -=
+          row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
+      dirty_[slot(pair.ids[k])] = 1;
+    }
+    rows_.add(row, inverse_mass_);
+  }
 }
 
 // Impulses until no pair meets; false where some still do after the last round.
@@ -172,22 +202,7 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
     const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
     if (meetings_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
-    for (const Meeting& met : meetings_) {
-      const SurfacePair& pair = pairs_.pairs()[met.pair];
-      ContactRow row{.ids = pair.ids,
-                     .weights = met.then.weights,
-                     .normal = met.then.normal,
-                     .slack = kSlack * std::min(met.gap_start, spec_.thickness),
-                     .friction = spec_.friction,
-                     .gap = std::min(met.gap_start, spec_.thickness)};
-      row.bound = row.gap;
-      for (std::size_t k = 0; k < 4; ++k) {
-        row.bound -=
-            row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
-        dirty_[slot(pair.ids[k])] = 1;
-      }
-      rows_.add(row, inverse_mass_);
-    }
+    add_meetings();
     rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
   }
   return false;
@@ -221,19 +236,20 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
     const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
     for (Collider* const collider : particles.contacts().all()) {
       const Touch touch = collider->touch(t_end, x);
-      if (touch.gap <= 2 * kInside * spec_.thickness)
+      if (touch.gap <= 2 * kContactInside * spec_.thickness)
         most = std::max(most, row.normal.dot(touch.velocity));
     }
     return most;
   }
   double apart = 0;
-  for (std::size_t k = 0; k < 4 && row.ids[k] >= 0; ++k) {
+  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k) {
     const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
     apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
   }
-  const bool edge = row.ids[2] < 0;
-  const bool held =
-      edge ? -apart >= row.gap * (1 - 2 * kSlack) : apart <= spec_.thickness * (1 + 2 * kSlack);
+  const bool edge = row.ids[2] < 0, body = row.ids[4] >= 0;
+  const bool held = edge   ? -apart >= row.gap * (1 - 2 * kSlack)
+                    : body ? apart <= 2 * kContactInside * spec_.thickness
+                           : apart <= spec_.thickness * (1 + 2 * kSlack);
   return held ? 0.0 : -HUGE_VAL;
 }
 
@@ -242,13 +258,14 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
   bounds_.clear();
   for (const ContactRow& row : rows_.rows()) bounds_.push_back(least_rate(particles, t_end, row));
   rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  if (held_) return find_held_velocities();
   rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
   if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
 }
 
 void SurfaceContact::write(Particles& particles, double* x_next) const {
   const auto q = particles.layout().axes(x_next), v = particles.layout().axes(x_next, 3);
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : movers_) {
     if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
     const Vec3 place = from_[slot(i)] + way_[slot(i)];
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -263,13 +280,14 @@ void SurfaceContact::write(Particles& particles, double* x_next) const {
 bool SurfaceContact::brake(double excess) {
   Vec3 moment = Vec3::Zero();
   double mass = 0, inner = 0;
+  const bool mean_stays = !held_ || held_->spread(touched_);
   const auto each = [&](const auto& visit) {
-    for (const int i : pairs_.parts().vertices())
+    for (const int i : movers_)
       if (changed(i) && inverse_mass_[slot(i)] > 0) visit(slot(i), 1 / inverse_mass_[slot(i)]);
   };
   each([&](std::size_t i, double m) { mass += m, moment += m * velocity_[i]; });
   if (mass == 0) return true;
-  const Vec3 mean = moment / mass;
+  const Vec3 mean = mean_stays ? moment / mass : Vec3::Zero();
   each([&](std::size_t i, double m) { inner += 0.5 * m * (velocity_[i] - mean).squaredNorm(); });
   const double share = inner > excess ? std::sqrt(1 - excess / inner) : 0.0;
   each([&](std::size_t i, double) { velocity_[i] = mean + share * (velocity_[i] - mean); });
@@ -286,18 +304,19 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   };
   const double before = total(t, x), free = total(t + h, x_next);
   const double most = std::max(before, free);
-  const bool led = std::ranges::any_of(pairs_.parts().vertices(), [&](int i) {
-    return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero();
-  });
+  const bool led = std::ranges::any_of(
+      movers_, [&](int i) { return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero(); });
   write(particles, x_next);
   double after = total(t + h, x_next);
   for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
     const bool paid = brake(after - most);
-    if (!paid) {
+    if (!paid && held_) {
+      if (led || !give_way(particles)) break;
+    } else if (!paid) {
       Vec3 moment = Vec3::Zero();
       double mass = 0;
       bool held = false;
-      for (const int i : pairs_.parts().vertices()) {
+      for (const int i : movers_) {
         touched_[slot(i)] = 1;
         held = held || inverse_mass_[slot(i)] == 0;
         if (inverse_mass_[slot(i)] == 0) continue;
@@ -307,9 +326,9 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
       if (led) break;  // hands give it
       const Vec3 mean = held ? Vec3::Zero() : moment / mass;
       const double share = halving + 2 < kHalvingsOfAll ? 0.5 : 0.0;
-      for (const int i : pairs_.parts().vertices())
-        way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
+      for (const int i : movers_) way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
     }
+    if (held_) held_->hold_velocities(from_, way_, velocity_, touched_);
     write(particles, x_next);
     after = total(t + h, x_next);
     if (paid) break;
@@ -318,7 +337,7 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   // the step may lose and contact give, in turns.
   work_ += led ? free - after : std::max(0.0, free - after);
   if (!collides_) return;
-  for (const int i : pairs_.parts().vertices())
+  for (const int i : movers_)
     if (changed(i) && inverse_mass_[slot(i)] > 0)
       for (Collider* const collider : particles.contacts().all())
         counts_.deepest =
@@ -354,14 +373,18 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   zones_.begin({});
   make_rows();
   limit_strain();
-  if (!advance_rows(particles, t + h) && !advance_zones(particles)) return Outcome::kRefused;
+  if (held_) held_->begin(t, h, x, x_next);
+  const bool apart = held_ ? advance_held(particles, t + h) || advance_shorter(particles)
+                           : advance_rows(particles, t + h) || advance_zones(particles);
+  if (!apart) return Outcome::kRefused;
 
   velocity_.resize(from_.size());
   const auto v = particles.layout().axes(x_next, 3);
-  for (const int i : pairs_.parts().vertices()) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
+  for (const int i : movers_) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
   find_velocities(particles, t + h, h);
   if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
   store(particles, t, h, x, x_next);
+  if (held_) held_->follow(x_next);
   ++counts_.steps;
   counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(rows_.rows().size()));
   counts_.zones = std::max(counts_.zones, static_cast<std::int64_t>(zones_.members().size()));

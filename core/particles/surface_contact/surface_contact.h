@@ -3,23 +3,17 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "core/particles/particles.h"
+#include "core/particles/rigid/solids.h"
 #include "core/particles/surface_contact/contact_rows.h"
+#include "core/particles/surface_contact/held_pieces.h"
 #include "core/particles/surface_contact/near_pairs.h"
+#include "core/particles/surface_contact/surface_contact_spec.h"
 #include "core/particles/surface_contact/unfolded.h"
 #include "core/particles/surface_contact/zones.h"
 
 namespace sim {
-
-struct SurfaceContactSpec {
-  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0;     // m, > 0: the distance that layers keep
-  double friction = 0;      // Coulomb's, >= 0
-  bool self = true;         // a surface touches itself, too
-  double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
-};
 
 // Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
 // are reached without a crossing. Points move on straight lines from x to x_next. In this order:
@@ -29,6 +23,8 @@ struct SurfaceContactSpec {
 //   2. What still meets on its way gets impulses along the normal of that moment, again and again.
 //   3. What meets all the same moves as one: zones keep only so much of their inner motion as was
 //      seen to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
+// Where there are constraints, each round of impulses ends with all places put back to where they
+// are obeyed, and in the place of zones are pieces that go a shorter way (HeldPieces).
 // A step ends only when no pair comes nearer than a share of the distance it began with. So by
 // induction nothing that is apart at the start ever crosses, whatever the step size.
 // Velocities lose what leads layers closer; momentum stays, and energy does not rise above that of
@@ -37,15 +33,22 @@ class SurfaceContact {
  public:
   // Throws Error{kScene} where surfaces cross or touch at the start, or where the thickness is more
   // than half of the shortest edge.
-  SurfaceContact(SurfaceContactSpec spec, const ParticleView& initial);
+  SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
+                 const ParticleView& initial);
+
+  // Particles of surfaces do not enter these bodies, which feel it; surfaces: of each.
+  void touch(const Solids& solids, std::span<const Surface> surfaces) {
+    solids_ = &solids;
+    body_surfaces_ = surfaces;
+  }
 
   const SurfaceContactSpec& spec() const { return spec_; }
   // Why these places are not allowed: two triangles that cross or touch. Empty where they are.
   std::string objection(const ParticleView& view);
 
   enum class Outcome { kFree, kChanged, kRefused };
-  // kFree: x_next keeps its bits. kRefused: particles that are led force surfaces through each
-  // other; refusal() says where.
+  // kFree: x_next keeps its bits. kRefused: particles that are led, or constraints that move, force
+  // surfaces through each other; refusal() says where.
   Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
   const std::string& refusal() const { return refusal_; }
 
@@ -54,7 +57,8 @@ class SurfaceContact {
 
   struct Counts {
     std::int64_t steps = 0, pairs = 0, zones = 0;  // in which it acted; the most at once; in zones
-    double deepest = 0;                            // m, inside a collider, by contact of surfaces
+    std::int64_t shortened = 0;  // steps in which what constraints join went a shorter way
+    double deepest = 0;          // m, inside a collider, by contact of surfaces
   };
   const Counts& counts() const { return counts_; }
 
@@ -63,9 +67,17 @@ class SurfaceContact {
   void make_rows();
   bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
+  void add_meetings();
   void round_ways();  // d := what the numbers of x_next can hold
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
+  // Of particles that constraints join: surface_contact_held.cpp.
+  bool advance_held(Particles& particles, double t_end);
+  bool advance_shorter(Particles& particles);
+  bool relax_held(Particles& particles, double t_end);
+  bool meet_bodies();
+  void find_held_velocities();
+  bool give_way(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
   double least_rate(const Particles& particles, double t_end, const ContactRow& row) const;
   void find_velocities(Particles& particles, double t_end, double h);
@@ -78,6 +90,11 @@ class SurfaceContact {
   std::optional<OpenSheet> sheet_;  // where there is one surface, a sheet
   ContactRows rows_;
   Zones zones_;
+  std::unique_ptr<HeldPieces> held_;  // where there are constraints
+  const Solids* solids_ = nullptr;    // where there are bodies that touch
+  std::span<const Surface> body_surfaces_;
+  std::vector<TouchPoint> points_;
+  std::vector<int> movers_;  // particles that a step may change: of surfaces, or all
   std::vector<Vec3> from_, way_, free_way_, velocity_;
   std::vector<double> inverse_mass_;
   std::vector<double> bounds_;

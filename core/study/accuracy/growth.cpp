@@ -8,6 +8,7 @@
 
 #include "core/base/array.h"
 #include "core/base/hash.h"
+#include "core/particles/particle_system.h"
 
 namespace sim::study {
 namespace {

@@ -19,7 +19,7 @@ struct Point {
   double most_end = 0;           // m, of any coordinate at the end
   int worst = 0;                 // the particle (or component) of most_end
   double energy = 0;             // as Trajectory::energy_error
-  std::optional<ConstraintDrift> drift;  // at the end, where there are constraints
+  std::optional<ConstraintDrift> drift{};  // at the end, where there are constraints
   std::int64_t steps = 0;
   Effort effort;
   double seconds = 0, spread = 0;  // of stepping: median and range of the repeats

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/particles/particle_system.h"
 #include "core/study/energy_balance.h"
 
 namespace sim::study {

@@ -4,7 +4,7 @@
 
 #include "core/base/array.h"
 #include "core/base/text.h"
-#include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/constraint_solver.h"
 #include "core/particles/layout.h"
 #include "core/study/contract/examiner.h"
 

@@ -57,9 +57,10 @@ void check_distance(Collider& collider, Examiner& examiner) {
   Misses gradient;
   double longest = 0, normal = 0, above = 0;
   std::vector<double> seen;
-  bool again = true;
+  bool again = true, plain = true;
   for (const double t : kTimes) {
     if (collider.sampled()) collider.look(t, t + kSmall);
+    const PlainSurface numbers_of = collider.plain(t);
     for (int k = 0; k < kPoints; ++k) {
       const Vec3 a = numbers.point(3), b = a + numbers.point(1), half = numbers.point(1).cwiseAbs();
       const Touch at = collider.touch(t, a);
@@ -69,6 +70,8 @@ void check_distance(Collider& collider, Examiner& examiner) {
                            collider.touch(t, a - kSmall * at.normal).gap) /
                               (2 * kSmall));
       above = std::max(above, collider.clearance(t, b, half + (a - b).cwiseAbs()) - at.gap);
+      plain = plain && (numbers_of.form == PlainSurface::Form::kNone ||
+                        (numbers_of.gap(a) == at.gap && numbers_of.velocity == at.velocity));
       again = again && collider.touch(t, a).gap == at.gap;
       for (const double number : {at.gap, at.normal[0], at.normal[1], at.normal[2]})
         seen.push_back(number);
@@ -81,6 +84,7 @@ void check_distance(Collider& collider, Examiner& examiner) {
   gradient.report(examiner, "its normal is the gradient of its gap, by differences");
   examiner.check("its clearance is no more than the gap in the box", above <= kRounding,
                  above <= kRounding ? "" : brief(above, 2) + " m more");
+  examiner.check("the same bits as numbers", plain, "");
   examiner.check("the same bits again", again, "");
   examiner.hash(seen);
 }

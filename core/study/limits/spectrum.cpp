@@ -9,6 +9,7 @@
 #include "core/base/array.h"
 #include "core/base/noise.h"
 #include "core/math/arnoldi.h"
+#include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
 
 namespace sim::study {
@@ -329,6 +330,10 @@ double smallest_damping(Simulation& system) {
   for (int i = 0; i < view.n; ++i)
     if (view.free(i)) heaviest = std::max(heaviest, view.mass[i]);
   return heaviest > 0 ? particles->motion().damping / heaviest : 0;
+}
+
+double inverse_mass(Simulation& system, int particle) {
+  return 1 / particles_of(system)->masses()[static_cast<std::size_t>(particle)];
 }
 
 VelocityDecay velocity_decay(Simulation& system, int products) {

@@ -61,6 +61,9 @@ double omega_bound(Simulation& system);
 // The smallest damping rate c / m of a free particle, 1/s; 0 in a first-order system.
 double smallest_damping(Simulation& system);
 
+// 1/kg, 0 of a pinned particle; of a second-order system.
+double inverse_mass(Simulation& system, int particle);
+
 VelocityDecay velocity_decay(Simulation& system, int products = 6);
 
 // Share of the elastic energy of a small displacement (3 numbers a particle) that each family

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/ode/stability.h"
+#include "core/particles/particle_system.h"
 #include "core/study/limits/disturbance.h"
 
 namespace sim::study {

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
 #include "core/particles/rigid/rigid_contact.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
 #include "core/particles/surface_contact/crossings.h"
 #include "core/particles/surface_contact/surface_contact.h"
 #include "core/study/energy_balance.h"
@@ -51,6 +52,10 @@ class CrossingCriterion final : public Criterion {
     std::string words = " (contact kept up to " + std::to_string(counts.pairs) +
                         (counts.pairs == 1 ? " pair apart" : " pairs apart");
     if (counts.zones > 0) words += ", " + std::to_string(counts.zones) + " particles as one piece";
+    if (counts.shortened > 0)
+      words += ", in " + std::to_string(counts.shortened) +
+               (counts.shortened == 1 ? " step" : " steps") +
+               " what constraints join went a shorter way";
     if (particles_of(*system_)->contacts().empty())
       words += ", took " + brief(balance_->contact().lost, 3) + " J";
     return words + ")";

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/noise.h"
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/verdict/criterion.h"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"

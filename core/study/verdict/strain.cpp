@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
 
 namespace sim::study {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/particles/constraints/holding_force.h"
 #include "core/study/energy_balance.h"
 #include "core/study/problem.h"
 #include "core/study/verdict/shadow.h"

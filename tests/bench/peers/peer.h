@@ -27,11 +27,14 @@ struct Scene {
   std::vector<Spring> springs;        // by their lower end
   // Lennard-Jones between all, its energy shifted to 0 at the cutoff; all 0: none. J, m, m, m.
   double epsilon = 0, sigma = 0, cutoff = 0, skin = 0;
+  // A sphere at rest, radius 0: none; particles are the centers of cubes on the plane y = 0, half
+  // an edge 0: points. Their friction.
+  double center[3] = {}, radius = 0, half = 0, friction = 0;  // m
 };
 
-// Reads "n springs pins", "gx gy gz drag h", "epsilon sigma cutoff skin", n rows "x y z vx vy vz
-// mass", a row a spring "a b k rest" and the ids of the pins. Ends the program when the file is not
-// like that.
+// Reads "n springs pins", "gx gy gz drag h", "epsilon sigma cutoff skin", "cx cy cz radius
+// half friction" of what is hit, n rows "x y z vx vy vz mass", a row a spring "a b k rest" and the
+// ids of the pins. Ends the program when the file is not like that.
 inline Scene read_scene(const char* path) {
   std::ifstream in(path, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), {});
@@ -55,6 +58,8 @@ inline Scene read_scene(const char* path) {
   s.drag = number();
   s.h = number();
   for (double* pair : {&s.epsilon, &s.sigma, &s.cutoff, &s.skin}) *pair = number();
+  for (double& c : s.center) c = number();
+  for (double* solid : {&s.radius, &s.half, &s.friction}) *solid = number();
   for (int i = 0; i < s.n; ++i) {
     for (int c = 0; c < 3; ++c) s.x.push_back(number());
     for (int c = 0; c < 3; ++c) s.v.push_back(number());

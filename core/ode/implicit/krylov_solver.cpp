@@ -1,0 +1,114 @@
+#include "core/ode/implicit/krylov_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+constexpr int kBasis = 80;            // vectors before it begins anew
+constexpr int kMostBegins = 12;       // of those
+constexpr double kSolved = 1e-10;     // of the right side
+constexpr double kEnough = 1e-3;      // with which Newton's method still ends
+constexpr double kInvariant = 1e-14;  // of a product: the basis has all of it
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// In their order: the same bits on every machine.
+double product(const Array& a, const Array& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+void add(double share, const Array& of, Array& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += share * of[i];
+}
+
+}  // namespace
+
+KrylovSolver::KrylovSolver(OdeSystem& system, const StageOptions& options)
+    : StageNewton(system, options),
+      jacobian_(system.jacobian()),
+      h_(at(kBasis * (kBasis + 1))),
+      cosine_(at(kBasis)),
+      sine_(at(kBasis)),
+      rest_(at(kBasis + 1)),
+      found_(size()),
+      right_(size()) {
+  for (int i = 0; i <= kBasis; ++i) basis_.emplace_back(size());
+}
+
+void KrylovSolver::linearise(double t, double tau, const double* y) {
+  jacobian_->at(t, y);
+  tau_ = tau;
+}
+
+// By modified Gram-Schmidt and Givens rotations.
+double KrylovSolver::extend(int k) {
+  Array &from = basis_[at(k)], &next = basis_[at(k + 1)];
+  jacobian_->apply(from.data(), next.data());
+  ++effort_.linear;
+  for (std::size_t i = 0; i < next.size(); ++i) next[i] = from[i] - tau_ * next[i];
+  const double before = std::sqrt(product(next, next));
+  double* const column = h_.data() + at(k) * at(kBasis + 1);
+  for (int i = 0; i <= k; ++i) {
+    column[i] = product(basis_[at(i)], next);
+    add(-column[i], basis_[at(i)], next);
+  }
+  double length = std::sqrt(product(next, next));
+  if (!(length > kInvariant * before)) length = 0;
+  for (int i = 0; i < k; ++i) {
+    const double a = column[i], b = column[i + 1];
+    column[i] = cosine_[at(i)] * a + sine_[at(i)] * b;
+    column[i + 1] = cosine_[at(i)] * b - sine_[at(i)] * a;
+  }
+  const double size = std::sqrt(column[k] * column[k] + length * length);
+  cosine_[at(k)] = size > 0 ? column[k] / size : 1;
+  sine_[at(k)] = size > 0 ? length / size : 0;
+  column[k] = size;
+  rest_[at(k + 1)] = -sine_[at(k)] * rest_[at(k)];
+  rest_[at(k)] *= cosine_[at(k)];
+  if (length > 0)
+    for (std::size_t i = 0; i < next.size(); ++i) next[i] /= length;
+  return std::fabs(rest_[at(k + 1)]);
+}
+
+void KrylovSolver::add_to(Array& found, int count) {
+  for (int k = count - 1; k >= 0; --k) {
+    double sum = rest_[at(k)];
+    for (int j = k + 1; j < count; ++j) sum -= h_[at(j) * at(kBasis + 1) + at(k)] * rest_[at(j)];
+    const double diagonal = h_[at(k) * at(kBasis + 1) + at(k)];
+    rest_[at(k)] = diagonal != 0 ? sum / diagonal : 0;
+  }
+  for (int k = 0; k < count; ++k) add(rest_[at(k)], basis_[at(k)], found);
+}
+
+bool KrylovSolver::divide(Array& x) {
+  std::ranges::copy(x.span(), right_.data());
+  std::ranges::fill(found_.span(), 0.0);
+  const double size = std::sqrt(product(right_, right_));
+  if (!(size > 0)) return std::isfinite(size);
+  double left = size;
+  for (int begin = 0; begin < kMostBegins && left > kSolved * size; ++begin) {
+    Array& first = basis_[0];
+    if (begin > 0) {
+      jacobian_->apply(found_.data(), first.data());
+      for (std::size_t i = 0; i < first.size(); ++i)
+        first[i] = right_[i] - (found_[i] - tau_ * first[i]);
+      left = std::sqrt(product(first, first));
+    } else {
+      std::ranges::copy(right_.span(), first.data());
+    }
+    if (!std::isfinite(left) || !(left > kSolved * size)) break;
+    for (std::size_t i = 0; i < first.size(); ++i) first[i] /= left;
+    rest_[0] = left;
+    int count = 0;
+    while (count < kBasis && left > 0.5 * kSolved * size) left = extend(count++);
+    add_to(found_, count);
+  }
+  std::ranges::copy(found_.span(), x.data());
+  return left <= kEnough * size;
+}
+
+}  // namespace sim

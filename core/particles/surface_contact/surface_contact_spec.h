@@ -1,0 +1,21 @@
+// What is asked of surfaces that do not pass through each other.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/particles/elements/triangle_mesh.h"
+
+namespace sim {
+
+inline constexpr double kContactInside = 1e-3;  // thicknesses that a particle may be inside a solid
+
+struct SurfaceContactSpec {
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
+  double thickness = 0;     // m, > 0: the distance that layers keep
+  double friction = 0;      // Coulomb's, >= 0
+  bool self = true;         // a surface touches itself, too
+  double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
+};
+
+}  // namespace sim

@@ -1,0 +1,182 @@
+// What lies on planes and spheres is settled many at a time: the bits of one at a time.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+
+#include "core/base/team.h"
+#include "core/particles/explicit/settling.h"
+#include "core/particles/particles.h"
+#include "core/simd/simd_targets.h"
+
+using namespace sim;
+
+namespace {
+
+constexpr double kStep = 0.01;
+
+// A plane or a sphere, inside or outside, that moves at a constant velocity; `told`: as numbers,
+// too.
+class Solid final : public Collider {
+ public:
+  Solid(const PlainSurface& at, const Surface& surface, bool told)
+      : at_(at), surface_(surface), told_(told) {}
+
+  Surface surface() const override { return surface_; }
+  bool moves() const override { return at_.velocity != Vec3::Zero(); }
+  double fastest(double, double) const override { return at_.velocity.norm(); }
+  PlainSurface plain(double t) const override {
+    PlainSurface now = at_;
+    now.center = center(t);
+    return told_ ? now : PlainSurface{};
+  }
+  Touch touch(double t, const Vec3& x) const override {
+    const Vec3 d = x - center(t);
+    double distance = at_.normal.dot(d);
+    Vec3 normal = at_.normal;
+    if (at_.form == PlainSurface::Form::kSphere) {
+      const double length = d.norm();
+      distance = length - at_.radius;
+      normal = length > 0 ? Vec3(d / length) : Vec3(0, 1, 0);
+    }
+    if (at_.inside) return {-distance - at_.thickness, -normal, at_.velocity};
+    return {distance - at_.thickness, normal, at_.velocity};
+  }
+  double clearance(double t, const Vec3& middle, const Vec3& half) const override {
+    return touch(t, middle).gap - half.norm();
+  }
+  Vec3 carried(double t0, double t1, const Vec3& x) const override {
+    return moves() ? x + (center(t1) - center(t0)) : x;
+  }
+
+ private:
+  Vec3 center(double t) const { return moves() ? at_.center + t * at_.velocity : at_.center; }
+
+  PlainSurface at_;
+  Surface surface_;
+  bool told_;
+};
+
+struct Case {
+  PlainSurface at;
+  Surface surface;
+  bool second;  // another plane beside it
+};
+
+// A state, what it becomes, and what contact did.
+struct Result {
+  Array from, to, after;
+  ContactWork work;
+};
+
+Result settled(const Case& c, bool told, bool whole, unsigned seed) {
+  constexpr int kCount = 333;
+  std::mt19937 random(seed);
+  const auto number = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+  std::vector<double> masses(kCount);
+  for (double& mass : masses) mass = 1.5 + number();
+  const Layout layout(kCount);
+  Array x0(layout.size()), x1(layout.size()), a(Layout(kCount, 3).size()), after(a.size());
+  const auto q0 = layout.axes(x0.data()), v0 = layout.axes(x0.data(), 3);
+  const auto q = layout.axes(x1.data()), v = layout.axes(x1.data(), 3);
+  Solid solid(c.at, c.surface, told);
+  for (int i = 0; i < kCount; ++i) {
+    // Most lie on it, some above; most are led in and slide, some are at rest or go off.
+    Vec3 place = c.at.center + Vec3(number(), number(), number());
+    for (int n = 0; n < 3; ++n) {
+      const Touch touch = solid.touch(0, place);
+      place -= (touch.gap - (i % 7 == 0 ? 0.003 * (1 + number()) : 0)) * touch.normal;
+    }
+    const Touch touch = solid.touch(0, place);
+    Vec3 slip = tangential({number(), number(), number()}, touch.normal);
+    if (i % 5 == 0) slip = 1e-4 * slip;
+    if (i % 11 == 0) slip = Vec3::Zero();
+    const double off = i % 13 == 0 ? 0.2 * number() : i % 3 == 0 ? -0.05 * std::fabs(number()) : 0;
+    const Vec3 velocity = touch.velocity + slip + off * touch.normal;
+    const Vec3 pull = (i % 17 == 0 ? 1 : -1) * 10 * touch.normal + Vec3(number(), number(), 0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      q0[axis][i] = place[axis];
+      v0[axis][i] = velocity[axis];
+      v[axis][i] = velocity[axis] + (whole ? kStep : 0.5 * kStep) * pull[axis];
+      q[axis][i] = place[axis] + kStep * velocity[axis] + 0.5 * kStep * kStep * pull[axis];
+      Layout(kCount, 3).axes(a.data())[axis][i] = pull[axis];
+    }
+  }
+
+  Team team(1);
+  Particles particles(masses, {4, 40, 41, 332}, {}, x0.data(), team);
+  particles.add_collider(std::make_unique<Solid>(c.at, c.surface, told), "solid", x0.data(), 0);
+  if (c.second)
+    particles.add_collider(
+        std::make_unique<Solid>(
+            PlainSurface{PlainSurface::Form::kPlane, {0.4, 0, 0}, {0, 0, 0}, {-1, 0, 0}},
+            Surface{0, 0.1}, told),
+        "wall", x0.data(), 0);
+  Settling settling(particles);
+  settling.begin(0, kStep);
+  if (whole) {
+    settling.end(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, kCount);
+  } else {
+    settling.drifted(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, kCount);
+    LyingKick kick;
+    kick.next = {.keep = 0.99, .gain = 0.5 * kStep, .keeps = nullptr, .gains = nullptr};
+    kick.drift = kStep;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int i = 0; i < kCount; ++i)
+        v[axis][i] += 0.5 * kStep * Layout(kCount, 3).axes(a.data())[axis][i];
+      kick.q[axis] = q[axis];
+      kick.v[axis] = v[axis];
+      kick.a[axis] = Layout(kCount, 3).axes(a.data())[axis];
+      kick.v_after[axis] = Layout(kCount, 3).axes(after.data())[axis];
+    }
+    settling.kicked(kStep, kick, 0, kCount);
+  }
+  return {std::move(x0), std::move(x1), std::move(after), particles.contacts().ledger().take()};
+}
+
+bool same(const Array& a, const Array& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+}  // namespace
+
+TEST_CASE("what lies on a surface is settled with the same bits many at a time as one at a time") {
+  const double c = std::sqrt(0.5);
+  const PlainSurface plane{PlainSurface::Form::kPlane, {0.1, -0.2, 0.3}, {}, {0, 1, 0}, 0, 0.005};
+  PlainSurface slope = plane, ball = plane, hollow, moving;
+  slope.normal = {c, c, 0};
+  ball.form = PlainSurface::Form::kSphere;
+  ball.radius = 0.7;
+  hollow = moving = ball;
+  hollow.inside = true;
+  moving.velocity = {0.3, 0.2, -0.1};
+  PlainSurface belt = plane;
+  belt.velocity = {0.4, 0.05, 0};
+  unsigned seed = 1;
+  int changed = 0;
+  for (const PlainSurface& at : {plane, slope, ball, hollow, moving, belt})
+    for (const Surface& surface :
+         {Surface{0, 0}, Surface{0.5, 0}, Surface{0, 0.3}, Surface{0.2, 2}})
+      for (const bool second : {false, true})
+        for (const bool whole : {true, false}) {
+          CAPTURE(static_cast<int>(at.form), at.inside, at.velocity.norm(), surface.restitution,
+                  surface.friction, second, whole);
+          const Case each{at, surface, second};
+          ++seed;
+          const Result one = settled(each, false, whole, seed);
+          changed += !same(one.from, one.to);
+          for (const SimdLevel level : simd_levels()) {
+            setenv("SIM_SIMD", simd_name(level), 1);
+            const Result many = settled(each, true, whole, seed);
+            unsetenv("SIM_SIMD");
+            CAPTURE(simd_name(level));
+            CHECK(same(one.to, many.to));
+            CHECK(same(one.after, many.after));
+            CHECK(one.work.lost == many.work.lost);
+            CHECK(one.work.given == many.work.given);
+          }
+        }
+  CHECK(changed > 0);
+}

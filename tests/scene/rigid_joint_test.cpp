@@ -1,0 +1,127 @@
+// Bodies that constraints join and that touch things: impulses run through rods and joints.
+#include <cmath>
+
+#include "core/particles/constraints/holding.h"
+#include "core/particles/rigid/rigid_contact.h"
+#include "tests/lua/scene_text.h"
+#include "tests/support/momentum.h"
+#include "tests/support/scenes.h"
+
+using namespace sim;
+using namespace sim::test;
+using sim_test::Momentum;
+using sim_test::momentum_of;
+
+namespace {
+
+// A plank of 1 kg that hangs by four ropes of so many rods each, a box above its middle, a ball
+// beside it, a floor.
+std::string plank(double mass, int links, const std::string& more = "") {
+  return "local p = sim.particles { mass = 0.01 }\n"
+         "local rods = sim.constraint.distance {}\n"
+         "local plank = sim.rigid { shape = sim.box { half = {0.5, 0.02, 0.15} }, mass = 1, "
+         "friction = 0.5 }\n"
+         "local links = " +
+         std::to_string(links) +
+         "\n"
+         "for _, x in ipairs {-0.45, 0.45} do for _, z in ipairs {-0.12, 0.12} do\n"
+         "  local before = p:add { x, 1.02, z }\n  p:pin(before)\n"
+         "  for l = 1, links - 1 do\n    local bead = p:add { x, 1.02 - l / links, z }\n"
+         "    rods:tie(before, bead)\n    before = bead\n  end\n"
+         "  rods:tie(before, plank:at {x, 0.02, z})\nend end\n"
+         "local box = sim.rigid { shape = sim.box { half = {0.1, 0.1, 0.1} }, mass = " +
+         std::to_string(mass) +
+         ", friction = 0.5, position = {0, 0.2, 0} }\n"
+         "local ball = sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 0.5, position = "
+         "{0.9, 0, 0} }\n"
+         "return sim.scene { particles = p, bodies = { plank, box, ball }, constraints = { rods }, "
+         "colliders = { sim.collider.plane { point = {0, -1, 0}, friction = 0.5 } }, forces = { "
+         "sim.force.gravity { g = {0, -9.81, 0} }" +
+         more + " }, integrator = 'verlet', dt = 0.005, duration = 2 }\n";
+}
+
+ConstraintDrift drift_of(const Simulation& system) {
+  return system.holding()->drift(system.t(), system.state().data());
+}
+
+}  // namespace
+
+TEST_CASE("a box comes to rest on a plank that hangs by rods above a floor", "[rigid]") {
+  for (const char* const method : {"verlet", "rk4"})
+    for (const double mass : {0.2, 1.0, 20.0}) {
+      INFO(method << " " << mass);
+      TextRun scene(plank(mass, 1), method, 0.005);
+      scene.run_to(1.5);
+      const RigidState plank = scene.system.body_state(0), box = scene.system.body_state(1),
+                       ball = scene.system.body_state(2);
+      CHECK(plank.center.norm() < 1e-9);
+      CHECK(box.center.y() == Approx(0.12).margin(1e-9));
+      CHECK((box.center - Vec3(0, 0.12, 0)).norm() < 1e-3);  // friction let it be there
+      CHECK(box.velocity.norm() + plank.velocity.norm() < 1e-8);
+      CHECK(ball.center.y() == Approx(-0.9).margin(1e-9));
+      CHECK(drift_of(scene.system).position < 1e-12);
+      CHECK(drift_of(scene.system).velocity < 1e-12);
+    }
+}
+
+TEST_CASE("ropes of many rods carry plank and box, and touch the floor themselves", "[rigid]") {
+  TextRun scene(plank(0.5, 5, ", sim.force.drag { k = 0.05 }"), "verlet", 0.002);
+  scene.run_to(3);
+  const RigidState plank = scene.system.body_state(0), box = scene.system.body_state(1);
+  CHECK(std::fabs(plank.center.y()) < 0.02);
+  CHECK(box.center.y() - plank.center.y() == Approx(0.12).margin(1e-3));
+  CHECK(drift_of(scene.system).position < 1e-12);
+}
+
+// A ball hits the first of two that a rod joins, along it.
+TEST_CASE("a blow runs through a rod and a joint", "[rigid]") {
+  for (const double e : {0.0, 0.5, 1.0})
+    for (const bool joint : {false, true}) {
+      const std::string ball =
+          "sim.rigid { shape = sim.sphere { radius = 0.1 }, restitution = " + std::to_string(e);
+      const std::string link = joint ? "sim.constraint.joint {}:tie(a:at {0.15, 0, 0}, b:at "
+                                       "{-0.15, 0, 0})"
+                                     : "sim.constraint.distance { ties = { {a:at {0, 0, 0}, b:at "
+                                       "{0, 0, 0}} } }";
+      TextRun scene("local a = " + ball + ", mass = 1 }\nlocal b = " + ball +
+                        ", mass = 3, position = {0.3, 0, 0} }\nlocal c = " + ball +
+                        ", mass = 2, position = {-0.51, 0, 0}, velocity = {1, 0, 0} }\nreturn "
+                        "sim.scene { bodies = { a, b, c }, forces = {}, constraints = { " +
+                        link + " }, integrator = 'verlet', dt = 0.01, duration = 1 }\n",
+                    "verlet", 0.01);
+      INFO("e " << e << " joint " << joint);
+      const Momentum before = momentum_of(scene.system);
+      scene.run_to(0.6);
+      // Newton's law of 2 kg on 4 kg.
+      const double both = 2.0 / 6 * (1 + e), own = both - e;
+      CHECK(scene.system.body_state(0).velocity.x() == Approx(both).margin(1e-9));
+      CHECK(scene.system.body_state(1).velocity.x() == Approx(both).margin(1e-9));
+      CHECK(scene.system.body_state(2).velocity.x() == Approx(own).margin(1e-9));
+      const Momentum after = momentum_of(scene.system);
+      CHECK((after.linear - before.linear).norm() < 1e-12);
+      CHECK(drift_of(scene.system).position < 1e-12);
+    }
+}
+
+TEST_CASE("bodies that a joint joins pass through each other, others do not", "[rigid]") {
+  // Three boxes in a chain that is folded: the first and the third touch.
+  TextRun scene(
+      "local function box(x, y, w) return sim.rigid { shape = sim.box { half = {0.5, 0.1, 0.1} }, "
+      "mass = 1, position = {x, y, 0}, spin = {0, 0, w} } end\n"
+      "local a, b, c = box(0, 0, 0), box(1, 0, 2), box(2, 0, 6)\n"
+      "return sim.scene { bodies = { a, b, c }, forces = {}, constraints = { "
+      "sim.constraint.joint {}:tie(a:at {0.5, 0, 0}, b:at {-0.5, 0, 0}):tie(b:at {0.5, 0, 0}, c:at "
+      "{-0.5, 0, 0}) }, integrator = 'verlet', dt = 0.002, duration = 1 }\n",
+      "verlet", 0.002);
+  const Momentum before = momentum_of(scene.system);
+  double most = 0;
+  while (scene.system.t() < 3) {
+    REQUIRE(scene.system.step());
+    most = std::max(most, drift_of(scene.system).position);
+  }
+  CHECK(scene.system.rigid_contact() != nullptr);
+  CHECK(scene.system.rigid_contact()->counts().most > 0);
+  CHECK(most < 1e-12);
+  const Momentum after = momentum_of(scene.system);
+  CHECK((after.linear - before.linear).norm() < 1e-12);
+}
