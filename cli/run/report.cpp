@@ -76,25 +76,32 @@ std::string finer_words(const Simulation& system) {
   return system.integrator_info().adaptive ? "a tenth of the tolerance " : "half the step ";
 }
 
-// "sag = -0.43122, 3e-06 off the run with half the step (8e-06 on the way)".
-std::string observed_line(Track& track, std::size_t i) {
-  std::string text = track.observers()[i].name + " = " + brief(track.observed()[i], 8);
-  if (track.parted().empty()) return text;
-  const study::Parted& parted = track.parted()[i];
-  text += "; with " + finer_words(track.system()) + brief(parted.at_end, 2) + " away";
-  if (parted.most > parted.at_end) text += ", on the way " + brief(parted.most, 2);
-  return text;
+// "; with half the step 2e-07 away", "; chaotic, known to 0.3: with half the step 0.2 away, from
+// neighbouring starts up to 0.3", or "; not verified". `way`: further on the way, 0 for none.
+std::string known_words(const Track& track, double parted, double way, double spread) {
+  if (std::isnan(parted)) return track.taken() > 0 ? "; not verified" : "";
+  std::string text = "with " + finer_words(track.system()) + brief(parted, 2) + " away";
+  if (way > parted) text += ", on the way " + brief(way, 2);
+  if (!track.chaotic()) return "; " + text;
+  if (std::isnan(spread)) return "; chaotic, not known how well: " + text;
+  return "; chaotic, known to " + brief(std::max(parted, spread), 2) + ": " + text +
+         ", from neighbouring starts up to " + brief(spread, 2);
 }
 
-// "mean sag = -0.31122; with half the step 2e-07 away"
+std::string observed_line(Track& track, std::size_t i) {
+  const study::Parted parted =
+      track.parted().empty() ? study::Parted{std::nan(""), 0} : track.parted()[i];
+  return track.observers()[i].name + " = " + brief(track.observed()[i], 8) +
+         known_words(track, parted.at_end, parted.most, parted.neighbours);
+}
+
 std::string figure_line(const Track& track, std::size_t i) {
   const study::Quantity& asked = track.judged()[i];
-  const double value = track.figure(i), parted = track.figure_parted(i);
+  const double value = track.figure(i);
   if (std::isnan(value) && asked.is_period())
     return asked.text() + ": it rises through its mean less than twice";
-  std::string text = asked.text() + " = " + brief(value, 8);
-  if (std::isnan(parted)) return text;
-  return text + "; with " + finer_words(track.system()) + brief(parted, 2) + " away";
+  return asked.text() + " = " + brief(value, 8) +
+         known_words(track, track.figure_parted(i), 0, track.figure_spread(i));
 }
 
 // Points show where particle 0 is, flat states their first components.
@@ -261,9 +268,9 @@ void Report::footer(std::span<Track> tracks, double seconds) {
     const std::string name = scene_.spec.world ? "  " + track.system().name() : "";
     const std::size_t values = track.observed().size();
     for (std::size_t i = 0; i < values; ++i)
-      text += label(i == 0 ? "observed" : "", observed_line(track, i) + name);
+      text += label(i == 0 ? "observed" : "", wrapped(observed_line(track, i) + name, 12, 12));
     for (std::size_t i = 0; i < track.judged().size(); ++i)
-      text += label("", figure_line(track, i) + name);
+      text += label("", wrapped(figure_line(track, i) + name, 12, 12));
   }
   for (const Track& track : tracks) {
     text += label("hash", hash_text(track.system()) +

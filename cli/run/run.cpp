@@ -248,6 +248,7 @@ void Run::verify(int caught) {
                         (request_.verify == Verify::kQuick &&
                          (seconds_ < Track::kQuick || !track.system().second_order()));
     if (caught) return;
+    const double chaotic = track.observers().empty() ? 4 : 10;  // times the run
     if (!wanted) {
       track.leave_unverified(request_.verify == Verify::kNever
                                  ? "positions not verified"
@@ -257,9 +258,10 @@ void Run::verify(int caught) {
     }
     if (seconds_ > Track::kQuick && !request_.quiet)
       console_.err << "sim: note: verifying with half the step takes about "
-                   << brief(2 * seconds_, 1) << " s; Ctrl-C skips it\n"
+                   << brief(2 * seconds_, 1) << " s, and " << brief(chaotic * seconds_, 1)
+                   << " s where the motion is chaotic; Ctrl-C skips it\n"
                    << std::flush;
-    track.verify(SessionSignals::any);
+    track.verify(SessionSignals::any, true);
   }
 }
 

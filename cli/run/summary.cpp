@@ -59,13 +59,15 @@ std::string observed_json(Track& track) {
     each.number("value", values[i]);
     if (!track.parted().empty())
       each.number("difference", track.parted()[i].at_end)
-          .number("difference_most", track.parted()[i].most);
+          .number("difference_most", track.parted()[i].most)
+          .number("neighbours", track.parted()[i].neighbours);
     object.json(track.observers()[i].name, each.str());
   }
   for (std::size_t i = 0; i < track.judged().size(); ++i)
     object.json(track.judged()[i].text(), JsonObject()
                                               .number("value", track.figure(i))
                                               .number("difference", track.figure_parted(i))
+                                              .number("neighbours", track.figure_spread(i))
                                               .str());
   return object.str();
 }

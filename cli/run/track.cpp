@@ -30,6 +30,14 @@ int fastest_particle(const Simulation& system) {
 
 std::int64_t to_next(std::int64_t step, std::int64_t stride) { return stride - step % stride; }
 
+// What happens at once, as fast modes that die, is seen after 1, 2, 4, 8, ... steps.
+bool is_early(std::int64_t taken) { return taken > 0 && (taken & (taken - 1)) == 0; }
+std::int64_t to_early(std::int64_t taken) {
+  std::int64_t next = 1;
+  while (next <= taken) next *= 2;
+  return next - taken;
+}
+
 }  // namespace
 
 Track::Track(const SystemSpec& spec, Simulation& system, std::int64_t steps,
@@ -82,7 +90,19 @@ void Track::judge(const std::vector<study::Quantity>& figures) {
 }
 
 double Track::figure_parted(std::size_t i) const {
-  return i < parting_.figures.size() ? std::abs(figure(i) - parting_.figures[i]) : std::nan("");
+  return i < parting_.figures.size() ? std::abs(figure(i) - parting_.figures[i].shadow)
+                                     : std::nan("");
+}
+
+double Track::figure_spread(std::size_t i) const {
+  double most = std::nan("");
+  if (i < parting_.figures.size())
+    for (const double each : parting_.figures[i].neighbours) {
+      const double off = std::abs(figure(i) - each);
+      if (std::isnan(off)) return off;
+      if (!(off <= most)) most = off;
+    }
+  return most;
 }
 
 bool Track::take(std::int64_t& taken, std::int64_t stride, bool last) {
@@ -100,10 +120,11 @@ void Track::sample() {
     keeps_steps_ = !system_->integrator_info().adaptive && !system_->integrator().memory().empty();
   for (std::size_t i = 0; i < judged_.size(); ++i)
     courses_[i].look(system_->t(), judged_[i].at(*system_));
-  if (!looks_.take(step)) return;
+  const bool due = looks_.take(step);
+  if (!due && !(shadow_ && is_early(step - first_step_))) return;
   const Energy* const now = system_->second_order() ? &energy() : nullptr;
   if (now && !energy_is_finite()) return;
-  monitor_.look(now);
+  if (due) monitor_.look(now);
   if (shadow_) shadow_->look(now, observed());
 }
 
@@ -111,7 +132,8 @@ std::int64_t Track::due() const {
   const std::int64_t step = system_->step_count();
   if (!judged_.empty()) return 1;
   return std::min({to_next(step, frame_stride_), to_next(step, row_stride_),
-                   std::max<std::int64_t>(1, looks_.next() - step), steps_ - step, monitor_.due()});
+                   std::max<std::int64_t>(1, looks_.next() - step), to_early(step - first_step_),
+                   steps_ - step, monitor_.due()});
 }
 
 bool Track::energy_is_finite() {
@@ -175,10 +197,9 @@ void Track::touched(double energy) {
   leave_unverified("positions not verified: hands were in it");
 }
 
-void Track::verify(const std::function<bool()>& stop) {
+void Track::verify(const std::function<bool()>& stop, bool spread) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
-  const double strain = monitor_.verdict().figures.strain.strain;
-  parting_ = shadow_->compare(std::min(strain, 0.0), stop);
+  parting_ = shadow_->compare(stop, spread);
 }
 
 void Track::leave_unverified(std::string why) {

@@ -65,14 +65,15 @@ class Track {
   std::span<const study::Quantity> judged() const { return judged_; }
   double figure(std::size_t i) const { return courses_[i].figure(judged_[i]); }
   double figure_parted(std::size_t i) const;  // from that of the shadow; not a number: not known
+  double figure_spread(std::size_t i) const;  // from the neighbour's that is furthest; likewise
   std::span<const double> observed();         // of the present state; not finite: not known
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
-  // Runs its shadow, as far as `stop` lets it; costs two to four times the run.
-  void verify(const std::function<bool()>& stop);
+  // Runs its shadow, as far as `stop` lets it; see study::Shadow for what it costs.
+  void verify(const std::function<bool()>& stop, bool spread = false);
+  bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
-
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says; it takes no more steps
   void mark_diverged(std::string why);
@@ -81,7 +82,6 @@ class Track {
 
  private:
   bool take(std::int64_t& taken, std::int64_t stride, bool last);
-
   const SystemSpec* spec_;
   Simulation* system_;
   std::int64_t steps_, frame_stride_, row_stride_;

@@ -336,12 +336,14 @@ std::string text_of(const Bench& bench, const MinimalRequest& request, const Loa
                                 (request.of.empty() ? "positions" : request.of));
   }
   text += '\n' + table_text(bench, request, rows, smallest) +
-          "* within the budget. Changes are the largest on the way: of a position as a\n"
-          "share of the scene's size, of the energy of that in play, of what the scene\n"
-          "observes as numbers" +
-          (scene.spec.world ? std::string("; of several systems that of the worst") : "") +
-          (bench.by_figure() ? "; a figure at the end" : "") +
-          ". Springs and\nforces that a step has room for may cost no time.\n\n";
+          wrapped(std::string("* within the budget. Changes are the largest on the way: of a "
+                              "position as a share of the scene's size, of the energy of that in "
+                              "play, of what the scene observes as numbers") +
+                      (scene.spec.world ? "; of several systems that of the worst" : "") +
+                      (bench.by_figure() ? "; a figure at the end" : "") +
+                      ". Springs and forces that a step has room for may cost no time.",
+                  0) +
+          "\n\n";
   if (!bench.within(bench.own()))
     text += "The scene's own error is above the budget: a smaller step first.\n";
   return text + (smallest ? "smallest scene within the budget\n  " + command + '\n'

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/particles/axes.h"
 #include "core/particles/pressed.h"
@@ -14,6 +15,11 @@ constexpr double kIn = 1e-11;    // likewise, and less than none
 constexpr double kStill = 1e-9;  // of velocities: a rate of the gap that counts as none
 constexpr double kLeastShare = 1e-9;  // shares of a step that are none
 constexpr double kPressed = 1e-7;     // of the acceleration: a push that is none
+
+void add(ContactWork& sum, const ContactWork& work, double share = 1) {
+  sum.lost += share * work.lost;
+  sum.given += share * work.given;
+}
 
 // W/kg, of what surfaces do to a particle that has the velocity v.
 ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
@@ -141,12 +147,56 @@ double ContactEvents::first(double t, double h, const double* x, const double* x
 }
 
 Events::Outcome ContactEvents::end(double t, double h, const double* x, double* x_next, bool cut) {
+  if (span_.on) begin_span(t, h);
   bool jumped = false;
   if (!cut || !in_forces_) jumped = press(t, h, x, x_next, !cut);
   if (cut && in_forces_ && !held_.empty()) put_back(t, h, x_next);
+  if (span_.on) span_.along = particles_->contacts().ledger().take();
   if (bounce(t + h, x_next)) jumped = true;
+  if (span_.on) span_.at_end = particles_->contacts().ledger().take();
   if (particles_->contacts().ledger().squeezed() >= 0) return Outcome::kNotAllowed;
   return jumped ? Outcome::kJumped : Outcome::kSmooth;
+}
+
+double ContactEvents::Span::share(double t) const {
+  const double part = length > 0 ? (t - from) / length : 1;
+  return part > 1 - 1e-9 ? 1 : std::max(part, 0.0);
+}
+
+// Of a power that changes linearly.
+void ContactEvents::Span::add_along(ContactWork& sum, double from, double to) const {
+  const double linear = to - from, square = to * to - from * from;
+  add(sum, steady, linear - square);
+  add(sum, along, square);
+}
+
+void ContactEvents::begin_span(double t, double h) {
+  add(span_.passed, particles_->contacts().ledger().take());
+  span_.add_along(span_.passed, span_.share(span_.shown), 1);
+  if (span_.share(span_.shown) < 1) add(span_.passed, span_.at_end);
+  span_.steady = {};
+  span_.from = t;
+  span_.length = h;
+}
+
+void ContactEvents::show(double t) {
+  span_.on = true;
+  span_.shown = t;
+}
+
+ContactWork ContactEvents::take(double t) {
+  ContactWork work = particles_->contacts().ledger().take();
+  add(work, std::exchange(span_.passed, {}));
+  const double before = span_.share(span_.shown), now = span_.share(t);
+  span_.add_along(work, before, now);
+  if (before < 1 && now >= 1) add(work, span_.at_end);
+  span_.shown = t;
+  return work;
+}
+
+void ContactEvents::repeated() {
+  particles_->contacts().ledger().take();
+  span_.passed = {};
 }
 
 // What is held has drifted off its surface by what the method is off.
@@ -177,6 +227,7 @@ void ContactEvents::put_back(double t, double h, double* x) {
     put_vector(q, i, place);
     put_vector(v, i, velocity);
     particles_->contacts().ledger().enter(i, mass, work);
+    if (span_.on) add(span_.steady, held.power, mass * h);
   }
 }
 

@@ -25,10 +25,19 @@ class ContactEvents final : public Events {
   double first(double t, double h, const double* x, const double* x_next) override;
   Outcome end(double t, double h, const double* x, double* x_next, bool cut) override;
   void gave_up() override { particles_->contacts().ledger().count_uncut(); }
-  void repeated() override { particles_->contacts().ledger().take(); }
+  void repeated() override;
 
   bool begun() const noexcept { return begun_; }  // by the present method
-  void forget() noexcept { begun_ = false; }      // another method comes
+  void forget() noexcept {                        // another method comes
+    begun_ = false;
+    span_ = {};
+  }
+
+  // A method with steps of its own may be beyond the state that it shows. Work counts as far as
+  // shown: what acts all along a step by its share, what happens at its end when that is shown.
+  void show(double t);                           // the time of the present state
+  ContactWork take(double t);                    // J since then, and shows t
+  void forget_ahead() { span_ = {.on = true}; }  // another course comes
   // a: free accelerations at a time within the step; those of what is held become what they are.
   void accelerate(const ParticleView& view, double* const a[3]);
 
@@ -52,7 +61,19 @@ class ContactEvents final : public Events {
   template <class Body>
   void for_near(double t, double h, const double* x, const double* x_next, const Body& body);
 
+  // The present step, and what was not shown of those before it.
+  struct Span {
+    bool on = false;
+    double from = 0, length = 0, shown = 0;  // s
+    ContactWork passed = {}, along = {}, at_end = {};
+    ContactWork steady = {};  // of `along`, what there were if the power stayed that of the start
+    double share(double t) const;
+    void add_along(ContactWork& sum, double from, double to) const;  // between two shares
+  };
+  void begin_span(double t, double h);
+
   Particles* particles_;
+  Span span_;
   double t_ = 0, h_ = 0;
   bool begun_ = false, in_forces_ = false;
   std::vector<Held> held_;

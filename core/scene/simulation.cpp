@@ -255,9 +255,7 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  ContactLedger* const ledger =
-      s.particles && !s.particles->contacts().empty() ? &s.particles->contacts().ledger() : nullptr;
-  if (ledger) ledger->take();  // of steps that others tried
+  s.begin_contact(t());
   if (s.surface_contact || s.rigid_contact) most = 1;
   const FloatControl control;
   Advance now;
@@ -277,13 +275,9 @@ int Simulation::steps(std::int64_t most) {
     s.restart();
     return 0;
   }
-  if (ledger) {
-    const ContactWork work = ledger->take();
-    s.contact_work.lost += work.lost;
-    s.contact_work.given += work.given;
-  }
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
+  s.end_contact(t());
   return now.taken;
 }
 
@@ -292,6 +286,7 @@ bool Simulation::step_to(double end) {
   Impl& s = *impl_;
   const double short_h = end - t();
   const bool adaptive = integrator_info().adaptive;
+  s.begin_contact(t());
   if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
   const StepStatus status =
       s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
@@ -306,6 +301,7 @@ bool Simulation::step_to(double end) {
   std::swap(s.x, s.x_next);
   s.n0 = ++s.step_count;
   s.t0 = end;
+  s.end_contact(end);
   if (!adaptive) s.restart();
   return true;
 }

@@ -18,6 +18,8 @@
 
 namespace sim {
 
+class ContactEvents;
+
 struct Simulation::Impl {
   std::string name;
   double duration = 0;
@@ -65,7 +67,11 @@ struct Simulation::Impl {
   // x_next := what contact of surfaces makes of the step to t1; false where it has no way.
   bool keep_apart(double t, double h);
   bool keep_bodies_apart(double t, double h);
-  void restart() { integrator->restart(t(step_count), settings->h, x.data()); }
+  // Around a step: what contact does in it counts as far as the state after it is.
+  void begin_contact(double t);
+  void end_contact(double t);
+  ContactEvents* contact_events();  // of a method with steps of its own; null: it has none
+  void restart();
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);
 

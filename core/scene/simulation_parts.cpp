@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/base/finite.h"
+#include "core/particles/contact_events.h"
 #include "core/particles/rigid/rigid_rows.h"
 #include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
@@ -123,6 +124,30 @@ bool Simulation::Impl::keep_apart(double t, double h) {
   if (outcome == SurfaceContact::Outcome::kChanged) integrator->restart(t + h, h, x_next.data());
   contact_work.lost += surface_contact->take_work();
   return true;
+}
+
+ContactEvents* Simulation::Impl::contact_events() {
+  const bool has_some = particles && !particles->contacts().empty() && integrator->info().adaptive;
+  return has_some ? dynamic_cast<ContactEvents*>(system->events()) : nullptr;
+}
+
+void Simulation::Impl::begin_contact(double t) {
+  if (!particles || particles->contacts().empty()) return;
+  particles->contacts().ledger().take();  // of steps that others tried
+  if (ContactEvents* const events = contact_events()) events->show(t);
+}
+
+void Simulation::Impl::end_contact(double t) {
+  if (!particles || particles->contacts().empty()) return;
+  ContactEvents* const events = contact_events();
+  const ContactWork work = events ? events->take(t) : particles->contacts().ledger().take();
+  contact_work.lost += work.lost;
+  contact_work.given += work.given;
+}
+
+void Simulation::Impl::restart() {
+  if (ContactEvents* const events = contact_events()) events->forget_ahead();
+  integrator->restart(t(step_count), settings->h, x.data());
 }
 
 const RigidContact* Simulation::rigid_contact() const { return impl_->rigid_contact.get(); }

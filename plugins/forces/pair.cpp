@@ -111,7 +111,8 @@ SIM_PLUGIN(Force, "pair") {
                   "lennard_jones  U = 4 epsilon ((sigma/r)^12 - (sigma/r)^6)\n"
                   "soft           U = k/2 (radius - r)^2 for r < radius\n"
                   "morse          U = depth (e^2 - 2 e),  e = exp(-a (r - r0))\n"
-                  "smooth         off: U as it is;  energy: U(r) - U(cutoff);\n"
+                  "smooth         off: U as it is, so that energy jumps at the cutoff;\n"
+                  "               energy: U(r) - U(cutoff);\n"
                   "               force: U(r) - U(cutoff) - (r - cutoff) U'(cutoff)",
        .source = "Jones (1924), Proc. R. Soc. A 106, 463-477; Morse (1929), Phys. Rev. 34, 57-64; "
                  "lists: Verlet (1967), Phys. Rev. 159, 98-103",

@@ -9,6 +9,22 @@
 
 using namespace sim_test;
 
+namespace {
+
+std::string lorenz(const TemporaryFolder& folder) {
+  const std::string scene = (folder.path() / "lorenz.lua").string();
+  write_text(scene,
+             "local sim = require 'sim'\n"
+             "return sim.scene { name = 'lorenz', state = { 1, 1, 20 },\n"
+             "  field = sim.field.lua { function(t, x) return { 10 * (x[2] - x[1]),\n"
+             "    x[1] * (28 - x[3]) - x[2], x[1] * x[2] - 8 / 3 * x[3] } end },\n"
+             "  observe = { z = function(s) return s:component(2) end },\n"
+             "  integrator = 'rk4', dt = 0.01, duration = 60 }\n");
+  return scene;
+}
+
+}  // namespace
+
 TEST_CASE("a figure of the whole run is judged by all studies that take quantities") {
   const auto json = [](std::vector<std::string> words) {
     words.emplace_back("--json");
@@ -56,14 +72,7 @@ TEST_CASE("a figure of the whole run is judged by all studies that take quantiti
 
 TEST_CASE("of a chaotic scene a mean is known where positions are not") {
   const TemporaryFolder folder;
-  const std::string scene = (folder.path() / "lorenz.lua").string();
-  write_text(scene,
-             "local sim = require 'sim'\n"
-             "return sim.scene { name = 'lorenz', state = { 1, 1, 20 },\n"
-             "  field = sim.field.lua { function(t, x) return { 10 * (x[2] - x[1]),\n"
-             "    x[1] * (28 - x[3]) - x[2], x[1] * x[2] - 8 / 3 * x[3] } end },\n"
-             "  observe = { z = function(s) return s:component(2) end },\n"
-             "  integrator = 'rk4', dt = 0.01, duration = 60 }\n");
+  const std::string scene = lorenz(folder);
   const auto study = [&](const std::string& of) {
     std::vector<std::string> words{"tradeoff", scene, "--integrators", "rk4",
                                    "--budget", "5",   "--json"};
@@ -82,4 +91,38 @@ TEST_CASE("of a chaotic scene a mean is known where positions are not") {
   CHECK(known > 1e-4);
   REQUIRE(mean.at("recommended").kind != Json::Kind::kNull);
   CHECK(mean.at("recommended").at("error").number >= known);
+}
+
+TEST_CASE("a chaotic run tells by its neighbours how well a figure is known") {
+  const TemporaryFolder folder;
+  const std::string scene = lorenz(folder);
+  const auto observed = [](const std::vector<std::string>& words) {
+    const Outcome run = run_sim(words);
+    REQUIRE(run.code == 0);
+    return JsonReader(run.out).read().at("systems").list.front().at("observed");
+  };
+  const Json chaotic = observed({scene, "--of", "mean z", "--json"});
+  const Json& mean = chaotic.at("mean z");
+  // A mean over 60 s is one of many; of the value at the end nothing is known at all.
+  CHECK(mean.at("neighbours").number > 1e-3);
+  CHECK(mean.at("neighbours").number < 2);
+  CHECK(chaotic.at("z").at("neighbours").number > 1);
+  const Outcome text = run_sim({scene, "--of", "mean z"});
+  for (const char* part : {"z = ", "mean z = "}) {
+    const auto at = text.out.find(part);
+    REQUIRE(at != std::string::npos);
+    CHECK(text.out.find("; chaotic, known to ", at) < text.out.find("half the step", at));
+  }
+  CHECK(text.out.find("neighbouring") != std::string::npos);
+
+  // Before neighbours part there is nothing to ask them, and without a shadow nobody is asked.
+  const Json regular = observed({scene, "-T", "2", "--of", "mean z", "--json"});
+  CHECK(regular.at("mean z").at("neighbours").kind == Json::Kind::kNull);
+  CHECK(regular.at("mean z").at("difference").number < 1e-4);
+  CHECK(run_sim({scene, "-T", "2"}).out.find("chaotic") == std::string::npos);
+  const Outcome unchecked = run_sim({scene, "--of", "mean z", "--no-verify"});
+  CHECK(unchecked.out.find("half the step") == std::string::npos);
+  const auto first = unchecked.out.find("; not verified");
+  REQUIRE(first != std::string::npos);
+  CHECK(unchecked.out.find("; not verified", first + 1) != std::string::npos);
 }

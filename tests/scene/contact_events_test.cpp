@@ -136,3 +136,52 @@ TEST_CASE("cut steps go on from snapshots with the same bits") {
     CHECK(part.hash() == whole.hash());
   }
 }
+
+// A method with steps of its own meets a surface before the states show it.
+TEST_CASE("the balance knows of a touch when it is shown, also after a step back") {
+  sim::PartSpec floor = make_part("plane", {{"restitution", 0.8}});
+  const sim::SystemSpec bounce = make_particle({0, 1, 0}, {0, 0, 0}, floor);
+  const sim::SystemSpec slide =
+      make_particle({0, 0, 0}, {0, 0, 0}, make_slope(std::atan(0.5), 0.3));
+  for (const sim::SystemSpec& spec : {bounce, slide})
+    for (const char* method : kAdaptive) {
+      INFO(method);
+      sim::Registry registry = make_registry();
+      sim::Simulation system(spec, registry, to_tolerance(method, 1e-6, 0.05));
+      sim::study::EnergyBalance balance(system);
+      const auto walk = [&](int steps) {
+        for (int k = 0; k < steps; ++k) {
+          REQUIRE(system.step());
+          balance.advance();
+          balance.look();
+        }
+      };
+      walk(12);
+      const sim::Snapshot before = system.snapshot();
+      const double lost = system.contact_work().lost;
+      walk(20);
+      CHECK(std::abs(balance.error()) < 1e-4 * balance.in_play());
+      const double taken = system.contact_work().lost - lost;
+      CHECK(taken > 0.1);
+      system.restore(before);
+      const double again = system.contact_work().lost;
+      REQUIRE(run(system, 20));
+      CHECK(system.contact_work().lost - again == Approx(taken).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("a shortened step counts what it touches") {
+  const sim::SystemSpec spec =
+      make_particle({0, 1, 0}, {0, 0, 0}, make_part("plane", {{"restitution", 0.8}}));
+  for (const char* method : {"verlet", "rk4", "dopri5"}) {
+    INFO(method);
+    sim::Registry registry = make_registry();
+    sim::Simulation system(spec, registry, {.integrator = {method}, .dt = 0.1});
+    sim::study::EnergyBalance balance(system);
+    REQUIRE(run(system, 4));
+    REQUIRE(system.step_to(0.49));  // it hits at 0.4515 s
+    balance.look();
+    CHECK(system.contact_work().lost == Approx(9.81 * (1 - 0.64)).epsilon(1e-9));
+    CHECK(std::abs(balance.error()) < 1e-9);
+  }
+}

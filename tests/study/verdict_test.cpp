@@ -275,3 +275,53 @@ TEST_CASE("a few products know the fastest vibration, and the bound is above it"
   CHECK(share(0.005) == Approx(0.005 / 1.474e-2).epsilon(0.01));
   CHECK(share(0.05) == Approx(0.05 / 1.474e-2).epsilon(0.01));
 }
+
+// What is cut off at its cutoff jumps there, which no force says.
+TEST_CASE("energy that no step keeps is blamed on the forces") {
+  const auto gas = [](const std::string& smooth) {
+    sim::SystemSpec spec = make_falling(1, 0);
+    spec.particles->list.clear();
+    for (int i = 0; i < 64; ++i) {
+      const sim::Vec3 at(i % 4, i / 4 % 4, i / 16);
+      const sim::Vec3 v(std::sin(i), std::sin(2 * i), std::sin(3 * i));
+      spec.particles->list.push_back({.position = 1.2 * at, .velocity = v, .mass = 1});
+    }
+    spec.forces = {make_part("pair", {{"smooth", smooth}})};
+    return spec;
+  };
+  const auto words = [&](const std::string& smooth, double dt) {
+    const sim::SystemSpec spec = gas(smooth);
+    sim::Registry registry = make_registry();
+    sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = dt});
+    const std::int64_t steps = system.steps_for(2);
+    sim::study::Monitor monitor(spec, system, steps, &registry);
+    sim::study::Shadow shadow(spec, system, steps, registry);
+    for (std::int64_t n = 0; n <= steps; ++n) {
+      if (n > 0) {
+        REQUIRE(system.step());
+        monitor.advance();
+      }
+      const sim::Energy energy = system.energy();
+      monitor.look(&energy);
+      shadow.look(&energy);
+    }
+    return text(monitor.verdict(shadow.compare([] { return false; })));
+  };
+  const std::string cause = "no step mends it: some potential jumps";
+  INFO(words("off", 0.005));
+  CHECK(words("off", 0.005).find(cause) != std::string::npos);
+  CHECK(words("energy", 0.005).find("energy to ") != std::string::npos);
+  const std::string too_long = words("force", 0.03);
+  INFO(too_long);
+  CHECK(too_long.find("energy ") != std::string::npos);
+  CHECK(too_long.find(cause) == std::string::npos);
+}
+
+TEST_CASE("what forces give to a particle at rest is no explosion") {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.forces = {make_part("expression", {{"fx", std::string("sin(5*t)")}})};
+  const Verdict driven = verdict_of(spec, "verlet", 1e-4, 1);
+  INFO(text(driven));
+  CHECK(driven.trust == Trust::kTrusted);
+  CHECK(driven.figures.energy < 1e-3);
+}

@@ -25,13 +25,17 @@ MethodChoice sharper(const Method& own) {
 
 Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,
                      double steps_per_step, double t, std::span<const double> x) {
-  Simulation fine(spec, registry,
-                  {.integrator = sharper(own.method), .dt = own.h / steps_per_step});
+  return other_run(spec, registry, own, sharper(own.method), own.h / steps_per_step, t, x);
+}
+
+Simulation other_run(const SystemSpec& spec, Registry& registry, const Settings& own,
+                     const MethodChoice& method, double dt, double t, std::span<const double> x) {
+  Simulation other(spec, registry, {.integrator = method, .dt = dt});
   auto settings = std::make_shared<Settings>(own);
-  settings->method = fine.settings().method;
-  settings->h = fine.settings().h;
-  fine.restore({std::move(settings), 0, 0, t, {x.begin(), x.end()}, {}});
-  return fine;
+  settings->method = other.settings().method;
+  settings->h = other.settings().h;
+  other.restore({std::move(settings), 0, 0, t, {x.begin(), x.end()}, {}});
+  return other;
 }
 
 // err = C tol, or C h^p: the distance is err (1 - 1/10), or err (1 - 2^-p).

@@ -18,6 +18,10 @@ MethodChoice sharper(const Method& own);
 Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,
                      double steps_per_step, double t, std::span<const double> x);
 
+// The same run with another method and step.
+Simulation other_run(const SystemSpec& spec, Registry& registry, const Settings& own,
+                     const MethodChoice& method, double dt, double t, std::span<const double> x);
+
 class Companion {
  public:
   // From the present state of the run on. Spec and registry outlive it.

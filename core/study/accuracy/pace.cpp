@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <optional>
 
 namespace sim::study {
 namespace {
@@ -13,7 +12,12 @@ constexpr double kImplicitCost = 40;  // evaluations that the time of an implici
 constexpr double kWatched = 1.5;      // times as long takes a run whose states are looked at
 constexpr double kPilot = 2e5;        // evaluations of 64 particles
 
-// Of some steps; nothing where the first fails.
+double with_repeats(double seconds, int repeats) {
+  return seconds * (kWatched + repeats_after(seconds, repeats));
+}
+
+}  // namespace
+
 std::optional<double> seconds_a_step(const Problem& problem, const Candidate& method) {
   using Clock = std::chrono::steady_clock;
   constexpr double kLong = 0.03;
@@ -27,12 +31,6 @@ std::optional<double> seconds_a_step(const Problem& problem, const Candidate& me
   }
   return {};
 }
-
-double with_repeats(double seconds, int repeats) {
-  return seconds * (kWatched + repeats_after(seconds, repeats));
-}
-
-}  // namespace
 
 double Pace::step(const Candidate& method) const {
   if (!method.info.implicit) return seconds * std::max(1, method.info.evaluations);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct Pace {
   double step(const Candidate& method) const;  // s
   double steps_to(const Candidate& method, double error) const;
 };
+
+// One of some steps from the start; nothing where the first fails.
+std::optional<double> seconds_a_step(const Problem& problem, const Candidate& method);
 
 // Two runs of a method of fixed steps with the scene's own one and half of that, or as long as can
 // be waited for, and some steps of each implicit method: some 0.1 s.

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/study/accuracy/pace.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/energy_balance.h"
 #include "core/study/limits/disturbance.h"
@@ -118,24 +119,28 @@ void measure_limit(Standstill& place, const Stability& result, MethodStability& 
 } catch (const Error&) {}
 
 // About how long all that follows takes, in s, by the predicted limits.
-double expected(Simulation& system, const std::vector<MethodStability>& methods) {
+double expected(const Problem& problem, Simulation& system,
+                const std::vector<MethodStability>& methods) {
   constexpr double kImplicitMeasured = 400;
   constexpr double kMeasured = 3000;           // steps until a limit is measured
   constexpr double kLook = 2, kFinerRun = 10;  // evaluations that a look at the energy is worth
-  const double time = energy_time(system, methods);
-  double evaluations = 0;
+  const double time = energy_time(system, methods), evaluation = seconds_an_evaluation(system);
+  double seconds = 0;
   for (const MethodStability& each : methods) {
     if (has_own_steps(each.method)) continue;
     const double cost = cost_of_step(each.method);
-    evaluations += (each.method.info.implicit ? kImplicitMeasured : kMeasured) * cost;
+    const double step = seconds_a_step(problem, each.method).value_or(cost * evaluation);
+    const double patience = std::chrono::duration<double>(kPatience).count();
+    seconds +=
+        std::min(patience, (each.method.info.implicit ? kImplicitMeasured : kMeasured) * step);
     const std::optional<double> limit = step_limit(each);
     if (!bounded(limit)) continue;
     if (time > affordable_steps(system, each.method) * kFractions[0] * *limit) continue;
     for (const double fraction : kFractions)
-      evaluations += time / (fraction * *limit) *
-                     (system.second_order() ? cost + kLook : cost * (1 + kFinerRun));
+      seconds += time / (fraction * *limit) * step *
+                 (system.second_order() ? 1 + kLook / cost : 1 + kFinerRun);
   }
-  return evaluations * seconds_an_evaluation(system);
+  return seconds;
 }
 
 }  // namespace
@@ -171,7 +176,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     each.method = method;
     each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
   }
-  if (options.announce) options.announce(expected(system, methods));
+  if (options.announce) options.announce(expected(problem, system, methods));
 
   Standstill place(problem, system);
   const auto count = static_cast<double>(methods.size());

@@ -43,11 +43,11 @@ class EnergyCriterion final : public Criterion {
     if (std::isfinite(balance_.uncertainty()))
       figures.energy =
           relative(std::abs(balance_.error()) + balance_.uncertainty(), balance_.in_play());
-    findings.push_back(finding());
+    findings.push_back(finding(figures.shadow));
   }
 
  private:
-  Finding finding() const;
+  Finding finding(const Parting& shadow) const;
 
   Simulation* system_;
   EnergyBalance& balance_;
@@ -57,7 +57,7 @@ class EnergyCriterion final : public Criterion {
   bool started_ = false;
 };
 
-Finding EnergyCriterion::finding() const {
+Finding EnergyCriterion::finding(const Parting& shadow) const {
   const double scale = balance_.in_play(), error = balance_.error();
   const std::string whole = brief(scale, 3) + " J in play";
   if (balance_.has_work() && system_->integrator_info().adaptive)
@@ -95,17 +95,26 @@ Finding EnergyCriterion::finding() const {
   const IntegratorInfo info = system_->integrator_info();
   const bool hardly = at_rest(info) > kAtRest && way <= kHardly * at_rest(info) * size_;
   const bool presumed = hardly || (drag && (info.adaptive || balance_.has_work()));
+  // A shorter step that changes as much shows that it is not the step, unless the method damps.
+  constexpr double kSame = 0.25;
+  const bool of_forces = !drag && !contact && !info.implicit &&
+                         !particles_of(*system_)->other_forces().empty() &&
+                         shadow.energy * scale < kSame * size;
+  const std::string cause =
+      of_forces ? "; no step mends it: some potential jumps, or is not that of its force" : "";
   const std::string damping = balance_.has_work() ? "forces" : "drag";
   const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +
-                whole + (drag || contact ? ", above what " + taker + " left" : ""),
+                whole + (drag || contact ? ", above what " + taker + " left" : "") + cause,
             presumed};
   return {Trust::kSuspect,
           "energy fell by " + brief(-error, 3) + " J, " + percent(-error, scale) + " of the " +
               whole +
-              (drag || contact ? ", below what " + taker + " left" : ", and no force takes any"),
+              (drag || contact ? ", below what " + taker + " left"
+               : of_forces     ? cause
+                               : ", and no force takes any"),
           presumed};
 }
 

@@ -225,8 +225,7 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
   system.stop_when(stop);
   result.verdict = monitor.verdict();
   if (result.verdict.trust == Trust::kDiverged) return result;
-  const double strain = result.verdict.figures.strain.strain;
-  result.verdict = monitor.verdict(shadow.compare(std::min(strain, 0.0), stop));
+  result.verdict = monitor.verdict(shadow.compare(stop));
   if (told) return {};
   return result;
 }

@@ -1,11 +1,9 @@
 #include "core/study/verdict/shadow.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
-#include "core/base/text.h"
 #include "core/particles/particle_system.h"
 #include "core/study/accuracy/companion.h"
 #include "core/study/verdict/criterion.h"
@@ -14,11 +12,10 @@ namespace sim::study {
 namespace {
 
 constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
-constexpr double kWrong = 0.02;        // of the scene's size
-constexpr double kWrongEnergy = 0.01;  // of the energy in play
-constexpr double kNeighbour = 1e-7;    // of the size
-constexpr double kChaos = 1e5;         // growth of a disturbance
-constexpr int kFinestStates = 200;     // that an adaptive shadow shows, at least
+constexpr int kNeighbours = 3;             // asked for what is observed, where it is chaotic
+constexpr std::size_t kFewNumbers = 1000;  // of a flat state
+constexpr double kLittle = 0.01;           // of the largest number of a run
+constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
 
 // Of every particle, pinned or not, or the numbers of a flat state.
 std::vector<double> places(Simulation& system) {
@@ -44,10 +41,32 @@ double largest_distance(const std::vector<double>& a, const std::vector<double>&
   return std::isnan(most) ? HUGE_VAL : most;
 }
 
-std::string metres(double length) {
-  if (length < 0.1 && length >= 1e-3) return brief(100 * length, 2) + " cm";
-  return brief(length, 2) + " m";
+double largest_number(const std::vector<double>& numbers) {
+  double most = 0;
+  for (const double number : numbers) most = std::max(most, std::abs(number));
+  return most;
 }
+
+// What is judged of a run, at each of its steps.
+class Courses {
+ public:
+  explicit Courses(const std::vector<Quantity>& asked) : asked_(&asked), courses_(asked.size()) {}
+
+  void look(const Simulation& system) {
+    for (std::size_t i = 0; i < courses_.size(); ++i)
+      courses_[i].look(system.t(), (*asked_)[i].at(system));
+  }
+  std::vector<double> figures() const {
+    std::vector<double> figures;
+    for (std::size_t i = 0; i < courses_.size(); ++i)
+      figures.push_back(courses_[i].figure((*asked_)[i]));
+    return figures;
+  }
+
+ private:
+  const std::vector<Quantity>* asked_;
+  std::vector<Course> courses_;
+};
 
 }  // namespace
 
@@ -61,6 +80,10 @@ Shadow::Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Regi
   const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
   constexpr std::int64_t kLooks = 100;
   stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
+  const ParticleSystem* particles = particles_of(run);
+  may_jump_ = !particles || std::ranges::any_of(particles->other_forces(), [](const Force* force) {
+    return !force->conservative() && !force->resists() && !force->springs();
+  });
 }
 
 void Shadow::look(const Energy* energy, std::span<const double> observed) {
@@ -73,7 +96,9 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
                      run_->t(),
                      places(*run_),
                      energy ? energy->total() : std::nan(""),
-                     {observed.begin(), observed.end()}});
+                     {observed.begin(), observed.end()},
+                     may_jump_ ? std::vector(run_->state().begin(), run_->state().end())
+                               : std::vector<double>()});
 }
 
 // The same run from its first state, with finer settings: `steps_per_step` steps for each of its
@@ -97,15 +122,20 @@ double Shadow::finer_steps(double taken) const {
   return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * taken)), 1.0, kMost);
 }
 
-// The extent of the scene, then or at the start; of a single point how far it has come, of numbers
-// the largest.
+// The extent of the scene, then or at the start; of a single point how far it comes in the run; of
+// numbers the largest, or where that is near 0 what it usually is or a share of what it becomes.
 double Shadow::size_at(const Frame& frame) const {
   const Frame& first = frames_.front();
   double size = 0;
   if (run_->flat()) {
-    for (const Frame* each : {&first, &frame})
-      for (const double value : each->x) size = std::max(size, std::abs(value));
-    return size;
+    std::vector<double> sizes{0};
+    if (first.x.size() <= kFewNumbers)
+      for (const Frame& each : frames_) sizes.push_back(largest_number(each.x));
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::ranges::nth_element(sizes, middle);
+    const double usual = *middle;
+    return std::max({largest_number(first.x), largest_number(frame.x), usual,
+                     kLittle * *std::ranges::max_element(sizes)});
   }
   for (const Frame* each : {&first, &frame})
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -117,24 +147,26 @@ double Shadow::size_at(const Frame& frame) const {
       size = std::max(size, high - low);
     }
   if (size > 0) return size;
-  for (const Frame& each : frames_) {
-    size = std::max(size, largest_distance(each.x, first.x, false));
-    if (&each == &frame) break;
-  }
+  for (const Frame& each : frames_) size = std::max(size, largest_distance(each.x, first.x, false));
   if (!run_->second_order())
     size = std::max(size, largest_distance(frame.x, std::vector(frame.x.size(), 0.0), false));
   return size;
 }
 
-void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
-                           Parting& result) const {
-  const double error = factor * largest_distance(frame.x, places(shadow), run_->flat());
+void Shadow::compare_places(const Frame& frame, double factor, Simulation& other,
+                            Parting& result) const {
+  const double error = factor * largest_distance(frame.x, places(other), run_->flat());
   const double size = size_at(frame);
   const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
   if (!(error <= result.error)) result.error = error;
   if (!(share <= result.share)) result.share = share;
-  if (share > kWrong) result.horizon = std::min(result.horizon, frame.t);
+  if (share > Parting::kWrong) result.horizon = std::min(result.horizon, frame.t);
   result.at_end = error;
+}
+
+void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
+                           Parting& result) const {
+  compare_places(frame, factor, shadow, result);
   if (!frame.observed.empty()) {
     const std::vector<double> observed = spec_->observe(shadow);
     result.observed.resize(observed.size());
@@ -146,6 +178,7 @@ void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow
   }
   const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
   if (!run_->second_order() || !(in_play_ > 0)) return;
+  const double size = size_at(frame);
   if (moved <= at_rest(run_->integrator_info()) * size) return;
   const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
   if (!(energy <= result.energy)) result.energy = energy;
@@ -154,13 +187,14 @@ void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow
 // The last step of a run may be shorter than the others; its part of the finer run is then cut as
 // many times.
 bool Shadow::take(Simulation& finer, double steps_per_step, std::size_t frame,
-                  const std::function<bool()>& stop, const std::function<void()>& each) const {
+                  const std::function<bool()>& stop, const std::function<void()>& each,
+                  std::int64_t stride) const {
   const Frame &from = frames_[frame - 1], &to = frames_[frame];
   const auto steps = static_cast<double>(to.step - from.step), h = run_->h();
   const bool cut = to.t < from.t + (steps - 1e-6) * h;
   const auto run = [&](double count) {
     for (auto left = static_cast<std::int64_t>(count); left > 0;) {
-      const int taken = stop() ? 0 : finer.steps(each ? 1 : left);
+      const int taken = stop() ? 0 : finer.steps(each ? std::min(left, stride) : left);
       if (taken == 0) return false;
       left -= taken;
       if (each) each();
@@ -173,7 +207,7 @@ bool Shadow::take(Simulation& finer, double steps_per_step, std::size_t frame,
   return run(steps_per_step);
 }
 
-Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
+Parting Shadow::compare(const std::function<bool()>& stop, bool spread) {
   Parting result;
   if (frames_.size() < 2) return result;
   double finer = 1;
@@ -185,22 +219,32 @@ Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
                                       : 1 / (1 - std::pow(finer, -std::max(1, info.order)));
   shadow.stop_when(stop);
   const bool watch_strain = run_->second_order() && run_->integrator_info().adaptive && finer > 1;
-  std::vector<Course> courses(asked_.size());
-  const auto follow = [&] {
-    for (std::size_t i = 0; i < asked_.size(); ++i)
-      courses[i].look(shadow.t(), asked_[i].at(shadow));
-  };
+  Courses courses(asked_);
+  // Every step where something is judged, or else as often as shows a spring that turns round.
+  constexpr double kLooksAtSprings = 2000;
+  const double steps = finer * static_cast<double>(frames_.back().step - frames_.front().step);
+  const std::int64_t stride =
+      watch_strain || !asked_.empty()
+          ? 1
+          : std::max<std::int64_t>(1, static_cast<std::int64_t>(steps / kLooksAtSprings));
+  double shortest = HUGE_VAL;
   const auto watch = [&] {
-    follow();
+    courses.look(shadow);
+    const Pinch near = nearest_pinch(shadow, static_cast<double>(stride) * shadow.h());
+    shortest = std::min(shortest, near.share);
+    if (near.margin < result.pinch.margin) {
+      result.pinch = near;
+      result.pinched_at = shadow.t();
+    }
     if (!watch_strain) return;
     const StrainedSpring worst = worst_spring(shadow);
     if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
       result.strain = worst;
   };
-  const bool watches = watch_strain || !asked_.empty();
-  follow();
+  const bool watches = run_->second_order() || !asked_.empty();
+  courses.look(shadow);
   for (std::size_t k = 1; k < frames_.size(); ++k) {
-    if (!take(shadow, finer, k, stop, watches ? watch : std::function<void()>())) {
+    if (!take(shadow, finer, k, stop, watches ? watch : std::function<void()>(), stride)) {
       const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
       result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
       return result;
@@ -208,156 +252,103 @@ Parting Shadow::compare(double strain, const std::function<bool()>& stop) {
     compare_frame(frames_[k], factor, shadow, result);
     path.push_back(places(shadow));
   }
-  for (std::size_t i = 0; i < asked_.size(); ++i)
-    result.figures.push_back(courses[i].figure(asked_[i]));
+  for (const double figure : courses.figures()) result.figures.push_back({figure});
   result.outcome = Parting::Outcome::kCompared;
   // A spring that is pressed to a point may leave it on either side.
-  constexpr double kPressed = 0.9;
-  if (result.share > kWrong || -strain > kPressed) look_for_chaos(path, stop, result);
-  if (!run_->second_order()) look_for_pulses(shadow, result);
+  constexpr double kPressed = 0.1;  // of its rest length
+  if (result.share > Parting::kWrong || shortest < kPressed) look_for_chaos(path, stop, result);
+  const double known = std::max(result.error, Parting::kNeighbour * size_at(frames_.front()));
+  if (!(Parting::kWrong * result.pinch.margin < known)) result.pinched_at = std::nan("");
+  if (spread && result.chaotic()) ask_neighbours(stop, result);
+  result.missed_at = look_for_pulses(shadow);
   return result;
 }
 
-// A neighbour of the first state, 1e-7 of the size away, takes the steps of the shadow: how far
-// they part over how far apart they began is the growth of a disturbance (Lyapunov 1892).
-void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
-                            const std::function<bool()>& stop, Parting& result) const {
+std::optional<std::vector<double>> Shadow::run_neighbour(int which,
+                                                         const std::function<bool()>& stop,
+                                                         const AtFrame& at_frame) const {
   double finer = 1;
   Simulation neighbour = finer_run(finer);
   neighbour.stop_when(stop);
   const double start = size_at(frames_.front());
   const double size = start > 0 ? start : size_at(frames_.back());
+  const int count = run_->flat() ? run_->components() : run_->particles();
   Noise noise;
-  for (int i = 0; i < (run_->flat() ? run_->components() : run_->particles()); ++i) {
+  for (int skipped = 0; skipped < 3 * count * which; ++skipped) noise.next();
+  const double far = Parting::kNeighbour * size;
+  for (int i = 0; i < count; ++i) {
     if (run_->flat()) {
-      neighbour.set_component(i, neighbour.component(i) + kNeighbour * size * noise.next());
+      neighbour.set_component(i, neighbour.component(i) + far * noise.next());
     } else if (!run_->second_order() || !neighbour.pinned(i)) {
       const Vec3 away(noise.next(), noise.next(), noise.next());
-      neighbour.set_position(i, neighbour.position(i) + kNeighbour * size * away);
+      neighbour.set_position(i, neighbour.position(i) + far * away);
     }
   }
-  const double apart = largest_distance(path.front(), places(neighbour), run_->flat());
-  if (!(apart > 0)) return;
+  Courses courses(asked_);
+  courses.look(neighbour);
+  at_frame(neighbour, 0);
+  const auto follow = [&] { courses.look(neighbour); };
+  for (std::size_t k = 1; k < frames_.size(); ++k) {
+    if (!take(neighbour, finer, k, stop, asked_.empty() ? std::function<void()>() : follow))
+      return {};
+    at_frame(neighbour, k);
+  }
+  return courses.figures();
+}
+
+// A neighbour takes the steps of the shadow: how far they part over how far apart they began is the
+// growth of a disturbance (Lyapunov 1892).
+void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
+                            const std::function<bool()>& stop, Parting& result) const {
+  const double start = size_at(frames_.front());
+  const double size = start > 0 ? start : size_at(frames_.back());
   constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
   std::vector<double> growths;
-  double most = 0;
-  for (std::size_t k = 1; k < frames_.size() && take(neighbour, finer, k, stop); ++k) {
-    const double growth = largest_distance(path[k], places(neighbour), run_->flat()) / apart;
+  double most = 0, apart = 0;
+  run_neighbour(0, stop, [&](Simulation& other, std::size_t k) {
+    const double distance = largest_distance(path[k], places(other), run_->flat());
+    if (k == 0) apart = distance;
+    if (k == 0 || !(apart > 0)) return;
+    const double growth = distance / apart;
     // The rate is that of growth, until the distance is as large as the scene lets it be.
     if (most * apart < 0.01 * size)
       result.rate =
           std::exp(std::min(kMostRate, std::log(growth) / (frames_[k].t - frames_.front().t)));
     most = std::max(most, growth);
     growths.push_back(growth);
-  }
+  });
+  if (!(apart > 0)) return;
   // A jump that comes a little later parts neighbours while it lasts; chaos does not end.
   constexpr std::size_t kStays = 3;
   const std::size_t stays = std::min(kStays, growths.size());
-  result.growth = 0;
+  result.growth = std::isnan(result.growth) ? 0 : result.growth;
   for (std::size_t k = 0; k < growths.size(); ++k) {
     const auto from =
         growths.begin() + static_cast<std::ptrdiff_t>(std::min(k, growths.size() - stays));
     const double growth = *std::min_element(from, from + static_cast<std::ptrdiff_t>(stays));
     result.growth = std::max(result.growth, growth);
-    if (kNeighbour * growth > kWrong && result.horizon == HUGE_VAL)
+    if (Parting::kNeighbour * growth > Parting::kWrong && result.horizon == HUGE_VAL)
       result.horizon = frames_[k + 1].t;
   }
 }
 
-// What depends on time alone can be so short that no stage of a step sees it. The right-hand side
-// is asked at many times between two states, of the first of them: where it is far from all that it
-// is at the states, its integral must be found in the way from one to the next.
-void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
-  constexpr int kProbes = 20'000, kFine = 1000;
-  constexpr double kFar = 3;
-  OdeSystem& system = shadow.ode();
-  const std::size_t n = system.size();
-  Array y(n), rate(n), here(n);
-  const auto rate_at = [&](double t, const Frame& frame, Array& out) {
-    system.eval(t, {frame.x.data(), {}}, y.data(), out.data());
-  };
-  const auto largest = [&](const Array& values, const Array* other) {
-    double most = 0;
-    for (std::size_t i = 0; i < n; ++i)
-      most = std::max(most, std::abs(values[i] - (other ? (*other)[i] : 0)));
-    return most;
-  };
-  std::vector<double> sizes;
-  for (const Frame& frame : frames_) {
-    rate_at(frame.t, frame, rate);
-    sizes.push_back(largest(rate, nullptr));
-  }
-  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
-  const double usual = sizes[sizes.size() / 2];
-  Noise noise;
-  const int probes = std::max(1, kProbes / static_cast<int>(frames_.size()));
-  for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
-    const Frame &from = frames_[k], &to = frames_[k + 1];
-    const double span = to.t - from.t;
-    rate_at(from.t, from, here);
-    double worst = kFar * usual, at = std::nan("");
-    for (int i = 0; i < probes; ++i) {
-      const double t = from.t + span * (i + noise.next() + 0.5) / probes;
-      rate_at(t, from, rate);
-      if (largest(rate, &here) > worst) {
-        worst = largest(rate, &here);
-        at = t;
-      }
+// Two chaotic runs may observe the same by chance.
+void Shadow::ask_neighbours(const std::function<bool()>& stop, Parting& result) const {
+  if (result.observed.empty()) return;
+  const std::vector<double>& own = frames_.back().observed;
+  for (int which = 1; which <= kNeighbours; ++which) {
+    std::vector<double> observed;
+    const auto figures = run_neighbour(which, stop, [&](Simulation& neighbour, std::size_t k) {
+      if (k + 1 == frames_.size()) observed = spec_->observe(neighbour);
+    });
+    if (!figures) return;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      double& most = result.observed[i].neighbours;
+      if (const double off = std::abs(own[i] - observed[i]); !(off <= most)) most = off;
     }
-    if (std::isnan(at)) continue;
-    std::vector<double> impulse(n, 0.0);
-    for (int i = 0; i < kFine; ++i) {
-      rate_at(from.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
-      for (std::size_t c = 0; c < n; ++c) impulse[c] += span * (rate[c] - here[c]) / kFine;
-    }
-    for (std::size_t c = 0; c < n; ++c) {
-      const double found = to.x[c] - from.x[c] - span * here[c];
-      const double missing = std::abs(impulse[c] - found);
-      if (std::abs(impulse[c]) > kWrong * size_at(to) && missing > 0.5 * std::abs(impulse[c]))
-        result.missed_at = at;
-    }
-    if (!std::isnan(result.missed_at)) return;
+    for (std::size_t i = 0; i < figures->size(); ++i)
+      result.figures[i].neighbours.push_back((*figures)[i]);
   }
-}
-
-Finding finding_of(const Parting& parting, const Simulation& run) {
-  using enum Parting::Outcome;
-  const bool flat = run.flat();
-  switch (parting.outcome) {
-    case kNone:
-      return {};
-    case kStopped:
-      return {Trust::kTrusted, "not verified: stopped"};
-    case kShadowFailed:
-      return {Trust::kSuspect, "the same run with half the step or a tenth of the tolerance fails"};
-    case kCompared:
-      break;
-  }
-  if (!std::isnan(parting.missed_at))
-    return {Trust::kSuspect, "the right-hand side has a pulse near t = " +
-                                 brief(parting.missed_at, 4) + " s that no step has seen"};
-  const bool chaotic = parting.growth > kChaos;
-  constexpr double kFast = 1e4;
-  const std::string parting_rate =
-      parting.rate < kFast
-          ? "by x" + brief(parting.rate, 2) + " a second"
-          : "tenfold within " + brief(std::numbers::ln10 / std::log(parting.rate), 2) + " s";
-  const auto amount = [&](double error) { return flat ? brief(error, 2) : metres(error); };
-  if (parting.share <= kWrong && !(chaotic && kNeighbour * parting.growth > kWrong)) {
-    if (parting.energy > kWrongEnergy)
-      return {Trust::kSuspect, "energy off by " + percent(parting.energy, 1, 2)};
-    return {Trust::kTrusted, (flat ? "numbers to " + brief(parting.error, 1)
-                                   : "positions to " + brief(parting.error, 1) + " m") +
-                                 " (verified)"};
-  }
-  if (chaotic)
-    return {Trust::kChaotic, std::string(flat ? "numbers" : "positions") +
-                                 " are right until about t = " + brief(parting.horizon, 2) +
-                                 " s (neighbours part " + parting_rate + ")"};
-  const std::string share = ", " + percent(parting.share, 1, 2) + " of the size";
-  if (2 * parting.at_end >= parting.error)
-    return {Trust::kSuspect, "off by about " + amount(parting.at_end) + " by the end" + share};
-  return {Trust::kSuspect, "off by up to " + amount(parting.error) + " on the way" + share};
 }
 
 }  // namespace sim::study

@@ -56,6 +56,22 @@ class Worst {
   StrainedSpring worst_;
 };
 
+// Calls visit(a, b, k, rest) for every spring.
+template <class Visit>
+void each_spring(const SpringRun& run, int n, Visit visit) {
+  for (int a = 0; a + run.stride < n; ++a)
+    if (run.owns(a)) visit(a, a + run.stride, run.k_of(a), run.rest_of(a));
+}
+
+template <class Visit>
+void each_spring(const Net& net, int n, Visit visit) {
+  if (net.empty()) return;
+  for (int a = 0; a < n; ++a)
+    net.at(a, [&](int b, double k, double rest) {
+      if (a < b) visit(a, b, k, rest);
+    });
+}
+
 }  // namespace
 
 StrainedSpring worst_spring(Simulation& system) {
@@ -66,21 +82,49 @@ StrainedSpring worst_spring(Simulation& system) {
   for (const auto& force : particles->forces()) {
     const Springs* springs = force->springs();
     if (!springs) continue;
-    for (const SpringRun& run : springs->runs()) {
-      if (run.uniform) {
+    const auto look = [&](int a, int b, double /*k*/, double rest) { worst.look(a, b, rest); };
+    for (const SpringRun& run : springs->runs())
+      if (run.uniform)
         worst.look(run);
-        continue;
-      }
-      for (int a = 0; a + run.stride < view.n; ++a)
-        if (run.owns(a)) worst.look(a, a + run.stride, run.rest_of(a));
-    }
-    if (springs->net().empty()) continue;
-    for (int a = 0; a < view.n; ++a)
-      springs->net().at(a, [&](int b, double /*k*/, double rest) {
-        if (a < b) worst.look(a, b, rest);
-      });
+      else
+        each_spring(run, view.n, look);
+    each_spring(springs->net(), view.n, look);
   }
   return worst.worst();
+}
+
+// Near the point the force is k rest outwards, whatever the length. With the reduced mass m a
+// motion passes over it when H = m v^2 / 2 + k ((r - rest)^2 - rest^2) / 2 > 0, and with an angular
+// momentum l it comes as near as (l^2 / (2 m k rest))^(1/3) where H = 0.
+Pinch nearest_pinch(Simulation& system, double ahead) {
+  constexpr double kNear = 0.1;  // of the rest length
+  Pinch nearest;
+  const ParticleSystem* particles = particles_of(system);
+  if (!particles) return nearest;
+  const ParticleView p = particles->view(system.t(), system.state().data());
+  const auto weight = [&](int i) { return p.free(i) ? 1 / p.mass[i] : 0.0; };
+  const auto look = [&](int a, int b, double k, double rest) {
+    if (!(rest > 0) || !(k > 0)) return;
+    const Vec3 d = p.position(a) - p.position(b), v = p.velocity(a) - p.velocity(b);
+    const double towards = -d.dot(v), fast = v.squaredNorm();
+    const double s = towards <= 0 ? 0 : towards < ahead * fast ? towards / fast : ahead;
+    const double share = (d + s * v).norm() / rest;
+    nearest.share = std::min(nearest.share, share);
+    const double weights = weight(a) + weight(b);
+    const bool passes = towards < ahead * fast || towards <= 0;
+    if (share > kNear || weights == 0 || !passes) return;
+    const double r = d.norm(), h = fast / (2 * weights) + 0.5 * k * r * (r - 2 * rest);
+    const double turn = d.cross(v).squaredNorm() / (2 * weights * k * rest);
+    const double margin = std::max(std::abs(h) / (k * rest), std::cbrt(turn));
+    if (margin < nearest.margin) nearest = {a, b, nearest.share, margin};
+  };
+  for (const auto& force : particles->forces()) {
+    const Springs* springs = force->springs();
+    if (!springs) continue;
+    for (const SpringRun& run : springs->runs()) each_spring(run, p.n, look);
+    each_spring(springs->net(), p.n, look);
+  }
+  return nearest;
 }
 
 std::string family_of(const Simulation& system, int a, int b) {

@@ -1,6 +1,7 @@
 // The spring that is stretched or pressed the most.
 #pragma once
 
+#include <cmath>
 #include <string>
 
 #include "core/study/problem.h"
@@ -14,6 +15,16 @@ struct StrainedSpring {
 
 // In the present state; not a number of a length that is not finite counts as the worst.
 StrainedSpring worst_spring(Simulation& system);
+
+// How near a spring comes to a point, where its force turns round at once: to come there without
+// speed is to come out on either side. Seen from the present state and, on straight lines, `ahead`
+// s.
+struct Pinch {
+  int a = -1, b = -1;
+  double share = HUGE_VAL;   // smallest length over rest length, of all springs
+  double margin = HUGE_VAL;  // m: as little decides on which side it comes out
+};
+Pinch nearest_pinch(Simulation& system, double ahead);
 
 // Its family, asked of the forces.
 std::string family_of(const Simulation& system, int a, int b);

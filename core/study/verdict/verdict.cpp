@@ -10,6 +10,7 @@ namespace sim::study {
 namespace {
 
 constexpr double kExplosion = 1e6;
+constexpr double kMostlyWrong = 0.5;  // an error, of the energy in play
 
 std::string joined(const std::vector<Finding>& findings, Trust trust, std::string_view separator) {
   std::string text;
@@ -92,9 +93,13 @@ Verdict Monitor::verdict(const Parting& parting) {
                   [](const Finding& each) { return each.words.starts_with("momentum changed"); });
   }
   const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
-  if (start_scale_ > 0 && highest_ > kExplosion * start_scale_ && !right) {
+  // What forces that do work gave is no explosion.
+  const bool given =
+      balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
+  const double rise = given ? 0 : highest_;
+  if (start_scale_ > 0 && rise > kExplosion * start_scale_ && !right) {
     verdict.trust = Trust::kDiverged;
-    verdict.reason = "energy rose by " + brief(highest_, 3) + " J, from " + brief(start_scale_, 3) +
+    verdict.reason = "energy rose by " + brief(rise, 3) + " J, from " + brief(start_scale_, 3) +
                      " J at the start: the step is unstable";
     return verdict;
   }

@@ -1,0 +1,127 @@
+// Pulses: what depends on time alone can be so short that no stage of a step sees it.
+#include <algorithm>
+#include <numeric>
+
+#include "core/base/array.h"
+#include "core/base/noise.h"
+#include "core/study/accuracy/companion.h"
+#include "core/study/verdict/shadow.h"
+
+namespace sim::study {
+namespace {
+
+// The numbers of X whose rates of change are forces or right-hand sides.
+std::vector<std::size_t> driven_numbers(const Simulation& run) {
+  std::vector<std::size_t> numbers;
+  const StateShape& shape = run.shape();
+  const StatePart& part = run.second_order() ? *shape.find("velocity") : shape.first();
+  for (std::size_t i = 0; i < part.count; ++i)
+    for (std::size_t c = 0; c < part.components.size(); ++c) numbers.push_back(part.at(i, c));
+  return numbers;
+}
+
+}  // namespace
+
+// From one frame to the next in so many steps, whatever the method would choose; nothing where one
+// fails.
+std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps) const {
+  const Frame &from = frames_[frame], &to = frames_[frame + 1];
+  const Settings& own = run_->settings();
+  MethodChoice choice = sharper(own.method);
+  const Problem problem{spec_, registry_, {.integrator = own.method.choice(), .dt = own.h}};
+  const auto has_equal = [](const Param& param) { return param.name == "fixed_step"; };
+  if (std::ranges::any_of(own.method.plugin().params, has_equal)) {
+    choice.given["fixed_step"] = true;
+  } else if (run_->integrator_info().adaptive) {
+    int order = 0;
+    for (const Candidate& each : fitting_methods(problem, {}))
+      if (!each.info.adaptive && !each.info.implicit && !each.chooses && each.info.order > order) {
+        choice = each;
+        order = each.info.order;
+      }
+  }
+  Simulation fine =
+      other_run(*spec_, *registry_, own, choice, (to.t - from.t) / steps, from.t, from.state);
+  for (int left = steps; left > 0;) {
+    const int taken = fine.steps(left);
+    if (taken == 0) return {};
+    left -= taken;
+  }
+  return std::vector(fine.state().begin(), fine.state().end());
+}
+
+// The right-hand side is asked at many times between two states, at the first of them. Where it is
+// far from all that it is at the states, fine steps tell whether the next state lacks its integral.
+double Shadow::look_for_pulses(Simulation& shadow) const {
+  if (!may_jump_) return std::nan("");
+  constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
+  constexpr int kFewest = 4, kFine = 1000;             // of an interval
+  constexpr double kFar = 3, kSame = 0.5;
+  OdeSystem& system = shadow.ode();
+  const std::size_t n = system.size();
+  const std::vector<std::size_t> numbers = driven_numbers(*run_);
+  Array y(n), rate(n), here(n);
+  const auto rate_at = [&](double t, const Frame& frame, Array& out) {
+    system.eval(t, {frame.state.data(), {}}, y.data(), out.data());
+  };
+  const auto largest = [&](const Array& values, const Array* other) {
+    double most = 0;
+    for (const std::size_t i : numbers)
+      most = std::max(most, std::abs(values[i] - (other ? (*other)[i] : 0)));
+    return most;
+  };
+  std::vector<double> sizes;
+  for (const Frame& frame : frames_) {
+    rate_at(frame.t, frame, rate);
+    sizes.push_back(largest(rate, nullptr));
+  }
+  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
+  const double usual = sizes[sizes.size() / 2];
+  // As many as cost about what the run does.
+  const double afforded =
+      run_->second_order() ? std::min(kMostProbes, std::max(kWork / std::max(1, run_->particles()),
+                                                            double(evaluations_of(*run_))))
+                           : kMostProbes;
+  const int probes = std::max(kFewest, static_cast<int>(afforded / double(frames_.size())));
+  Noise noise;
+  for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
+    const Frame &from = frames_[k], &to = frames_[k + 1];
+    const double span = to.t - from.t;
+    rate_at(from.t, from, here);
+    double worst = kFar * usual, at = std::nan("");
+    for (int i = 0; i < probes; ++i) {
+      const double t = from.t + span * (i + noise.next() + 0.5) / probes;
+      rate_at(t, from, rate);
+      if (largest(rate, &here) > worst) {
+        worst = largest(rate, &here);
+        at = t;
+      }
+    }
+    if (std::isnan(at)) continue;
+    // Of the number that is furthest off, what is above the usual between the two states.
+    rate_at(at, from, rate);
+    const std::size_t c = *std::ranges::max_element(
+        numbers, {}, [&](std::size_t i) { return std::abs(rate[i] - here[i]); });
+    std::vector<double> values;
+    for (int i = 0; i < kFine; ++i) {
+      rate_at(from.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
+      values.push_back(rate[c]);
+    }
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
+    std::ranges::nth_element(values, values.begin() + kFine / 2);
+    // A velocity that is missing is a way by the end.
+    const double lasting = run_->second_order() ? frames_.back().t - to.t + span : 1;
+    // A long one may be the usual there, a short one in force at the first state.
+    for (const double usual_here : {here[c], values[kFine / 2]}) {
+      const double impulse = span * (mean - usual_here);
+      if (!(std::abs(impulse) * lasting > Parting::kWrong * size_at(to))) continue;
+      const auto fine = resolved(k, kFine);
+      if (!fine) break;
+      const double missing = (*fine)[c] - to.state[c];
+      if (std::abs(missing - impulse) < kSame * std::abs(impulse)) return at;
+    }
+  }
+  return std::nan("");
+}
+
+}  // namespace sim::study
