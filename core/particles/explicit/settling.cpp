@@ -99,11 +99,12 @@ int Settling::alone(double t, const Room& room, LyingStep& step) const {
 void Settling::settle(double t, LyingStep& step, int begin, int end) {
   const Contacts& contacts = particles_->contacts();
   if (contacts.accuracy() == Accuracy::kEvent) return;  // steps end where it touches
+  const bool lay = will_hold(begin, end);  // some of them in the step before: they are near
   std::fill(pressed_.begin() + begin, pressed_.begin() + end, std::uint8_t{0});
   const auto near = [&](const Room& room) {
     return contacts.near(t, step.h, room.middle, room.half, room.longest);
   };
-  if (end - begin > kWaysAtOnce && !near(room_of(step, begin, end))) return;
+  if (!lay && end - begin > kWaysAtOnce && !near(room_of(step, begin, end))) return;
   step.free = particles_->motion().free;
   for (int first = begin; first < end; first += kWaysAtOnce) {
     const int last = std::min(first + kWaysAtOnce, end);
