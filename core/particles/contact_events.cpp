@@ -164,8 +164,8 @@ double ContactEvents::Span::share(double t) const {
 }
 
 // Of a power that changes linearly.
-void ContactEvents::Span::add_along(ContactWork& sum, double from, double to) const {
-  const double linear = to - from, square = to * to - from * from;
+void ContactEvents::Span::add_along(ContactWork& sum, double begin, double end) const {
+  const double linear = end - begin, square = end * end - begin * begin;
   add(sum, steady, linear - square);
   add(sum, along, square);
 }

@@ -68,7 +68,7 @@ class ContactEvents final : public Events {
     ContactWork passed = {}, along = {}, at_end = {};
     ContactWork steady = {};  // of `along`, what there were if the power stayed that of the start
     double share(double t) const;
-    void add_along(ContactWork& sum, double from, double to) const;  // between two shares
+    void add_along(ContactWork& sum, double begin, double end) const;  // between two shares
   };
   void begin_span(double t, double h);
 
