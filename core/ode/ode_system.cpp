@@ -113,9 +113,8 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
 
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
   // What confines states makes all of J full, and stiff only where they bend: products are few.
-  constexpr std::size_t kMostDense = 2000, kMostConfined = 600;
-  if (size() <= (confined() ? kMostConfined : kMostDense))
-    return std::make_unique<DenseSolver>(*this, options);
+  constexpr std::size_t kMostDense = 600;
+  if (!confined() || size() <= kMostDense) return std::make_unique<DenseSolver>(*this, options);
   return std::make_unique<KrylovSolver>(*this, options);
 }
 

@@ -360,3 +360,28 @@ TEST_CASE("a fluid's boundary is a list of colliders", "[lua][scenes]") {
     }
   }
 }
+
+TEST_CASE("float.lua floats as Archimedes says", "[lua][scenes]") {
+  Registry registry({SIM_PLUGIN_DIR});
+  const auto height = [&](const char* density) {
+    const SystemSpec spec =
+        load("scenes/float.lua", {{"layers", "4"}, {"density", density}, {"height", "0"}})
+            .systems[0];
+    Simulation system(spec, registry);
+    const int block = system.particles() - 64;
+    double sum = 0;
+    int looks = 0;
+    while (system.t() < 1.5) {
+      REQUIRE(system.step());
+      if (system.t() < 0.9 || system.step_count() % 20 != 0) continue;
+      ++looks;
+      for (int i = block; i < system.particles(); ++i) sum += system.position(i).y() / 64;
+    }
+    return sum / looks;
+  };
+  // `density`/1000 of the block is below the level, which it lifts. Particles are 5 cm apart.
+  const double light = height("300"), heavy = height("700");
+  CHECK(light == Approx(0.355).margin(0.03));
+  CHECK(heavy == Approx(0.295).margin(0.03));
+  CHECK(light - heavy == Approx(0.06).margin(0.006));
+}

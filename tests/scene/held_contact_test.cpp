@@ -352,3 +352,27 @@ TEST_CASE("what a hand puts into a collider comes out on its rods, at rest",
   CHECK(run.deepest() < 1e-9);
   for (int i : {0, 1}) CHECK(run.system.velocity(i).norm() < 0.1);
 }
+
+// While some beads lie on the sphere others hit it, each at its moment.
+TEST_CASE("a chain that lands on a sphere and slides off is of order 2") {
+  const std::string chain = scene("{-0.02, 0.6, 0}, {0.08, 0.6, 0}, {0.18, 0.6, 0}",
+                                  "{0, 1}, {1, 2}", "sim.collider.sphere { radius = 0.5 }");
+  for (const char* const method : {"verlet", "rk4"}) {
+    const auto end = [&](int steps) {
+      Run run(chain, method, 0.3 / steps);
+      for (int n = 0; n < steps; ++n) REQUIRE(run.system.step());
+      return std::array{run.system.position(0), run.system.position(1), run.system.position(2)};
+    };
+    const auto reference = end(6400);
+    double error[2];
+    for (const int k : {0, 1}) {
+      const auto at = end(k == 0 ? 100 : 800);
+      error[k] = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        error[k] = std::max(error[k], (at[i] - reference[i]).norm());
+    }
+    INFO(method << " " << error[0] << " " << error[1]);
+    CHECK(error[0] < 1e-5);
+    CHECK(std::log2(error[0] / error[1]) / 3 > 1.8);
+  }
+}

@@ -2,6 +2,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <string>
+
+#include "core/base/error.h"
 
 namespace sim {
 namespace {
@@ -22,6 +25,13 @@ struct DenseSolver::Matrices {
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
     : StageNewton(system, options), jacobian_(system.jacobian()), unit_(size()), column_(size()) {
+  if (size() > kMostNumbers)
+    throw Error(
+        ErrorKind::kScene,
+        {"integrator does not fit", "",
+         "an implicit method would need a dense matrix for the " + std::to_string(size()) +
+             " numbers of this state; at most " + std::to_string(kMostNumbers) + " are allowed",
+         "use rk4"});
   matrices_ = std::make_unique<Matrices>(static_cast<Eigen::Index>(size()));
 }
 

@@ -9,6 +9,9 @@ namespace sim {
 
 class DenseSolver final : public StageNewton {
  public:
+  static constexpr std::size_t kMostNumbers = 2000;
+
+  // Throws Error{kScene} for a system of more numbers.
   DenseSolver(OdeSystem& system, const StageOptions& options);
   ~DenseSolver() override;
 

@@ -75,8 +75,9 @@ class HeldContact {
   std::vector<int> near_;  // free particles whose ways may touch something
   std::vector<Meeting> meetings_;
   std::vector<Push> pushes_, moving_;  // for places, for velocities
-  Array start_, free_;    // states: where a piece begins; where it ends without contact
-  ContactWork work_;      // of the last press()
+  Array start_, free_;  // states: where a piece begins; where it ends without contact
+  ContactWork work_;    // of the last press()
+  double until_ = 0;  // where on the way the last press() ended: what meets later is no part of it
   bool touched_ = false;  // something, in this step
 };
 

@@ -34,12 +34,9 @@ void HeldContact::begin_push(const Meeting& meeting, bool hit) {
 
 bool HeldContact::press(const Piece& piece, double until, bool hit) {
   pushes_.clear();
-  bool hits = false;
+  until_ = until;
   for (const Meeting& meeting : meetings_)
-    if (meeting.known || meeting.s <= until) {
-      begin_push(meeting, hit);
-      hits = hits || !meeting.known;
-    }
+    if (meeting.known || meeting.s <= until) begin_push(meeting, hit);
   const double end = piece.t + piece.r, before = energy(end, piece.to);
   work_ = {};
   if (piece.r > 0) {
@@ -119,7 +116,8 @@ void HeldContact::predict_friction(const Piece& piece) {
   }
 }
 
-// What other particles the pushes have put into a surface.
+// What other particles the pushes have put into a surface; not those that hit it by themselves, for
+// which the step is cut where they do.
 bool HeldContact::add_inside(const Piece& piece) {
   const double end = piece.t + piece.r;
   const std::size_t before = pushes_.size();
@@ -131,6 +129,10 @@ bool HeldContact::add_inside(const Piece& piece) {
       if (!(touch.gap < -Contacts::slack(place))) continue;
       const auto same = [&](const Push& p) { return p.particle == i && p.collider == collider; };
       if (std::any_of(pushes_.begin(), pushes_.begin() + static_cast<std::ptrdiff_t>(before), same))
+        continue;
+      if (std::ranges::any_of(meetings_, [&](const Meeting& m) {
+            return m.particle == i && m.collider == collider && !m.known && m.s > until_;
+          }))
         continue;
       Meeting meeting;
       meeting.particle = i, meeting.collider = collider, meeting.normal = touch.normal;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 #include <vector>
 
 #include "core/particles/collider.h"
@@ -57,10 +56,10 @@ class PushSolver {
 
   explicit PushSolver(const Constraints& constraints);
 
-  // pushes: of one particle behind each other. gradient: J. False where there is no such y, or none
-  // was found; then y is what came last, and worst() what is wrong there.
+  // pushes: of one particle behind each other. gradient: J. False where no such y was found; then
+  // y is what came last, and worst() what is wrong there.
   bool solve(std::span<Push> pushes, std::span<const Vec3> gradient, const Axes& y, Wanted& wanted);
-  // Goes on where solve() stopped, with pushes that were changed since.
+  // Goes on where solve() stopped, with changed pushes.
   bool go_on(std::span<Push> pushes, std::span<const Vec3> gradient, const Axes& y, Wanted& wanted);
 
   struct Worst {

@@ -91,6 +91,13 @@ void FluidForces::bind(const ParticleView& initial) {
   kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kSkin * law_.smoothing);
   walls_.bind(initial, kBehind * spacing);
+  if (!solid_.empty()) {
+    solid_.bind(law_, initial);
+    for (int i = 0; i < initial.n; ++i)
+      if (solid_.has(i) && index(i) >= 0)
+        refuse("particle " + std::to_string(i) + " is of the fluid and of its solid",
+               "name those of the fluid: particles = { ids }");
+  }
 
   // Finds out here whether the lists fit into memory.
   Team alone(1);
@@ -129,8 +136,9 @@ ParticleView FluidForces::own(const ParticleView& view, Team* team) {
 
 void FluidForces::prepare(const ParticleView& view, Team& team) {
   const bool first = densities_.size() == 0;
-  const bool moved =
-      neighbours_->update(own(view, &team), team) || first || (walls_.move() && view.t != t_);
+  const bool met = !solid_.empty() && solid_.update(view);
+  const bool moved = neighbours_->update(own(view, &team), team) || first || met ||
+                     (walls_.move() && view.t != t_);
   t_ = view.t;
   const std::span<const NeighbourBlock> blocks = neighbours_->blocks();
   const int count = static_cast<int>(blocks.size());
@@ -149,6 +157,10 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   const auto each_part = [&](const auto& act) {
     team.run_parts(8 * count, 8, [&](int begin, int end) { act(begin / 8, end / 8); });
   };
+  const auto point_at = [&](std::ptrdiff_t p) {
+    const double* const x = neighbours_->points() + 4 * p;
+    return Vec3(x[0], x[1], x[2]);
+  };
   const bool viscous = this->viscous();
   if (moved) {
     braked_ = false;
@@ -165,6 +177,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     each_part([&](int begin, int end) {
       kernels_.densities(law_, seen, begin, end, densities_.data());
       for (std::ptrdiff_t p = 8 * begin; p < 8 * end; ++p) {
+        if (!solid_.empty() && p < places) densities_.data()[p] += solid_.density(point_at(p));
         const double n = densities_.data()[p];
         std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
         points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
@@ -175,6 +188,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     seen.points = points_.data();
     each_part(
         [&](int begin, int end) { kernels_.forces(law_, seen, begin, end, pressure_.data()); });
+    if (!solid_.empty()) push_solid(places);
   }
   if (!viscous || !view.vx) return;
   seen.weights = weights_.data();
@@ -198,6 +212,18 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   braked_ = true;
   each_part(
       [&](int begin, int end) { kernels_.resistance(law_, seen, begin, end, viscosity_.data()); });
+}
+
+// In the order of ids, so that sums do not depend on places.
+void FluidForces::push_solid(int places) {
+  solid_.begin_forces();
+  for (int k = 0; k < places; ++k) {
+    const auto at = 4 * static_cast<std::ptrdiff_t>(neighbours_->place(k));
+    const double* const x = points_.data() + at;
+    const Vec3 force = solid_.push({x[0], x[1], x[2]}, x[3]);
+    for (int axis = 0; axis < 3; ++axis)
+      pressure_.data()[at + axis] += force[static_cast<std::size_t>(axis)];
+  }
 }
 
 // One for each entry of the lists.

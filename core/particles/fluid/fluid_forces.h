@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/particles/fluid/fluid_law.h"
+#include "core/particles/fluid/fluid_solid.h"
 #include "core/particles/fluid/fluid_walls.h"
 #include "core/particles/force.h"
 #include "core/particles/neighbours/neighbours.h"
@@ -52,13 +53,17 @@ class FluidForces {
   }
 
   void add_wall(std::unique_ptr<Collider> collider) { walls_.add(std::move(collider)); }
+  void set_solid(std::shared_ptr<const TriangleMesh> surface) { solid_.set(std::move(surface)); }
   // Throws Error{kScene} where no particle is free, or they stand far too close for the density.
   void bind(const ParticleView& initial);
 
   // Before the rest, at each new view; evaluates what depends on places unless nothing has moved.
   void prepare(const ParticleView& view, Team& team);
 
-  void add_pressure(Tile tile, ForceSink sink) const { add(pressure_, tile, sink); }
+  void add_pressure(Tile tile, ForceSink sink) const {
+    add(pressure_, tile, sink);
+    if (!solid_.empty()) solid_.add(tile, sink);
+  }
   void add_viscosity(Tile tile, ForceSink sink) const { add(viscosity_, tile, sink); }
   double potential(Tile tile) const;  // J
 
@@ -70,6 +75,7 @@ class FluidForces {
  private:
   ParticleView own(const ParticleView& view, Team* team);
   void make_weights();
+  void push_solid(int places);
   void add(const Array& forces, Tile tile, ForceSink sink) const;
   int index(int id) const { return ids_.empty() ? id : index_[static_cast<std::size_t>(id)]; }
 
@@ -78,6 +84,7 @@ class FluidForces {
   std::vector<int> ids_, index_;  // index_: of each particle among ids_, or -1
   std::optional<Neighbours> neighbours_;
   FluidWalls walls_;
+  FluidSolid solid_;
   FluidKernels kernels_ = {};
   Array own_;                              // places of `ids`, one axis after the other
   Array points_, velocities_, densities_;  // of each place, as in FluidBlocks
