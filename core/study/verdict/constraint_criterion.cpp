@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/particles/constraints/holding.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/verdict/criterion.h"
 
