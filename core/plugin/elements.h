@@ -47,11 +47,11 @@ struct Element {
 
 struct Elements {
   int arity = 2;
-  bool cells = false;            // tetrahedra that fill a body
-  std::vector<GridPairs> grids;  // only of arity 2
-  std::vector<int> ids;          // the list: `arity` each
+  bool cells = false;              // tetrahedra that fill a body
+  std::vector<GridPairs> grids{};  // only of arity 2
+  std::vector<int> ids{};          // the list: `arity` each
   // What the elements of the list give for themselves, one number each; nan: not given.
-  std::map<std::string, std::vector<double>> values;
+  std::map<std::string, std::vector<double>> values{};
 
   bool empty() const { return grids.empty() && ids.empty(); }
   std::size_t listed() const { return ids.size() / static_cast<std::size_t>(arity); }

@@ -82,4 +82,4 @@ return sim.scene { name = "float", particles = all, colliders = { walls },
     return sum / size^3
   end },
   look = { eye = {1.3, 0.9, 1.6} },
-  integrator = "verlet", dt = 0.4 * 1.5 * a / sound, duration = 3 }
+  integrator = "verlet", dt = 0.2 * 1.5 * a / sound, duration = 3 }
