@@ -52,8 +52,8 @@ std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps
 
 // The right-hand side is asked at many times between two states, at the first of them. Where it is
 // far from all that it is at the states, fine steps tell whether the next state lacks its integral.
-double Shadow::look_for_pulses(Simulation& shadow) const {
-  if (!may_jump_) return std::nan("");
+void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
+  if (!may_jump_) return;
   constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
   constexpr int kFewest = 4, kFine = 1000;             // of an interval
   constexpr double kFar = 3, kSame = 0.5;
@@ -118,10 +118,14 @@ double Shadow::look_for_pulses(Simulation& shadow) const {
       const auto fine = resolved(k, kFine);
       if (!fine) break;
       const double missing = (*fine)[c] - to.state[c];
-      if (std::abs(missing - impulse) < kSame * std::abs(impulse)) return at;
+      if (std::abs(missing - impulse) < kSame * std::abs(impulse)) {
+        result.missed_at = at;
+        return;
+      }
+      // No pulse, but what the shadow may have missed as the run did: a vibration that both damp.
+      if (run_->flat()) take_error(std::abs(missing), to, result);
     }
   }
-  return std::nan("");
 }
 
 }  // namespace sim::study

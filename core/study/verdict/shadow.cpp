@@ -155,13 +155,16 @@ double Shadow::size_at(const Frame& frame) const {
 
 void Shadow::compare_places(const Frame& frame, double factor, Simulation& other,
                             Parting& result) const {
-  const double error = factor * largest_distance(frame.x, places(other), run_->flat());
+  result.at_end = factor * largest_distance(frame.x, places(other), run_->flat());
+  take_error(result.at_end, frame, result);
+}
+
+void Shadow::take_error(double error, const Frame& frame, Parting& result) const {
   const double size = size_at(frame);
   const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
   if (!(error <= result.error)) result.error = error;
   if (!(share <= result.share)) result.share = share;
   if (share > Parting::kWrong) result.horizon = std::min(result.horizon, frame.t);
-  result.at_end = error;
 }
 
 void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
@@ -260,7 +263,7 @@ Parting Shadow::compare(const std::function<bool()>& stop, bool spread) {
   const double known = std::max(result.error, Parting::kNeighbour * size_at(frames_.front()));
   if (!(Parting::kWrong * result.pinch.margin < known)) result.pinched_at = std::nan("");
   if (spread && result.chaotic()) ask_neighbours(stop, result);
-  result.missed_at = look_for_pulses(shadow);
+  look_for_pulses(shadow, result);
   return result;
 }
 

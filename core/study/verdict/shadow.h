@@ -61,8 +61,9 @@ class Shadow {
   void look_for_chaos(std::span<const std::vector<double>> path, const std::function<bool()>& stop,
                       Parting& result) const;
   void ask_neighbours(const std::function<bool()>& stop, Parting& result) const;
-  // When what depends on time did what no step has seen, in s; not a number: never.
-  double look_for_pulses(Simulation& shadow) const;
+  // Of what depends on time alone: whether it did what no step has seen.
+  void look_for_pulses(Simulation& shadow, Parting& result) const;
+  void take_error(double error, const Frame& frame, Parting& result) const;  // at that frame
   std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
   double size_at(const Frame& frame) const;  // of the scene, m
 
