@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
+#include "core/particles/layout.h"
 
 namespace sim::engine {
 namespace {

@@ -15,6 +15,7 @@
 #include "core/engine/petsc_files.h"
 #include "core/output/bytes.h"
 #include "core/output/output.h"
+#include "core/particles/layout.h"
 #include "core/scene/snapshot.h"
 
 namespace sim::engine {

@@ -1,4 +1,5 @@
 #include "core/particles/surface_contact/held_pieces.h"
+#include "core/particles/particles.h"
 
 #include <algorithm>
 #include <cmath>
