@@ -9,6 +9,7 @@
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
+
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
     particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,

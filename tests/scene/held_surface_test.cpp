@@ -30,27 +30,22 @@ struct Outcome {
   std::string refusal;
 };
 
-// Each step is taken without contact, too, from the same state.
 Outcome run(const sim::SystemSpec& spec, int steps, bool compare = true) {
   sim::Registry registry = make_registry();
   sim::Simulation system(spec, registry);
-  sim::SystemSpec bare = spec;
-  bare.contact.reset();
-  sim::Simulation free(bare, registry);
+  WithoutContact free(spec, registry);
   Outcome outcome;
   for (int n = 0; n < steps; ++n) {
-    if (compare) free.restore(system.snapshot());
-    const bool done = !compare || free.step();
-    if (!done) outcome.refusal = free.divergence().why;
-    if (!done) break;
+    if (compare && !free.step_from(system)) {
+      outcome.refusal = free.system().divergence().why;
+      break;
+    }
     if (!system.step()) {
       outcome.refusal = system.divergence().why;
       break;
     }
-    if (compare) {
-      const Vec3 change = momentum(system, spec) - momentum(free, spec);
-      outcome.momentum_change = std::max(outcome.momentum_change, change.norm());
-    }
+    if (compare)
+      outcome.momentum_change = std::max(outcome.momentum_change, free.momentum_change(system));
     const sim::ConstraintDrift drift = system.holding()->drift(system.t(), system.state().data());
     outcome.drift = std::max({outcome.drift, drift.position, drift.velocity});
     outcome.crossings += crossings(system, spec);

@@ -75,4 +75,29 @@ inline sim::Vec3 momentum(const sim::Simulation& system, const sim::SystemSpec& 
   return sum;
 }
 
+// Each step of a run taken without contact, too, from the same state.
+class WithoutContact {
+ public:
+  WithoutContact(const sim::SystemSpec& spec, sim::Registry& registry)
+      : spec_(bare(spec)), system_(spec_, registry) {}
+
+  bool step_from(const sim::Simulation& run) {
+    system_.restore(run.snapshot());
+    return system_.step();
+  }
+  sim::Simulation& system() { return system_; }
+  double momentum_change(const sim::Simulation& run) const {  // kg m/s, by contact
+    return (momentum(run, spec_) - momentum(system_, spec_)).norm();
+  }
+
+ private:
+  static sim::SystemSpec bare(sim::SystemSpec spec) {
+    spec.contact.reset();
+    return spec;
+  }
+
+  sim::SystemSpec spec_;
+  sim::Simulation system_;
+};
+
 }  // namespace sim_test

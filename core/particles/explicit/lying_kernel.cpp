@@ -33,8 +33,7 @@ SIM_INLINE Doubles slack(const Point& x) {
   return number(1e-12) * larger(number(1), larger(larger(size(x.x), size(x.y)), size(x.z)));
 }
 SIM_INLINE void keep_as(double* const to[3], std::int64_t i, Mask m, const Point& v) {
-  const Point old = {load(to[0] + i), load(to[1] + i), load(to[2] + i)};
-  const Point now = choose(m, v, old);
+  const Point now = choose(m, v, load(to, i));
   store(to[0] + i, now.x);
   store(to[1] + i, now.y);
   store(to[2] + i, now.z);
@@ -337,8 +336,7 @@ bool hold_all(const LyingKick& kick, int begin, unsigned bits, Lying& lying) {
     Doubles lost{}, given{};
     lanes[n] = mask_of(bits >> n * kDoubles);
     Mask done = lanes[n];
-    const Point v = {load(kick.v[0] + i), load(kick.v[1] + i), load(kick.v[2] + i)};
-    velocity[n] = held(surface, kick.friction, load(kick.q, i), v, done, lost, given);
+    velocity[n] = held(surface, kick.friction, load(kick.q, i), load(kick.v, i), done, lost, given);
     if (bits_of(lanes[n] & ~done)) return false;
     store(lying.lost_held + n * kDoubles, lost);
     store(lying.given_held + n * kDoubles, given);

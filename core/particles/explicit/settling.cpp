@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/particles/axes.h"
+
 namespace sim {
 namespace {
 
@@ -11,15 +13,6 @@ constexpr int kWaysAtOnce = 128;
 constexpr std::uint8_t kSingly = 1, kAlone = 2;
 constexpr std::size_t kMostAlone = 0xff - kAlone;
 constexpr unsigned kAll = 0xff;
-
-template <class Real>
-Vec3 vector_at(Real* const axes[3], int i) {
-  return {axes[0][i], axes[1][i], axes[2][i]};
-}
-
-void put_vector(double* const axes[3], int i, const Vec3& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) axes[axis][i] = v[axis];
-}
 
 LyingStep step_of(double h, const Settling::In& q0, const Settling::In& v0, const Settling::Out& q,
                   const Settling::Out& v) {
@@ -115,9 +108,9 @@ void Settling::settle(double t, LyingStep& step, int begin, int end) {
     if (only >= 0) lying_.settle(step, first, last, lying);
     for (int i = first; i < last; i += kLanes) {
       const Lying& these = lying[(i - first) / kLanes];
-      const auto alone = static_cast<std::uint8_t>(kAlone + only);
+      const auto presses = static_cast<std::uint8_t>(kAlone + only);
       for (unsigned bits = these.pressed; bits != 0; bits &= bits - 1)
-        pressed_[static_cast<std::size_t>(i + std::countr_zero(bits))] = alone;
+        pressed_[static_cast<std::size_t>(i + std::countr_zero(bits))] = presses;
       if (these.known == kAll) {
         enter(step, i, these.met, these);
         continue;

@@ -8,8 +8,6 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-using Lanes = decltype(Doubles{} < Doubles{});
-
 // Of a pair: q = r/h, its inverse, and u = 1 - q/2; w = u^4 (2 q + 1), w'/q = -5 u^3.
 struct Kernel {
   Doubles scale;  // 1/h^2
@@ -41,7 +39,7 @@ struct Kernel {
 };
 
 // v where the condition holds, exactly 0 elsewhere, whatever v is there.
-SIM_INLINE Doubles only(Lanes condition, Doubles v) { return condition ? v : Doubles{}; }
+SIM_INLINE Doubles only(Mask condition, Doubles v) { return condition ? v : Doubles{}; }
 
 SIM_INLINE Doubles gather_one(const double* of, const std::int32_t* index) {
   Doubles v;
@@ -77,10 +75,10 @@ struct Own {
 // Calls image(rr, within, walls, count) for the images of a pair, r^2 apart, in one wall, in two
 // that meet and in three: `product` has 4 g_i g_j of each. An image inside a wall is taken as at 0.
 template <class Image>
-SIM_INLINE void each_image(int walls, const Doubles* product, Doubles rr, Lanes within,
-                           double limit, const Image& image) {
+SIM_INLINE void each_image(int walls, const Doubles* product, Doubles rr, Mask within, double limit,
+                           const Image& image) {
   const auto offer = [&](Doubles at, const int* of, int count) __attribute__((always_inline)) {
-    const Lanes inside = within & (at < splat<double>(limit));
+    const Mask inside = within & (at < splat<double>(limit));
     image(at > Doubles{} ? at : Doubles{}, inside, of, count);
   };
   int of[3];
@@ -112,14 +110,14 @@ void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end,
     for (int half = 0; half < 8; half += kDoubles) {
       const Own own(from, b, half);
       Doubles sum = splat<double>(1), ties{}, product[FluidWalls::kMost];
-      const auto image = [&](Doubles rr, Lanes within, const int*, int)
+      const auto image = [&](Doubles rr, Mask within, const int*, int)
           __attribute__((always_inline)) {
         sum += only(within, kernel.at(rr).w());
       };
       const std::int32_t* slot = block.slots + half;
       for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
         const Doubles rr = squared(own.here - gather(from.points, slot));
-        const Lanes within = (rr < limits) & (rr > Doubles{});
+        const Mask within = (rr < limits) & (rr > Doubles{});
         const auto at = kernel.at(rr);
         sum += only(within, at.w());
         if constexpr (kTies) ties += only(within, at.tie());
@@ -171,7 +169,7 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
       const auto add = [&](Doubles by, const V3<double>& way) __attribute__((always_inline)) {
         sum = {fma(by, way.x, sum.x), fma(by, way.y, sum.y), fma(by, way.z, sum.z)};
       };
-      const auto image = [&](Doubles rr, Lanes within, const int* of, int count)
+      const auto image = [&](Doubles rr, Mask within, const int* of, int count)
           __attribute__((always_inline)) {
         V3<double> way = d;
         for (int k = 0; k < count; ++k) {
@@ -189,7 +187,7 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
         d = own.here - gather(from.points, slot, other);
         both = pressure + other;
         const Doubles rr = squared(d);
-        const Lanes within = (rr < limits) & (rr > Doubles{});
+        const Mask within = (rr < limits) & (rr > Doubles{});
         const auto at = kernel.at(rr);
         const Doubles cube = only(within, at.cube());
         if constexpr (kTies)

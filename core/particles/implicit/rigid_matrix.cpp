@@ -6,12 +6,11 @@
 namespace sim {
 namespace {
 
-constexpr int kFewPatches = 16;        // patches whose matrix is factorised
-constexpr int kWantedPatches = 4;      // patches of a coarser one
-constexpr double kMostEigenvalue = 2;  // eigenvalue of D^-1 B, D the blocks on the diagonal: B <= 2
-                                       // D, for so it is with every spring
-// Steps whose error polynomial is the Chebyshev one on [kMostEigenvalue / 4, kMostEigenvalue], and
-// on [kMostEigenvalue / 6, kMostEigenvalue].
+constexpr int kFewPatches = 16;    // whose matrix is factorised
+constexpr int kWantedPatches = 4;  // of a coarser one
+// Of D^-1 B, where D are the blocks on the diagonal: B <= 2 D, for so it is with every spring.
+constexpr double kMostEigenvalue = 2;
+// Steps whose error polynomial is the Chebyshev one on [1/4, 1] and on [1/6, 1] of it.
 constexpr double kMean = 7.0 / 12 * kMostEigenvalue, kHalf = 5.0 / 12 * kMostEigenvalue,
                  kRoot = 0.7071067811865476;
 constexpr double kOne[] = {8.0 / 5 / kMostEigenvalue};
@@ -66,6 +65,14 @@ bool invert(const double* block, float* inverse) {
       inverse[col * kRow + row] = inverse[row * kRow + col] = static_cast<float>(sum);
     }
   return true;
+}
+
+// to += Q^T from, with Q = [I, -[arm]x; 0, turn I].
+inline void add_turned(const Vec3& arm, double turn, const double* from, double* to) {
+  for (int k = 0; k < 3; ++k) to[k] += from[k];
+  to[3] += arm[1] * from[2] - arm[2] * from[1] + turn * from[3];
+  to[4] += arm[2] * from[0] - arm[0] * from[2] + turn * from[4];
+  to[5] += arm[0] * from[1] - arm[1] * from[0] + turn * from[5];
 }
 
 }  // namespace
@@ -217,11 +224,7 @@ bool RigidMatrix::prepare_coarser() {
             y[row] = to_next * b[next * kRow + row] + to_after * b[after * kRow + row] +
                      turn * b[column * kRow + row];
         }
-        double* const to = out + column * kRow;
-        to[0] += y[0], to[1] += y[1], to[2] += y[2];
-        to[3] += left[1] * y[2] - left[2] * y[1] + left_turn * y[3];
-        to[4] += left[2] * y[0] - left[0] * y[2] + left_turn * y[4];
-        to[5] += left[0] * y[1] - left[1] * y[0] + left_turn * y[5];
+        add_turned(left, left_turn, y, out + column * kRow);
       }
     }
   return coarser_->prepare();
@@ -260,15 +263,9 @@ void RigidMatrix::smooth(const double* r, double* x, bool from_zero) {
 void RigidMatrix::correct(const double* r, double* x) {
   kernels_.residual(pattern_, narrow_.data(), r, x, rest_.data(), 0, count());
   std::ranges::fill(r_.span(), 0.0);
-  for (std::size_t i = 0; i < arms_.size(); ++i) {
-    const double* const from = &rest_[i * kRow];
-    double* const to = &r_[static_cast<std::size_t>(patches_.of[i]) * kRow];
-    const Vec3& arm = arms_[i];
-    for (int k = 0; k < 3; ++k) to[k] += from[k];
-    to[3] += arm[1] * from[2] - arm[2] * from[1] + turns_[i] * from[3];
-    to[4] += arm[2] * from[0] - arm[0] * from[2] + turns_[i] * from[4];
-    to[5] += arm[0] * from[1] - arm[1] * from[0] + turns_[i] * from[5];
-  }
+  for (std::size_t i = 0; i < arms_.size(); ++i)
+    add_turned(arms_[i], turns_[i], &rest_[i * kRow],
+               &r_[static_cast<std::size_t>(patches_.of[i]) * kRow]);
   coarser_->solve(r_.data(), x_.data());
   if (coarser_->coarser_) {
     // What is left of it once more: a W cycle.

@@ -86,9 +86,7 @@ struct Morse {
 };
 
 // v where the condition holds, exactly 0 elsewhere, whatever v is there.
-SIM_INLINE Doubles where(decltype(Doubles{} < Doubles{}) condition, Doubles v) {
-  return condition ? v : Doubles{};
-}
+SIM_INLINE Doubles where(Mask condition, Doubles v) { return condition ? v : Doubles{}; }
 
 // The forces on the particles of blocks [begin, end), four doubles a place. Each particle has a
 // lane of its own, and what its list holds beyond the cutoff adds exact zeros: the sums do not

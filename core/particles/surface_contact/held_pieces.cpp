@@ -1,8 +1,10 @@
 #include "core/particles/surface_contact/held_pieces.h"
-#include "core/particles/particles.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "core/particles/axes.h"
+#include "core/particles/particles.h"
 
 namespace sim {
 namespace {
@@ -34,10 +36,8 @@ void HeldPieces::begin(double t, double h, const double* x, const double* x_next
 
 void HeldPieces::load(std::span<const Vec3> from, std::span<const Vec3> way) {
   const auto q = particles_->layout().axes(end_.data());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const Vec3 place = from[i] + way[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) q[axis][i] = place[axis];
-  }
+  for (std::size_t i = 0; i < from.size(); ++i)
+    put_vector(q, static_cast<int>(i), from[i] + way[i]);
 }
 
 ParticleView HeldPieces::end(std::span<const Vec3> from, std::span<const Vec3> way) {
@@ -54,7 +54,7 @@ bool HeldPieces::hold_ways(std::span<const Vec3> from, std::span<Vec3> way,
   const std::span<const double> weights = holding_->constraints().weights();
   for (std::size_t i = 0; i < from.size(); ++i) {
     if (weights[i] == 0) continue;
-    const Vec3 place = from[i] + way[i], held{q[0][i], q[1][i], q[2][i]};
+    const Vec3 place = from[i] + way[i], held = vector_at(q, static_cast<int>(i));
     if (held == place) continue;
     way[i] = held - from[i];
     touched[i] = dirty[i] = 1;
@@ -66,11 +66,10 @@ bool HeldPieces::hold_velocities(std::span<const Vec3> from, std::span<const Vec
                                  std::span<Vec3> velocity, std::span<std::uint8_t> touched) {
   load(from, way);
   const auto v = particles_->layout().axes(end_.data(), 3);
-  for (std::size_t i = 0; i < velocity.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) v[axis][i] = velocity[i][axis];
+  for (std::size_t i = 0; i < velocity.size(); ++i) put_vector(v, static_cast<int>(i), velocity[i]);
   if (!holding_->still(t_end_, end_.data())) return false;
   for (std::size_t i = 0; i < velocity.size(); ++i) {
-    const Vec3 held{v[0][i], v[1][i], v[2][i]};
+    const Vec3 held = vector_at(v, static_cast<int>(i));
     if (held != velocity[i]) touched[i] = 1;
     velocity[i] = held;
   }

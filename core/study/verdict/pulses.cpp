@@ -112,10 +112,11 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
     // A velocity that is missing is a way by the end.
     const double lasting = run_->second_order() ? frames_.back().t - to.t + span : 1;
     // A long one may be the usual there, a short one in force at the first state.
+    std::optional<std::vector<double>> fine;
     for (const double usual_here : {here[c], values[kFine / 2]}) {
       const double impulse = span * (mean - usual_here);
       if (!(std::abs(impulse) * lasting > Parting::kWrong * size_at(to))) continue;
-      const auto fine = resolved(k, kFine);
+      if (!fine) fine = resolved(k, kFine);
       if (!fine) break;
       const double missing = (*fine)[c] - to.state[c];
       if (std::abs(missing - impulse) < kSame * std::abs(impulse)) {

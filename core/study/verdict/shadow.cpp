@@ -92,9 +92,12 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
     in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
   }
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
+  std::vector<double> x = places(*run_);
+  const double largest = run_->flat() ? largest_number(x) : 0;
   frames_.push_back({run_->step_count(),
                      run_->t(),
-                     places(*run_),
+                     std::move(x),
+                     largest,
                      energy ? energy->total() : std::nan(""),
                      {observed.begin(), observed.end()},
                      may_jump_ ? std::vector(run_->state().begin(), run_->state().end())
@@ -130,12 +133,12 @@ double Shadow::size_at(const Frame& frame) const {
   if (run_->flat()) {
     std::vector<double> sizes{0};
     if (first.x.size() <= kFewNumbers)
-      for (const Frame& each : frames_) sizes.push_back(largest_number(each.x));
+      for (const Frame& each : frames_) sizes.push_back(each.largest);
     const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
     std::ranges::nth_element(sizes, middle);
     const double usual = *middle;
-    return std::max({largest_number(first.x), largest_number(frame.x), usual,
-                     kLittle * *std::ranges::max_element(sizes)});
+    return std::max(
+        {first.largest, frame.largest, usual, kLittle * *std::ranges::max_element(sizes)});
   }
   for (const Frame* each : {&first, &frame})
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -153,23 +156,24 @@ double Shadow::size_at(const Frame& frame) const {
   return size;
 }
 
-void Shadow::compare_places(const Frame& frame, double factor, Simulation& other,
-                            Parting& result) const {
-  result.at_end = factor * largest_distance(frame.x, places(other), run_->flat());
-  take_error(result.at_end, frame, result);
+double Shadow::usual_size() const {
+  const double start = size_at(frames_.front());
+  return start > 0 ? start : size_at(frames_.back());
 }
 
-void Shadow::take_error(double error, const Frame& frame, Parting& result) const {
+double Shadow::take_error(double error, const Frame& frame, Parting& result) const {
   const double size = size_at(frame);
   const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
   if (!(error <= result.error)) result.error = error;
   if (!(share <= result.share)) result.share = share;
   if (share > Parting::kWrong) result.horizon = std::min(result.horizon, frame.t);
+  return size;
 }
 
 void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
                            Parting& result) const {
-  compare_places(frame, factor, shadow, result);
+  result.at_end = factor * largest_distance(frame.x, places(shadow), run_->flat());
+  const double size = take_error(result.at_end, frame, result);
   if (!frame.observed.empty()) {
     const std::vector<double> observed = spec_->observe(shadow);
     result.observed.resize(observed.size());
@@ -181,7 +185,6 @@ void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow
   }
   const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
   if (!run_->second_order() || !(in_play_ > 0)) return;
-  const double size = size_at(frame);
   if (moved <= at_rest(run_->integrator_info()) * size) return;
   const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
   if (!(energy <= result.energy)) result.energy = energy;
@@ -273,8 +276,7 @@ std::optional<std::vector<double>> Shadow::run_neighbour(int which,
   double finer = 1;
   Simulation neighbour = finer_run(finer);
   neighbour.stop_when(stop);
-  const double start = size_at(frames_.front());
-  const double size = start > 0 ? start : size_at(frames_.back());
+  const double size = usual_size();
   const int count = run_->flat() ? run_->components() : run_->particles();
   Noise noise;
   for (int skipped = 0; skipped < 3 * count * which; ++skipped) noise.next();
@@ -303,8 +305,7 @@ std::optional<std::vector<double>> Shadow::run_neighbour(int which,
 // growth of a disturbance (Lyapunov 1892).
 void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
                             const std::function<bool()>& stop, Parting& result) const {
-  const double start = size_at(frames_.front());
-  const double size = start > 0 ? start : size_at(frames_.back());
+  const double size = usual_size();
   constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
   std::vector<double> growths;
   double most = 0, apart = 0;

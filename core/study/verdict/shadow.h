@@ -37,6 +37,7 @@ class Shadow {
     std::int64_t step;      // of the run
     double t;               // s
     std::vector<double> x;  // coordinates, or numbers of a flat state
+    double largest;         // of these numbers
     double energy;          // J, total
     std::vector<double> observed;
     std::vector<double> state;  // X, where forces may be pulses
@@ -51,7 +52,6 @@ class Shadow {
             std::int64_t stride = 1) const;
   // `factor`: the error over the difference to the shadow.
   void compare_frame(const Frame& frame, double factor, Simulation& shadow, Parting& result) const;
-  void compare_places(const Frame& frame, double factor, Simulation& other, Parting& result) const;
   // Figures asked of the run from a first state 1e-7 of the size away, another one for each number;
   // nothing when it ends early. `at_frame` sees it at every state kept.
   using AtFrame = std::function<void(Simulation& neighbour, std::size_t frame)>;
@@ -63,9 +63,11 @@ class Shadow {
   void ask_neighbours(const std::function<bool()>& stop, Parting& result) const;
   // Of what depends on time alone: whether it did what no step has seen.
   void look_for_pulses(Simulation& shadow, Parting& result) const;
-  void take_error(double error, const Frame& frame, Parting& result) const;  // at that frame
+  // An error at that frame; returns the size of the scene there.
+  double take_error(double error, const Frame& frame, Parting& result) const;
   std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
   double size_at(const Frame& frame) const;  // of the scene, m
+  double usual_size() const;                 // at the start, or at the end where it is 0 there
 
   const SystemSpec* spec_;
   Simulation* run_;
