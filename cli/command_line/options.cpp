@@ -135,8 +135,8 @@ Parser::Parser() {
           ->disable_flag_override(),
       value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
       app_.add_flag("--verify", t.verify,
-                    "run it again with half the step, however long\n"
-                    "that takes; without it only runs below 1 s")
+                    "run it again with half the step, however long that\n"
+                    "takes, on another core; else only runs below 1 s")
           ->disable_flag_override(),
       app_.add_flag("--no-verify", t.no_verify, "do not, however little it takes")
           ->disable_flag_override(),

@@ -13,6 +13,7 @@
 #include "cli/run/run_length.h"
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
+#include "cli/run/verification.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
 #include "cli/verbs/export_scene.h"
@@ -64,7 +65,7 @@ class Run {
   void perform(Track& track) {
     if (replays_) replays_->perform(static_cast<std::size_t>(&track - tracks_.data()), track);
   }
-  void verify(int caught);
+  std::ostream* notes() { return request_.quiet ? nullptr : &console_.err; }
   int conclude(int caught);
   void explain();
   void print_verdicts();
@@ -205,6 +206,10 @@ int Run::go() {
   }
 
   const auto begin = std::chrono::steady_clock::now();
+  const auto seconds = [begin] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  bool beside = request_.verify != Verify::kAlways;
   for (const auto& each : engines_) each->start();
   Track* track = next_track();
   for (; track && !interrupts.caught(); track = next_track()) {
@@ -215,8 +220,13 @@ int Run::go() {
     }
     measure(*track);
     progress_.update(tracks_);
+    if (!beside && seconds() > Track::kQuick) {
+      beside = true;
+      progress_.clear();
+      verify_beside(tracks_, request_.scene.threads, seconds(), notes());
+    }
   }
-  seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  seconds_ = seconds();
   progress_.clear();
 
   // A run that stopped early ends with the state it stopped in.
@@ -237,31 +247,6 @@ int Run::go() {
     text.remedy += (text.remedy.empty() ? "written before that: " : "; written before that: ") +
                    join(written_, ", ");
     throw Error(error.kind(), text);
-  }
-}
-
-// Short runs are always made once more with half the step, and first-order ones, which are small;
-// longer ones where the user asked for it.
-void Run::verify(int caught) {
-  for (Track& track : tracks_) {
-    const bool wanted = request_.verify == Verify::kAlways ||
-                        (request_.verify == Verify::kQuick &&
-                         (seconds_ < Track::kQuick || !track.system().second_order()));
-    if (caught) return;
-    const double chaotic = track.observers().empty() ? 4 : 10;  // times the run
-    if (!wanted) {
-      track.leave_unverified(request_.verify == Verify::kNever
-                                 ? "positions not verified"
-                                 : "positions not verified: --verify takes about " +
-                                       brief(2 * seconds_, 2) + " s");
-      continue;
-    }
-    if (seconds_ > Track::kQuick && !request_.quiet)
-      console_.err << "sim: note: verifying with half the step takes about "
-                   << brief(2 * seconds_, 1) << " s, and " << brief(chaotic * seconds_, 1)
-                   << " s where the motion is chaotic; Ctrl-C skips it\n"
-                   << std::flush;
-    track.verify(SessionSignals::any, true);
   }
 }
 
@@ -330,7 +315,7 @@ int Run::conclude(int caught) {
     save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
     wrote(*request_.snap);
   }
-  verify(caught);
+  if (!caught) verify(request_.verify, tracks_, seconds_, notes());
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle) {
     std::ostream& out = words(request_, console_);

@@ -8,6 +8,7 @@
 #include "cli/run/engine_run.h"
 #include "cli/run/recorder.h"
 #include "cli/run/scene.h"
+#include "cli/run/verification.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
 #include "core/output/output.h"
@@ -15,9 +16,6 @@
 namespace sim::cli {
 
 enum class ShowProgress { kAuto, kOn, kOff };
-
-// Whether the run is made once more with half the step: where that takes little time, or as asked.
-enum class Verify { kQuick, kAlways, kNever };
 
 struct RunRequest {
   SceneRequest scene;

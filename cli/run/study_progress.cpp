@@ -9,6 +9,16 @@
 
 namespace sim::cli {
 
+std::string rough_time(double seconds) {
+  constexpr double kMinute = 60, kHour = 3600;
+  const auto told = [](double amount, const char* unit) {
+    return brief(amount, amount < 10 ? 1 : 2) + unit;
+  };
+  if (seconds < 95) return told(seconds, " s");
+  if (seconds < 95 * kMinute) return told(seconds / kMinute, " min");
+  return brief(std::round(seconds / kHour)) + " h";
+}
+
 study::Watch StudyProgress::watch() {
   return [this](std::string_view what, double done) {
     draw(what, done);
@@ -32,8 +42,8 @@ void StudyProgress::draw(std::string_view what, double done) {
 void StudyProgress::announce(double seconds) {
   constexpr double kWorthAWord = 1;
   if (!said_ || seconds < kWorthAWord) return;
-  err_ << "sim: note: the study takes about " << brief(seconds, seconds < 10 ? 1 : 2)
-       << " s; Ctrl-C ends it with what it has\n"
+  err_ << "sim: note: the study takes about " << rough_time(seconds)
+       << "; Ctrl-C ends it with what it has\n"
        << std::flush;
 }
 

@@ -16,6 +16,9 @@
 
 namespace sim::cli {
 
+// What is no more than an estimate: "8 s", "42 s", "3 min", "5 h".
+std::string rough_time(double seconds);
+
 class StudyProgress {
  public:
   StudyProgress(ShowProgress when, const Console& console)

@@ -197,6 +197,10 @@ void Track::touched(double energy) {
   leave_unverified("positions not verified: hands were in it");
 }
 
+bool Track::verify_beside(const std::function<bool()>& stop) {
+  return shadow_ && shadow_->follow_beside(stop);
+}
+
 void Track::verify(const std::function<bool()>& stop, bool spread) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
   parting_ = shadow_->compare(stop, spread);

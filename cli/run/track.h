@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,7 +21,7 @@ using study::Verdict;
 class Track {
  public:
   static constexpr double kQuick = 1;  // s: a run that takes less has its shadow always
-  static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();  // a stride
+  static constexpr std::int64_t kNever = INT64_MAX;  // a stride
 
   // Spec and system outlive it. 0 steps are legal; tables have a frame every `frame_stride` steps,
   // reports a row every `row_stride`, both at the start and at the end too. Throws what the exact
@@ -33,8 +32,7 @@ class Track {
   void end_at(double time);           // the last step ends there, before its own end
   int advance(std::int64_t most);     // as Simulation::steps, with the last one shortened
   std::optional<double> cut() const;  // s, where the next step has to end, if that is a shorter one
-  // Of a run that goes on: with the work of its first part, if that is known.
-  void continue_from(double total, std::span<const double> work);
+  void continue_from(double total, std::span<const double> work);  // that of a first part, if known
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
   void touched(double energy);  // by a hand, at the present state, by so many J; no shadow then
   Simulation& system() const { return *system_; }
@@ -70,7 +68,9 @@ class Track {
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
   study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
-  // Runs its shadow, as far as `stop` lets it; see study::Shadow for what it costs.
+  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: study::Shadow.
+  bool verify_beside(const std::function<bool()>& stop);
+  bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
   void verify(const std::function<bool()>& stop, bool spread = false);
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why

@@ -78,6 +78,7 @@ struct SystemSpec {
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
+  bool one_thread = false;  // its steps call functions that know no threads
   LookSpec look;
   std::vector<ObserverSpec> observers;                          // by name
   std::vector<double> observe(const Simulation& system) const;  // what each of them says

@@ -47,8 +47,12 @@ TEST_CASE("colliders of every kind and motion can be said in a scene", "[lua][co
         "sim.collider.sphere { radius = 1, motion = sim.motion.line { velocity = {1, 0, 0} } }",
         "sim.collider.sphere { radius = 1, motion = sim.motion.orbit { radius = 1, period = 2 } }",
         "sim.collider.sphere { radius = 1, motion = function(t) return {t, 0, 0} end }",
-        "sim.collider.sphere { radius = 1, motion = function(t) return {t, 0, 0}, {1, 0, 0} end }"})
-    CHECK(load_text(with(collider)).systems[0].colliders.size() == 1);
+        "sim.collider.sphere { radius = 1, motion = function(t) return {t, 0, 0}, {1, 0, 0} end "
+        "}"}) {
+    const SystemSpec spec = load_text(with(collider)).systems[0];
+    CHECK(spec.colliders.size() == 1);
+    CHECK(spec.one_thread == (collider.find("function") != std::string::npos));
+  }
 }
 
 TEST_CASE("bad colliders are refused at their lines", "[lua][colliders]") {

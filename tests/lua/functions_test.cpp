@@ -45,6 +45,26 @@ TEST_CASE("an ODE written in Lua outlives its loading", "[lua][functions]") {
   CHECK(system.exact(1)[1] == -2 * std::sin(2.0));
 }
 
+TEST_CASE("a scene whose steps call Lua says that it knows no threads", "[lua][functions]") {
+  CHECK(load_text(ode("{1}", "function(t, x) return x end")).systems[0].one_thread);
+  const auto with = [](const std::string& more) {
+    return load_text(
+               "local p = sim.particles {}\np:add {0, 0, 0}\nreturn sim.scene { particles = "
+               "p, integrator = 'rk4', dt = 0.01, duration = 1, " +
+               more + " }\n")
+        .systems[0]
+        .one_thread;
+  };
+  CHECK(with("forces = { sim.force.lua { function(t, i, x, v) return 0, 0, 0 end } }"));
+  CHECK(
+      with("forces = {}, constraints = { sim.constraint.on_curve { particles = {0}, curve = "
+           "function(s) return {s, 0, 0} end } }"));
+  // What observes, and an exact solution, is asked between steps.
+  CHECK(
+      !with("forces = { sim.force.gravity {} }, observe = { x = function(s) return "
+            "s:position(0)[1] end }, exact = function(t) return {0, 0, 0} end"));
+}
+
 TEST_CASE("the right-hand side sees the time", "[lua][functions]") {
   const SceneSpec spec = load_text(ode("{0}", "f = function(t, x) return { 2 * t } end"));
   Registry registry({SIM_PLUGIN_DIR});

@@ -21,9 +21,10 @@ struct Judged {
   Verdict verdict;
 };
 
-// Runs `steps` steps as sim does, with `looks` looks, and then the shadow.
+// Runs `steps` steps as sim does, with `looks` looks, and then the shadow, or from step `beside`
+// on.
 Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options, std::int64_t steps,
-              int looks = 100) {
+              int looks = 100, std::int64_t beside = -1) {
   sim::Registry registry = make_registry();
   sim::Simulation system(spec, registry, options);
   sim::study::Monitor monitor(spec, system, steps, &registry);
@@ -37,7 +38,9 @@ Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options, std::
     if (n % stride != 0 && n != steps) continue;
     const sim::Energy energy = system.energy();
     monitor.look(system.second_order() ? &energy : nullptr);
-    shadow.look(system.second_order() ? &energy : nullptr);
+    shadow.look(system.second_order() ? &energy : nullptr, spec.observe(system));
+    if (n / stride == beside / stride && beside >= 0)
+      CHECK(shadow.follow_beside([] { return false; }));
   }
   const std::uint64_t hash = system.hash();
   Judged result;
@@ -325,4 +328,27 @@ TEST_CASE("work is integrated by cubics") {
   sim::WorkIntegral even;
   for (int k = 0; k <= 10; ++k) even.look(k, double(k) * k * k);
   CHECK(even.uncertainty() == Approx(2 * 8 * 0.25).epsilon(1e-12));
+}
+
+TEST_CASE("a shadow that follows on a thread of its own finds what one finds afterwards") {
+  sim::SystemSpec spec = make_cloth(8);
+  spec.observers = {{"low", [](const sim::Simulation& s) { return s.position(60).y(); }}};
+  for (const char* method : {"verlet", "rk4", "tsit5", "trbdf2"}) {
+    CAPTURE(method);
+    const sim::RunOptions options{.integrator = method, .dt = 0.004};
+    const Parting after = judged(spec, options, 300).parting;
+    for (const std::int64_t from : {0, 150, 299}) {
+      const Parting beside = judged(spec, options, 300, 100, from).parting;
+      CHECK(beside.verified());
+      CHECK(beside.error == after.error);
+      CHECK(beside.at_end == after.at_end);
+      CHECK(beside.share == after.share);
+      CHECK(beside.energy == after.energy);
+      CHECK(beside.pinch.margin == after.pinch.margin);
+      REQUIRE(beside.observed.size() == 1);
+      CHECK(beside.observed[0].most == after.observed[0].most);
+      CHECK(beside.observed[0].at_end == after.observed[0].at_end);
+      CHECK(after.observed[0].most > 0);
+    }
+  }
 }

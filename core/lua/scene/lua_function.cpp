@@ -280,16 +280,19 @@ class LuaMotion final : public RigidMotion {
 std::shared_ptr<const RigidMotion> make_motion_function(
     const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
     const std::string& what) {
+  session->set_called();
   return std::make_shared<LuaMotion>(std::make_shared<LuaFunction>(session, L, index, 1), what);
 }
 
 std::shared_ptr<const Curve> make_curve_function(const std::shared_ptr<SceneSession>& session,
                                                  lua_State* L, int index, const std::string& what) {
+  session->set_called();
   return std::make_shared<LuaCurve>(std::make_shared<LuaFunction>(session, L, index, 1), what);
 }
 
 OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
                               int dimension) {
+  session->set_called();
   auto function = std::make_shared<LuaFunction>(session, L, index, dimension);
   return [function](double t, std::span<const double> x, std::span<double> dxdt) {
     function->call(t, &x, dxdt);
@@ -298,6 +301,7 @@ OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_
 
 ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& session, lua_State* L,
                                         int index, const std::string& what) {
+  session->set_called();
   auto function = std::make_shared<LuaFunction>(session, L, index, 1);
   return [function, what](const ParticleView& view, std::span<const int> ids,
                           std::span<double> out) { function->call(view, ids, out, what); };

@@ -207,6 +207,8 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
     dimension = spec.first_order->dimension;
   }
 
+  spec.one_thread = session_->called();
+
   if (const int type = push_field(L, scene, "exact"); type == LUA_TFUNCTION)
     spec.exact = make_exact(session_, L, lua_absindex(L, -1), size, dimension);
   else if (type != LUA_TNIL)

@@ -45,6 +45,10 @@ class SceneSession {
   // Throws Error{kScene}.
   void count(double particles, double elements, const Place& place);
 
+  // Steps call functions of the scene.
+  void set_called() { called_ = true; }
+  bool called() const { return called_; }
+
   // Throws Error{kUsage} for a setting that no sim.arg declared.
   void check_settings() const;
 
@@ -78,6 +82,7 @@ class SceneSession {
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
   double particles_ = 0, elements_ = 0;
+  bool called_ = false;
   std::set<std::string> loading_;  // canonical names of the files that are running
   int records_ = LUA_NOREF;        // table: value made by the language -> its record
   int tied_ = LUA_NOREF;           // list of the forces that join something

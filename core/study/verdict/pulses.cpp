@@ -40,8 +40,8 @@ std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps
         order = each.info.order;
       }
   }
-  Simulation fine =
-      other_run(*spec_, *registry_, own, choice, (to.t - from.t) / steps, from.t, from.state);
+  Simulation fine = other_run(*spec_, *registry_, own, choice, (to.at.t - from.at.t) / steps,
+                              from.at.t, from.seen.state);
   for (int left = steps; left > 0;) {
     const int taken = fine.steps(left);
     if (taken == 0) return {};
@@ -62,7 +62,7 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
   const std::vector<std::size_t> numbers = driven_numbers(*run_);
   Array y(n), rate(n), here(n);
   const auto rate_at = [&](double t, const Frame& frame, Array& out) {
-    system.eval(t, {frame.state.data(), {}}, y.data(), out.data());
+    system.eval(t, {frame.seen.state.data(), {}}, y.data(), out.data());
   };
   const auto largest = [&](const Array& values, const Array* other) {
     double most = 0;
@@ -72,7 +72,7 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
   };
   std::vector<double> sizes;
   for (const Frame& frame : frames_) {
-    rate_at(frame.t, frame, rate);
+    rate_at(frame.at.t, frame, rate);
     sizes.push_back(largest(rate, nullptr));
   }
   std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
@@ -86,11 +86,11 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
   Noise noise;
   for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
     const Frame &from = frames_[k], &to = frames_[k + 1];
-    const double span = to.t - from.t;
-    rate_at(from.t, from, here);
+    const double span = to.at.t - from.at.t;
+    rate_at(from.at.t, from, here);
     double worst = kFar * usual, at = std::nan("");
     for (int i = 0; i < probes; ++i) {
-      const double t = from.t + span * (i + noise.next() + 0.5) / probes;
+      const double t = from.at.t + span * (i + noise.next() + 0.5) / probes;
       rate_at(t, from, rate);
       if (largest(rate, &here) > worst) {
         worst = largest(rate, &here);
@@ -104,13 +104,13 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
         numbers, {}, [&](std::size_t i) { return std::abs(rate[i] - here[i]); });
     std::vector<double> values;
     for (int i = 0; i < kFine; ++i) {
-      rate_at(from.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
+      rate_at(from.at.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
       values.push_back(rate[c]);
     }
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
     std::ranges::nth_element(values, values.begin() + kFine / 2);
     // A velocity that is missing is a way by the end.
-    const double lasting = run_->second_order() ? frames_.back().t - to.t + span : 1;
+    const double lasting = run_->second_order() ? frames_.back().at.t - to.at.t + span : 1;
     // A long one may be the usual there, a short one in force at the first state.
     std::optional<std::vector<double>> fine;
     for (const double usual_here : {here[c], values[kFine / 2]}) {
@@ -118,7 +118,7 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
       if (!(std::abs(impulse) * lasting > Parting::kWrong * size_at(to))) continue;
       if (!fine) fine = resolved(k, kFine);
       if (!fine) break;
-      const double missing = (*fine)[c] - to.state[c];
+      const double missing = (*fine)[c] - to.seen.state[c];
       if (std::abs(missing - impulse) < kSame * std::abs(impulse)) {
         result.missed_at = at;
         return;

@@ -1,8 +1,8 @@
 #include "core/study/verdict/shadow.h"
 
 #include <algorithm>
+#include <utility>
 
-#include "core/base/array.h"
 #include "core/base/noise.h"
 #include "core/particles/particle_system.h"
 #include "core/study/accuracy/companion.h"
@@ -16,17 +16,6 @@ constexpr int kNeighbours = 3;             // asked for what is observed, where 
 constexpr std::size_t kFewNumbers = 1000;  // of a flat state
 constexpr double kLittle = 0.01;           // of the largest number of a run
 constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
-
-// Of every particle, pinned or not, or the numbers of a flat state.
-std::vector<double> places(Simulation& system) {
-  if (!system.second_order()) return {system.state().begin(), system.state().end()};
-  const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
-  std::vector<double> values(static_cast<std::size_t>(3 * p.n));
-  double* next = values.data();
-  for (int i = 0; i < p.n; ++i)
-    for (const double* axis : {p.x, p.y, p.z}) *next++ = axis[i];
-  return values;
-}
 
 // Largest distance of a particle, or difference of a number of a flat state.
 double largest_distance(const std::vector<double>& a, const std::vector<double>& b, bool flat) {
@@ -46,27 +35,6 @@ double largest_number(const std::vector<double>& numbers) {
   for (const double number : numbers) most = std::max(most, std::abs(number));
   return most;
 }
-
-// What is judged of a run, at each of its steps.
-class Courses {
- public:
-  explicit Courses(const std::vector<Quantity>& asked) : asked_(&asked), courses_(asked.size()) {}
-
-  void look(const Simulation& system) {
-    for (std::size_t i = 0; i < courses_.size(); ++i)
-      courses_[i].look(system.t(), (*asked_)[i].at(system));
-  }
-  std::vector<double> figures() const {
-    std::vector<double> figures;
-    for (std::size_t i = 0; i < courses_.size(); ++i)
-      figures.push_back(courses_[i].figure((*asked_)[i]));
-    return figures;
-  }
-
- private:
-  const std::vector<Quantity>* asked_;
-  std::vector<Course> courses_;
-};
 
 }  // namespace
 
@@ -92,37 +60,68 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
     in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
   }
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
-  std::vector<double> x = places(*run_);
-  const double largest = run_->flat() ? largest_number(x) : 0;
-  frames_.push_back({run_->step_count(),
-                     run_->t(),
-                     std::move(x),
-                     largest,
-                     energy ? energy->total() : std::nan(""),
-                     {observed.begin(), observed.end()},
-                     may_jump_ ? std::vector(run_->state().begin(), run_->state().end())
-                               : std::vector<double>()});
-}
-
-// The same run from its first state, with finer settings: `steps_per_step` steps for each of its
-// own.
-Simulation Shadow::finer_run(double& steps_per_step) const {
-  const Settings& own = run_->settings();
-  const auto taken = static_cast<double>(frames_.back().step - frames_.front().step);
-  steps_per_step = run_->integrator_info().adaptive
-                       ? std::clamp(std::ceil(kFinestStates / taken), 1.0, double(kFinestStates))
-                       : finer_steps(taken);
-  return study::finer_run(*spec_, *registry_, own, steps_per_step, start_.t(), start_.x);
+  frames_.push_back({{run_->step_count(), run_->t()},
+                     sight_of(*run_, may_jump_),
+                     0,
+                     {observed.begin(), observed.end()}});
+  if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);
+  if (beside_) beside_->look(frames_.back().at);
 }
 
 // Two for each step that the method takes; more where there are so few that two are no finer look
 // at what happens. A method that chooses its steps inside ours tells by its evaluations.
-double Shadow::finer_steps(double taken) const {
+double Shadow::steps_per_step(double steps) const {
   constexpr double kFewest = 64, kMost = 32;
-  const int each = run_->integrator_info().evaluations;
+  const IntegratorInfo info = run_->integrator_info();
+  if (info.adaptive)
+    return std::clamp(std::ceil(kFinestStates / steps), 1.0, double(kFinestStates));
+  const auto taken = static_cast<double>(run_->step_count() - start_.step);
   const auto evaluations = static_cast<double>(run_->integrator().effort().evaluations);
-  const double inside = each > 0 ? std::max(1.0, std::round(evaluations / (each * taken))) : 1;
-  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * taken)), 1.0, kMost);
+  const double inside = info.evaluations > 0 && taken > 0
+                            ? std::max(1.0, std::round(evaluations / (info.evaluations * taken)))
+                            : 1;
+  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * steps)), 1.0, kMost);
+}
+
+// Springs are looked at in every step of an adaptive run, or else as often as shows one that turns
+// round.
+ShadowRun::Plan Shadow::plan(double steps) const {
+  constexpr double kLooksAtSprings = 2000;
+  ShadowRun::Plan plan{.steps_per_step = steps_per_step(steps),
+                       .figures = asked_,
+                       .springs = run_->second_order(),
+                       .states = !spec_->observers.empty()};
+  plan.strain = plan.springs && run_->integrator_info().adaptive && plan.steps_per_step > 1;
+  if (plan.strain || !asked_.empty())
+    plan.stride = 1;
+  else if (plan.springs)
+    plan.stride = std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(plan.steps_per_step * steps / kLooksAtSprings));
+  return plan;
+}
+
+ShadowRun Shadow::shadow_run(ShadowRun::Plan plan) const {
+  return {*spec_,   *registry_,     run_->settings(), {start_.step, start_.t()},
+          start_.x, std::move(plan)};
+}
+
+bool Shadow::follow_beside(const std::function<bool()>& stop) {
+  if (spec_->one_thread || !run_->second_order() || !asked_.empty() || frames_.empty())
+    return false;
+  ShadowRun shadow = shadow_run(plan(static_cast<double>(last_step_ - start_.step)));
+  shadow.system().stop_when(stop);
+  beside_ = std::make_unique<ShadowThread>(std::move(shadow), stop);
+  for (std::size_t k = 1; k < frames_.size(); ++k) beside_->look(frames_[k].at);
+  return true;
+}
+
+// The one that is on its way, if its plan was that of the whole run.
+ShadowRun Shadow::take_shadow(const ShadowRun::Plan& plan) {
+  if (beside_) {
+    std::optional<ShadowRun> begun = std::exchange(beside_, nullptr)->take();
+    if (begun && begun->plan().same_steps(plan)) return std::move(*begun);
+  }
+  return shadow_run(plan);
 }
 
 // The extent of the scene, then or at the start; of a single point how far it comes in the run; of
@@ -132,7 +131,7 @@ double Shadow::size_at(const Frame& frame) const {
   double size = 0;
   if (run_->flat()) {
     std::vector<double> sizes{0};
-    if (first.x.size() <= kFewNumbers)
+    if (first.seen.x.size() <= kFewNumbers)
       for (const Frame& each : frames_) sizes.push_back(each.largest);
     const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
     std::ranges::nth_element(sizes, middle);
@@ -143,16 +142,18 @@ double Shadow::size_at(const Frame& frame) const {
   for (const Frame* each : {&first, &frame})
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double low = HUGE_VAL, high = -HUGE_VAL;
-      for (std::size_t i = axis; i < each->x.size(); i += 3) {
-        low = std::min(low, each->x[i]);
-        high = std::max(high, each->x[i]);
+      for (std::size_t i = axis; i < each->seen.x.size(); i += 3) {
+        low = std::min(low, each->seen.x[i]);
+        high = std::max(high, each->seen.x[i]);
       }
       size = std::max(size, high - low);
     }
   if (size > 0) return size;
-  for (const Frame& each : frames_) size = std::max(size, largest_distance(each.x, first.x, false));
+  for (const Frame& each : frames_)
+    size = std::max(size, largest_distance(each.seen.x, first.seen.x, false));
   if (!run_->second_order())
-    size = std::max(size, largest_distance(frame.x, std::vector(frame.x.size(), 0.0), false));
+    size = std::max(size,
+                    largest_distance(frame.seen.x, std::vector(frame.seen.x.size(), 0.0), false));
   return size;
 }
 
@@ -166,116 +167,90 @@ double Shadow::take_error(double error, const Frame& frame, Parting& result) con
   const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
   if (!(error <= result.error)) result.error = error;
   if (!(share <= result.share)) result.share = share;
-  if (share > Parting::kWrong) result.horizon = std::min(result.horizon, frame.t);
+  if (share > Parting::kWrong) result.horizon = std::min(result.horizon, frame.at.t);
   return size;
 }
 
-void Shadow::compare_frame(const Frame& frame, double factor, Simulation& shadow,
+void Shadow::compare_frame(const Frame& frame, double factor, const Sight& shadow,
                            Parting& result) const {
-  result.at_end = factor * largest_distance(frame.x, places(shadow), run_->flat());
+  result.at_end = factor * largest_distance(frame.seen.x, shadow.x, run_->flat());
   const double size = take_error(result.at_end, frame, result);
-  if (!frame.observed.empty()) {
-    const std::vector<double> observed = spec_->observe(shadow);
-    result.observed.resize(observed.size());
-    for (std::size_t i = 0; i < observed.size(); ++i) {
-      Parted& parted = result.observed[i];
-      parted.at_end = std::abs(frame.observed[i] - observed[i]);
-      if (!(parted.at_end <= parted.most)) parted.most = parted.at_end;
-    }
-  }
-  const double moved = largest_distance(frame.x, frames_.front().x, run_->flat());
+  const double moved = largest_distance(frame.seen.x, frames_.front().seen.x, run_->flat());
   if (!run_->second_order() || !(in_play_ > 0)) return;
   if (moved <= at_rest(run_->integrator_info()) * size) return;
-  const double energy = std::abs(frame.energy - shadow.energy().total()) / in_play_;
+  const double energy = std::abs(frame.seen.energy - shadow.energy) / in_play_;
   if (!(energy <= result.energy)) result.energy = energy;
 }
 
-// The last step of a run may be shorter than the others; its part of the finer run is then cut as
-// many times.
-bool Shadow::take(Simulation& finer, double steps_per_step, std::size_t frame,
-                  const std::function<bool()>& stop, const std::function<void()>& each,
-                  std::int64_t stride) const {
-  const Frame &from = frames_[frame - 1], &to = frames_[frame];
-  const auto steps = static_cast<double>(to.step - from.step), h = run_->h();
-  const bool cut = to.t < from.t + (steps - 1e-6) * h;
-  const auto run = [&](double count) {
-    for (auto left = static_cast<std::int64_t>(count); left > 0;) {
-      const int taken = stop() ? 0 : finer.steps(each ? std::min(left, stride) : left);
-      if (taken == 0) return false;
-      left -= taken;
-      if (each) each();
+std::vector<double> Shadow::observe(ShadowRun& shadow, std::size_t frame) const {
+  Simulation& system = shadow.system();
+  Snapshot then = system.snapshot();
+  then.step = then.n0 = 0;
+  then.t0 = frames_[frame].at.t;
+  then.x = shadow.path()[frame - 1].state;
+  then.memory = {};
+  system.restore(then);
+  return spec_->observe(system);
+}
+
+void Shadow::compare_observed(ShadowRun& shadow, Parting& result) const {
+  if (spec_->observers.empty()) return;
+  result.observed.resize(spec_->observers.size());
+  for (std::size_t k = 1; k < frames_.size(); ++k) {
+    const std::vector<double> observed = observe(shadow, k);
+    for (std::size_t i = 0; i < observed.size(); ++i) {
+      Parted& parted = result.observed[i];
+      parted.at_end = std::abs(frames_[k].observed[i] - observed[i]);
+      if (!(parted.at_end <= parted.most)) parted.most = parted.at_end;
     }
-    return true;
-  };
-  if (!cut) return run(steps_per_step * steps);
-  if (!run(steps_per_step * (steps - 1))) return false;
-  finer.set_dt((to.t - finer.t()) / steps_per_step);
-  return run(steps_per_step);
+  }
+}
+
+bool Shadow::follow(ShadowRun& shadow, const std::function<bool()>& stop) const {
+  shadow.system().stop_when(stop);
+  while (shadow.path().size() + 1 < frames_.size())
+    if (!shadow.follow(frames_[shadow.path().size() + 1].at, stop)) return false;
+  return true;
 }
 
 Parting Shadow::compare(const std::function<bool()>& stop, bool spread) {
   Parting result;
   if (frames_.size() < 2) return result;
-  double finer = 1;
-  Simulation shadow = finer_run(finer);
-  std::vector<std::vector<double>> path{frames_.front().x};
+  const ShadowRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
+  ShadowRun shadow = take_shadow(plan);
+  if (!follow(shadow, stop)) {
+    const bool stopped = stop() || shadow.system().divergence().status == StepStatus::kStopped;
+    result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
+    return result;
+  }
   // err = C tol, or C h^p: the difference to the shadow is err (1 - finer^-p).
   const IntegratorInfo info = run_->integrator_info();
-  const double factor = info.adaptive ? kSharper / (kSharper - 1)
-                                      : 1 / (1 - std::pow(finer, -std::max(1, info.order)));
-  shadow.stop_when(stop);
-  const bool watch_strain = run_->second_order() && run_->integrator_info().adaptive && finer > 1;
-  Courses courses(asked_);
-  // Every step where something is judged, or else as often as shows a spring that turns round.
-  constexpr double kLooksAtSprings = 2000;
-  const double steps = finer * static_cast<double>(frames_.back().step - frames_.front().step);
-  const std::int64_t stride =
-      watch_strain || !asked_.empty()
-          ? 1
-          : std::max<std::int64_t>(1, static_cast<std::int64_t>(steps / kLooksAtSprings));
-  double shortest = HUGE_VAL;
-  const auto watch = [&] {
-    courses.look(shadow);
-    const Pinch near = nearest_pinch(shadow, static_cast<double>(stride) * shadow.h());
-    shortest = std::min(shortest, near.share);
-    if (near.margin < result.pinch.margin) {
-      result.pinch = near;
-      result.pinched_at = shadow.t();
-    }
-    if (!watch_strain) return;
-    const StrainedSpring worst = worst_spring(shadow);
-    if (worst.a >= 0 && !(std::abs(worst.strain) <= std::abs(result.strain.strain)))
-      result.strain = worst;
-  };
-  const bool watches = run_->second_order() || !asked_.empty();
-  courses.look(shadow);
-  for (std::size_t k = 1; k < frames_.size(); ++k) {
-    if (!take(shadow, finer, k, stop, watches ? watch : std::function<void()>(), stride)) {
-      const bool stopped = stop() || shadow.divergence().status == StepStatus::kStopped;
-      result.outcome = stopped ? Parting::Outcome::kStopped : Parting::Outcome::kShadowFailed;
-      return result;
-    }
-    compare_frame(frames_[k], factor, shadow, result);
-    path.push_back(places(shadow));
-  }
-  for (const double figure : courses.figures()) result.figures.push_back({figure});
+  const double factor = info.adaptive
+                            ? kSharper / (kSharper - 1)
+                            : 1 / (1 - std::pow(plan.steps_per_step, -std::max(1, info.order)));
+  for (std::size_t k = 1; k < frames_.size(); ++k)
+    compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
+  compare_observed(shadow, result);
+  for (const double figure : shadow.figures()) result.figures.push_back({figure});
+  result.strain = shadow.strain();
+  result.pinch = shadow.pinch();
   result.outcome = Parting::Outcome::kCompared;
   // A spring that is pressed to a point may leave it on either side.
-  constexpr double kPressed = 0.1;  // of its rest length
-  if (result.share > Parting::kWrong || shortest < kPressed) look_for_chaos(path, stop, result);
+  if (result.share > Parting::kWrong || shadow.shortest() < Pinch::kNear)
+    look_for_chaos(shadow, stop, result);
   const double known = std::max(result.error, Parting::kNeighbour * size_at(frames_.front()));
-  if (!(Parting::kWrong * result.pinch.margin < known)) result.pinched_at = std::nan("");
+  if (Parting::kWrong * result.pinch.margin < known) result.pinched_at = shadow.pinched_at();
   if (spread && result.chaotic()) ask_neighbours(stop, result);
-  look_for_pulses(shadow, result);
+  look_for_pulses(shadow.system(), result);
   return result;
 }
 
-std::optional<std::vector<double>> Shadow::run_neighbour(int which,
-                                                         const std::function<bool()>& stop,
-                                                         const AtFrame& at_frame) const {
-  double finer = 1;
-  Simulation neighbour = finer_run(finer);
-  neighbour.stop_when(stop);
+ShadowRun Shadow::neighbour(int which) const {
+  ShadowRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
+  plan.springs = plan.strain = false;
+  plan.stride = plan.figures.empty() ? 0 : 1;
+  ShadowRun run = shadow_run(std::move(plan));
+  Simulation& neighbour = run.system();
   const double size = usual_size();
   const int count = run_->flat() ? run_->components() : run_->particles();
   Noise noise;
@@ -289,39 +264,32 @@ std::optional<std::vector<double>> Shadow::run_neighbour(int which,
       neighbour.set_position(i, neighbour.position(i) + far * away);
     }
   }
-  Courses courses(asked_);
-  courses.look(neighbour);
-  at_frame(neighbour, 0);
-  const auto follow = [&] { courses.look(neighbour); };
-  for (std::size_t k = 1; k < frames_.size(); ++k) {
-    if (!take(neighbour, finer, k, stop, asked_.empty() ? std::function<void()>() : follow))
-      return {};
-    at_frame(neighbour, k);
-  }
-  return courses.figures();
+  return run;
 }
 
 // A neighbour takes the steps of the shadow: how far they part over how far apart they began is the
 // growth of a disturbance (Lyapunov 1892).
-void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
-                            const std::function<bool()>& stop, Parting& result) const {
+void Shadow::look_for_chaos(const ShadowRun& shadow, const std::function<bool()>& stop,
+                            Parting& result) const {
   const double size = usual_size();
   constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
+  ShadowRun other = neighbour(0);
+  const double apart =
+      largest_distance(frames_.front().seen.x, sight_of(other.system(), false).x, run_->flat());
+  if (!(apart > 0)) return;
+  follow(other, stop);
   std::vector<double> growths;
-  double most = 0, apart = 0;
-  run_neighbour(0, stop, [&](Simulation& other, std::size_t k) {
-    const double distance = largest_distance(path[k], places(other), run_->flat());
-    if (k == 0) apart = distance;
-    if (k == 0 || !(apart > 0)) return;
-    const double growth = distance / apart;
+  double most = 0;
+  for (std::size_t k = 0; k < other.path().size(); ++k) {
+    const double growth =
+        largest_distance(shadow.path()[k].x, other.path()[k].x, run_->flat()) / apart;
     // The rate is that of growth, until the distance is as large as the scene lets it be.
     if (most * apart < 0.01 * size)
-      result.rate =
-          std::exp(std::min(kMostRate, std::log(growth) / (frames_[k].t - frames_.front().t)));
+      result.rate = std::exp(
+          std::min(kMostRate, std::log(growth) / (frames_[k + 1].at.t - frames_.front().at.t)));
     most = std::max(most, growth);
     growths.push_back(growth);
-  });
-  if (!(apart > 0)) return;
+  }
   // A jump that comes a little later parts neighbours while it lasts; chaos does not end.
   constexpr std::size_t kStays = 3;
   const std::size_t stays = std::min(kStays, growths.size());
@@ -332,7 +300,7 @@ void Shadow::look_for_chaos(std::span<const std::vector<double>> path,
     const double growth = *std::min_element(from, from + static_cast<std::ptrdiff_t>(stays));
     result.growth = std::max(result.growth, growth);
     if (Parting::kNeighbour * growth > Parting::kWrong && result.horizon == HUGE_VAL)
-      result.horizon = frames_[k + 1].t;
+      result.horizon = frames_[k + 1].at.t;
   }
 }
 
@@ -341,17 +309,16 @@ void Shadow::ask_neighbours(const std::function<bool()>& stop, Parting& result) 
   if (result.observed.empty()) return;
   const std::vector<double>& own = frames_.back().observed;
   for (int which = 1; which <= kNeighbours; ++which) {
-    std::vector<double> observed;
-    const auto figures = run_neighbour(which, stop, [&](Simulation& neighbour, std::size_t k) {
-      if (k + 1 == frames_.size()) observed = spec_->observe(neighbour);
-    });
-    if (!figures) return;
+    ShadowRun other = neighbour(which);
+    if (!follow(other, stop)) return;
+    const std::vector<double> observed = observe(other, frames_.size() - 1);
     for (std::size_t i = 0; i < own.size(); ++i) {
       double& most = result.observed[i].neighbours;
       if (const double off = std::abs(own[i] - observed[i]); !(off <= most)) most = off;
     }
-    for (std::size_t i = 0; i < figures->size(); ++i)
-      result.figures[i].neighbours.push_back((*figures)[i]);
+    const std::vector<double> figures = other.figures();
+    for (std::size_t i = 0; i < figures.size(); ++i)
+      result.figures[i].neighbours.push_back(figures[i]);
   }
 }
 

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "core/study/verdict/parting.h"
+#include "core/study/verdict/shadow_thread.h"
 
 namespace sim::study {
 
@@ -26,39 +28,40 @@ class Shadow {
   // scene's observers say.
   void look(const Energy* energy, std::span<const double> observed = {});
 
-  // Runs the shadow over the states seen, and where the two part a neighbour of the run as well.
-  // Costs two to four times the run; where the motion is chaotic, `spread` wants more neighbours
-  // for what is observed and judged, and it is ten times. `stop` ends it: then the outcome is
-  // kStopped.
+  // From now on the shadow follows the run on a thread of its own, in a system of particles that
+  // calls no Lua and of which no figures are judged; false elsewhere. What it finds is the same.
+  bool follow_beside(const std::function<bool()>& stop);
+  bool is_beside() const { return beside_ != nullptr; }
+
+  // Runs the shadow over the states seen, or what is left of them, and where the two part a
+  // neighbour of the run as well. Costs two to four times the run; where the motion is chaotic,
+  // `spread` wants more neighbours for what is observed and judged, and it is ten times. `stop`
+  // ends it: then the outcome is kStopped.
   Parting compare(const std::function<bool()>& stop, bool spread = false);
 
  private:
   struct Frame {
-    std::int64_t step;      // of the run
-    double t;               // s
-    std::vector<double> x;  // coordinates, or numbers of a flat state
-    double largest;         // of these numbers
-    double energy;          // J, total
+    Moment at;
+    Sight seen;      // with its state, where forces may be pulses
+    double largest;  // of the numbers of a flat state
     std::vector<double> observed;
-    std::vector<double> state;  // X, where forces may be pulses
   };
 
-  Simulation finer_run(double& steps_per_step) const;
-  double finer_steps(double taken) const;
-  // Steps of a finer run from one frame to the next; `each` is called after every `stride` of them,
-  // or fewer. False when one fails or the run is stopped.
-  bool take(Simulation& finer, double steps_per_step, std::size_t frame,
-            const std::function<bool()>& stop, const std::function<void()>& each = {},
-            std::int64_t stride = 1) const;
+  // Of a run of so many steps.
+  double steps_per_step(double steps) const;
+  ShadowRun::Plan plan(double steps) const;
+  ShadowRun shadow_run(ShadowRun::Plan plan) const;
+  ShadowRun take_shadow(const ShadowRun::Plan& plan);
+  // Over the frames it has not seen yet.
+  bool follow(ShadowRun& shadow, const std::function<bool()>& stop) const;
   // `factor`: the error over the difference to the shadow.
-  void compare_frame(const Frame& frame, double factor, Simulation& shadow, Parting& result) const;
-  // Figures asked of the run from a first state 1e-7 of the size away, another one for each number;
-  // nothing when it ends early. `at_frame` sees it at every state kept.
-  using AtFrame = std::function<void(Simulation& neighbour, std::size_t frame)>;
-  std::optional<std::vector<double>> run_neighbour(int which, const std::function<bool()>& stop,
-                                                   const AtFrame& at_frame) const;
-  // `path`: places of the shadow.
-  void look_for_chaos(std::span<const std::vector<double>> path, const std::function<bool()>& stop,
+  void compare_frame(const Frame& frame, double factor, const Sight& shadow, Parting& result) const;
+  // What observers say at a frame, which the system of the shadow is put back to.
+  std::vector<double> observe(ShadowRun& shadow, std::size_t frame) const;
+  void compare_observed(ShadowRun& shadow, Parting& result) const;
+  // From a first state 1e-7 of the size away, another one for each number.
+  ShadowRun neighbour(int which) const;
+  void look_for_chaos(const ShadowRun& shadow, const std::function<bool()>& stop,
                       Parting& result) const;
   void ask_neighbours(const std::function<bool()>& stop, Parting& result) const;
   // Of what depends on time alone: whether it did what no step has seen.
@@ -80,6 +83,7 @@ class Shadow {
   std::vector<Quantity> asked_;
   double in_play_ = 0, start_potential_ = 0;  // J
   bool may_jump_ = false;                     // f has parts that may depend on time
+  std::unique_ptr<ShadowThread> beside_;
 };
 
 }  // namespace sim::study

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/particles/particle_system.h"
-#include "core/particles/springs/springs.h"
+#include "core/particles/springs/near_points.h"
 
 namespace sim::study {
 
@@ -97,7 +97,6 @@ StrainedSpring worst_spring(Simulation& system) {
 // motion passes over it when H = m v^2 / 2 + k ((r - rest)^2 - rest^2) / 2 > 0, and with an angular
 // momentum l it comes as near as (l^2 / (2 m k rest))^(1/3) where H = 0.
 Pinch nearest_pinch(Simulation& system, double ahead) {
-  constexpr double kNear = 0.1;  // of the rest length
   Pinch nearest;
   const ParticleSystem* particles = particles_of(system);
   if (!particles) return nearest;
@@ -109,21 +108,19 @@ Pinch nearest_pinch(Simulation& system, double ahead) {
     const double towards = -d.dot(v), fast = v.squaredNorm();
     const double s = towards <= 0 ? 0 : towards < ahead * fast ? towards / fast : ahead;
     const double share = (d + s * v).norm() / rest;
+    if (share > Pinch::kNear) return;
     nearest.share = std::min(nearest.share, share);
     const double weights = weight(a) + weight(b);
     const bool passes = towards < ahead * fast || towards <= 0;
-    if (share > kNear || weights == 0 || !passes) return;
+    if (weights == 0 || !passes) return;
     const double r = d.norm(), h = fast / (2 * weights) + 0.5 * k * r * (r - 2 * rest);
     const double turn = d.cross(v).squaredNorm() / (2 * weights * k * rest);
     const double margin = std::max(std::abs(h) / (k * rest), std::cbrt(turn));
     if (margin < nearest.margin) nearest = {a, b, nearest.share, margin};
   };
-  for (const auto& force : particles->forces()) {
-    const Springs* springs = force->springs();
-    if (!springs) continue;
-    for (const SpringRun& run : springs->runs()) each_spring(run, p.n, look);
-    each_spring(springs->net(), p.n, look);
-  }
+  for (const auto& force : particles->forces())
+    if (const Springs* springs = force->springs())
+      visit_near_points(*springs, p, ahead, Pinch::kNear, look);
   return nearest;
 }
 

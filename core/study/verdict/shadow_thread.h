@@ -1,0 +1,40 @@
+// A shadow that follows its run on a thread of its own.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "core/study/verdict/shadow_run.h"
+
+namespace sim::study {
+
+class ShadowThread {
+ public:
+  // What the shadow steps is used by no other thread then. `stop` ends it, from any thread.
+  ShadowThread(ShadowRun shadow, std::function<bool()> stop);
+  ~ShadowThread();
+
+  void look(const Moment& moment);  // the run is there
+
+  // Ends the thread at the next moment: the shadow, which goes on from there. Not after a failure,
+  // of memory say: then nothing.
+  std::optional<ShadowRun> take();
+
+ private:
+  void follow();
+  void end();
+
+  ShadowRun shadow_;
+  std::function<bool()> stop_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Moment> moments_;  // not yet followed
+  bool over_ = false, failed_ = false;
+  std::thread thread_;  // last: it reads the others
+};
+
+}  // namespace sim::study
