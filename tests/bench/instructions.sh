@@ -29,7 +29,7 @@ hold() {
       exit !(each > 0 && each <= bound)
     }'
 }
-# Measured with g++ 12 -O3: 18.5 and 20.3; and 10 % more. A fifth of the blocks of this cloth have
+# Measured with g++ 12 -O3: 17.2 and 18.3; and 5 % more. A fifth of the blocks of this cloth have
 # the end of a row, which takes a mask.
-hold rk4 4 20.3
-hold verlet 1 22.3
+hold rk4 4 18.0
+hold verlet 1 19.2

@@ -49,7 +49,7 @@ Rings<Real>::Rings(std::span<const SpringRun* const> runs) {
   Real* next = memory_.data();
   for (const SpringRun* run : runs) {
     const unsigned whole = run->uniform ? kAllOwn<Real> : ~0U;
-    runs_.push_back({RunColumns(*run), entries(*run) - 1, next, whole});
+    runs_.push_back({RunColumns(*run), entries(*run) - 1, next, -std::int64_t{run->stride}, whole});
     next += entries(*run) + kBlock<Real>;
   }
 }

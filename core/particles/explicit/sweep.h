@@ -37,6 +37,7 @@ struct SweepRun : RunColumns {
   // stands again behind the end.
   std::int64_t mask;
   Real* ring;
+  std::int64_t back;  // -stride
   unsigned whole;  // the bits of a block that owns springs in all lanes, if all springs are alike
 };
 

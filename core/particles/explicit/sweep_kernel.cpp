@@ -9,53 +9,12 @@
 #define SIM_THIS_FILE "core/particles/explicit/sweep_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
+#include "core/particles/explicit/sweep_block.h"
 #include "core/particles/springs/spring_kernel.h"
 
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
-
-// A block of kBlock<Real> particles, whatever the vectors: what has to be known of a run is looked
-// up once for all of them.
-inline constexpr int kVectors = 512 / SIM_BITS;
-
-template <class Real>
-struct Numbers {
-  V<Real> of[kVectors];
-};
-template <class Real>
-SIM_INLINE Numbers<Real> load_block(const Real* from) {
-  Numbers<Real> v;
-  for (int h = 0; h < kVectors; ++h) v.of[h] = load(from + h * kLanes<Real>);
-  return v;
-}
-template <class Real>
-SIM_INLINE void store_block(Real* to, const Numbers<Real>& v) {
-  for (int h = 0; h < kVectors; ++h) store(to + h * kLanes<Real>, v.of[h]);
-}
-
-template <class Real>
-struct Points {
-  V3<Real> of[kVectors];
-};
-
-// Where all particles are, by pointers that no store can change.
-template <class Real>
-struct Positions {
-  const Real *x, *y, *z;
-
-  SIM_INLINE explicit Positions(const Real* const q[3]) : x(q[0]), y(q[1]), z(q[2]) {}
-  // Of vector h of the block from i on.
-  SIM_INLINE V3<Real> at(std::int64_t i, int h) const {
-    return {load(x + i + h * kLanes<Real>), load(y + i + h * kLanes<Real>),
-            load(z + i + h * kLanes<Real>)};
-  }
-  SIM_INLINE Points<Real> block(std::int64_t i) const {
-    Points<Real> points;
-    for (int h = 0; h < kVectors; ++h) points.of[h] = at(i, h);
-    return points;
-  }
-};
 
 // Beyond the fast path the sum of a block is made anew, one spring at a time.
 template <class Real>
@@ -76,16 +35,16 @@ SIM_INLINE void take_care(std::span<const SweepRun<Real>> runs, std::int64_t tur
 }
 
 // The springs of a run that a block owns, in the lanes whose bit is set: adds their forces, and
-// returns their factors.
+// returns their factors. q begins at the block.
 template <bool kUniform, class Real>
 SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Real>& q,
-                                  std::int64_t i, unsigned bits, const Points<Real>& here,
+                                  std::int64_t i, unsigned bits, const Here<Real>& here,
                                   Points<Real>& sum, V<Real>& errors) {
   Constants<Real> spring(run);
   Numbers<Real> s;
 #pragma GCC unroll 4
   for (int h = 0; h < kVectors; ++h) {
-    const V3<Real> d = here.of[h] - q.at(i + run.stride, h);
+    const V3<Real> d = here.at(h) - q.at(run.stride, h);
     if (!kUniform) spring.at(run, i + h * kLanes<Real>);
     s.of[h] = spring_factors(d, spring, bits >> h * kLanes<Real>, errors);
     add_scaled(s.of[h], d, sum.of[h]);
@@ -97,7 +56,7 @@ SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Rea
 template <class Real>
 SIM_INLINE Numbers<Real> own_springs(const SweepRun<Real>& run, std::int64_t turn,
                                      const Positions<Real>& q, std::int64_t i,
-                                     const Points<Real>& here, Points<Real>& sum, V<Real>& errors) {
+                                     const Here<Real>& here, Points<Real>& sum, V<Real>& errors) {
   Numbers<Real> s{};
   const unsigned bits = block_bits<Real, kVectors>(run.owners, i);
   // Without a mask where all lanes own one, but for sets whose masks are free.
@@ -106,8 +65,9 @@ SIM_INLINE Numbers<Real> own_springs(const SweepRun<Real>& run, std::int64_t tur
   else if (bits)
     s = evaluate<false>(run, q, i, bits, here, sum, errors);
   const std::int64_t to = turn & run.mask;
-  store_block(run.ring + to, s);
-  if (to == 0) store_block(run.ring + run.mask + 1, s);  // once more behind the end
+  Real* const ring = run.ring;
+  store_block(ring + to, s);
+  if (to == 0) store_block(ring + run.mask + 1, s);  // once more behind the end
   return s;
 }
 
@@ -124,7 +84,7 @@ SIM_INLINE Numbers<Real> arriving(const SweepRun<Real>& run, std::int64_t turn,
                        load(run.ring + (before & run.mask)), own.of[0])};
   }
 #endif
-  return load_block(run.ring + ((turn - run.stride) & run.mask));
+  return load_block(run.ring + ((turn + run.back) & run.mask));
 }
 
 // Most of the code of each loop over blocks. Where products and sums are not fused by the processor
@@ -140,8 +100,8 @@ template <class Real>
 SIM_BLOCK_FORCES Points<Real> block_forces(std::span<const SweepRun<Real>> runs, std::int64_t turn,
                                            const Real* const positions[3], int i,
                                            const Real* const force[3]) {
-  const Positions<Real> q(positions);
-  const Points<Real> here = q.block(i);
+  const Positions<Real> q(positions, i);
+  const Here<Real> here(q);
   Points<Real> sum{};
   if (force[0]) sum = Positions<Real>(force).block(i);
   V<Real> errors{};
@@ -149,9 +109,9 @@ SIM_BLOCK_FORCES Points<Real> block_forces(std::span<const SweepRun<Real>> runs,
     const Numbers<Real> own = own_springs(run, turn, q, i, here, sum, errors);
     if (run.stride >= i + kBlock<Real>) continue;
     const Numbers<Real> s = arriving(run, turn, own);
+    const std::int64_t back = run.back;
 #pragma GCC unroll 4
-    for (int h = 0; h < kVectors; ++h)
-      add_scaled(s.of[h], here.of[h] - q.at(i - run.stride, h), sum.of[h]);
+    for (int h = 0; h < kVectors; ++h) add_scaled(s.of[h], here.at(h) - q.at(back, h), sum.of[h]);
   }
   take_care(runs, turn, positions, i, force, errors, sum);
   return sum;
@@ -206,18 +166,25 @@ struct Weights {
   }
 };
 
-// 0 where pinned, else v.
+// 0 where pinned, else v, of all axes.
 template <class Real>
-SIM_INLINE void keep_free(unsigned free, Numbers<Real>& v) {
+SIM_INLINE void keep_free(unsigned free, Numbers<Real> (&v)[3]) {
   if (kVectors > 1 && free == kAllOwn<Real>) return;
-  for (int h = 0; h < kVectors; ++h) v.of[h] = keep(free >> h * kLanes<Real>, v.of[h]);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int h = 0; h < kVectors; ++h)
+      v[axis].of[h] = keep(free >> h * kLanes<Real>, v[axis].of[h]);
+}
+
+template <class Real>
+SIM_INLINE void store_all(Real* const to[3], int i, const Numbers<Real> (&v)[3]) {
+  for (int axis = 0; axis < 3; ++axis) store_block(to[axis] + i, v[axis]);
 }
 
 // check += 0 v, not a number if some v is not finite.
 template <class Real>
 SIM_INLINE void add_zeros(const Numbers<Real>& v, V<Real>& check) {
   const V<Real> zero{};
-  for (const V<Real>& each : v.of) check += zero * each;
+  for (const V<Real>& each : v.of) check = SIM_FMA ? fma(zero, each, check) : check + zero * each;
 }
 
 // NowTerms, QTerms and VTerms are the numbers of terms of the three rows of the stage.
@@ -238,31 +205,38 @@ SIM_INLINE bool rk_blocks(Rings<Real>& rings, const Motion& motion, const RkStag
     const Points<Real> force = block_forces(runs, turn, stage.q, i, stage.force);
     const unsigned free = block_bits<Real, kVectors>(motion.free, i);
     const Weights<Real> weights(motion, i);
+    // a = F/m + g - (c/m) v, of all axes: each question is asked once.
+    Numbers<Real> a[3];
 #pragma GCC unroll 3
-    for (int axis = 0; axis < 3; ++axis) {
-      // a = F/m + g - (c/m) v
-      const Numbers<Real> v0 = load_block(stage.v0[axis] + i);
-      Numbers<Real> a;
+    for (int axis = 0; axis < 3; ++axis)
       for (int h = 0; h < kVectors; ++h)
-        a.of[h] = fma(part(force.of[h], axis), weights.inverse_mass.of[h],
-                      splat<Real>(motion.gravity[axis]));
-      if (damped) {
-        const Numbers<Real> v = v_now.add_to(v0, axis, i);
+        a[axis].of[h] = fma(part(force.of[h], axis), weights.inverse_mass.of[h],
+                            splat<Real>(motion.gravity[axis]));
+    if (damped) {
+#pragma GCC unroll 3
+      for (int axis = 0; axis < 3; ++axis) {
+        const Numbers<Real> v = v_now.add_to(load_block(stage.v0[axis] + i), axis, i);
         for (int h = 0; h < kVectors; ++h)
-          a.of[h] = fma(weights.minus_rate.of[h], v.of[h], a.of[h]);
+          a[axis].of[h] = fma(weights.minus_rate.of[h], v.of[h], a[axis].of[h]);
       }
-      keep_free(free, a);
-      if (keep_a) store_block(stage.a[axis] + i, a);
-      if (stage.q_next[0]) {
+    }
+    keep_free(free, a);
+    if (keep_a) store_all(stage.a, i, a);
+    if (stage.q_next[0]) {
+#pragma GCC unroll 3
+      for (int axis = 0; axis < 3; ++axis) {
+        const Numbers<Real> v0 = load_block(stage.v0[axis] + i);
         Numbers<Real> q = load_block(stage.q0[axis] + i);
         for (int h = 0; h < kVectors; ++h) q.of[h] = fma(drift, v0.of[h], q.of[h]);
-        q = q_row.add_to(q, axis, i);
-        store_block(stage.q_next[axis] + i, q);
-        if (last) add_zeros(q, check);
+        store_block(stage.q_next[axis] + i, q_row.add_to(q, axis, i));
       }
-      if (last) {
-        Numbers<Real> v = v_row.add_to(v0, axis, i);
-        for (int h = 0; h < kVectors; ++h) v.of[h] = fma(kick, a.of[h], v.of[h]);
+    }
+    if (last) {
+#pragma GCC unroll 3
+      for (int axis = 0; axis < 3; ++axis) {
+        if (stage.q_next[0]) add_zeros(load_block(stage.q_next[axis] + i), check);
+        Numbers<Real> v = v_row.add_to(load_block(stage.v0[axis] + i), axis, i);
+        for (int h = 0; h < kVectors; ++h) v.of[h] = fma(kick, a[axis].of[h], v.of[h]);
         store_block(stage.v_next[axis] + i, v);
         add_zeros(v, check);
       }
@@ -343,28 +317,38 @@ SIM_INLINE bool kick_blocks(Rings<Real>& rings, const Motion& motion, const Kick
   for (int i = begin; i < end; i += kBlock<Real>, turn += kBlock<Real>) {
     const unsigned free = block_bits<Real, kVectors>(motion.free, i);
     const Points<Real> force = block_forces(runs, turn, stage.q, i, stage.force);
+    Numbers<Real> a[3], v[3];
 #pragma GCC unroll 3
-    for (int axis = 0; axis < 3; ++axis) {
-      Numbers<Real> a;
+    for (int axis = 0; axis < 3; ++axis)
       for (int h = 0; h < kVectors; ++h) {
         if (!kUniform) inverse_mass = load<Real>(motion.inverse_masses + i + h * kLanes<Real>);
-        a.of[h] = fma(part(force.of[h], axis), inverse_mass, splat<Real>(motion.gravity[axis]));
+        a[axis].of[h] =
+            fma(part(force.of[h], axis), inverse_mass, splat<Real>(motion.gravity[axis]));
       }
-      keep_free(free, a);
-      Numbers<Real> v = load_block(stage.v[axis] + i), q = load_block(stage.q[axis] + i);
-      kick.apply(v, a, i);
-      if (stage.v_next[0]) store_block(stage.v_next[axis] + i, v);
-      if (stage.check) add_zeros(v, check);
-      if (stage.a[0]) store_block(stage.a[axis] + i, a);
-      if (stage.v_after[0]) {
-        next_kick.apply(v, a, i);
-        store_block(stage.v_after[axis] + i, v);
+    keep_free(free, a);
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+      v[axis] = load_block(stage.v[axis] + i);
+      kick.apply(v[axis], a[axis], i);
+      if (stage.check) add_zeros(v[axis], check);
+    }
+    if (stage.v_next[0]) store_all(stage.v_next, i, v);
+    if (stage.a[0]) store_all(stage.a, i, a);
+    if (stage.v_after[0]) {
+#pragma GCC unroll 3
+      for (int axis = 0; axis < 3; ++axis) next_kick.apply(v[axis], a[axis], i);
+      store_all(stage.v_after, i, v);
+    }
+    if (stage.q_next[0] || stage.check) {
+#pragma GCC unroll 3
+      for (int axis = 0; axis < 3; ++axis) {
+        Numbers<Real> q = load_block(stage.q[axis] + i);
+        if (stage.q_next[0]) {
+          for (int h = 0; h < kVectors; ++h) q.of[h] = fma(drift, v[axis].of[h], q.of[h]);
+          store_block(stage.q_next[axis] + i, q);
+        }
+        if (stage.check) add_zeros(q, check);
       }
-      if (stage.q_next[0]) {
-        for (int h = 0; h < kVectors; ++h) q.of[h] = fma(drift, v.of[h], q.of[h]);
-        store_block(stage.q_next[axis] + i, q);
-      }
-      if (stage.check) add_zeros(q, check);
     }
   }
   rings.turn = turn;
@@ -391,10 +375,10 @@ bool kick_sweep(Rings<Real>& rings, const Motion& motion, const KickStage<Real>&
 
 template <class Real>
 void warm_up(Rings<Real>& rings, const Real* const positions[3], int begin, int end) {
-  const Positions<Real> q(positions);
   const Real* const none[3] = {};
   for (int i = begin; i < end; i += kBlock<Real>, rings.turn += kBlock<Real>) {
-    const Points<Real> here = q.block(i);
+    const Positions<Real> q(positions, i);
+    const Here<Real> here(q);
     Points<Real> sum{};
     V<Real> errors{};
     for (const SweepRun<Real>& run : rings.runs())
