@@ -335,7 +335,9 @@ std::string Session::facts() {
   std::vector<std::vector<std::string>> rows;
   for (const Simulation& system : live_.scene().systems)
     rows.push_back({system.name(), system_facts(system)});
-  return aligned(rows, "");
+  std::string text = aligned(rows, "");
+  for (const std::string& note : live_.loaded().notes()) text += "note: " + note + "\n";
+  return text;
 }
 
 std::string Session::banner() {

@@ -29,18 +29,6 @@ namespace {
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
 
-// What the integrators have to say of their systems, each sentence once.
-void print_notes(LoadedScene& scene, Console& console) {
-  std::vector<std::string> said;
-  for (Simulation& system : scene.systems)
-    for (const auto& notes : {system.integrator().notes(), system.ode().notes()})
-      for (const std::string& note : notes) {
-        if (std::find(said.begin(), said.end(), note) != said.end()) continue;
-        said.push_back(note);
-        console.err << "sim: note: " << note << '\n';
-      }
-}
-
 // What --of asks of a system; of a quantity at all times the report tells anyway.
 std::vector<study::Quantity> figures_of(const SystemSpec& spec,
                                         const std::vector<std::string>& asked) {
@@ -406,7 +394,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
       if (!system.second_order())
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
-  if (!request.quiet) print_notes(scene, console);
+  if (!request.quiet)
+    for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
   return Run(request, scene, accounts, std::move(replays), registry, console).go();
 }
 

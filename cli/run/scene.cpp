@@ -109,6 +109,15 @@ std::vector<std::string> LoadedScene::names() const {
   return names;
 }
 
+std::vector<std::string> LoadedScene::notes() {
+  std::vector<std::string> all;
+  for (Simulation& system : systems)
+    for (const auto& notes : {system.integrator().notes(), system.ode().notes()})
+      for (const std::string& note : notes)
+        if (std::ranges::find(all, note) == all.end()) all.push_back(note);
+  return all;
+}
+
 RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry) {
   const MethodChoice& choice = request.integrator;
   return {.integrator = typed(choice, choice.over(system.integrator).name, registry),

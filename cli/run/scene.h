@@ -42,6 +42,7 @@ struct LoadedScene {
 
   bool has_second_order() const;
   std::vector<std::string> names() const;
+  std::vector<std::string> notes();  // of integrators and systems, each sentence once
 };
 
 // Throws Error: kUsage for an integrator of the command line that does not exist or does not take

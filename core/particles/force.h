@@ -93,10 +93,11 @@ class Force {
   virtual bool resists() const { return false; }
   virtual void resist(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
 
-  // Appends the links of particle i.
-  virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}
+  // After bind(): particles that pass through those it acts on, ascending, and the remedy.
+  virtual std::pair<std::vector<int>, std::string> unseen() const { return {}; }
 
-  // Number of links of each family, for summaries; families in the order of definition.
+  // Appends the links of particle i; how many each family has, in the order of definition.
+  virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}
   virtual std::vector<std::pair<std::string, long>> families() const { return {}; }
 };
 

@@ -187,7 +187,8 @@ std::string ParticleSystem::refusal() const {
 }
 
 std::vector<std::string> ParticleSystem::notes() const {
-  std::vector<std::string> all = contacts().notes();
+  std::vector<std::string> all = notes_;
+  all.insert(all.end(), contacts().notes().begin(), contacts().notes().end());
   if (holding_) all.insert(all.end(), holding_->notes().begin(), holding_->notes().end());
   return all;
 }

@@ -42,6 +42,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   bool end_step(double t, const double* x, double* x_next);
   std::string refusal() const override;
   std::vector<std::string> notes() const override;
+  void add_note(std::string note) { notes_.push_back(std::move(note)); }
   void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override;
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
@@ -58,6 +59,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // Of large nets that do without all but springs and affine forces; else null.
   const std::shared_ptr<const Renumbering>& renumbering();
 
+  std::vector<std::string> notes_;             // besides those of its parts
   std::unique_ptr<ContactEvents> events_;      // where steps are cut
   std::unique_ptr<StepContact> step_contact_;  // of implicit methods, where there are colliders
   std::unique_ptr<Holding> holding_;           // where there are constraints

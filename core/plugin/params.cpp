@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/particles/rigid/rigid_body.h"
 #include "core/particles/rigid_motion.h"
 
 namespace sim {
@@ -36,6 +37,8 @@ ParamType type_of(const Value& value) {
       return ParamType::kCollider;
     case 12:
       return ParamType::kColliders;
+    case 13:
+      return ParamType::kBodies;
     default:
       return ParamType::kCurve;
   }
@@ -50,6 +53,7 @@ std::string shown(const Value& value) {
   if (type == ParamType::kMotion) return "a motion";
   if (type == ParamType::kCollider) return "a collider";
   if (type == ParamType::kColliders) return "a list of colliders";
+  if (type == ParamType::kBodies) return "a list of bodies";
   if (type == ParamType::kCurve) return "a function";
   return to_text(value);
 }
@@ -147,6 +151,8 @@ const char* type_name(ParamType type) {
       return "collider (sim.collider)";
     case ParamType::kColliders:
       return "list of colliders";
+    case ParamType::kBodies:
+      return "list of bodies (sim.rigid)";
     case ParamType::kCurve:
       return "function(s) or function(s, t)";
     case ParamType::kPath:
@@ -182,6 +188,11 @@ std::string to_text(const Value& value) {
     std::string operator()(const Colliders& colliders) const {
       std::vector<std::string> texts;
       for (const auto& collider : colliders) texts.push_back(collider->text);
+      return "{" + join(texts, ", ") + "}";
+    }
+    std::string operator()(const Bodies& bodies) const {
+      std::vector<std::string> texts;  // by the first of its particles, as no other body
+      for (const auto& body : bodies) texts.push_back("body " + std::to_string(body->first()));
       return "{" + join(texts, ", ") + "}";
     }
     std::string operator()(const ParticleFunction&) const { return "function"; }
@@ -267,6 +278,7 @@ template const std::shared_ptr<const TriangleMesh>& Params::get(std::string_view
 template const ParticleFunction& Params::get(std::string_view) const;
 template const std::shared_ptr<const ColliderMaker>& Params::get(std::string_view) const;
 template const Colliders& Params::get(std::string_view) const;
+template const Bodies& Params::get(std::string_view) const;
 template const std::shared_ptr<const RigidMotion>& Params::get(std::string_view) const;
 template const std::shared_ptr<const Curve>& Params::get(std::string_view) const;
 

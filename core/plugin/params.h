@@ -82,6 +82,7 @@ class Params {
     return get<std::shared_ptr<const ColliderMaker>>(name);
   }
   const Colliders& colliders(std::string_view name) const { return get<Colliders>(name); }
+  const Bodies& bodies(std::string_view name) const { return get<Bodies>(name); }
   const std::shared_ptr<const Curve>& curve(std::string_view name) const {
     return get<std::shared_ptr<const Curve>>(name);
   }

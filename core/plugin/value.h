@@ -18,6 +18,7 @@ namespace sim {
 
 class Collider;
 class Curve;
+class RigidBody;
 class RigidMotion;
 class TriangleMesh;
 
@@ -37,13 +38,14 @@ struct ColliderMaker {
 };
 
 using Colliders = std::vector<std::shared_ptr<const ColliderMaker>>;
+using Bodies = std::vector<std::shared_ptr<const RigidBody>>;  // of the scene
 
 // monostate: no value given.
 using AnyValue =
     std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
                  ParticleFunction, std::shared_ptr<const TriangleMesh>,
                  std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
-                 std::shared_ptr<const Curve>, Colliders>;
+                 std::shared_ptr<const Curve>, Colliders, Bodies>;
 
 // Here and in ValueMap the members that every plugin uses are compiled once, in the kernel.
 class Value : public AnyValue {
@@ -86,6 +88,7 @@ enum class ParamType {
   kMotion,
   kCollider,
   kColliders,  // a list of them, or one
+  kBodies,     // rigid ones, as well
   kCurve,
   kPath  // a vector, or one that changes with time: held as a motion
 };

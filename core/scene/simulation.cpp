@@ -13,6 +13,7 @@
 #include "core/scene/foreign.h"
 #include "core/scene/joined.h"
 #include "core/scene/needs.h"
+#include "core/scene/passing.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -49,6 +50,23 @@ void check_surfaces(const PartSpec& part, int n) {
       if (!*surface || (*surface)->particles() != n)
         throw Error(ErrorKind::kScene,
                     {"bad " + name, part.place, "it is a surface of other particles", ""});
+}
+
+// What a force on single particles acts on where there are bodies: theirs are none of its own.
+std::optional<Elements> without_bodies(const PluginInfo& plugin, const PartSpec& part,
+                                       const SystemSpec& spec) {
+  if (plugin.elements.arity != 1 || spec.bodies.empty()) return {};
+  Elements own = part.elements;
+  const int first = spec.bodies.front().first, n = spec.particles->count();
+  if (own.ids.empty()) {
+    own.arity = 1;
+    for (int i = 0; i < first; ++i) own.ids.push_back(i);
+  }
+  std::erase_if(own.ids, [&](int id) { return id >= first && id < n; });
+  if (own.ids.empty())
+    throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it has no particles",
+                                    "those of rigid bodies are not its own: add some"});
+  return own;
 }
 
 // The force on the particles that its part names.
@@ -89,16 +107,19 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
+  std::vector<const Force*> parts;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
-    const Joined joined(part.elements, spec, bodies, n);
+    const std::optional<Elements> own = without_bodies(plugin, part, spec);
+    const Joined joined(own ? *own : part.elements, spec, bodies, n);
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
     auto force =
         placed(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
     if (!joined.nodes.empty()) force = force_on_nodes(std::move(force), joined.nodes);
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
+    parts.push_back(force.get());
     forces.push_back(std::move(force));
     names.push_back(plugin.name);
     force_switches.push_back(part.switch_name);
@@ -115,6 +136,9 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (std::string note = passing_note(*parts[k], spec.forces[k], spec); !note.empty())
+      particles->add_note(std::move(note));
   for (const LeadSpec& lead : spec.particles->leads)
     placed(lead.place, [&] {
       const Vec3 now = particles->view(0, x.data()).position(lead.particle);

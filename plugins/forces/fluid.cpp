@@ -31,6 +31,10 @@ class Fluid final : public sim::Force {
   }
   bool depends_on_velocity() const override { return forces_.viscous(); }
 
+  std::pair<std::vector<int>, std::string> unseen() const override {
+    return {forces_.unseen(), "name their surface as its solid, and bodies as its bodies"};
+  }
+
  private:
   sim::FluidForces forces_;
 };
@@ -56,6 +60,8 @@ std::unique_ptr<sim::Force> make_fluid(const sim::Params& params, const sim::Ele
   if (params.has("boundary"))
     for (const auto& collider : params.colliders("boundary")) forces.add_wall(collider->make());
   if (params.has("solid")) forces.set_solid(params.surface("solid"));
+  if (params.has("bodies"))
+    for (const auto& body : params.bodies("bodies")) forces.add_body(body);
   return std::make_unique<Fluid>(std::move(forces));
 }
 
@@ -123,6 +129,10 @@ SIM_PLUGIN(Force, "fluid") {
              .doc = "the surface of what swims in it or lies in its way, a mesh as wide as the "
                     "distance of neighbours: each pushes the other, without friction. The fluid "
                     "feels a surface 0.84 of that distance outside of the mesh"},
+            {.name = "bodies",
+             .type = ParamType::kBodies,
+             .doc = "rigid bodies of the scene that swim in it or lie in its way, thicker than 1.7 "
+                    "times the distance of neighbours: each pushes the other, without friction"},
             {.name = "dimensions",
              .type = ParamType::kInteger,
              .default_value = std::int64_t{3},

@@ -88,6 +88,12 @@ int run(int argc, char** argv) {
     printer.print(implicit_table(measure_implicit(options, registry)));
     return 0;
   }
+  if (options.only_fluid) {
+    std::vector<std::string> notes;
+    printer.print(fluid_table(measure_fluid(options, registry, notes)));
+    for (const std::string& note : notes) std::cerr << "bench: " << note << "\n";
+    return 0;
+  }
   std::cerr << "bench: the kernel\n";
   const std::vector<KernelResult> kernel = measure_kernel(options, registry);
   printer.print(kernel_table(kernel, machine));
@@ -101,6 +107,7 @@ int run(int argc, char** argv) {
     peers = measure_peers(options, registry);
     printer.print(peer_table(peers));
     printer.print(contact_table(peers.contact));
+    printer.print(fluid_table(peers.fluid));
   }
   printer.print(reach_table(kernel, variations, peers));
   if (all_agree(peers)) return 0;

@@ -122,6 +122,7 @@ PeerReport measure_peers(const Options& options, sim::Registry& registry) {
   std::ranges::copy_if(kinds, std::back_inserter(gas.kinds), &PeerKind::gas);
   measure_contest(gas, options, registry, report);
   report.contact = measure_contact(kinds, options, registry);
+  report.fluid = measure_fluid(options, registry, report.notes);
   return report;
 }
 

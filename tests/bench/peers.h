@@ -7,6 +7,7 @@
 
 #include "core/plugin/registry.h"
 #include "tests/bench/contact_peers.h"
+#include "tests/bench/fluid_peers.h"
 #include "tests/bench/options.h"
 #include "tests/bench/table.h"
 #include "tests/bench/timing.h"
@@ -30,6 +31,7 @@ struct PeerResult {
 struct PeerReport {
   std::vector<PeerResult> results;
   std::vector<ContactResult> contact;
+  std::vector<FluidResult> fluid;
   std::vector<std::string> notes;  // versions, what is missing and how to get it
 };
 

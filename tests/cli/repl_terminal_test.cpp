@@ -1,5 +1,6 @@
 // Sessions at a terminal: editing, completion, history, Ctrl-C, paste; and the one in README.md.
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <regex>
 
 #include "tests/cli/terminal.h"
@@ -54,6 +55,20 @@ TEST_CASE("repl: the session in README.md is what happens") {
   said.erase(0, said.find("\ncloth ") + 1);
   said.erase(said.rfind('\n') + 1);
   CHECK(said == expected);
+}
+
+TEST_CASE("repl: what a scene has to say is told when it is loaded") {
+  TemporaryFolder folder;
+  const std::string file = folder.path().string() + "/ball.lua";
+  std::ofstream(file) << R"(local sim = require "sim"
+local p = sim.particles { mass = 1 }
+for i = 0, 2 do for j = 0, 2 do for k = 0, 2 do p:add { 0.1 * i, 0.1 * j, 0.1 * k } end end end
+local ball = sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1, position = {0, 2, 0} }
+return sim.scene { particles = p, bodies = { ball }, forces = { sim.force.fluid {} },
+  integrator = "verlet", dt = 0.0001, duration = 1 })";
+  PlainTerminal terminal(SIM_REPL_BINARY, {file}, folder.path().string());
+  const std::string said = terminal.wait_for("ball 0 s> ");
+  CHECK(said.find("ball.lua:5 does not see body 0") != std::string::npos);
 }
 
 TEST_CASE("repl: a terminal that cannot do anything still works") {

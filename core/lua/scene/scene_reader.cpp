@@ -283,7 +283,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
   }
   const std::map<const void*, int> bodies = rigid_bodies(L, scene, spec);
-  Body body{*spec.particles, handle, bodies, spec.points};
+  Body body{*spec.particles, handle, bodies, spec.bodies, spec.points};
 
   require_key(push_field(L, scene, "forces"), place, "forces",
               "forces = { ... }, or forces = {} for none");

@@ -33,6 +33,10 @@ class SceneReader {
   void constraints(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
   std::map<const void*, int> rigid_bodies(lua_State* L, int scene, SystemSpec& spec) const;
   int point(lua_State* L, int handle, const Body& body, const Place& place) const;
+  std::shared_ptr<const RigidBody> known_body(lua_State* L, int handle, const Body* body,
+                                              const Place& place, const std::string& what) const;
+  Bodies body_list(lua_State* L, const Body* body, const Place& place,
+                   const std::string& what) const;
   // `parts`: by their handles.
   void switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                 SystemSpec& spec) const;
@@ -45,6 +49,7 @@ class SceneReader {
     const ParticlesSpec& particles;
     int handle;                                // of the particles, on the stack
     const std::map<const void*, int>& bodies;  // by their handles
+    const std::vector<RigidSpec>& rigid;
     std::vector<BodyPoint>& points;
     std::map<const void*, std::shared_ptr<const TriangleMesh>> surfaces = {};  // read so far
   };

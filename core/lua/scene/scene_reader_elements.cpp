@@ -232,6 +232,8 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
     out = motion(L, lua_absindex(L, -1));
   } else if (kind == "collider") {
     out = collider(L, lua_absindex(L, -1));
+  } else if (kind == "rigid") {
+    out = Bodies{known_body(L, value, body, place, "body")};
   } else if (!kind.empty()) {
     scene_error(place, "bad parameter", "expected a value or a sim.surface, got a sim." + kind);
   }

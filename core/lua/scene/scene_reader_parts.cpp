@@ -207,6 +207,10 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
       value = collider_list(L, spec.place, "parameter '" + name + "' of " + owner);
       continue;
     }
+    if (known && param->type == ParamType::kBodies && lua_istable(L, -1)) {
+      value = body_list(L, body, spec.place, "parameter '" + name + "' of " + owner);
+      continue;
+    }
     if (known || (plugin.free_numbers && lua_type(L, -1) == LUA_TNUMBER))
       value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
                          spec.place, "parameter '" + name + "' of " + owner);

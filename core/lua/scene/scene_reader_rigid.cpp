@@ -76,6 +76,38 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
   return known;
 }
 
+std::shared_ptr<const RigidBody> SceneReader::known_body(lua_State* L, int handle, const Body* body,
+                                                         const Place& place,
+                                                         const std::string& what) const {
+  if (!body) scene_error(place, "bad " + what, "only forces between particles know bodies");
+  const auto known = body->bodies.find(lua_topointer(L, handle));
+  if (known == body->bodies.end())
+    scene_error(place, "bad " + what, "it is not in this scene", "put it into bodies = { ... }");
+  const RigidSpec& spec = body->rigid[static_cast<std::size_t>(known->second)];
+  return std::make_shared<const RigidBody>(spec.shape, spec.mass, spec.first);
+}
+
+// On top of the stack.
+Bodies SceneReader::body_list(lua_State* L, const Body* body, const Place& place,
+                              const std::string& what) const {
+  Bodies bodies;
+  const int list = lua_gettop(L);
+  const std::size_t count = read_length(L, list, place, what);
+  for (std::size_t i = 1; i <= count; ++i) {
+    const std::string entry = "entry " + std::to_string(i) + " of " + what;
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i));
+    if (session_->push_record(L, lua_gettop(L)) != "rigid")
+      scene_error(place, "bad " + entry, "expected a sim.rigid { ... }, got " + show(L, list + 1));
+    auto next = known_body(L, list + 1, body, place, entry);
+    for (const auto& other : bodies)
+      if (other->first() == next->first())
+        scene_error(place, "bad " + entry, "the body is in the list already");
+    bodies.push_back(std::move(next));
+    lua_settop(L, list);
+  }
+  return bodies;
+}
+
 // The id that stands for a point of a body, on the stack.
 int SceneReader::point(lua_State* L, int handle, const Body& body, const Place& place) const {
   const int top = lua_gettop(L);

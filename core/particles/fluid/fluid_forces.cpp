@@ -256,6 +256,13 @@ double FluidForces::potential(Tile tile) const {
   return sum;
 }
 
+std::vector<int> FluidForces::unseen() const {
+  std::vector<int> ids;
+  for (int i = 0; i < static_cast<int>(index_.size()); ++i)
+    if (index(i) < 0 && !solid_.has(i)) ids.push_back(i);
+  return ids;
+}
+
 double FluidForces::density(int id) const {
   const int k = index(id);
   return k < 0 ? 0 : densities_[static_cast<std::size_t>(neighbours_->place(k))];

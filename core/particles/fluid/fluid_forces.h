@@ -54,6 +54,7 @@ class FluidForces {
 
   void add_wall(std::unique_ptr<Collider> collider) { walls_.add(std::move(collider)); }
   void set_solid(std::shared_ptr<const TriangleMesh> surface) { solid_.set(std::move(surface)); }
+  void add_body(std::shared_ptr<const RigidBody> body) { solid_.add(std::move(body)); }
   // Throws Error{kScene} where no particle is free, or they stand far too close for the density.
   void bind(const ParticleView& initial);
 
@@ -70,7 +71,8 @@ class FluidForces {
   const FluidLaw& law() const { return law_; }
   bool viscous() const { return given_.viscosity > 0 || given_.alpha > 0; }
   bool walls_move() const { return walls_.move(); }
-  double density(int id) const;  // n of a particle, after prepare(); 0: of another
+  double density(int id) const;     // n of a particle, after prepare(); 0: of another
+  std::vector<int> unseen() const;  // particles that are neither its own nor of its boundary
 
  private:
   ParticleView own(const ParticleView& view, Team* team);

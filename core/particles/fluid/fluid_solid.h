@@ -1,4 +1,4 @@
-// Particles of a solid's surface as the boundary of a fluid.
+// What swims in a fluid or lies in its way: particles of a surface, and points of rigid bodies.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,8 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/fluid/fluid_law.h"
 #include "core/particles/force.h"
+#include "core/particles/rigid/points.h"
+#include "core/particles/rigid/rigid_body.h"
 
 namespace sim {
 
@@ -17,15 +19,19 @@ namespace sim {
 //   f_i = 5 V scale/h^2 e'_i sum_b w_b (1 - q/2)^3 (x_i - x_b) = -dU/dx_i,   f_b the opposite
 // So momentum is exact and U is still all the energy. No friction. A lattice of the fluid at rest
 // ends 1.34 spacings before a plane layer of its own spacing (h = 1.5 of them): the surface that it
-// feels lies 0.84 spacings outside of the mesh, which keeps it from passing through.
+// feels lies 0.84 spacings outside of the mesh, which keeps it from passing through. The points of
+// a body lie as far inside of it, so that the fluid feels the body itself; they are sums of its
+// four particles by constant weights, which share the force on each by the same (JointNode).
 class FluidSolid {
  public:
   void set(std::shared_ptr<const TriangleMesh> surface) { surface_ = std::move(surface); }
-  bool empty() const { return surface_ == nullptr; }
+  void add(std::shared_ptr<const RigidBody> body) { bodies_.push_back(std::move(body)); }
+  bool empty() const { return !surface_ && bodies_.empty(); }
 
-  // Throws Error{kScene} where the mesh is so wide that the fluid would pass through.
+  // Throws Error{kScene} where the mesh is so wide that the fluid would pass through, or a body too
+  // thin for its points.
   void bind(const FluidLaw& law, const ParticleView& initial);
-  bool has(int id) const { return !empty() && place_of_[static_cast<std::size_t>(id)] >= 0; }
+  bool has(int id) const { return !empty() && own_[static_cast<std::size_t>(id)]; }
 
   // At each new view, on one thread; false where no particle of it has moved.
   bool update(const ParticleView& view);
@@ -39,17 +45,27 @@ class FluidSolid {
  private:
   struct Point {
     Vec3 x;
-    int index;  // among ids_
+    int index;  // among nodes_
   };
+  struct Share {
+    int particle, node;
+    double weight;
+  };
+  void make_nodes(const ParticleView& initial);
+  void check_mesh(const ParticleView& initial) const;
   double kernel(double rr) const;  // of r^2
   template <class Visit>
   void each_near(const Vec3& x, const Visit& visit) const;
 
   std::shared_ptr<const TriangleMesh> surface_;
+  std::vector<std::shared_ptr<const RigidBody>> bodies_;
   FluidLaw law_;
-  std::vector<int> ids_, place_of_;  // ascending; of each particle, -1: not of it
+  std::vector<bool> own_;         // of each particle
+  std::vector<JointNode> nodes_;  // those of the surface by ids, then of each body
+  std::vector<int> part_;         // of each: 0 the surface, then each body
+  std::vector<Share> shares_;     // by particle
   std::vector<double> weights_;
-  std::vector<Vec3> places_, forces_;  // by ids_
+  std::vector<Vec3> places_, forces_;  // of nodes
   std::vector<Point> points_;          // from left to right
   Vec3 low_, high_;
 };
