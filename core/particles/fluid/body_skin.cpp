@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 
 #include "core/base/error.h"
@@ -13,12 +14,11 @@
 namespace sim {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kMostPushes = 100;      // of a point of a mesh, until it is deep enough
 constexpr double kDeepEnough = 0.98;  // of the depth asked for
-constexpr double kOn = 1e-9;          // of the depth: what is nearer lies on the surface
+constexpr double kOnSurface = 1e-9;   // of the depth: what is nearer lies on the surface
 constexpr double kSame = 0.5;         // of the width: nearer points are one
-constexpr double kWidest = 300;       // widths, a shape: for the memory of its points
+constexpr double kWidestShape = 300;  // widths, a shape: for the memory of its points
 
 [[noreturn]] void refuse(const RigidShape& shape, const std::string& why,
                          const std::string& remedy) {
@@ -35,9 +35,9 @@ void check_size(const RigidShape& shape, double width) {
   double widest = 2 * std::max(shape.half.maxCoeff(), shape.radius + 0.5 * shape.length);
   for (const Vec3& point : shape.points)
     widest = std::max(widest, (point - shape.points.front()).norm());
-  if (!(widest <= kWidest * width))
+  if (!(widest <= kWidestShape * width))
     refuse(shape, brief(widest / width, 3) + " times as wide as particles of the fluid are apart",
-           "give up to " + brief(kWidest, 4) + " times that");
+           "give up to " + brief(kWidestShape, 4) + " times that");
 }
 
 int steps(double length, double width) {
@@ -62,16 +62,17 @@ std::vector<Vec3> under_box(const Vec3& half, double width) {
 // Rings about y; each begins at another angle, that the points of one do not lie behind the next's.
 std::vector<Vec3> under_round(double radius, double length, double width) {
   constexpr double kTurn = 0.61803398874989485;
-  const double way = kPi * radius + length, quarter = 0.5 * kPi * radius;
+  const double way = std::numbers::pi * radius + length, quarter = 0.5 * std::numbers::pi * radius;
   const int rings = std::max(2, steps(way, width));
   std::vector<Vec3> points;
   for (int ring = 0; ring <= rings; ++ring) {
     const double from_pole = way * std::min(ring, rings - ring) / rings;
-    const auto [sine, cosine] = sine_cosine(std::min(from_pole, quarter) / (2 * kPi * radius));
+    const auto [sine, cosine] =
+        sine_cosine(std::min(from_pole, quarter) / (2 * std::numbers::pi * radius));
     double y = 0.5 * length + radius * cosine - std::max(0.0, from_pole - quarter);
     if (2 * ring > rings) y = -y;
     const double across = radius * sine;
-    const int count = steps(2 * kPi * across, width);
+    const int count = steps(2 * std::numbers::pi * across, width);
     for (int k = 0; k < count; ++k) {
       const auto [s, c] = sine_cosine(kTurn * ring + 1.0 * k / count);
       points.emplace_back(across * c, y, across * s);
@@ -111,7 +112,7 @@ bool is_inside(const RigidShape& mesh, const Vec3& p) {
     half_angles +=
         std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
-  return half_angles > kPi;
+  return half_angles > std::numbers::pi;
 }
 
 // Those that are not near one before them.
@@ -168,7 +169,7 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
         if (below.add(p)) points.push_back(p);
         return;
       }
-      if (least > kOn * depth) inwards = inside ? p - nearest : nearest - p;
+      if (least > kOnSurface * depth) inwards = inside ? p - nearest : nearest - p;
       p = nearest + depth / inwards.norm() * inwards;
     }
     refuse_thin(mesh, depth);
@@ -191,7 +192,8 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
 double surface_area(const RigidShape& shape) {
   const double r = shape.radius;
   const Vec3& h = shape.half;
-  if (shape.is_round()) return 4 * kPi * r * r + 2 * kPi * r * shape.length;
+  if (shape.is_round())
+    return 4 * std::numbers::pi * r * r + 2 * std::numbers::pi * r * shape.length;
   double sum = 8 * (h[0] * h[1] + h[1] * h[2] + h[2] * h[0]);
   for (const auto& t : shape.triangles) {
     const Vec3& a = shape.points[static_cast<std::size_t>(t[0])];

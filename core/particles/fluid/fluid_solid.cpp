@@ -11,9 +11,9 @@ namespace sim {
 namespace {
 
 // In distances of neighbours in the fluid:
-constexpr double kWidest = 2;   // an edge of the mesh
-constexpr double kFelt = 0.84;  // how far outside of its particles a plane surface is felt
-constexpr double kBent = 0.18;  // how much less, over the radius of a body (3 volume/area)
+constexpr double kWidestEdge = 2;  // an edge of the mesh
+constexpr double kFelt = 0.84;     // how far outside of its particles a plane surface is felt
+constexpr double kBent = 0.18;     // how much less, over the radius of a body (3 volume/area)
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -37,7 +37,7 @@ void FluidSolid::check_mesh(const ParticleView& initial) const {
   for (const TriangleMesh::Edge& edge : surface_->edges())
     longest =
         std::max(longest, (initial.position(edge.ends[0]) - initial.position(edge.ends[1])).norm());
-  if (longest > kWidest * spacing)
+  if (longest > kWidestEdge * spacing)
     throw Error(ErrorKind::kScene, {"solid of force 'fluid'", "",
                                     "its edges are up to " + brief(longest, 3) +
                                         " m long, and the particles of the fluid " +
