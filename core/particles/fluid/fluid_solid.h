@@ -20,8 +20,10 @@ namespace sim {
 // So momentum is exact and U is still all the energy. No friction. A lattice of the fluid at rest
 // ends 1.34 spacings before a plane layer of its own spacing (h = 1.5 of them): the surface that it
 // feels lies 0.84 spacings outside of the mesh, which keeps it from passing through. The points of
-// a body lie as far inside of it, so that the fluid feels the body itself; they are sums of its
-// four particles by constant weights, which share the force on each by the same (JointNode).
+// a body lie as far inside of it, so that the fluid feels the body itself, but for 0.18
+// spacings^2/R with R = 3 volume/area: a layer that bends away is felt less (fitted to boxes and
+// spheres that float). They are sums of its four particles by constant weights, which share the
+// force on each by the same (JointNode).
 class FluidSolid {
  public:
   void set(std::shared_ptr<const TriangleMesh> surface) { surface_ = std::move(surface); }
