@@ -72,6 +72,40 @@ TEST_CASE("van der Pol's oscillator with mu = 1000: the error follows the tolera
   CHECK(solve(van_der_pol(), "esdirk43", 1e-6, 2000, 1, registry).steps < 2000);
 }
 
+// x'' = -x in steps of a fixed size H, looked at every 0.07 s: at other places in each step.
+TEST_CASE("states inside a step of esdirk43 are of order 4, and cost no steps") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec circle =
+      load_text(R"(return sim.scene { state = {1, 0}, field = sim.field.lua { function(t, y)
+      return { y[2], -y[1] } end }, integrator = "esdirk43", dt = 0.07, duration = 7 })")
+          .systems[0];
+  const auto worst = [&](double largest) {
+    sim::RunOptions options{.integrator = "esdirk43", .dt = 0.07};
+    options.integrator.given["tol"] = 1e-6;
+    options.integrator.given["max_step"] = largest;
+    sim::Simulation simulation(circle, registry, options);
+    double most = 0;
+    for (int i = 1; i <= 100; ++i) {
+      REQUIRE(simulation.step());
+      most = std::max(most, std::fabs(state_of(simulation)[0] - std::cos(simulation.t())));
+    }
+    const auto steps = simulation.integrator().effort().steps;
+    CHECK(steps >= 7 / largest);
+    CHECK(steps <= 7 / largest + 15);  // the first are small
+    return most;
+  };
+  const double coarse = worst(0.1), middle = worst(0.05), fine = worst(0.025);
+  INFO(coarse << " " << middle << " " << fine);
+  CHECK(std::log2(coarse / middle) == Approx(4).margin(0.3));
+  CHECK(std::log2(middle / fine) == Approx(4).margin(0.3));
+
+  // The same steps, however often they are looked at.
+  const Solved often = solve(van_der_pol(), "esdirk43", 1e-6, 1, 2000, registry);
+  const Solved once = solve(van_der_pol(), "esdirk43", 1e-6, 2000, 1, registry);
+  CHECK(often.steps == once.steps);
+  CHECK(often.state == once.state);
+}
+
 TEST_CASE("esdirk43 goes on bit for bit from its memory, and stiff springs follow the tolerance") {
   sim::Registry registry = make_registry();
   sim::SystemSpec cloth = make_cloth(4);

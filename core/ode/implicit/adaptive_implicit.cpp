@@ -11,7 +11,7 @@ void AdaptiveImplicit::prepare(OdeSystem& system) {
   solver_ = system.stage_solver(options_);
   change_.clear();
   for (int i = 0; i < plan_.stages; ++i) change_.emplace_back(system.size());
-  for (Array* array : {&x_, &y_, &r_, &error_, &slope_, &slope_before_})
+  for (Array* array : {&x_, &y_, &slope_, &last_slope_, &r_, &error_})
     *array = Array(system.size());
   terms_.resize(change_.size());
   own_ = {};
@@ -30,18 +30,23 @@ Stage AdaptiveImplicit::from(const double* x, double h, const double* weights, i
   return {x, {terms_.data(), used}};
 }
 
-// A step of Euler's method that changes the state by half of the tolerance.
-double AdaptiveImplicit::starting_step(OdeSystem& system, double t, const double* x) {
-  system.eval(t, {x, {}}, y_.data(), slope_.data());
+// A step of size 0 that ends in x. The next is one of Euler's method that changes the state by half
+// of the tolerance.
+void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double* x) {
+  t_ = t;
+  h_ = 0;
+  std::copy_n(x, x_.size(), x_.data());
+  system.eval(t, {x, {}}, y_.data(), last_slope_.data());
   ++own_.evaluations;
-  const double slope = scaled_norm(slope_.data(), x, x);
-  return slope > 0 ? 0.5 / slope : HUGE_VAL;
+  std::copy_n(x, x_.size(), y_.data());
+  const double slope = scaled_norm(last_slope_.data(), x, x);
+  controller_.state = {.h = slope > 0 ? 0.5 / slope : h};
 }
 
-// y_ := the state after h from x_; the error, in units of the tolerance.
-double AdaptiveImplicit::try_step(OdeSystem& system, double t, double h, StepStatus& status) {
+// y_ := the state after h_ from x_; the error, in units of the tolerance.
+double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
   const int stages = plan_.stages;
-  const double tau = plan_.a_at(1, 1) * h;
+  const double t = t_, h = h_, tau = plan_.a_at(1, 1) * h;
   for (int i = 1; i < stages; ++i) {
     const auto stage = static_cast<std::size_t>(i);
     double* const change = change_[stage].data();
@@ -61,52 +66,72 @@ double AdaptiveImplicit::try_step(OdeSystem& system, double t, double h, StepSta
   return scaled_norm(error_.data(), x_.data(), y_.data());
 }
 
+// The step after the present one, tried until its error is within the tolerance. Where it has none
+// the present step is one of size 0, so that the next call tries the same.
+StepStatus AdaptiveImplicit::next_step(OdeSystem& system) {
+  constexpr double kSmallest = 1e-13;  // of the first trial
+  const StepController::State before = controller_.state;
+  t_ += h_;
+  std::swap(x_, y_);
+  std::swap(slope_, last_slope_);
+  StepStatus status = StepStatus::kDone;
+  for (;;) {
+    h_ = controller_.state.h = std::min(controller_.state.h, tolerance_.max_step);
+    if (!(t_ + 0.1 * h_ > t_) || h_ < kSmallest * before.h) {
+      const bool finite = status != StepStatus::kNotFinite || all_finite(y_.span());
+      status = finite ? StepStatus::kStepTooSmall : StepStatus::kNotFinite;
+      break;
+    }
+    const double error = try_step(system, status);
+    if (status == StepStatus::kStopped) break;
+    if (controller_.accept(error)) {
+      if (!system.settle(t_ + h_, y_.data())) {
+        status = StepStatus::kNotConverged;
+        break;
+      }
+      ++own_.steps;
+      const double scale = 1 / (plan_.a_at(1, 1) * h_);
+      for (std::size_t i = 0; i < x_.size(); ++i) last_slope_[i] = scale * change_.back()[i];
+      return StepStatus::kDone;
+    }
+    ++own_.rejected;
+  }
+  controller_.state = before;
+  h_ = 0;
+  std::swap(x_, y_);
+  std::swap(slope_, last_slope_);
+  return status;
+}
+
 Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
                                   const double* x, double* x_next) {
-  constexpr double kSmallest = 1e-13;  // of h
-  const StepController::State before = controller_.state;
-  const bool was_fresh = fresh_;
-  const auto stop = [&](StepStatus status) {
-    // As it was, so that the next call takes the same step.
-    controller_.state = before;
-    fresh_ = was_fresh;
-    std::ranges::copy(slope_before_.span(), slope_.data());
-    std::copy_n(status == StepStatus::kNotFinite ? y_.data() : x, x_.size(), x_next);
-    if (status == StepStatus::kNotFinite && all_finite({x_next, x_.size()}))
-      status = StepStatus::kStepTooSmall;
-    return Advance{status};
-  };
-  std::copy_n(x, x_.size(), x_.data());
-  std::ranges::copy(slope_.span(), slope_before_.data());
-  if (fresh_) controller_.state = {.h = std::min(h, starting_step(system, t, x))};
-  for (double done = 0; done < h;) {
-    if (system.stopped()) return stop(StepStatus::kStopped);
-    const double wanted = std::min(controller_.state.h, tolerance_.max_step);
-    const bool last = wanted > 0.999 * (h - done);
-    const double step = last ? h - done : wanted;
-    controller_.state.h = step;
-    StepStatus status = StepStatus::kDone;
-    const double error = try_step(system, t + done, step, status);
-    if (status == StepStatus::kStopped) return stop(status);
-    const bool stands = controller_.accept(error);
-    if (!stands) {
-      ++own_.rejected;
-      if (controller_.state.h < kSmallest * h)
-        return stop(status == StepStatus::kNotFinite ? status : StepStatus::kStepTooSmall);
-      continue;
+  // What was recalled has to be of this time.
+  if (fresh_ || !(t_ <= t + h && t <= t_ + h_ + 0.01 * (h + h_))) begin(system, t, h, x);
+  fresh_ = false;
+  while (t_ + h_ < t + h) {
+    if (system.stopped()) return {StepStatus::kStopped};
+    if (const StepStatus status = next_step(system); status != StepStatus::kDone) {
+      std::copy_n(status == StepStatus::kNotFinite ? x_.data() : x, x_.size(), x_next);
+      return {status};
     }
-    ++own_.steps;
-    fresh_ = false;
-    // A step that was cut says nothing against the size before.
-    if (last) controller_.state.h = std::max(controller_.state.h, std::min(wanted, 2 * h));
-    const double scale = 1 / (plan_.a_at(1, 1) * step);
-    for (std::size_t i = 0; i < x_.size(); ++i) slope_[i] = scale * change_.back()[i];
-    std::swap(x_, y_);
-    done = last ? h : done + step;
-    if (!system.settle(t + done, x_.data())) return stop(StepStatus::kNotConverged);
   }
-  std::copy_n(x_.data(), x_.size(), x_next);
+  interpolate(t + h, x_next);
+  if (!system.settle(t + h, x_next)) return {StepStatus::kNotConverged};
   return {StepStatus::kDone, 1};
+}
+
+// out := the state at t, which lies in the present step.
+void AdaptiveImplicit::interpolate(double t, double* out) const {
+  if (!(t < t_ + h_)) {
+    std::copy_n(y_.data(), y_.size(), out);
+    return;
+  }
+  const double theta = (t - t_) / h_, rest = 1 - theta;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double change = y_[i] - x_[i];
+    const double bend = rest * (h_ * slope_[i] - change) - theta * (h_ * last_slope_[i] - change);
+    out[i] = x_[i] + theta * change + theta * rest * bend;
+  }
 }
 
 // The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); not a number when one is not finite.
@@ -124,16 +149,25 @@ double AdaptiveImplicit::scaled_norm(const double* values, const double* x, cons
 std::vector<double> AdaptiveImplicit::memory() const {
   if (fresh_) return {};
   const StepController::State& state = controller_.state;
-  std::vector<double> kept{state.h, state.error_before, state.repeated ? 1.0 : 0.0};
-  kept.insert(kept.end(), slope_.span().begin(), slope_.span().end());
+  std::vector<double> kept{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
+  for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
+    kept.insert(kept.end(), array->span().begin(), array->span().end());
   return kept;
 }
 
 void AdaptiveImplicit::recall(std::span<const double> memory) {
-  fresh_ = memory.size() != slope_.size() + 3;
+  constexpr std::size_t kHead = 5;
+  const std::size_t size = x_.size();
+  fresh_ = memory.size() != kHead + 4 * size || !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0);
   if (fresh_) return;
-  controller_.state = {memory[0], memory[1], memory[2] != 0};
-  std::ranges::copy(memory.subspan(3), slope_.data());
+  t_ = memory[0];
+  h_ = memory[1];
+  controller_.state = {memory[2], memory[3], memory[4] != 0};
+  memory = memory.subspan(kHead);
+  for (Array* array : {&x_, &y_, &slope_, &last_slope_}) {
+    std::ranges::copy(memory.first(size), array->data());
+    memory = memory.subspan(size);
+  }
 }
 
 Effort AdaptiveImplicit::effort() const {

@@ -27,10 +27,15 @@ constexpr int embedded_order(const ImplicitPair<S>& pair) {
   return order_conditions(other);
 }
 
-// Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|; the last before a state
-// that is asked for ends there. A step whose equations are not solved is made shorter. The first
-// slope of a step is the last one of the step before, which was solved for: f of a state that is
-// off by some delta is off by lambda delta. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
+// Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|, whatever the interval at
+// which states are asked for: the last may end beyond them. A step whose equations are not solved
+// is made shorter. The first slope of a step is the last one of the step before, which was solved
+// for: f of a state that is off by some delta is off by lambda delta. Kennedy & Carpenter (2016),
+// NASA/TM-2016-219173.
+//
+// Inside a step, theta of the way, the cubic through both ends with their slopes:
+//   x + theta (y - x) + theta (1 - theta) ((1 - theta) (h k - (y - x)) - theta (h l - (y - x)))
+// which is off by theta^2 (1 - theta)^2 h^4 x^(4) / 24, so that states there are of order 4, too.
 class AdaptiveImplicit final : public Integrator {
  public:
   template <int S>
@@ -52,6 +57,7 @@ class AdaptiveImplicit final : public Integrator {
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override;
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { fresh_ = true; }
+  // The present step, and the controller's state.
   std::vector<double> memory() const override;
   void recall(std::span<const double> memory) override;
   Effort effort() const override;
@@ -62,8 +68,10 @@ class AdaptiveImplicit final : public Integrator {
   }
 
  private:
-  double starting_step(OdeSystem& system, double t, const double* x);
-  double try_step(OdeSystem& system, double t, double h, StepStatus& status);
+  void begin(OdeSystem& system, double t, double h, const double* x);
+  StepStatus next_step(OdeSystem& system);
+  double try_step(OdeSystem& system, StepStatus& status);
+  void interpolate(double t, double* out) const;
   double scaled_norm(const double* values, const double* x, const double* y) const;
   Stage from(const double* x, double h, const double* weights, int count);
 
@@ -77,7 +85,11 @@ class AdaptiveImplicit final : public Integrator {
   std::unique_ptr<StageSolver> solver_;
   bool fresh_ = true;
   std::vector<Array> change_;  // gamma h k_i
-  Array x_, y_, r_, error_, slope_, slope_before_;
+
+  // The present step: from x_ at t_, with the slope slope_, to y_ at t_ + h_ with last_slope_.
+  double t_ = 0, h_ = 0;
+  Array x_, y_, slope_, last_slope_;
+  Array r_, error_;
   std::vector<Stage::Term> terms_;
   Effort own_;
 };

@@ -87,6 +87,17 @@ void advance(double alpha, const double* const p[3], const double* const a[3], d
   add_lanes(dots, sums);
 }
 
+// `size` is a multiple of 8, as of every layout.
+void dot(const double* a, const double* b, std::size_t size, double (&sums)[8]) {
+  Doubles dots[8 / kDoubles] = {};
+  for (std::size_t block = 0; block < size; block += 8)
+    for (int part = 0; part < 8 / kDoubles; ++part) {
+      const std::size_t i = block + static_cast<std::size_t>(part * kDoubles);
+      dots[part] += load(a + i) * load(b + i);
+    }
+  add_lanes(dots, sums);
+}
+
 void turn(double beta, const double* const z[3], double* const p[3], int begin, int end) {
   const Doubles factor = splat<double>(beta);
   for (int axis = 0; axis < 3; ++axis)
@@ -94,7 +105,7 @@ void turn(double beta, const double* const z[3], double* const p[3], int begin, 
       store(p[axis] + i, fma(factor, load(p[axis] + i), load(z[axis] + i)));
 }
 
-constexpr BlockKernels kBlocks{invert_blocks, multiply_blocks, advance, turn};
+constexpr BlockKernels kBlocks{invert_blocks, multiply_blocks, advance, dot, turn};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

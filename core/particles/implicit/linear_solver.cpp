@@ -22,6 +22,8 @@ class Either final : public LinearSolver {
     second.iterations = first.iterations;
     return second;
   }
+  bool prepare(const StageMatrix& matrix) override { return direct_.prepare(matrix); }
+  void divide(const double* r, double* z) override { direct_.divide(r, z); }
 
  private:
   ConjugateGradient iterative_;
@@ -39,6 +41,10 @@ class Restricted final : public LinearSolver {
     return matrix.restricted() ? iterative_.solve(matrix, b, d, eta)
                                : whole_->solve(matrix, b, d, eta);
   }
+  bool prepare(const StageMatrix& matrix) override {
+    return !matrix.restricted() && whole_->prepare(matrix);
+  }
+  void divide(const double* r, double* z) override { whole_->divide(r, z); }
 
  private:
   ConjugateGradient iterative_;

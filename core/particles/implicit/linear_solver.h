@@ -26,6 +26,11 @@ class LinearSolver {
 
   // d := A^-1 b, with |b - A d| <= eta |b| if it gets there.
   virtual LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) = 0;
+
+  // Of the solvers that have it: a fixed symmetric map z := about A^-1 r, of A as it is when it is
+  // made ready. False where there is none.
+  virtual bool prepare(const StageMatrix& /*matrix*/) { return false; }
+  virtual void divide(const double* /*r*/, double* /*z*/) {}
 };
 
 // Conjugate gradients, preconditioned with the 3 x 3 blocks on the diagonal, in their norm.
@@ -36,6 +41,10 @@ class ConjugateGradient final : public LinearSolver {
   // With a multilevel preconditioner, which comes in where the blocks alone do not get there soon.
   ConjugateGradient(const StageMatrix& matrix, const Particles& system, int most_iterations);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+  bool prepare(const StageMatrix& matrix) override {
+    return multilevel_ && multilevel_->prepare(matrix);
+  }
+  void divide(const double* r, double* z) override { multilevel_->solve(r, z); }
 
  private:
   int most_;
@@ -65,6 +74,8 @@ class SparseLdlt final : public LinearSolver {
   // masses of the particles in kg, infinity where pinned.
   SparseLdlt(const StageMatrix& matrix, std::span<const double> masses);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+  bool prepare(const StageMatrix& matrix) override;
+  void divide(const double* r, double* z) override;
 
  private:
   struct Target {
@@ -73,6 +84,7 @@ class SparseLdlt final : public LinearSolver {
   Target target(int low, int high) const;
   void assemble(const StageMatrix& matrix);
 
+  Layout layout_;
   std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned
   std::optional<SparseSymmetric> upper_;
   std::vector<Target> diagonal_, springs_;  // of particles; of springs in the order of for_each

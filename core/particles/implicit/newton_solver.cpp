@@ -13,8 +13,6 @@ double forcing_term(double now, double previous) {
   return std::min(0.1, 0.9 * contraction * contraction);
 }
 
-constexpr double kExact = HUGE_VAL, kSafe = 0.9;  // shares of StageMatrix::Model
-
 }  // namespace
 
 NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
@@ -29,7 +27,8 @@ NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
       before_(equation_.layout().size()),
       best_(equation_.layout().size()),
       guess_(equation_.layout().size()),
-      first_gradient_(equation_.layout().size()) {
+      first_gradient_(equation_.layout().size()),
+      learned_(equation_.layout().size()) {
   if (!contact_) return;
   offset_ = Array(equation_.layout().size());
   pulled_ = Array(equation_.layout().size());
@@ -136,8 +135,10 @@ StepStatus NewtonSolver::minimise() {
   constexpr int kMany = 40;     // steps that are more than most stages take
   constexpr int kIdle = 100;    // steps that lower Phi by rounding alone
   constexpr int kStalled = 3;   // sure searches without progress: rounding is all there is
-  constexpr double kMore = 3, kLess = 0.1, kMost = 1e12;  // changes of the share, and its largest
-  constexpr double kSlow = 0.3;                           // contraction above which the share grows
+  constexpr double kMore = 10, kLess = 0.1, kMost = 1e12;  // changes of the share, and its largest
+  constexpr double kSlow = 0.1;     // contraction above which the share grows
+  constexpr double kNear = 0.1;     // residual below which a slide is worth its while
+  constexpr double kAfter = 1e3;    // share after one that went well
   constexpr double kSaddle = 1e-3;  // residual below which a saddle may be near
   double share = kSafe;
   choose_start();
@@ -149,6 +150,7 @@ StepStatus NewtonSolver::minimise() {
   std::ranges::copy(equation_.gradient().span(), first_gradient_.data());
   keep_best();
   int since = 0, hold = 0, stalled = 0, idle = 0;
+  bool slides = true;
   double settled = best_phi_;  // the lowest before steps that found no more than rounding
   for (int step = 0;; ++step) {
     const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
@@ -166,9 +168,16 @@ StepStatus NewtonSolver::minimise() {
         std::max(std::min(loosest, step > 0 ? forcing_term(now, previous) : 0.1), 0.5 * goal / now);
     const LinearResult result = find_direction(eta);
     double length = 1;
-    if (!result.definite) {
+    if (!result.definite && slides && step > 1 && now < kNear * first && can_slide()) {
+      // One that did not get there is followed by a sure step.
+      slides = slide(std::max(goal, 0.1 * now));
+      share = slides ? kAfter : kSafe;
+      hold = slides ? 0 : 1;
+      length = 0;
+    } else if (!result.definite) {
+      hold = slides ? kHold : 1;
+      slides = true;
       share = std::max(kSafe, kLess * share);
-      hold = kHold;
       length = now < kSaddle * first && result.downward ? descend(result.downward) : 0;
       if (length == 0) {
         linearise(kSafe, true);
@@ -182,7 +191,7 @@ StepStatus NewtonSolver::minimise() {
     const double slope = dot(equation_.gradient(), equation_.direction());
     equation_.place(length);
     evaluate();
-    if (since == 0 && (daring || step > kSoon)) stretch(length, slope);
+    if (since == 0 && length != 0 && (daring || step > kSoon)) stretch(length, slope);
     const double phi = equation_.phi();
     previous = now;
     now = norm();
@@ -257,85 +266,6 @@ void NewtonSolver::find_definite_direction(double eta) {
   for (double& value : equation_.direction().span()) value = -value;
 }
 
-// From the best point: a step that does not lower Phi is shortened a few times, and one at whose
-// end Phi falls nearly as steeply as at its start is lengthened until it does not.
-void NewtonSolver::stretch(double& length, double slope) {
-  constexpr int kShorter = 4, kLonger = 20;
-  constexpr double kSteep = 0.5;
-  const Array &g = equation_.gradient(), &d = equation_.direction();
-  const auto move = [&](double s) {
-    equation_.place(s);
-    evaluate();
-  };
-  if (!(equation_.phi() < best_phi_ + noise_)) {
-    double trial = length;
-    for (int i = 0; i < kShorter; ++i) {
-      equation_.place(trial *= 0.25);
-      if (!(equation_.phi() < best_phi_ - noise_)) continue;
-      length = trial;
-      break;
-    }
-    return move(length);
-  }
-  for (int i = 0; i < kLonger && dot(g, d) < kSteep * slope; ++i) {
-    move(2 * length);
-    if (!(dot(g, d) < 0) || !(equation_.phi() < best_phi_ + noise_)) return move(length);
-    length *= 2;
-  }
-}
-
-// Along a direction in which Phi curves downwards, it falls with the gradient and then as far as it
-// does: how far, in units of the direction; 0 where it does not. The first trial turns no spring by
-// more than a degree.
-double NewtonSolver::descend(const double* direction) {
-  constexpr double kTurn = 0.02;
-  constexpr int kShorter = 8, kLonger = 20;
-  Array& d = equation_.direction();
-  std::copy_n(direction, d.size(), d.data());
-  const double turn = matrix_.largest_turn(d.data());
-  if (!(turn > 0) || std::isinf(turn)) return 0;
-  const double start = equation_.phi();
-  const auto fall_at = [&](double length) {
-    equation_.place(length);
-    return equation_.phi() - start;
-  };
-  double s = (dot(d, equation_.gradient()) > 0 ? -kTurn : kTurn) / turn;
-  double fall = fall_at(s);
-  for (int trial = 0; trial < kShorter && !(fall < 0); ++trial) fall = fall_at(s *= 0.5);
-  for (int trial = 0; trial < kLonger && fall < 0; ++trial) {
-    const double further = fall_at(2 * s);
-    if (!(further < fall)) break;
-    fall = further;
-    s *= 2;
-  }
-  equation_.place(0);
-  return fall < -noise_ ? s : 0;
-}
-
-// From the best point, with a definite model: shortens the step until Phi falls as it should
-// (Armijo), or to where the majorant says that it does. False when it does not by more than
-// rounding.
-bool NewtonSolver::search_surely() {
-  constexpr int kTrials = 30;
-  constexpr double kLeastFall = 1e-4;
-  find_definite_direction(0.1);
-  ++effort_.newton;
-  const Array &g = equation_.gradient(), &d = equation_.direction();
-  const double slope = dot(g, d), sure = -slope / matrix_.majorant(d.data());
-  double s = 1, fall = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    equation_.place(s);
-    fall = equation_.phi() - best_phi_;
-    if (fall <= kLeastFall * s * slope || s <= sure) break;
-    // The lowest point of the parabola through what is known.
-    const double parabola = -slope * s * s / (2 * (fall - slope * s));
-    s = std::isfinite(parabola) ? std::clamp(parabola, 0.1 * s, 0.5 * s) : 0.1 * s;
-    s = std::max(s, std::min(sure, 1.0));
-  }
-  evaluate();
-  return fall < -noise_;
-}
-
 // With forces that have no Phi.
 StepStatus NewtonSolver::reduce() {
   linearise(kExact);
@@ -370,18 +300,6 @@ StepStatus NewtonSolver::reduce() {
     now = norm();
   }
   return ended(first, now);
-}
-
-bool NewtonSolver::search_residual(double before) {
-  constexpr int kTrials = 40;
-  constexpr double kLeastFall = 1e-4;
-  double s = 1;
-  for (int trial = 0; trial < kTrials; ++trial, s *= 0.5) {
-    equation_.place(s);
-    evaluate();
-    if (norm() <= (1 - kLeastFall * s) * before) return true;
-  }
-  return false;
 }
 
 Effort NewtonSolver::effort() const {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/base/array.h"
+#include "core/particles/implicit/limited_memory.h"
 #include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/implicit/stage_matrix.h"
@@ -21,8 +22,9 @@ namespace sim {
 // point so far, the next starts there with a model that is known to lower Phi, in a step that is
 // short enough for a majorant of Phi. What compressed springs push is taken in parts at first, for
 // which A is positive definite, and in greater ones where convergence is slow, up to the exact
-// Hessian. Where A is then not positive definite, it is less again, or near a saddle Phi falls
-// along the direction in which it is not.
+// Hessian. Where A is then not positive definite, steps of a quasi-Newton method take over, whose
+// inverse is the preconditioner of a definite A and what the steps tell; or it is less again, or
+// near a saddle Phi falls along the direction in which it is not.
 //
 // With other forces the residual |g| must fall in each step.
 //
@@ -40,6 +42,8 @@ class NewtonSolver final : public StageSolver {
   std::vector<std::string> notes() const override;
 
  private:
+  static constexpr double kExact = HUGE_VAL, kSafe = 0.9;  // shares of StageMatrix::Model
+
   StepStatus linearised();
   StepStatus minimise();
   StepStatus reduce();
@@ -53,6 +57,9 @@ class NewtonSolver final : public StageSolver {
   LinearResult solve_linear(Array& g, double eta);  // of those planes that push
   void find_definite_direction(double eta);
   double descend(const double* direction);
+  bool can_slide();
+  bool slide(double goal);
+  double search_flat();
   void stretch(double& length, double slope);
   bool search_surely();
   bool search_residual(double before);
@@ -69,6 +76,7 @@ class NewtonSolver final : public StageSolver {
   Array z_, before_, best_;          // positions before the last step; velocities of the lowest Phi
   Array guess_, first_gradient_;     // velocities at the start and g there
   Array offset_, pulled_;            // m/s onto planes; g and A times that
+  LimitedMemory learned_;            // in a slide
   double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
   Effort effort_;
 };

@@ -5,7 +5,8 @@
 
 namespace sim {
 
-SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses) {
+SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses)
+    : layout_(matrix.layout()) {
   // The order of elimination, found on the graph of particles rather than of their coordinates.
   std::vector<std::pair<int, int>> pairs;
   matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
@@ -67,26 +68,31 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
 
 LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {
   LinearResult result{.factorisations = 1};
-  const Layout& layout = matrix.layout();
-  std::fill_n(d, layout.size(), 0.0);
-  if (x_.empty()) return result;
+  result.definite = prepare(matrix);
+  if (result.definite) divide(b, d);
+  return result;
+}
+
+bool SparseLdlt::prepare(const StageMatrix& matrix) {
+  if (x_.empty()) return true;
   assemble(matrix);
-  if (!upper_->factorise()) {
-    result.definite = false;
-    return result;
-  }
-  const auto from = layout.axes(b);
-  const auto to = layout.axes(d);
-  for (int i = 0; i < layout.n(); ++i)
+  return upper_->factorise();
+}
+
+void SparseLdlt::divide(const double* r, double* z) {
+  std::fill_n(z, layout_.size(), 0.0);
+  if (x_.empty()) return;
+  const auto from = layout_.axes(r);
+  const auto to = layout_.axes(z);
+  for (int i = 0; i < layout_.n(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
         x_[row + axis] = from[axis][i];
   upper_->solve(x_);
-  for (int i = 0; i < layout.n(); ++i)
+  for (int i = 0; i < layout_.n(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
         to[axis][i] = x_[row + axis];
-  return result;
 }
 
 }  // namespace sim

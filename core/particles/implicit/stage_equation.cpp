@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/implicit/stage_matrix.h"
 #include "core/simd/lanes.h"
 
 namespace sim {
@@ -145,7 +146,9 @@ double StageEquation::surprise(const Array& guess, const Array& g) const {
 }
 
 double dot(const Array& a, const Array& b) {
-  return sum_in_lanes(std::size_t{0}, a.size(), [&](std::size_t i) { return a[i] * b[i]; });
+  double lanes[8] = {};
+  block_kernels().dot(a.data(), b.data(), a.size(), lanes);
+  return sum_of(lanes);
 }
 
 }  // namespace sim

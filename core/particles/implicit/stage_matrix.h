@@ -25,7 +25,8 @@ struct BlockKernels {
   void (*advance)(double alpha, const double* const p[3], const double* const a[3],
                   double* const d[3], double* const r[3], const double* const inverses[6],
                   double* const z[3], int begin, int end, double (&sums)[8]);
-  // p := z + beta p.
+  // sums += the lanes of a.b;  p := z + beta p.
+  void (*dot)(const double* a, const double* b, std::size_t size, double (&sums)[8]);
   void (*turn)(double beta, const double* const z[3], double* const p[3], int begin, int end);
 };
 
