@@ -3,8 +3,8 @@
 #include <set>
 
 #include "core/base/finite.h"
-#include "core/particles/contact_events.h"
 #include "core/particles/rigid/rigid_rows.h"
+#include "core/particles/touch_events.h"
 #include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
 
@@ -127,27 +127,27 @@ bool Simulation::Impl::keep_apart(double t, double h) {
   return true;
 }
 
-ContactEvents* Simulation::Impl::contact_events() {
+TouchEvents* Simulation::Impl::touch_events() {
   const bool has_some = particles && !particles->contacts().empty() && integrator->info().adaptive;
-  return has_some ? dynamic_cast<ContactEvents*>(system->events()) : nullptr;
+  return has_some ? dynamic_cast<TouchEvents*>(system->events()) : nullptr;
 }
 
 void Simulation::Impl::begin_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
   particles->contacts().ledger().take();  // of steps that others tried
-  if (ContactEvents* const events = contact_events()) events->show(t);
+  if (TouchEvents* const events = touch_events()) events->shown().show(t);
 }
 
 void Simulation::Impl::end_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
-  ContactEvents* const events = contact_events();
-  const ContactWork work = events ? events->take(t) : particles->contacts().ledger().take();
+  TouchEvents* const events = touch_events();
+  const ContactWork work = events ? events->shown().take(t) : particles->contacts().ledger().take();
   contact_work.lost += work.lost;
   contact_work.given += work.given;
 }
 
 void Simulation::Impl::restart() {
-  if (ContactEvents* const events = contact_events()) events->forget_ahead();
+  if (TouchEvents* const events = touch_events()) events->shown().forget_ahead();
   integrator->restart(t(step_count), settings->h, x.data());
 }
 

@@ -30,7 +30,8 @@ constexpr int embedded_order(const ImplicitPair<S>& pair) {
 // Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|; the last before a state
 // that is asked for ends there. A step whose equations are not solved is made shorter. The first
 // slope of a step is the last one of the step before, which was solved for: f of a state that is
-// off by some delta is off by lambda delta. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
+// off by some delta is off by lambda delta; after an event it is evaluated. Kennedy & Carpenter
+// (2016), NASA/TM-2016-219173.
 class AdaptiveImplicit final : public Integrator {
  public:
   template <int S>
@@ -64,6 +65,8 @@ class AdaptiveImplicit final : public Integrator {
  private:
   double starting_step(OdeSystem& system, double t, const double* x);
   double try_step(OdeSystem& system, double t, double h, StepStatus& status);
+  void find_slope(OdeSystem& system, double t, const double* x);
+  StepStatus end_at_event(OdeSystem& system, double t, double& step);
   double scaled_norm(const double* values, const double* x, const double* y) const;
   Stage from(const double* x, double h, const double* weights, int count);
 
@@ -79,6 +82,9 @@ class AdaptiveImplicit final : public Integrator {
   std::vector<Array> change_;  // gamma h k_i
   Array x_, y_, r_, error_, slope_, slope_before_;
   std::vector<Stage::Term> terms_;
+  Events* events_ = nullptr;  // of the system
+  int cuts_ = 0;              // steps that ended at events in a row
+  bool anew_ = false;         // f is another one than at the end of the step before
   Effort own_;
 };
 
