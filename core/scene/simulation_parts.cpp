@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/base/finite.h"
+#include "core/base/text.h"
 #include "core/particles/rigid/rigid_rows.h"
 #include "core/particles/touch_events.h"
 #include "core/scene/joined.h"
@@ -10,10 +11,29 @@
 
 namespace sim {
 
+namespace {
+
+// What is not looked for where bodies touch the particles of surfaces.
+std::string note_on_gaps(const SystemSpec& spec, const ParticleView& start) {
+  const bool some = std::ranges::any_of(spec.bodies, &RigidSpec::touches);
+  if (!spec.contact || !some) return {};
+  double longest = 0;
+  for (const auto& surface : spec.contact->surfaces)
+    for (const auto& t : surface->triangles())
+      for (std::size_t k = 0; k < 3; ++k)
+        longest = std::max(longest, (start.position(t[k]) - start.position(t[(k + 1) % 3])).norm());
+  return "bodies touch the particles of surfaces, not what is between them: corners and edges of "
+         "bodies may come through where particles are " +
+         brief(longest, 2) + " m apart";
+}
+
+}  // namespace
+
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
-    particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,
-                          0, x.data());
+    particles->hold().add(
+        std::make_unique<RigidRows>(bodies, note_on_gaps(spec, particles->view(0, x.data()))),
+        "rigid", spec.bodies.front().place, 0, x.data());
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
