@@ -10,17 +10,6 @@
 namespace sim {
 namespace {
 
-constexpr double kOn = 1e-9;     // m in units of the place: a gap that counts as none at an end
-constexpr double kIn = 1e-11;    // likewise, and less than none
-constexpr double kStill = 1e-9;  // of velocities: a rate of the gap that counts as none
-constexpr double kLeastShare = 1e-9;  // shares of a step that are none
-constexpr double kPressed = 1e-7;     // of the acceleration: a push that is none
-
-void add(ContactWork& sum, const ContactWork& work, double share = 1) {
-  sum.lost += share * work.lost;
-  sum.given += share * work.given;
-}
-
 // W/kg, of what surfaces do to a particle that has the velocity v.
 ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
   const double given = push.dot(carrier);
@@ -30,7 +19,7 @@ ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
 }  // namespace
 
 ContactEvents::ContactEvents(Particles& particles)
-    : particles_(&particles),
+    : TouchEvents(particles),
       is_held_(static_cast<std::size_t>(particles.layout().n())),
       accelerations_(particles.layout().size()) {}
 
@@ -50,13 +39,7 @@ Pressed ContactEvents::look_at(const Held& held, const ParticleView& view, const
 }
 
 void ContactEvents::begin(double t, double h, const double* x) {
-  t_ = t;
-  h_ = h;
-  begun_ = true;
-  in_forces_ = false;
-  const Contacts& contacts = particles_->contacts();
-  contacts.ledger().begin_step();
-  if (contacts.sampled()) contacts.look(t, t + h);
+  begin_step(t, h);
   find_held(x);
 }
 
@@ -95,7 +78,7 @@ void ContactEvents::find_held(const double* x) {
 }
 
 void ContactEvents::accelerate(const ParticleView& view, double* const a[3]) {
-  if (!begun_ || !(view.t >= t_ && view.t <= t_ + h_)) return;
+  if (!within(view.t)) return;
   in_forces_ = true;
   for (const Held& held : held_) {
     const int i = held.particle;
@@ -119,10 +102,7 @@ void ContactEvents::for_near(double t, double h, const double* x, const double* 
 }
 
 double ContactEvents::first(double t, double h, const double* x, const double* x_next) {
-  double earliest = 1;
-  const auto may_be = [&earliest](double s) {
-    if (s > kLeastShare && s < earliest && s < 1 - kLeastShare) earliest = s;
-  };
+  Earliest earliest;
   for_near(t, h, x, x_next, [&](int i, const Way& way) {
     if (is_held_[static_cast<std::size_t>(i)]) return;
     for (Collider* const collider : particles_->contacts().all()) {
@@ -130,73 +110,33 @@ double ContactEvents::first(double t, double h, const double* x, const double* x
       if (s > 1) continue;
       // What ends on the surface needs no shorter step.
       const double gap = collider->touch(t + h, way.at(1)).gap;
-      if (gap < -kIn * place_size(way.at(1)) || gap > kOn * place_size(way.at(1))) may_be(s);
+      if (gap < -kIn * place_size(way.at(1)) || gap > kOn * place_size(way.at(1)))
+        earliest.may_be(s);
     }
   });
-  if (held_.empty() || !in_forces_) return earliest;
+  if (held_.empty() || !in_forces_) return earliest.s;
   evaluate(t + h, x_next);
   const ParticleView after = particles_->view(t + h, x_next);
   for (const Held& held : held_) {
     const Pressed now = look_at(held, after, free_of(held.particle));
-    if (now.surplus < -1e-3 * held.surplus) may_be(held.surplus / (held.surplus - now.surplus));
+    if (now.surplus < -1e-3 * held.surplus)
+      earliest.may_be(held.surplus / (held.surplus - now.surplus));
     const double before = held.slip.norm(), turned = now.slip.dot(held.slip);
     if (held.collider[0]->surface().friction > 0 && turned < -1e-8 * before * before)
-      may_be(before / (before - turned / before));
+      earliest.may_be(before / (before - turned / before));
   }
-  return earliest;
+  return earliest.s;
 }
 
 Events::Outcome ContactEvents::end(double t, double h, const double* x, double* x_next, bool cut) {
-  if (span_.on) begin_span(t, h);
+  shown_.begin(t, h);
   bool jumped = false;
   if (!cut || !in_forces_) jumped = press(t, h, x, x_next, !cut);
   if (cut && in_forces_ && !held_.empty()) put_back(t, h, x_next);
-  if (span_.on) span_.along = particles_->contacts().ledger().take();
+  shown_.acted();
   if (bounce(t + h, x_next)) jumped = true;
-  if (span_.on) span_.at_end = particles_->contacts().ledger().take();
-  if (particles_->contacts().ledger().squeezed() >= 0) return Outcome::kNotAllowed;
-  return jumped ? Outcome::kJumped : Outcome::kSmooth;
-}
-
-double ContactEvents::Span::share(double t) const {
-  const double part = length > 0 ? (t - from) / length : 1;
-  return part > 1 - 1e-9 ? 1 : std::max(part, 0.0);
-}
-
-// Of a power that changes linearly.
-void ContactEvents::Span::add_along(ContactWork& sum, double begin, double end) const {
-  const double linear = end - begin, square = end * end - begin * begin;
-  add(sum, steady, linear - square);
-  add(sum, along, square);
-}
-
-void ContactEvents::begin_span(double t, double h) {
-  add(span_.passed, particles_->contacts().ledger().take());
-  span_.add_along(span_.passed, span_.share(span_.shown), 1);
-  if (span_.share(span_.shown) < 1) add(span_.passed, span_.at_end);
-  span_.steady = {};
-  span_.from = t;
-  span_.length = h;
-}
-
-void ContactEvents::show(double t) {
-  span_.on = true;
-  span_.shown = t;
-}
-
-ContactWork ContactEvents::take(double t) {
-  ContactWork work = particles_->contacts().ledger().take();
-  add(work, std::exchange(span_.passed, {}));
-  const double before = span_.share(span_.shown), now = span_.share(t);
-  span_.add_along(work, before, now);
-  if (before < 1 && now >= 1) add(work, span_.at_end);
-  span_.shown = t;
-  return work;
-}
-
-void ContactEvents::repeated() {
-  particles_->contacts().ledger().take();
-  span_.passed = {};
+  shown_.happened();
+  return outcome(jumped);
 }
 
 // What is held has drifted off its surface by what the method is off.
@@ -227,7 +167,7 @@ void ContactEvents::put_back(double t, double h, double* x) {
     put_vector(q, i, place);
     put_vector(v, i, velocity);
     particles_->contacts().ledger().enter(i, mass, work);
-    if (span_.on) add(span_.steady, held.power, mass * h);
+    shown_.steady(held.power, mass * h);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/particles/constraints/held_contact.h"
+#include "core/particles/constraints/held_events.h"
 #include "core/particles/contact_events.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/plain_split_stepper.h"
@@ -60,7 +61,7 @@ void check_single(const ParticleSystem& system) {
   throw Error(ErrorKind::kScene,
               {"integrator does not fit", "", "this scene has colliders, and " + why,
                why.starts_with("constraints")
-                   ? "use verlet, rk4 or another explicit method of fixed steps"
+                   ? "use rk4 or accuracy = \"settle\""
                    : "use rk4, verlet, trbdf2 or dopri5, or contact as a "
                      "force: sim.force.contact { collider = ..., stiffness = ... }"});
 }
@@ -202,6 +203,7 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
                                 bool some_move) {
   Particles::set_masses(masses, pinned, some_move);
   if (holding_) holding_->begin();
+  if (held_events_) held_events_->begin_anew();
 }
 
 bool ParticleSystem::settle(double t, double* x) {
@@ -220,9 +222,20 @@ StepEnd ParticleSystem::end_step(double t, double h, const double* x, double* x_
 }
 
 Events* ParticleSystem::events() {
-  if (contacts().empty() || holding_) return nullptr;
+  if (contacts().empty()) return nullptr;
+  if (holding_) return holding_->joins_contact() ? &held_events() : nullptr;
   if (!events_) events_ = std::make_unique<ContactEvents>(*this);
   return events_.get();
+}
+
+HeldEvents& ParticleSystem::held_events() {
+  if (!held_events_) held_events_ = std::make_unique<HeldEvents>(*this, *holding_);
+  return *held_events_;
+}
+
+void ParticleSystem::forget_events() {
+  if (events_) events_->forget();
+  if (held_events_) held_events_->forget();
 }
 
 bool ParticleSystem::jumped() const { return step_contact_ && step_contact_->jumped(); }
@@ -233,7 +246,7 @@ bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
   if (!holding_) return true;
   holding_->refuse({});
   if (holding_->constraints().feedback() > 0) return true;
-  const bool near = true;
+  const bool near = !(held_events_ && held_events_->begun());
   if (holding_->settle(t, x_next, near)) return true;
   if (all_finite({x_next, size()})) std::copy_n(x, size(), x_next);
   return false;
@@ -253,7 +266,11 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
   if (step_contact_) step_contact_->accelerate(view(t, y), a);
   if (events_) events_->accelerate(view(t, y), a);
   if (holding_) {
-    if (!holding_->constrain(view(t, y), y + holding_->memory_begin(), a)) a[0][0] = std::nan("");
+    const bool lies = held_events_ && held_events_->pushes_at(t);
+    const double* const memory = y + holding_->memory_begin();
+    const bool held = lies ? held_events_->constrain(view(t, y), memory, a)
+                           : holding_->constrain(view(t, y), memory, a);
+    if (!held) a[0][0] = std::nan("");
     std::fill_n(dydt + holding_->memory_begin(), holding_->memory_size(), 0.0);
   }
   derive(view(t, y), dydt + layout().size());
@@ -278,18 +295,24 @@ const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
   return renumbering_;
 }
 
+void ParticleSystem::require_accuracy() const {
+  if (holding_ && holding_->joins_contact() && contacts().accuracy() == Accuracy::kProject)
+    throw Error(ErrorKind::kScene,
+                {"accuracy does not fit", "", "this scene has colliders and constraints",
+                 "use \"settle\" or \"event\""});
+}
+
 // Where constraints and colliders meet.
 std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper) {
   if (!holding_->joins_contact()) return stepper;
-  if (contacts().accuracy() != Accuracy::kSettle)
-    throw Error(ErrorKind::kScene, {"accuracy does not fit", "",
-                                    "this scene has colliders and constraints", "use \"settle\""});
+  require_accuracy();
+  if (contacts().accuracy() == Accuracy::kEvent) return stepper;
   return std::make_unique<HeldContactStepper>(*this, *holding_, std::move(stepper));
 }
 
 // Forces with a memory and particles that are led have steppers for systems of any kind.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
-  if (events_) events_->forget();
+  forget_events();
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
@@ -309,9 +332,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
-  if (events_) events_->forget();
-  if (holding_ && holding_->joins_contact())
-    refuse_contact("constraints, and an adaptive method does not end its steps where they meet");
+  forget_events();
+  require_accuracy();
   if (holding_ || !leads().empty())
     return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
   if (!is_plain() || confined()) return OdeSystem::embedded_stepper(plan);
@@ -319,7 +341,7 @@ std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const Embedded
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
-  if (events_) events_->forget();
+  forget_events();
   if ((needs_velocities() && plan.order > 2) || memories_follow_particles()) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
@@ -329,6 +351,8 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     if (plan.drift.front() != 0 && !composed_of_leapfrogs(plan))
       refuse_constraints("this method splits its steps in another way than into leapfrog steps",
                          "use verlet, yoshida4, rk4 or an adaptive method");
+    if (holding_->joins_contact() && contacts().accuracy() == Accuracy::kEvent)
+      refuse_contact("constraints, and a splitting method has no part for what lies on surfaces");
     return touching(
         std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get()));
   }
@@ -341,20 +365,33 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
-  if (events_) events_->forget();
+  forget_events();
   const auto asked = [this] { return stopped(); };
   const bool local_global = options.method == StageOptions::Method::kLocalGlobal;
   if (local_global && holding_)
     refuse_constraints("projective dynamics knows springs alone", "use implicit_euler or rk4");
   const bool general = memories_follow_particles() || holding_;
-  if (!contacts().empty()) {
+  require_accuracy();
+  if (holding_ && holding_->joins_contact()) {
+    // Friction is no part of equations of low order, which then stay smooth.
+    held_events().set_smooth(contacts().accuracy() == Accuracy::kSettle && options.order <= 2);
+    if (memories_follow_particles()) refuse_contact("a force remembers what particles do");
+  } else if (!contacts().empty() && !holding_) {
     if (local_global) refuse_contact("projective dynamics knows springs alone");
-    if (holding_) refuse_contact("constraints, and implicit equations hold one of them, not both");
     if (general) refuse_contact("a force remembers what particles do");
-    if (options.order > 2) refuse_contact("an implicit method of high order is none for contact");
+    // Such methods end their steps at touches, and f has what lies on surfaces.
+    if (options.order > 2) return OdeSystem::stage_solver(options);
   }
   if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
-  if (general) return OdeSystem::stage_solver(options);
+  if (general) {
+    // A dense matrix takes as many evaluations of f as there are numbers, and these are dear here.
+    constexpr std::size_t kFewNumbers = 100;
+    StageOptions chosen = options;
+    const bool touches = holding_ && holding_->joins_contact() && size() > kFewNumbers;
+    if (touches && options.solver == StageOptions::Solver::kAuto)
+      chosen.solver = StageOptions::Solver::kIterative;
+    return OdeSystem::stage_solver(chosen);
+  }
   if (!contacts().empty() && !step_contact_) step_contact_ = std::make_unique<StepContact>(*this);
   auto solver = std::make_unique<NewtonSolver>(*this, options, asked, step_contact_.get());
   if (memory_size() == 0) return solver;

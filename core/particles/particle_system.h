@@ -9,6 +9,7 @@ namespace sim {
 
 class Renumbering;
 class ContactEvents;
+class HeldEvents;
 class StepContact;
 
 class ParticleSystem final : public OdeSystem, public Particles {
@@ -38,6 +39,11 @@ class ParticleSystem final : public OdeSystem, public Particles {
   StepEnd end_step(double t, double h, const double* x, double* x_next) override;
   bool jumped() const override;
   Events* events() override;
+  // Methods of equal steps are to end them at events.
+  bool cuts_steps(bool implicit, int order) const {
+    const bool beside = implicit && (order > 2 || (holding_ && holding_->joins_contact()));
+    return !contacts().empty() && (beside || contacts().accuracy() == Accuracy::kEvent);
+  }
   // The end of a step of a method that evaluates the system alone.
   bool end_step(double t, const double* x, double* x_next);
   std::string refusal() const override;
@@ -54,6 +60,9 @@ class ParticleSystem final : public OdeSystem, public Particles {
  private:
   // Positions and velocities are all that a step changes.
   bool is_plain() const { return memory_size() == 0 && leads().empty(); }
+  void forget_events();
+  void require_accuracy() const;  // throws where constraints have no such contact
+  HeldEvents& held_events();
   std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper);
   bool has_large_nets() const;  // whose numbers lead far
   // Of large nets that do without all but springs and affine forces; else null.
@@ -61,6 +70,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
 
   std::vector<std::string> notes_;             // besides those of its parts
   std::unique_ptr<ContactEvents> events_;      // where steps are cut
+  std::unique_ptr<HeldEvents> held_events_;    // likewise, where there are constraints
   std::unique_ptr<StepContact> step_contact_;  // of implicit methods, where there are colliders
   std::unique_ptr<Holding> holding_;           // where there are constraints
   std::vector<int> rows_;                      // of places, where nets are large

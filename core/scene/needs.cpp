@@ -19,6 +19,7 @@ constexpr double kStiffness = 40;   // of an element whose derivatives an implic
 constexpr double kTetrahedron = 2000;
 constexpr double kTriangle = 1500;  // of a surface that is kept apart from others: boxes, parts
 constexpr double kRod = 1100;       // of a chain, whose matrix has no fill
+constexpr double kProducts = 4000;  // of implicit methods on constraints: vectors of GMRES
 constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
 
 double elements_of(const SystemSpec& spec, bool listed) {
@@ -73,6 +74,8 @@ Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
   for (const PartSpec& part : spec.constraints)
     if (part.elements.arity != 0) rods += static_cast<double>(part.elements.count());
   needs.parts.emplace_back("constraints", kRod * rods);
+  if (method.implicit && !spec.constraints.empty())
+    needs.parts.emplace_back("vectors of GMRES", kProducts * n);
   if (spec.contact)
     for (const auto& surface : spec.contact->surfaces)
       triangles += static_cast<double>(surface->triangles().size());

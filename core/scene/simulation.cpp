@@ -196,8 +196,8 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
   const PluginInfo& plugin = wanted.method.plugin();
   try {
     auto method = wanted.method.make();
-    if (particles && !particles->contacts().empty() &&
-        particles->contacts().accuracy() == Accuracy::kEvent && !method->info().adaptive)
+    const IntegratorInfo info = method->info();
+    if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
     if ((surface_contact || rigid_contact) && method->info().adaptive)

@@ -18,7 +18,7 @@
 
 namespace sim {
 
-class ContactEvents;
+class TouchEvents;
 
 struct Simulation::Impl {
   std::string name;
@@ -70,7 +70,7 @@ struct Simulation::Impl {
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);
-  ContactEvents* contact_events();  // of a method with steps of its own; null: it has none
+  TouchEvents* touch_events();  // of a method with steps of its own; null: it has none
   void restart();
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);

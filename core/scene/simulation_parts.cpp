@@ -3,17 +3,37 @@
 #include <set>
 
 #include "core/base/finite.h"
-#include "core/particles/contact_events.h"
+#include "core/base/text.h"
 #include "core/particles/rigid/rigid_rows.h"
+#include "core/particles/touch_events.h"
 #include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
 
+namespace {
+
+// What is not looked for where bodies touch the particles of surfaces.
+std::string note_on_gaps(const SystemSpec& spec, const ParticleView& start) {
+  const bool some = std::ranges::any_of(spec.bodies, &RigidSpec::touches);
+  if (!spec.contact || !some) return {};
+  double longest = 0;
+  for (const auto& surface : spec.contact->surfaces)
+    for (const auto& t : surface->triangles())
+      for (std::size_t k = 0; k < 3; ++k)
+        longest = std::max(longest, (start.position(t[k]) - start.position(t[(k + 1) % 3])).norm());
+  return "bodies touch the particles of surfaces, not what is between them: corners and edges of "
+         "bodies may come through where particles are " +
+         brief(longest, 2) + " m apart";
+}
+
+}  // namespace
+
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
-    particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,
-                          0, x.data());
+    particles->hold().add(
+        std::make_unique<RigidRows>(bodies, note_on_gaps(spec, particles->view(0, x.data()))),
+        "rigid", spec.bodies.front().place, 0, x.data());
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -127,27 +147,27 @@ bool Simulation::Impl::keep_apart(double t, double h) {
   return true;
 }
 
-ContactEvents* Simulation::Impl::contact_events() {
+TouchEvents* Simulation::Impl::touch_events() {
   const bool has_some = particles && !particles->contacts().empty() && integrator->info().adaptive;
-  return has_some ? dynamic_cast<ContactEvents*>(system->events()) : nullptr;
+  return has_some ? dynamic_cast<TouchEvents*>(system->events()) : nullptr;
 }
 
 void Simulation::Impl::begin_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
   particles->contacts().ledger().take();  // of steps that others tried
-  if (ContactEvents* const events = contact_events()) events->show(t);
+  if (TouchEvents* const events = touch_events()) events->shown().show(t);
 }
 
 void Simulation::Impl::end_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
-  ContactEvents* const events = contact_events();
-  const ContactWork work = events ? events->take(t) : particles->contacts().ledger().take();
+  TouchEvents* const events = touch_events();
+  const ContactWork work = events ? events->shown().take(t) : particles->contacts().ledger().take();
   contact_work.lost += work.lost;
   contact_work.given += work.given;
 }
 
 void Simulation::Impl::restart() {
-  if (ContactEvents* const events = contact_events()) events->forget_ahead();
+  if (TouchEvents* const events = touch_events()) events->shown().forget_ahead();
   integrator->restart(t(step_count), settings->h, x.data());
 }
 

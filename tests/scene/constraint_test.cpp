@@ -5,6 +5,7 @@
 
 #include "core/particles/constraints/holding.h"
 #include "core/scene/checkpoint.h"
+#include "core/scene/needs.h"
 #include "core/scene/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -318,4 +319,25 @@ TEST_CASE("damping and forces of velocity keep the order of RATTLE") {
   fine.run_to(1);
   for (const auto& [method, order] : {std::pair("verlet", 2), {"rk4", 4}})
     CHECK(std::abs(order_of(text, method, 0.005, 2, fine.system.position(2)) - order) < 0.2);
+}
+
+TEST_CASE("what RATTLE cannot reach is too far, not a number that is not finite") {
+  Scene scene(
+      "local p = sim.particles {}\np:add {0, 0, 0}\np:pin(0)\np:add {1, 0, 0}\np:add({2, 0, 0}, { "
+      "velocity = {0, 300, 0} })\nreturn sim.scene { particles = p, forces = {}, constraints = { "
+      "sim.constraint.distance { ties = { {0, 1}, {1, 2} } } }, " +
+          std::string(kRun),
+      "verlet", 0.01);
+  while (scene.system.step() && scene.system.t() < 1) {}
+  const std::string& why = scene.system.divergence().why;
+  INFO(why);
+  CHECK(contains(why, "no allowed state is in reach"));
+  CHECK_FALSE(contains(why, "e+"));
+}
+
+TEST_CASE("implicit methods on constraints need room for the vectors of GMRES") {
+  const SceneSpec spec = load("scenes/rope.lua", {{"n", "1000"}});
+  const double explicit_bytes = needs_of(spec.systems[0], {}).total();
+  const double bytes = needs_of(spec.systems[0], {.implicit = true}).total();
+  CHECK(bytes - explicit_bytes > 81 * 6 * 8 * 1001.0);
 }

@@ -1,85 +1,21 @@
 // Colliders that particles on rods meet, against closed forms. Impulses run through the rods.
 #include <cmath>
 
-#include "core/particles/constraints/holding.h"
-#include "core/particles/particle_system.h"
-#include "tests/lua/scene_text.h"
-#include "tests/support/scenes.h"
+#include "tests/support/held_run.h"
 
 using namespace sim;
 using namespace sim::test;
 
 namespace {
 
-constexpr double kG = 9.81;
-
-std::string scene(const std::string& points, const std::string& ties, const std::string& collider,
-                  const std::string& more = "") {
-  return "local p = sim.particles { mass = 2 }\nfor _, x in ipairs { " + points +
-         " } do p:add(x) end\n" + more +
-         "\nreturn sim.scene { particles = p, forces = { sim.force.gravity { g = {0, -9.81, 0} } },"
-         " constraints = { sim.constraint.distance { ties = { " +
-         ties + " } } }, colliders = { " + collider +
-         " }, integrator = 'rk4', dt = 0.01, duration = 1 }\n";
-}
-
-struct Run : TextRun {
-  using TextRun::TextRun;
-
-  std::vector<HoldingForce> forces() const {
-    return system.holding()->forces(system.t(), system.state().data());
-  }
-  // Steps to t, and looks at each state: on the rods, and outside.
-  void run_to(double t) {
-    while (system.t() < t - 1e-9) {
-      INFO(system.t());
-      REQUIRE(system.step());
-      const ConstraintDrift drift = system.holding()->drift(system.t(), system.state().data());
-      REQUIRE(drift.position < 1e-12);
-      REQUIRE(drift.velocity < 1e-11);
-      REQUIRE(deepest() < 1e-9);
-    }
-  }
-  double deepest() const {
-    const auto& particles =
-        dynamic_cast<const ParticleSystem&>(const_cast<Run*>(this)->system.ode());
-    double most = 0;
-    for (int i = 0; i < system.particles(); ++i)
-      for (Collider* const collider : particles.contacts().all())
-        if (!system.pinned(i))
-          most = std::max(most, -collider->touch(system.t(), system.position(i)).gap);
-    return most;
-  }
-  double balance(double before) const {
-    const ContactWork work = system.contact_work();
-    return system.energy().total() + work.lost - work.given - before;
-  }
-};
-
-const std::string kFloor = "sim.collider.plane { restitution = 0.5 }";
-const std::string kSmooth = "sim.collider.plane {}";
-
-// The order of some number of the end, from three step sizes and what it has to be.
-template <class Value>
-double order_of(const std::string& text, const std::string& method, double dt, double t,
-                double exact, const Value& value) {
-  double errors[2];
-  for (int k = 0; k < 2; ++k) {
-    Run run(text, method, k == 0 ? dt : dt / 4);
-    run.run_to(t);
-    errors[k] = std::fabs(value(run.system) - exact);
-  }
-  INFO(errors[0] << " " << errors[1]);
-  CHECK(errors[0] < 0.05);
-  return std::log2(errors[0] / errors[1]) / 2;
-}
+using Run = HeldRun;
 
 }  // namespace
 
 TEST_CASE("a pendulum bounces off a wall with its angular speed times e", "[scene][constraints]") {
   const std::string text =
-      scene("{0, 0, 0}, {1, 0, 0}", "{0, 1}",
-            "sim.collider.plane { normal = {1, 0, 0}, restitution = 0.7 }", "p:pin(0)");
+      held_scene("{0, 0, 0}, {1, 0, 0}", "{0, 1}",
+                 "sim.collider.plane { normal = {1, 0, 0}, restitution = 0.7 }", "p:pin(0)");
   for (const std::string method : {"rk4", "verlet", "midpoint", "yoshida4", "symplectic_euler"}) {
     INFO(method);
     Run run(text, method, 0.002);
@@ -106,7 +42,7 @@ TEST_CASE("a dumbbell that falls obliquely gets the impulse of a rigid body",
   // the center gains P/4 and the spin P c / (2 m l), c = cos: gap' = (1 + c^2) P / 4 - u.
   const double c = std::sqrt(3.0) / 2, height = 0.3;
   const std::string text =
-      scene("{0, 0.3, 0}, {" + std::to_string(c) + ", 0.8, 0}", "{0, 1}", kFloor);
+      held_scene("{0, 0.3, 0}, {" + std::to_string(c) + ", 0.8, 0}", "{0, 1}", kFloor);
   const double u = std::sqrt(2 * kG * height), push = 1.5 * u * 4 / (1 + c * c);
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
@@ -123,7 +59,7 @@ TEST_CASE("a dumbbell that falls obliquely gets the impulse of a rigid body",
     CHECK(std::fabs(run.balance(before)) < 1e-5);
   }
   // Flat, both hit at once.
-  Run flat(scene("{0, 0.3, 0}, {1, 0.3, 0}", "{0, 1}", kFloor), "rk4", 0.01);
+  Run flat(held_scene("{0, 0.3, 0}, {1, 0.3, 0}", "{0, 1}", kFloor), "rk4", 0.01);
   flat.run_to(0.3);
   const double since = 0.3 - u / kG;
   for (int i : {0, 1})
@@ -139,12 +75,12 @@ TEST_CASE("a dumbbell slides down a rough slope as one particle, or sticks",
   };
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
-    Run slides(scene(points, "{0, 1}", slope("0.3")), method, 0.01);
+    Run slides(held_scene(points, "{0, 1}", slope("0.3")), method, 0.01);
     slides.run_to(0.5);
     const double a = kG * (0.5 - 0.3 * std::sqrt(3.0) / 2);
     CHECK(slides.system.velocity(0).norm() == Approx(a * 0.5).epsilon(1e-9));
     CHECK(slides.system.position(0).norm() == Approx(a * 0.125).epsilon(1e-9));
-    Run sticks(scene(points, "{0, 1}", slope("1.3")), method, 0.01);
+    Run sticks(held_scene(points, "{0, 1}", slope("1.3")), method, 0.01);
     sticks.run_to(0.5);
     CHECK(sticks.system.velocity(0).norm() < 1e-6);
     CHECK(sticks.system.position(0).norm() < 1e-6);
@@ -162,10 +98,10 @@ TEST_CASE("a rope at rest over a cylinder: tensions and equilibrium", "[scene][c
     points += text;
     if (i > 0) ties += "{" + std::to_string(i - 1) + ", " + std::to_string(i) + "}, ";
   }
-  const std::string text = scene(points, ties,
-                                 "sim.collider.capsule { a = {0, 0, -1}, b = {0, 0, 1}, "
-                                 "radius = 0.3 }",
-                                 "p:pin(0)");
+  const std::string text = held_scene(points, ties,
+                                      "sim.collider.capsule { a = {0, 0, -1}, b = {0, 0, 1}, "
+                                      "radius = 0.3 }",
+                                      "p:pin(0)");
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
     Run run(text, method, 0.002);
@@ -186,8 +122,8 @@ TEST_CASE("a rope at rest over a cylinder: tensions and equilibrium", "[scene][c
 
 TEST_CASE("a dumbbell slides in a bowl with order 2", "[scene][constraints]") {
   // Both ends lie in a sphere of 1 m, 30 and 90 degrees from its lowest point: a rigid pendulum.
-  const std::string text = scene("{0.5, -0.8660254037844387, 0}, {1, 0, 0}", "{0, 1}",
-                                 "sim.collider.sphere { radius = 1, inside = true }");
+  const std::string text = held_scene("{0.5, -0.8660254037844387, 0}, {1, 0, 0}", "{0, 1}",
+                                      "sim.collider.sphere { radius = 1, inside = true }");
   const auto height = [](const Simulation& system) {
     return 0.5 * (system.position(0) + system.position(1))[1];
   };
@@ -261,11 +197,12 @@ TEST_CASE("contact on rods has the same bits on any threads, from snapshots and 
 
 TEST_CASE("moving colliders carry and throw what hangs on rods", "[scene][constraints]") {
   // A wall that comes with 1 m/s hits a pendulum at rest: (1 + e) V.
-  const std::string text = scene("{0, 0, 0}, {0, -1, 0}", "{0, 1}",
-                                 "sim.collider.plane { point = {-0.205, 0, 0}, normal = {1, 0, 0}, "
-                                 "restitution = 0.6, motion = "
-                                 "sim.motion.line { velocity = {1, 0, 0} } }",
-                                 "p:pin(0)");
+  const std::string text =
+      held_scene("{0, 0, 0}, {0, -1, 0}", "{0, 1}",
+                 "sim.collider.plane { point = {-0.205, 0, 0}, normal = {1, 0, 0}, "
+                 "restitution = 0.6, motion = "
+                 "sim.motion.line { velocity = {1, 0, 0} } }",
+                 "p:pin(0)");
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
     Run run(text, method, 0.01);
@@ -276,11 +213,11 @@ TEST_CASE("moving colliders carry and throw what hangs on rods", "[scene][constr
     CHECK(std::fabs(run.balance(before)) < 1e-3);
   }
   // A belt carries a dumbbell along as soon as it sticks, after V / (mu g).
-  Run belt(
-      scene("{0, 0, 0}, {1, 0, 0}", "{0, 1}",
-            "sim.collider.plane { friction = 0.5, motion = sim.motion.line { velocity = {1, 0, "
-            "0} } }"),
-      "verlet", 0.01);
+  Run belt(held_scene(
+               "{0, 0, 0}, {1, 0, 0}", "{0, 1}",
+               "sim.collider.plane { friction = 0.5, motion = sim.motion.line { velocity = {1, 0, "
+               "0} } }"),
+           "verlet", 0.01);
   belt.run_to(0.5);
   CHECK(belt.system.velocity(0)[0] == Approx(1).epsilon(1e-6));
   CHECK(belt.system.position(0)[0] == Approx(0.5 - 0.5 / (0.5 * kG)).epsilon(1e-3));
@@ -314,11 +251,11 @@ TEST_CASE("what other constraints do where they meet colliders", "[scene][constr
 
 TEST_CASE("where rods and colliders leave no room the run says so", "[scene][constraints]") {
   // A ball is pushed through a rope that is taut between two pins.
-  const std::string text =
-      scene("{-0.5, 0, 0}, {0, 0.01, 0}, {0.5, 0, 0}", "{0, 1}, {1, 2}",
-            "sim.collider.sphere { radius = 0.2, center = {0, -0.5, 0}, motion = sim.motion.line { "
-            "velocity = {0, 1, 0} } }",
-            "p:pin(0) p:pin(2)");
+  const std::string text = held_scene(
+      "{-0.5, 0, 0}, {0, 0.01, 0}, {0.5, 0, 0}", "{0, 1}, {1, 2}",
+      "sim.collider.sphere { radius = 0.2, center = {0, -0.5, 0}, motion = sim.motion.line { "
+      "velocity = {0, 1, 0} } }",
+      "p:pin(0) p:pin(2)");
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
     Run run(text, method, 0.01);
@@ -331,21 +268,21 @@ TEST_CASE("where rods and colliders leave no room the run says so", "[scene][con
     CHECK(run.system.t() > 0.2);
     for (const double x : run.system.state()) CHECK(std::isfinite(x));
   }
-  const std::string rod = scene("{0, 1, 0}, {1, 1, 0}", "{0, 1}", kSmooth);
+  const std::string rod = held_scene("{0, 1, 0}, {1, 1, 0}", "{0, 1}", kSmooth);
   const auto refused = [&](const std::string& from, const std::string& to) {
     std::string other = rod;
     other.replace(other.find(from), from.size(), to);
     return said(other);
   };
-  CHECK(contains(refused("'rk4'", "'dopri5'"), "explicit method of fixed steps"));
-  CHECK(contains(refused("'rk4'", "'trbdf2'"), "explicit method of fixed steps"));
-  CHECK(contains(refused("dt = 0.01", "accuracy = 'event', dt = 0.01"), "use \"settle\""));
+  CHECK(contains(refused("'rk4'", "'projective_dynamics'"), "knows springs alone"));
+  CHECK(contains(refused("'rk4', dt", "'verlet', accuracy = 'event', dt"), "use rk4"));
+  CHECK(contains(refused("dt = 0.01", "accuracy = 'project', dt = 0.01"), "\"settle\" or"));
   CHECK(contains(refused("{0, 1, 0}", "{0, -1, 0}"), "starts 1 m inside"));
 }
 
 TEST_CASE("what a hand puts into a collider comes out on its rods, at rest",
           "[scene][constraints]") {
-  Run run(scene("{0, 0.5, 0}, {1, 0.5, 0}", "{0, 1}", kSmooth), "rk4", 0.001);
+  Run run(held_scene("{0, 0.5, 0}, {1, 0.5, 0}", "{0, 1}", kSmooth), "rk4", 0.001);
   run.system.set_velocity(0, {});
   run.system.set_position(0, {0, -0.1, 0});  // the other end is put back onto the rod
   REQUIRE(run.system.step());
@@ -355,8 +292,8 @@ TEST_CASE("what a hand puts into a collider comes out on its rods, at rest",
 
 // While some beads lie on the sphere others hit it, each at its moment.
 TEST_CASE("a chain that lands on a sphere and slides off is of order 2") {
-  const std::string chain = scene("{-0.02, 0.6, 0}, {0.08, 0.6, 0}, {0.18, 0.6, 0}",
-                                  "{0, 1}, {1, 2}", "sim.collider.sphere { radius = 0.5 }");
+  const std::string chain = held_scene("{-0.02, 0.6, 0}, {0.08, 0.6, 0}, {0.18, 0.6, 0}",
+                                       "{0, 1}, {1, 2}", "sim.collider.sphere { radius = 0.5 }");
   for (const char* const method : {"verlet", "rk4"}) {
     const auto end = [&](int steps) {
       Run run(chain, method, 0.3 / steps);

@@ -14,6 +14,9 @@ void AdaptiveImplicit::prepare(OdeSystem& system) {
   for (Array* array : {&x_, &y_, &slope_, &last_slope_, &r_, &error_})
     *array = Array(system.size());
   terms_.resize(change_.size());
+  events_ = system.events();
+  cuts_ = 0;
+  anew_ = false;
   own_ = {};
   fresh_ = true;
 }
@@ -36,11 +39,14 @@ void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double
   t_ = t;
   h_ = 0;
   std::copy_n(x, x_.size(), x_.data());
+  if (events_) events_->begin(t, h, x);
   system.eval(t, {x, {}}, y_.data(), last_slope_.data());
   ++own_.evaluations;
   std::copy_n(x, x_.size(), y_.data());
   const double slope = scaled_norm(last_slope_.data(), x, x);
   controller_.state = {.h = slope > 0 ? 0.5 / slope : h};
+  cuts_ = 0;
+  anew_ = false;
 }
 
 // y_ := the state after h_ from x_; the error, in units of the tolerance.
@@ -66,17 +72,52 @@ double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
   return scaled_norm(error_.data(), x_.data(), y_.data());
 }
 
-// The step after the present one, tried until its error is within the tolerance. Where it has none
-// the present step is one of size 0, so that the next call tries the same.
-StepStatus AdaptiveImplicit::next_step(OdeSystem& system) {
+// The step that stands, from x_ to y_, taken again up to its first event.
+StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
+  constexpr int kTries = 12;        // of meeting one event
+  constexpr double kLonger = 1000;  // than the step before: another event may be as near
+  const bool cut = cuts_ < Events::kMostCuts;
+  if (!cut) events_->gave_up();
+  bool met = false;
+  for (int n = 0; cut && n < kTries; ++n) {
+    const double s = events_->first(t_, h_, x_.data(), y_.data());
+    if (!(s < 1)) break;
+    h_ *= s;
+    met = true;
+    StepStatus status = StepStatus::kDone;
+    try_step(system, status);
+    if (status != StepStatus::kDone) return status;
+    system.settle(t_ + h_, y_.data());
+  }
+  cuts_ = met ? cuts_ + 1 : 0;
+  if (met) controller_.state.h = std::min(controller_.state.h, kLonger * h_);
+  using Outcome = Events::Outcome;
+  const Outcome outcome = events_->end(t_, h_, x_.data(), y_.data(), cut);
+  anew_ = met || outcome == Outcome::kJumped;
+  return outcome == Outcome::kNotAllowed ? StepStatus::kNotAllowed : StepStatus::kDone;
+}
+
+// The step after the present one, tried until its error is within the tolerance; with events it
+// ends `until` at the latest, as there is no dense output of what is settled. Where it has none the
+// present step is one of size 0, so that the next call tries the same.
+StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double asked) {
   constexpr double kSmallest = 1e-13;  // of the first trial
   const StepController::State before = controller_.state;
+  const int cuts_before = cuts_;
+  const bool was_anew = anew_;
   t_ += h_;
   std::swap(x_, y_);
   std::swap(slope_, last_slope_);
+  if (events_) events_->begin(t_, until - t_, x_.data());
+  if (anew_) {
+    system.eval(t_, {x_.data(), {}}, y_.data(), slope_.data());
+    ++own_.evaluations;
+  }
   StepStatus status = StepStatus::kDone;
   for (;;) {
-    h_ = controller_.state.h = std::min(controller_.state.h, tolerance_.max_step);
+    const double wanted = std::min(controller_.state.h, tolerance_.max_step);
+    const bool last = events_ && wanted > 0.999 * (until - t_);
+    h_ = controller_.state.h = last ? until - t_ : wanted;
     if (!(t_ + 0.1 * h_ > t_) || h_ < kSmallest * before.h) {
       const bool finite = status != StepStatus::kNotFinite || all_finite(y_.span());
       status = finite ? StepStatus::kStepTooSmall : StepStatus::kNotFinite;
@@ -84,19 +125,26 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system) {
     }
     const double error = try_step(system, status);
     if (status == StepStatus::kStopped) break;
-    if (controller_.accept(error)) {
-      if (!system.settle(t_ + h_, y_.data())) {
-        status = StepStatus::kNotConverged;
-        break;
-      }
-      ++own_.steps;
-      const double scale = 1 / (plan_.a_at(1, 1) * h_);
-      for (std::size_t i = 0; i < x_.size(); ++i) last_slope_[i] = scale * change_.back()[i];
-      return StepStatus::kDone;
+    if (!controller_.accept(error)) {
+      ++own_.rejected;
+      continue;
     }
-    ++own_.rejected;
+    if (!system.settle(t_ + h_, y_.data())) {
+      status = StepStatus::kNotConverged;
+      break;
+    }
+    ++own_.steps;
+    // A step that was cut says nothing against the size before.
+    if (last) controller_.state.h = std::max(controller_.state.h, std::min(wanted, 2 * asked));
+    if (events_) status = end_at_event(system);
+    if (status != StepStatus::kDone) break;
+    const double scale = 1 / (plan_.a_at(1, 1) * h_);
+    for (std::size_t i = 0; i < x_.size(); ++i) last_slope_[i] = scale * change_.back()[i];
+    return StepStatus::kDone;
   }
   controller_.state = before;
+  cuts_ = cuts_before;
+  anew_ = was_anew;
   h_ = 0;
   std::swap(x_, y_);
   std::swap(slope_, last_slope_);
@@ -108,15 +156,17 @@ Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::in
   // What was recalled has to be of this time.
   if (fresh_ || !(t_ <= t + h && t <= t_ + h_ + 0.01 * (h + h_))) begin(system, t, h, x);
   fresh_ = false;
-  while (t_ + h_ < t + h) {
+  const double slack = events_ ? 1e-12 * h : 0;  // of the step that is to end there
+  while (t_ + h_ < t + h - slack) {
     if (system.stopped()) return {StepStatus::kStopped};
-    if (const StepStatus status = next_step(system); status != StepStatus::kDone) {
-      std::copy_n(status == StepStatus::kNotFinite ? x_.data() : x, x_.size(), x_next);
+    if (const StepStatus status = next_step(system, t + h, h); status != StepStatus::kDone) {
+      const bool shown = status == StepStatus::kNotFinite || status == StepStatus::kNotAllowed;
+      std::copy_n(shown ? x_.data() : x, x_.size(), x_next);
       return {status};
     }
   }
   interpolate(t + h, x_next);
-  if (!system.settle(t + h, x_next)) return {StepStatus::kNotConverged};
+  if (!events_ && !system.settle(t + h, x_next)) return {StepStatus::kNotConverged};
   return {StepStatus::kDone, 1};
 }
 
@@ -152,13 +202,15 @@ std::vector<double> AdaptiveImplicit::memory() const {
   std::vector<double> kept{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
   for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
     kept.insert(kept.end(), array->span().begin(), array->span().end());
+  if (events_) kept.insert(kept.end(), {static_cast<double>(cuts_), anew_ ? 1.0 : 0.0});
   return kept;
 }
 
 void AdaptiveImplicit::recall(std::span<const double> memory) {
   constexpr std::size_t kHead = 5;
-  const std::size_t size = x_.size();
-  fresh_ = memory.size() != kHead + 4 * size || !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0);
+  const std::size_t size = x_.size(), of_events = events_ ? 2 : 0;
+  fresh_ = memory.size() != kHead + 4 * size + of_events ||
+           !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0);
   if (fresh_) return;
   t_ = memory[0];
   h_ = memory[1];
@@ -168,6 +220,9 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
     std::ranges::copy(memory.first(size), array->data());
     memory = memory.subspan(size);
   }
+  if (!events_) return;
+  cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
+  anew_ = memory[1] != 0;
 }
 
 Effort AdaptiveImplicit::effort() const {

@@ -30,8 +30,8 @@ constexpr int embedded_order(const ImplicitPair<S>& pair) {
 // Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|, whatever the interval at
 // which states are asked for: the last may end beyond them. A step whose equations are not solved
 // is made shorter. The first slope of a step is the last one of the step before, which was solved
-// for: f of a state that is off by some delta is off by lambda delta. Kennedy & Carpenter (2016),
-// NASA/TM-2016-219173.
+// for: f of a state that is off by some delta is off by lambda delta; after an event it is
+// evaluated. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
 //
 // Inside a step, theta of the way, the cubic through both ends with their slopes:
 //   x + theta (y - x) + theta (1 - theta) ((1 - theta) (h k - (y - x)) - theta (h l - (y - x)))
@@ -69,7 +69,8 @@ class AdaptiveImplicit final : public Integrator {
 
  private:
   void begin(OdeSystem& system, double t, double h, const double* x);
-  StepStatus next_step(OdeSystem& system);
+  StepStatus next_step(OdeSystem& system, double until, double asked);
+  StepStatus end_at_event(OdeSystem& system);
   double try_step(OdeSystem& system, StepStatus& status);
   void interpolate(double t, double* out) const;
   double scaled_norm(const double* values, const double* x, const double* y) const;
@@ -91,6 +92,9 @@ class AdaptiveImplicit final : public Integrator {
   Array x_, y_, slope_, last_slope_;
   Array r_, error_;
   std::vector<Stage::Term> terms_;
+  Events* events_ = nullptr;  // of the system
+  int cuts_ = 0;              // steps that ended at events in a row
+  bool anew_ = false;         // f is another one than at the end of the step before
   Effort own_;
 };
 

@@ -46,6 +46,16 @@ bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, cons
   return values.evaluate(like, memory) || fail(Failure::kNotFinite, values);
 }
 
+// What led out of the finite numbers by itself was too far; off: by how much at first.
+bool ConstraintSolver::ran_away(double off, const RowValues& values) {
+  fail(Failure::kNotFinite, values);
+  if (!std::isfinite(off)) return false;
+  if (!constraints_->rows().part_of(worst_).constraint->complaint().empty()) return false;
+  failure_ = Failure::kTooFar;
+  missed_ = off;
+  return false;
+}
+
 bool ConstraintSolver::fail(Failure failure, const RowValues& values) {
   failure_ = failure;
   missed_ = 0;
@@ -126,11 +136,12 @@ bool ConstraintSolver::place(double t, const ParticleView& like, const Axes& q, 
   failure_ = Failure::kNone;
   const std::span<const double> weights = constraints_->weights();
   const double size = std::max(constraints_->size(), size_of(q, v, 0, weights.size()));
-  double before = HUGE_VAL;
+  double before = HUGE_VAL, first = HUGE_VAL;
   exact_ = false;
   for (int turn = 0;; ++turn) {
-    if (!evaluate(t, like, q, v, memory, values_)) return false;
+    if (!evaluate(t, like, q, v, memory, values_)) return ran_away(first, values_);
     const double now = values_.largest_phi();
+    if (turn == 0) first = now;
     if (now <= kRoundings * size) {
       if (turn == 0 && !near) matrix_.factorise(values_.gradient(), weights), exact_ = true;
       break;
@@ -169,13 +180,14 @@ bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const 
   const std::size_t n = weights.size();
   const double size = std::max(constraints_->size(), size_of(q, v, d, n));
   const Axes led = {led_.data(), led_.data() + n, led_.data() + 2 * n};
-  double before = HUGE_VAL;
+  double before = HUGE_VAL, first = HUGE_VAL;
   bool exact = true;
   for (int turn = 0;; ++turn) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t i = 0; i < n; ++i) led[axis][i] = q[axis][i] + d * v[axis][i];
-    if (!evaluate(t + d, like, led, v, memory, other_)) return false;
+    if (!evaluate(t + d, like, led, v, memory, other_)) return ran_away(first, other_);
     const double now = other_.largest_phi();
+    if (turn == 0) first = now;
     if (now <= kRoundings * size) break;
     const bool slow = turn > 0 && !(now < 0.5 * before);
     if (slow && now <= kGoodEnough * size) break;

@@ -59,6 +59,7 @@ class ConstraintSolver {
   bool evaluate(double t, ParticleView like, const Axes& q, const Axes& v, const double* memory,
                 RowValues& values);
   bool fail(Failure failure, const RowValues& values);
+  bool ran_away(double off, const RowValues& values);
   void remove(std::span<const double> weights, const RowValues& values, const Axes& from);
   bool settle_velocities(std::span<const double> weights, const RowValues& values, const Axes& v,
                          bool exact);

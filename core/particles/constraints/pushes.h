@@ -20,13 +20,13 @@ struct Push {
   double least = 0;      // of velocities: what is wanted along the normal, m/s
   double friction = 0;   // Coulomb's coefficient
   double spare = 0;      // what friction may do besides, in the unit of force; may be < 0
-  bool acts = false;     // now
-  bool held = false;     // it acts even where it would have to pull
-  int changes = 0;       // from acting to not acting
-  double gap = 0;        // just now
-  double force = 0;      // what was found: along the normal, in kg times the unit of y
-  Vec3 pull{0, 0, 0};    // and along the surface
-  Vec3 rubbed{0, 0, 0};  // N s, by friction in the first half of a piece
+  bool acts = false, held = false;  // now; even where it would have to pull
+  int changes = 0;                  // from acting to not acting
+  double gap = 0;                   // just now
+  double force = 0;                 // what was found: along the normal, in kg times the unit of y
+  Vec3 pull{0, 0, 0};               // and along the surface
+  Vec3 rubbed{0, 0, 0};             // N s, by friction in the first half of a piece
+  double pressed = 0;               // N s, in a piece by what presses it besides
 
   double most_pull() const { return std::max(0.0, friction * std::max(0.0, force) + spare); }
 };

@@ -1,5 +1,4 @@
-// What holds particles together while some of them lie on colliders: forces, as accelerations want
-// them, for those who look.
+// Accelerations of particles that constraints join while some of them lie on colliders.
 #pragma once
 
 #include <span>
@@ -11,22 +10,51 @@
 
 namespace sim {
 
+// A particle and a surface on which it lies.
+struct LyingOn {
+  int particle = 0;
+  Collider* collider = nullptr;
+  bool slides = false;     // friction acts against its slip; else it holds what it can
+  Vec3 slip{0, 0, 0};      // m/s, along the surface
+  double surplus = 0;      // m/s^2, by which it is pressed; < 0: it leaves
+  ContactWork power = {};  // W, of the surface on it
+};
+
 class TouchingForces {
  public:
   // count: of the particles that touch colliders, the first.
   TouchingForces(Particles& particles, const Constraints& constraints, int count);
 
-  // N, of each row at this state: with J a + bias = 0, and surfaces that push what lies on them.
-  // values: of the rows there. Without surfaces where that has no end.
+  struct Look {
+    double glance = 0;  // s, for differences; < 0: backwards
+    bool rubs = true;   // there is friction
+  };
+  // a: free accelerations at this state, and then those of what is held, with J a = -bias, and
+  // gap'' >= 0 of what lies, which surfaces push and never pull. values: of the rows there. False
+  // where there are none such.
+  bool accelerate(const ParticleView& now, const RowValues& values, std::span<const LyingOn> lying,
+                  const Look& look, const Constraints::Axes& a);
+  // Of the last call, of each that lies, in their order: forces in N.
+  std::span<const Push> pushes() const { return pushes_; }
+  // m/s^2 by which it presses, or < 0: with which it leaves.
+  double surplus(std::size_t k) const;
+  std::span<const double> multipliers() const { return solver_.multipliers(); }  // N, of each row
+
+  // a := free accelerations at a state, of particles that are led, too.
+  void free(const ParticleView& now, const Constraints::Axes& a) const;
+
+  // N, of each row at a state, for those who look; without surfaces where that has no end.
   std::span<const double> multipliers(const ParticleView& now, const RowValues& values);
 
  private:
-  void find(const ParticleView& now, const Constraints::Axes& a);
+  void find(const ParticleView& now);
 
   Particles* particles_;
+  const Constraints* constraints_;
   int count_;
   PushSolver solver_;
   Array a_;
+  std::vector<LyingOn> lying_;
   std::vector<Push> pushes_;
 };
 

@@ -4,7 +4,7 @@
 
 #include "core/base/text.h"
 #include "core/particles/axes.h"
-#include "core/particles/constraints/held_contact.h"
+#include "core/particles/constraints/held_press.h"
 #include "core/particles/constraints/linear_rows.h"
 
 namespace sim {
@@ -23,16 +23,16 @@ Vec3 surface_velocity(const Push& push, double t, const Vec3& x) {
 
 }  // namespace
 
-void HeldContact::begin_push(const Meeting& meeting, bool hit) {
+void HeldPress::begin_push(const Meeting& meeting, bool hit) {
   Push push;
   push.particle = meeting.particle, push.collider = meeting.collider;
-  push.normal = meeting.normal;
-  push.acts = push.held = hit && !meeting.known;
+  push.normal = meeting.normal, push.pressed = meeting.pressed;
+  push.acts = push.held = (hit && !meeting.known) || meeting.pressed > 0;
   if (meeting.bounces) push.least = meeting.collider->surface().restitution * meeting.closing;
   pushes_.push_back(push);
 }
 
-bool HeldContact::press(const Piece& piece, double until, bool hit) {
+bool HeldPress::press(const Piece& piece, double until, bool hit) {
   pushes_.clear();
   until_ = until;
   for (const Meeting& meeting : meetings_)
@@ -51,7 +51,7 @@ bool HeldContact::press(const Piece& piece, double until, bool hit) {
 
 // Velocities as rows_ and moving_ want them, with friction. enough: of the fastest, where turns
 // gain no more.
-bool HeldContact::solve_velocities(const Piece& piece, double enough) {
+bool HeldPress::solve_velocities(const Piece& piece, double enough) {
   const auto v = particles_->layout().axes(piece.to, 3);
   const double speed = fastest(piece);
   struct Velocities final : LinearRows {
@@ -66,7 +66,7 @@ bool HeldContact::solve_velocities(const Piece& piece, double enough) {
   return solver_.solve(moving_, rows_.gradient(), v, wanted);
 }
 
-double HeldContact::fastest(const Piece& piece) const {
+double HeldPress::fastest(const Piece& piece) const {
   double speed = 1e-30;
   const ParticleView view = particles_->view(piece.t + piece.r, piece.to);
   for (int i = 0; i < view.n; ++i) speed = std::max(speed, view.velocity(i).norm());
@@ -76,7 +76,7 @@ double HeldContact::fastest(const Piece& piece) const {
 
 // What friction does in the piece: by the velocities at its end, were all impulses given there.
 // Half of it acts along the surfaces of the start.
-void HeldContact::predict_friction(const Piece& piece) {
+void HeldPress::predict_friction(const Piece& piece) {
   const Layout& layout = particles_->layout();
   const double end = piece.t + piece.r;
   const ParticleView from = particles_->view(piece.t, piece.from),
@@ -88,10 +88,12 @@ void HeldContact::predict_friction(const Piece& piece) {
   moving_.clear();
   for (const Push& each : pushes_) {
     Push push = each;
-    if (push.held) continue;
+    if (push.held && push.pressed == 0) continue;  // it hits
     const Touch touch = push.collider->touch(end, to.position(push.particle));
     push.friction = push.collider->surface().friction;
     push.ground = touch.velocity, push.normal = touch.normal;
+    push.spare = push.friction * push.pressed;
+    push.acts = push.held = push.pressed > 0;
     moving_.push_back(push);
   }
   if (std::ranges::none_of(moving_, [](const Push& push) { return push.friction > 0; })) return;
@@ -118,10 +120,10 @@ void HeldContact::predict_friction(const Piece& piece) {
 
 // What other particles the pushes have put into a surface; not those that hit it by themselves, for
 // which the step is cut where they do.
-bool HeldContact::add_inside(const Piece& piece) {
+bool HeldPress::add_inside(const Piece& piece) {
   const double end = piece.t + piece.r;
   const std::size_t before = pushes_.size();
-  find_near(end, 0, piece.to, piece.to);
+  find_near({end, 0, piece.to, piece.to});
   for (const int i : near_) {
     const Vec3 place = particles_->view(end, piece.to).position(i);
     for (Collider* const collider : particles_->contacts().all()) {
@@ -150,7 +152,7 @@ bool HeldContact::add_inside(const Piece& piece) {
 }
 
 // Positions from those of the step without contact and what friction does to them.
-bool HeldContact::place(const Piece& piece, bool nearest) {
+bool HeldPress::place(const Piece& piece, bool nearest) {
   const Layout& layout = particles_->layout();
   const std::size_t memory = holding_->memory_begin();
   const double end = piece.t + piece.r;
@@ -194,7 +196,7 @@ bool HeldContact::place(const Piece& piece, bool nearest) {
 }
 
 // Names the row that is off most, or a particle.
-bool HeldContact::refuse(const std::string& unit) {
+bool HeldPress::refuse(const std::string& unit) {
   const PushSolver::Worst& worst = solver_.worst();
   const RowList& list = holding_->constraints().rows();
   std::string who = "particle " + std::to_string(pushes_.empty() ? 0 : pushes_.front().particle);
@@ -206,7 +208,7 @@ bool HeldContact::refuse(const std::string& unit) {
   return false;
 }
 
-bool HeldContact::find_place(const Piece& piece) {
+bool HeldPress::find_place(const Piece& piece) {
   const Layout& layout = particles_->layout();
   const std::size_t memory = holding_->memory_begin();
   const ParticleView begin = particles_->view(piece.t, piece.from);
@@ -233,7 +235,7 @@ bool HeldContact::find_place(const Piece& piece) {
   return true;
 }
 
-bool HeldContact::find_velocity(const Piece& piece) {
+bool HeldPress::find_velocity(const Piece& piece) {
   const Layout& layout = particles_->layout();
   const double end = piece.t + piece.r;
   const auto q = layout.axes(piece.to);
@@ -248,8 +250,9 @@ bool HeldContact::find_velocity(const Piece& piece) {
     push.normal = touch.normal, push.ground = touch.velocity;
     // Of both halves together friction is what it may be.
     if (piece.r > 0 && push.friction > 0)
-      push.spare = push.friction * std::max(0.0, push.force) / piece.r - push.rubbed.norm();
-    push.acts = push.held = false;
+      push.spare = push.friction * std::max(0.0, push.force) / piece.r +
+                   push.friction * push.pressed - push.rubbed.norm();
+    push.acts = push.held = push.pressed > 0;
     moving_.push_back(push);
   }
   if (!solve_velocities(piece, 1e-12)) {

@@ -1,0 +1,78 @@
+// Particles on rods that meet colliders: scenes, and runs that look at each state.
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include "core/particles/constraints/holding.h"
+#include "core/particles/particle_system.h"
+#include "tests/lua/scene_text.h"
+#include "tests/support/scenes.h"
+
+namespace sim::test {
+
+inline constexpr double kG = 9.81;
+
+inline std::string held_scene(const std::string& points, const std::string& ties,
+                              const std::string& collider, const std::string& more = "") {
+  return "local p = sim.particles { mass = 2 }\nfor _, x in ipairs { " + points +
+         " } do p:add(x) end\n" + more +
+         "\nreturn sim.scene { particles = p, forces = { sim.force.gravity { g = {0, -9.81, 0} } },"
+         " constraints = { sim.constraint.distance { ties = { " +
+         ties + " } } }, colliders = { " + collider +
+         " }, integrator = 'rk4', dt = 0.01, duration = 1 }\n";
+}
+
+struct HeldRun : TextRun {
+  using TextRun::TextRun;
+
+  std::vector<HoldingForce> forces() const {
+    return system.holding()->forces(system.t(), system.state().data());
+  }
+  // Steps to t, and looks at each state: on the rods, and outside.
+  // Dense output may be inside by what the method is off.
+  void run_to(double t, double deep = 1e-9) {
+    while (system.t() < t - 1e-9) {
+      INFO(system.t());
+      REQUIRE(system.step());
+      const ConstraintDrift drift = system.holding()->drift(system.t(), system.state().data());
+      REQUIRE(drift.position < 1e-12);
+      REQUIRE(drift.velocity < 1e-11);
+      REQUIRE(deepest() < deep);
+    }
+  }
+  double deepest() const {
+    const auto& particles =
+        dynamic_cast<const ParticleSystem&>(const_cast<HeldRun*>(this)->system.ode());
+    double most = 0;
+    for (int i = 0; i < system.particles(); ++i)
+      for (Collider* const collider : particles.contacts().all())
+        if (!system.pinned(i))
+          most = std::max(most, -collider->touch(system.t(), system.position(i)).gap);
+    return most;
+  }
+  double balance(double before) const {
+    const ContactWork work = system.contact_work();
+    return system.energy().total() + work.lost - work.given - before;
+  }
+};
+
+inline const std::string kFloor = "sim.collider.plane { restitution = 0.5 }";
+inline const std::string kSmooth = "sim.collider.plane {}";
+
+// The order of some number of the end, from three step sizes and what it has to be.
+template <class Value>
+double order_of(const std::string& text, const std::string& method, double dt, double t,
+                double exact, const Value& value) {
+  double errors[2];
+  for (int k = 0; k < 2; ++k) {
+    HeldRun run(text, method, k == 0 ? dt : dt / 4);
+    run.run_to(t);
+    errors[k] = std::fabs(value(run.system) - exact);
+  }
+  INFO(errors[0] << " " << errors[1]);
+  CHECK(errors[0] < 0.05);
+  return std::log2(errors[0] / errors[1]) / 2;
+}
+
+}  // namespace sim::test
