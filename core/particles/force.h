@@ -1,26 +1,18 @@
 // What acts on particles: forces see a view of all particles and add to the force on a few.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/math/mat3.h"
+#include "core/particles/block_sink.h"
+#include "core/particles/force_sweep.h"
 #include "core/particles/view.h"
 
 namespace sim {
-
-// Where a force puts its derivatives: blocks of 3 x 3.
-class BlockSink {
- public:
-  virtual void position(int i, int j, const Mat3& block) = 0;  // += df_i / dx_j, N/m
-  virtual void velocity(int i, int j, const Mat3& block) = 0;  // += df_i / dv_j, N s/m
-
- protected:
-  ~BlockSink() = default;
-};
 
 // f = mass * acceleration - damping * v, the same for every free particle. The system folds all of
 // these into its last pass over the particles, where they cost nothing.
@@ -64,6 +56,9 @@ class Force {
   // Then: adds the force on each particle of the tile and writes no other entry. Runs on several
   // threads.
   virtual void accumulate(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
+
+  // The same without prepare(), piece by piece: explicit methods are faster. Null: as above only.
+  virtual std::unique_ptr<ForceSweep> sweep() const { return nullptr; }
 
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }

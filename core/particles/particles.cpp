@@ -11,6 +11,22 @@ namespace {
 
 constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
 
+// Of a sweep, in whole blocks, for what joins particles that far apart.
+int whole_reach(std::int64_t distance) {
+  return static_cast<int>((distance + kGrain - 1) / kGrain * kGrain + kGrain);
+}
+
+// Of the sweeps of all these forces; -1 where one cannot be swept.
+int reach_of(std::span<Force* const> forces) {
+  int reach = 0;
+  for (const Force* force : forces) {
+    const std::unique_ptr<ForceSweep> sweep = force->sweep();
+    if (!sweep) return -1;
+    reach = std::max(reach, sweep->reach());
+  }
+  return reach;
+}
+
 template <class Sum>
 double sum_over_tiles(int n, Sum sum_of) {
   double sum = 0;
@@ -52,6 +68,9 @@ void Particles::set_off(std::span<const std::size_t> forces,
   for (std::size_t i = 0; i < forces_.size(); ++i)
     if (std::ranges::count(forces, i) == 0) add(*forces_[i], nets);
   net_forces_ = NetForces(std::move(nets), layout_.n());
+  const int others_reach = reach_of(other_forces_);
+  all_swept_ = !other_forces_.empty() && net_forces_.nets().empty() && others_reach >= 0;
+  if (all_swept_) reach_ = std::max(reach_, whole_reach(others_reach));
   rings_.clear();
   for (int rank = 0; rank < team_->size(); ++rank) rings_.emplace_back(runs_);
 
@@ -79,7 +98,7 @@ void Particles::add(Force& force, std::vector<const Net*>& nets) {
   if (const Springs* springs = force.springs()) {
     for (const SpringRun& run : springs->runs()) {
       runs_.push_back(&run);
-      reach_ = std::max(reach_, (run.stride + kGrain - 1) / kGrain * kGrain + kGrain);
+      reach_ = std::max(reach_, whole_reach(run.stride));
     }
     if (!springs->net().empty()) nets.push_back(&springs->net());
     has_dashpots_ = has_dashpots_ || force.accumulates();

@@ -45,6 +45,7 @@ class Particles {
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // They and nets may read any particle; gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
+  bool sweeps_other_forces() const noexcept { return all_swept_; }  // there are, with a sweep()
   int reach() const noexcept { return reach_; }  // of a sweep around a block; a multiple of kGrain
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
@@ -67,12 +68,10 @@ class Particles {
   Leads& leads() noexcept { return leads_; }  // of pinned particles
   void set_accuracy(Accuracy accuracy) { contacts_.set_accuracy(accuracy); }
   void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
-
   // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or kicks have it.
   void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum
-
   // Calls f(begin, end) for parts of the first `blocks` coordinates of a state, on all threads.
   template <class F>
   void for_ranges(int blocks, const F& f) const {
@@ -99,7 +98,8 @@ class Particles {
   NetForces net_forces_;
   Contacts contacts_;
   Leads leads_;
-  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false;
+  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false,
+       all_swept_ = false;
   std::vector<ForceMemory> memories_;
   std::size_t memory_size_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();

@@ -30,6 +30,9 @@ SIM_INLINE Doubles seed(Doubles v) {
   const __m128 f = _mm256_cvtpd_ps((__m256d)v);
   return (Doubles)_mm256_cvtps_pd(_mm_div_ps(_mm_set1_ps(1), _mm_sqrt_ps(f)));
 }
+SIM_INLINE Doubles inverse_seed(Doubles v) {
+  return (Doubles)_mm256_cvtps_pd(_mm_div_ps(_mm_set1_ps(1), _mm256_cvtpd_ps((__m256d)v)));
+}
 SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
   const Doubles kept = keep(bits, v);
   return fma(kept, kept, sum);

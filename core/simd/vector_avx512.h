@@ -39,6 +39,10 @@ SIM_INLINE Doubles seed(Doubles v) {
   const __m256 f = _mm512_maskz_cvtpd_ps(0xff, (__m512d)v);
   return (Doubles)_mm512_maskz_cvtps_pd(0xff, _mm256_div_ps(_mm256_set1_ps(1), _mm256_sqrt_ps(f)));
 }
+SIM_INLINE Doubles inverse_seed(Doubles v) {
+  const __m256 f = _mm512_maskz_cvtpd_ps(0xff, (__m512d)v);
+  return (Doubles)_mm512_maskz_cvtps_pd(0xff, _mm256_div_ps(_mm256_set1_ps(1), f));
+}
 SIM_INLINE Doubles add_square(unsigned bits, Doubles v, Doubles sum) {
   return (Doubles)_mm512_mask3_fmadd_pd((__m512d)v, (__m512d)v, (__m512d)sum,
                                         static_cast<__mmask8>(bits));

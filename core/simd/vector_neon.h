@@ -25,6 +25,9 @@ SIM_INLINE Doubles seed(Doubles v) {
   const float32x2_t f = vcvt_f32_f64((float64x2_t)v);
   return (Doubles)vcvt_f64_f32(vdiv_f32(vdup_n_f32(1), vsqrt_f32(f)));
 }
+SIM_INLINE Doubles inverse_seed(Doubles v) {
+  return (Doubles)vcvt_f64_f32(vdiv_f32(vdup_n_f32(1), vcvt_f32_f64((float64x2_t)v)));
+}
 SIM_INLINE bool any_above(Doubles v, double limit) { return !(v[0] <= limit && v[1] <= limit); }
 
 SIM_INLINE unsigned bits_of(Mask m) { return static_cast<unsigned>((m[0] & 1) | (m[1] & 1) << 1); }

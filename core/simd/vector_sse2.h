@@ -44,6 +44,12 @@ SIM_INLINE Doubles seed(Doubles v) {
 }
 
 // True if any lane is greater than the limit, or not a number.
+// 1 / v likewise.
+SIM_INLINE Doubles inverse_seed(Doubles v) {
+  const __m128 f = _mm_cvtpd_ps((__m128d)v);
+  return (Doubles)_mm_cvtps_pd(_mm_div_ps(_mm_set1_ps(1), _mm_movelh_ps(f, f)));
+}
+
 SIM_INLINE bool any_above(Doubles v, double limit) {
   return _mm_movemask_pd(_mm_cmpnle_pd((__m128d)v, (__m128d)splat<double>(limit))) != 0;
 }

@@ -40,13 +40,14 @@ class WindOnSurface final : public Wind {
         surface_(params.surface("surface")),
         law_{linear_, factor(params, "cn"), factor(params, "ct")} {}
 
-  void bind(const sim::ParticleView&) override { forces_.emplace(law_, *surface_); }
+  void bind(const sim::ParticleView&) override { forces_.emplace(law_, air_, *surface_); }
   void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    forces_->prepare(air_.at(view.t), view, team);
+    forces_->prepare(view, team);
   }
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
     forces_->add(tile, sink);
   }
+  std::unique_ptr<sim::ForceSweep> sweep() const override { return forces_->sweep(); }
 
   void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
     const AirNow air = air_.at(view.t);

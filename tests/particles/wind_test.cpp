@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/layout.h"
 #include "core/particles/wind/air.h"
+#include "core/particles/wind/wind_forces.h"
 #include "core/scene/simulation.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -195,6 +197,71 @@ TEST_CASE("triangles in runs and loose ones feel the same air", "[wind]") {
   const Simulation loose = compiled(grid + list + "} }\n" + rest);
   for (int i = 0; i < 9 * 12; ++i)
     CHECK((loose.forces_on(i)[0].force - expected[static_cast<std::size_t>(i)]).norm() < 1e-14);
+}
+
+// A sheet of 13 x 23 particles at random, from several particles on and in several tiles.
+TEST_CASE("wind that is swept gives what wind that is gathered gives", "[wind]") {
+  constexpr int kRows = 13, kColumns = 23, kParticles = kRows * kColumns;
+  const TriangleMesh sheet(kParticles, grid_triangles({kRows, kColumns, 1}, false));
+  const Air air(Vec3(1, 0.5, 0), {.strength = 0.7, .tau = 0.5, .length = 0.3, .seed = 2});
+  WindForces forces({false, 0.7, 0.1}, air, sheet);
+  const Layout layout(kParticles);
+  Array state(layout.size());
+  for (int i = 0; i < kParticles; ++i)
+    for (int block = 0; block < 6; ++block)
+      layout.block(state.data(), block)[i] = 0.1 * (block == 0   ? i / kColumns
+                                                    : block == 1 ? i % kColumns
+                                                                 : 0) +
+                                             0.03 * std::sin(17.0 * i + 5 * block);
+  const auto q = layout.axes<const double>(state.data()),
+             v = layout.axes<const double>(state.data(), 3);
+  const ParticleView view{kParticles, 0.3, q[0], q[1], q[2], v[0], v[1], v[2]};
+  const auto sums = [&](const auto& add) {
+    std::vector<double> sum(3 * kParticles);
+    add(ForceSink{sum.data(), sum.data() + kParticles, sum.data() + 2 * kParticles});
+    return sum;
+  };
+  Team team(3);
+  forces.prepare(view, team);
+  const std::vector<double> gathered = sums([&](ForceSink sink) {
+    forces.add({0, kParticles}, sink);
+  });
+  const auto sweep = forces.sweep();
+  REQUIRE(sweep);
+  CHECK(sweep->reach() == kColumns + 1);
+  for (const int from : {0, 8, 176})
+    for (const int tile : {8, 72, 512}) {
+      const std::vector<double> swept = sums([&](ForceSink sink) {
+        sweep->start(view, from);
+        for (int begin = from; begin < kParticles; begin += tile)
+          sweep->add(view, {begin, std::min(begin + tile, kParticles)}, sink);
+      });
+      INFO("from " << from << " in tiles of " << tile);
+      for (std::size_t i = 0; i < swept.size(); ++i)
+        REQUIRE(swept[i] == (static_cast<int>(i) % kParticles < from ? 0 : gathered[i]));
+    }
+}
+
+// A force that gives nothing, and cannot be swept, has all of them gathered.
+TEST_CASE("a cloth in the wind takes the same steps swept and gathered", "[wind]") {
+  const auto hash_of = [](const std::string& method, const std::string& others, int threads) {
+    const std::string text =
+        "local g = sim.grid { 96, 90, du = {0, 0, 0.01}, dv = {0.01, 0, 0}, mass = 1e-4 }\n"
+        "g:pin(0)\n"
+        "local k = sim.force.spring { stiffness = 20, grid = g, offsets = { {0, 1}, {1, 0} } }\n"
+        "return sim.scene { particles = g, forces = { k, sim.force.wind { surface = sim.surface { "
+        "grid = g }, velocity = {1, 3, 0}, breeze = 1 }" +
+        others + " }, integrator = '" + method + "', dt = 5e-4, duration = 1 }";
+    Simulation simulation = compiled(text, threads);
+    REQUIRE(sim_test::run(simulation, 12));
+    return simulation.hash();
+  };
+  for (const std::string method : {"rk4", "verlet", "bs23"}) {
+    INFO(method);
+    const auto swept = hash_of(method, "", 1);
+    CHECK(swept == hash_of(method, ", sim.force.wind { area = 0 }", 1));
+    for (const int threads : {2, 3}) CHECK(swept == hash_of(method, "", threads));
+  }
 }
 
 TEST_CASE("wind on particles is a drag towards the air", "[wind]") {

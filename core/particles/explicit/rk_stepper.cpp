@@ -93,13 +93,14 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
     if (settling_) settling_->begin(t, t + h);
     if (!script.fits(h, from, to)) write(script, h, from, to);
     if constexpr (std::is_same_v<Real, double>)
-      if (system_->has_other_forces()) return gather_and_step(t, h, x, script);
+      if (system_->has_other_forces())
+        return system_->sweeps_other_forces() ? sweep_and_step(t, h, x, script)
+                                              : gather_and_step(t, h, x, script);
     const bool seen = --count == 0;
     const bool finite = sweeps_.run(
         stages_, [&](int s) { return positions(script, s); },
         [&](Rings<Real>& rings, int s, int begin, int end) {
-          const bool good = kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
-          if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
+          const bool good = end_sweep(t, script, rings, s, begin, end);
           if (seen && s + 1 == stages_) state_.publish(x_next, begin, end);
           return good;
         });
@@ -107,36 +108,57 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
   }
 }
 
+template <class Real>
+ParticleView RkStepper<Real>::view(double t, double h, const double* x, const Script& script,
+                                   int s) const {
+  const RkStage<Real>& stage = at(script, s);
+  ParticleView view = system_->view(t + plan_.c[static_cast<std::size_t>(s)] * h, x);
+  if constexpr (std::is_same_v<Real, double>) {
+    view.x = stage.q[0];
+    view.y = stage.q[1];
+    view.z = stage.q[2];
+    if (s == 0 || !system_->needs_velocities()) return view;
+    const Layout half(view.n, 3);
+    const Array& velocity = velocities_[s % 2];
+    view.vx = half.block(velocity.data(), 0);
+    view.vy = half.block(velocity.data(), 1);
+    view.vz = half.block(velocity.data(), 2);
+  }
+  return view;
+}
+
+template <class Real>
+bool RkStepper<Real>::end_sweep(double t, const Script& script, Rings<Real>& rings, int s,
+                                int begin, int end) {
+  const bool good = kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
+  if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
+  return good;
+}
+
 // Other forces may read any particle: each stage is complete before the next.
 template <class Real>
 bool RkStepper<Real>::gather_and_step(double t, double h, const double* x, const Script& script) {
-  if constexpr (std::is_same_v<Real, double>) {
-    const Layout half(system_->layout().n(), 3);
-    bool finite = true;
-    for (int s = 0; s < stages_; ++s) {
-      const RkStage<double>& stage = at(script, s);
-      ParticleView view = system_->view(t + plan_.c[static_cast<std::size_t>(s)] * h, x);
-      view.x = stage.q[0];
-      view.y = stage.q[1];
-      view.z = stage.q[2];
-      if (s > 0 && system_->needs_velocities()) {
-        const Array& velocity = velocities_[s % 2];
-        view.vx = half.block(velocity.data(), 0);
-        view.vy = half.block(velocity.data(), 1);
-        view.vz = half.block(velocity.data(), 2);
-      }
-      const auto [fx, fy, fz] = half.axes(forces_.data());
-      finite = sweeps_.run_alone(s, view, {fx, fy, fz}, positions(script, s),
-                                 [&](Rings<double>& rings, int, int begin, int end) {
-                                   const bool good =
-                                       kernels_.rk(rings, system_->motion(), stage, begin, end);
-                                   if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
-                                   return good;
-                                 });
-    }
-    return finite && (!settling_ || settling_->succeeded());
-  }
-  return false;
+  const auto [fx, fy, fz] = Layout(system_->layout().n(), 3).axes(forces_.data());
+  bool finite = true;
+  for (int s = 0; s < stages_; ++s)
+    finite = sweeps_.run_alone(s, view(t, h, x, script, s), {fx, fy, fz}, positions(script, s),
+                               [&](Rings<Real>& rings, int, int begin, int end) {
+                                 return end_sweep(t, script, rings, s, begin, end);
+                               });
+  return finite && (!settling_ || settling_->succeeded());
+}
+
+// Other forces between neighbours by number are evaluated as stages go over the particles.
+template <class Real>
+bool RkStepper<Real>::sweep_and_step(double t, double h, const double* x, const Script& script) {
+  const auto [fx, fy, fz] = Layout(system_->layout().n(), 3).axes(forces_.data());
+  const bool finite = sweeps_.run_gathering(
+      stages_, [&](int s) { return positions(script, s); },
+      [&](int s) { return view(t, h, x, script, s); }, {fx, fy, fz},
+      [&](Rings<Real>& rings, int s, int begin, int end) {
+        return end_sweep(t, script, rings, s, begin, end);
+      });
+  return finite && (!settling_ || settling_->succeeded());
 }
 
 template <class Real>

@@ -44,8 +44,12 @@ class RkStepper final : public Stepper {
   };
 
   void write(Script& script, double h, const Real* x, Real* x_next);
-  bool gather_and_step(double t, double h, const double* x,
-                       const Script& script);  // in double alone
+  // Stage s as other forces see it, in double alone.
+  ParticleView view(double t, double h, const double* x, const Script& script, int s) const;
+  bool gather_and_step(double t, double h, const double* x, const Script& script);
+  bool sweep_and_step(double t, double h, const double* x, const Script& script);
+  // Particles [begin, end) of stage s, whose other forces are gathered.
+  bool end_sweep(double t, const Script& script, Rings<Real>& rings, int s, int begin, int end);
 
   // Settles the particles [begin, end) at the end of a step.
   void settle(double t, const Script& script, int begin, int end);

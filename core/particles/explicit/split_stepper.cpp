@@ -29,7 +29,7 @@ SplitStepper<Real>::SplitStepper(Particles& system, const SplitPlan& plan)
       settles_inside_(plan.closes() && plan.kick.size() == 2),
       closes_(plan.closes() && system.other_forces().empty() &&
               (settles_inside_ || system.contacts().empty())),
-      sweeps_(system, at_once() * static_cast<int>(parts_.size())),
+      sweeps_(system, at_once() * static_cast<int>(parts_.size()) * (midpoint_kicks() ? 2 : 1)),
       kicks_(parts_.size() * (midpoint_kicks() ? 2 : 1)) {
   stages_.reserve(kicks_.size() * static_cast<std::size_t>(at_once()));
   moments_.reserve(stages_.capacity());
@@ -240,31 +240,38 @@ bool SplitStepper<Real>::step(double t, double h, int count, const double* x, do
   return all_finite && settled();
 }
 
-// Other forces may read any particle: each stage is complete before the next.
+// Where the other forces join neighbours by number alone, they are evaluated as the stages go over
+// the particles. They may read any particle: then each stage is complete before the next.
 template <class Real>
 bool SplitStepper<Real>::gather_and_step(double t, const double* x) {
   if constexpr (std::is_same_v<Real, double>) {
-    const Layout half(system_->layout().n(), 3);
+    const auto stage = [&](int s) -> const auto& { return stages_[static_cast<std::size_t>(s)]; };
+    const auto positions = [&](int s) -> const double* const* {
+      return stage(s).kicks ? stage(s).q : nullptr;
+    };
+    const auto view = [&](int s) {
+      const Moment& moment = moments_[static_cast<std::size_t>(s)];
+      ParticleView now = system_->view(t + moment.start * h_, x);
+      now.x = stage(s).q[0];
+      now.y = stage(s).q[1];
+      now.z = stage(s).q[2];
+      now.vx = moment.v[0];
+      now.vy = moment.v[1];
+      now.vz = moment.v[2];
+      return now;
+    };
+    const auto sweep = [&](Rings<double>& rings, int s, int begin, int end) {
+      const bool good = kick(rings, static_cast<std::size_t>(s), begin, end);
+      if (settling_) settle(static_cast<std::size_t>(s), begin, end);
+      return good;
+    };
+    const auto [fx, fy, fz] = Layout(system_->layout().n(), 3).axes(forces_.data());
+    const int count = static_cast<int>(stages_.size());
+    if (system_->sweeps_other_forces())
+      return sweeps_.run_gathering(count, positions, view, {fx, fy, fz}, sweep) && settled();
     bool finite = true;
-    for (std::size_t s = 0; s < stages_.size(); ++s) {
-      const KickStage<double>& stage = stages_[s];
-      const Moment& moment = moments_[s];
-      ParticleView view = system_->view(t + moment.start * h_, x);
-      view.x = stage.q[0];
-      view.y = stage.q[1];
-      view.z = stage.q[2];
-      view.vx = moment.v[0];
-      view.vy = moment.v[1];
-      view.vz = moment.v[2];
-      const auto [fx, fy, fz] = half.axes(forces_.data());
-      finite = sweeps_.run_alone(static_cast<int>(s), view, {fx, fy, fz},
-                                 stage.kicks ? stage.q : nullptr,
-                                 [&](Rings<double>& rings, int, int begin, int end) {
-                                   const bool good = kick(rings, s, begin, end);
-                                   if (settling_) settle(s, begin, end);
-                                   return good;
-                                 });
-    }
+    for (int s = 0; s < count; ++s)
+      finite = sweeps_.run_alone(s, view(s), {fx, fy, fz}, positions(s), sweep);
     return finite && settled();
   }
   return false;

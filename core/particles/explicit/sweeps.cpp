@@ -10,7 +10,8 @@ constexpr int kOnePassFrom = 8192;  // particles; fewer stay in the second-level
 constexpr int kLeastPart = 64;      // particles a rank
 
 bool one_pass(const Particles& system) {
-  return !system.has_other_forces() && system.layout().n() >= kOnePassFrom;
+  return (!system.has_other_forces() || system.sweeps_other_forces()) &&
+         system.layout().n() >= kOnePassFrom;
 }
 
 }  // namespace
@@ -24,6 +25,9 @@ Sweeps<Real>::Sweeps(Particles& system, int most_stages)
                  one_pass_ ? kAhead : system.layout().n()) {
   for (int i = 0; i < useful_ranks(1) * (one_pass_ ? most_stages : 1); ++i)
     rings_.push_back(Rings<Real>(system.runs()));
+  if (system.sweeps_other_forces()) forces_.resize(rings_.size());
+  for (auto& sweeps : forces_)
+    for (const Force* force : system.other_forces()) sweeps.push_back(force->sweep());
   finite_.resize(static_cast<std::size_t>(useful_ranks(1)));
 }
 
@@ -37,6 +41,14 @@ int Sweeps<Real>::useful_ranks(int stages) const {
 template <class Real>
 void Sweeps<Real>::start(int rank, int ranks, int stage, int begin, const Real* const* q) {
   if (q) kernels_.start(rings(rank, stage), ranks, q, begin, system_->reach());
+}
+
+template <class Real>
+void Sweeps<Real>::gather(int rank, int stage, const ParticleView& view, Tile tile,
+                          ForceSink sink) {
+  for (double* const sum : {sink.x, sink.y, sink.z})
+    std::fill(sum + tile.begin, sum + (tile.end + 7) / 8 * 8, 0.0);
+  for (const auto& force : forces_[place(rank, stage)]) force->add(view, tile, sink);
 }
 
 template <class Real>

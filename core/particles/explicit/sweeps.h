@@ -18,16 +18,36 @@ class Sweeps {
   // is finite. False when one was not.
   template <class Q, class Sweep>
   bool run(int stages, const Q& q, const Sweep& sweep) {
-    std::fill(finite_.begin(), finite_.end(), char{1});
-    const int ranks = useful_ranks(stages);
-    wavefront_.run(
-        system_->team(), stages, ranks,
-        [&](int rank, int stage, int begin) { start(rank, ranks, stage, begin, q(stage)); },
+    return run_pieces(
+        stages,
+        [&](int rank, int ranks, int stage, int begin) {
+          start(rank, ranks, stage, begin, q(stage));
+        },
         [&](int rank, int stage, int begin, int end) {
-          if (!sweep(rings(rank, stage), stage, begin, end))
-            finite_[static_cast<std::size_t>(rank)] = 0;
+          return sweep(rings(rank, stage), stage, begin, end);
         });
-    return finite();
+  }
+
+  // The same with other forces that can all be swept: before each piece they are gathered into
+  // `sink`, at view(stage).
+  template <class Q, class View, class Sweep>
+  bool run_gathering(int stages, const Q& q, const View& view, ForceSink sink, const Sweep& sweep) {
+    return run_pieces(
+        stages,
+        [&](int rank, int ranks, int stage, int begin) {
+          start(rank, ranks, stage, begin, q(stage));
+          if (q(stage))
+            for (const auto& force : forces_[place(rank, stage)]) force->start(view(stage), begin);
+        },
+        [&](int rank, int stage, int first, int last) {
+          bool good = true;
+          for (int begin = first; begin < last; begin += kGatherTile) {
+            const Tile tile{begin, std::min(begin + kGatherTile, last)};
+            if (q(stage)) gather(rank, stage, view(stage), tile, sink);
+            good &= sweep(rings(rank, stage), stage, tile.begin, tile.end);
+          }
+          return good;
+        });
   }
 
   // One stage, complete on every rank when it returns; before each piece the other forces at `view`
@@ -53,9 +73,25 @@ class Sweeps {
   }
 
  private:
-  Rings<Real>& rings(int rank, int stage) {
-    return rings_[static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank)];
+  // begin_at() is called where a rank starts a stage; piece() says whether it is finite.
+  template <class BeginAt, class Piece>
+  bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
+    std::fill(finite_.begin(), finite_.end(), char{1});
+    const int ranks = useful_ranks(stages);
+    wavefront_.run(
+        system_->team(), stages, ranks,
+        [&](int rank, int stage, int begin) { begin_at(rank, ranks, stage, begin); },
+        [&](int rank, int stage, int begin, int end) {
+          if (!piece(rank, stage, begin, end)) finite_[static_cast<std::size_t>(rank)] = 0;
+        });
+    return finite();
   }
+
+  std::size_t place(int rank, int stage) const {
+    return static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank);
+  }
+  Rings<Real>& rings(int rank, int stage) { return rings_[place(rank, stage)]; }
+  void gather(int rank, int stage, const ParticleView& view, Tile tile, ForceSink sink);
   int useful_ranks(int stages) const;
   void start(int rank, int ranks, int stage, int begin, const Real* const* q);
   bool finite() const;
@@ -66,7 +102,8 @@ class Sweeps {
   bool one_pass_;  // all stages in one pass over the particles, each with rings of its own
   Wavefront wavefront_;
   std::vector<Rings<Real>> rings_;
-  std::vector<char> finite_;  // of each rank
+  std::vector<std::vector<std::unique_ptr<ForceSweep>>> forces_;  // of each of those
+  std::vector<char> finite_;                                      // of each rank
 };
 
 }  // namespace sim

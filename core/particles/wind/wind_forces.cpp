@@ -1,6 +1,7 @@
 #include "core/particles/wind/wind_forces.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 
@@ -9,6 +10,8 @@ namespace {
 
 // A run is worth its arrays when this share of the particles begins a triangle of it.
 constexpr std::size_t kShare = 8;
+
+constexpr std::size_t kPad = 16;
 
 }  // namespace
 
@@ -60,8 +63,47 @@ WindOnTriangle wind_on_triangle(const WindLaw& law, const AirNow& air, const std
   return result;
 }
 
-WindForces::WindForces(const WindLaw& law, const TriangleMesh& surface)
-    : law_(law), stride_(static_cast<std::size_t>(surface.particles()) + 2 * kPad) {
+WindSweep::WindSweep(const WindLaw& law, const Air& air, std::span<const TriangleRun> runs)
+    : law_(law), air_(&air) {
+  std::vector<std::int64_t> entries;
+  std::size_t total = 0;
+  for (const TriangleRun& run : runs) {
+    const std::int64_t furthest = std::max(run.b, run.c);
+    reach_ = std::max(reach_, static_cast<int>(furthest));
+    entries.push_back(static_cast<std::int64_t>(
+        std::bit_ceil(static_cast<std::uint64_t>(furthest + kWindChunk))));
+    total += 3 * static_cast<std::size_t>(entries.back() + kWindBlock);
+  }
+  memory_ = Array(total);
+  double* next = memory_.data();
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    TriangleRing& ring =
+        rings_.emplace_back(runs[i].b, runs[i].c, entries[i] - 1, runs[i].bits.data());
+    for (double*& axis : ring.third) {
+      axis = next;
+      next += entries[i] + kWindBlock;
+    }
+  }
+}
+
+void WindSweep::start(const ParticleView& view, int begin) {
+  now_ = air_->at(view.t);
+  std::ranges::fill(memory_.span(), 0.0);
+  const int before = std::max(0, begin - (reach_ + kWindBlock - 1) / kWindBlock * kWindBlock);
+  turn_ = begin - before;
+  kernels_.sweep(law_, now_, view, rings_, 0, {before, begin}, {nullptr, nullptr, nullptr});
+}
+
+void WindSweep::add(const ParticleView& view, Tile tile, ForceSink sink) {
+  kernels_.sweep(law_, now_, view, rings_, turn_, tile, sink);
+  turn_ += tile.end - tile.begin;
+}
+
+WindForces::WindForces(const WindLaw& law, const Air& air, const TriangleMesh& surface)
+    : law_(law),
+      air_(&air),
+      stride_((static_cast<std::size_t>(surface.particles()) + kWindBlock - 1) / kWindBlock *
+              kWindBlock) {
   const auto n = static_cast<std::size_t>(surface.particles());
   // Each triangle from its lowest corner on, which leaves its side outside as it is.
   std::map<std::array<int, 2>, std::vector<TriangleMesh::Triangle>> by_stride;
@@ -80,30 +122,48 @@ WindForces::WindForces(const WindLaw& law, const TriangleMesh& surface)
       entry |= bit;
     }
     if (fits)
-      runs_.push_back({strides[0], strides[1], std::move(bits), Array(3 * stride_)});
+      runs_.push_back({strides[0], strides[1], std::move(bits)});
     else
       for (const auto& triangle : triangles)
         loose_.insert(loose_.end(), triangle.begin(), triangle.end());
   }
+  if (!runs_.empty()) sums_ = Array(3 * stride_);
   at_ = Incidence(surface.particles(), loose_);
   loose_stride_ = loose_.size() / 3 + kPad;
   loose_thirds_ = Array(3 * loose_stride_);
 }
 
-void WindForces::prepare(const AirNow& air, const ParticleView& view, Team& team) {
-  team.run_parts(view.n, 8, [&](int begin, int end) {
-    for (TriangleRun& run : runs_)
-      kernels_.run(law_, air, view, run, begin, end, run.third.data() + kPad, stride_);
-  });
+std::unique_ptr<ForceSweep> WindForces::sweep() const {
+  if (!loose_.empty()) return nullptr;
+  return std::make_unique<WindSweep>(law_, *air_, runs_);
+}
+
+void WindForces::prepare(const ParticleView& view, Team& team) {
+  if (!runs_.empty()) {
+    while (static_cast<int>(sweeps_.size()) < team.size()) sweeps_.emplace_back(law_, *air_, runs_);
+    double* const sums = sums_.data();
+    team.run([&](int rank) {
+      const Part part = part_of(view.n, kWindBlock, rank, team.size());
+      for (double* sum : {sums, sums + stride_, sums + 2 * stride_})
+        std::fill(sum + part.begin, sum + part.end, 0.0);
+      WindSweep& sweep = sweeps_[static_cast<std::size_t>(rank)];
+      sweep.start(view, part.begin);
+      sweep.add(view, {part.begin, part.end}, {sums, sums + stride_, sums + 2 * stride_});
+    });
+  }
   if (loose_.empty()) return;
+  const AirNow air = air_->at(view.t);
   team.run_parts(static_cast<int>(loose_.size() / 3), 8, [&](int begin, int end) {
     kernels_.any(law_, air, view, loose_.data(), begin, end, loose_thirds_.data(), loose_stride_);
   });
 }
 
 void WindForces::add(Tile tile, ForceSink sink) const {
-  for (const TriangleRun& run : runs_)
-    kernels_.add(run, run.third.data() + kPad, stride_, tile, sink);
+  const double* const sum = sums_.data();
+  for (int i = tile.begin; i < tile.end && !runs_.empty(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    sink.add(i, {sum[at], sum[stride_ + at], sum[2 * stride_ + at]});
+  }
   if (loose_.empty()) return;
   const double* const third = loose_thirds_.data();
   for (int i = tile.begin; i < tile.end; ++i)

@@ -3,72 +3,65 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/base/array.h"
 #include "core/base/team.h"
 #include "core/particles/elements/incidence.h"
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/force_sweep.h"
 #include "core/particles/wind/air.h"
+#include "core/particles/wind/wind_law.h"
 
 namespace sim {
 
-// With w = velocity of the air at the middle of a triangle - mean velocity of its corners, area A
-// and unit normal n, w_t = w - (w.n) n:
-//   quadratic  F = rho/2 A (cn |w.n| (w.n) n + ct |w_t| w_t)
-//   linear     F = A (cn (w.n) n + ct w_t)
-// Either side of a triangle will do. One without area feels nothing.
-// Wejchert & Haumann (1991); Keckeisen et al. (2004).
-struct WindLaw {
-  bool linear = false;
-  double normal = 0, tangential = 0;  // rho/2 cn and rho/2 ct in kg/m^3; linear: cn, ct in Pa s/m
-};
-
-// A third of the force on a triangle, and of its derivatives.
-struct WindOnTriangle {
-  Vec3 force;                       // N, on each corner
-  std::array<Mat3, 3> by_position;  // of each corner, N/m
-  Mat3 by_velocity;                 // of any corner, N s/m
-};
-WindOnTriangle wind_on_triangle(const WindLaw& law, const AirNow& air, const std::array<Vec3, 3>& x,
-                                const std::array<Vec3, 3>& v);
-
-// Triangles a, a + b, a + c for the bits a, as grids have them.
+// Triangles a, a + b, a + c for the bits a, as grids have them; b, c > 0.
 struct TriangleRun {
   std::int64_t b = 0, c = 0;
   std::vector<std::uint8_t> bits;  // of the first corner, eight to an entry
-  Array third;                     // x, y, z of a third of each force, one after the other, padded
 };
 
-struct WindKernels {
-  // third := those of the triangles with a first corner in [begin, end), multiples of 8 but for the
-  // last; 0 where there is none. `stride`: from x to y.
-  void (*run)(const WindLaw& law, const AirNow& air, const ParticleView& view,
-              const TriangleRun& run, int begin, int end, double* third, std::size_t stride);
-  // Likewise of any triangles, three ids each.
-  void (*any)(const WindLaw& law, const AirNow& air, const ParticleView& view, const int* ids,
-              int begin, int end, double* third, std::size_t stride);
-  // sink += what a run gives to the particles of a tile.
-  void (*add)(const TriangleRun& run, const double* third, std::size_t stride, Tile tile,
-              ForceSink sink);
+// Wind on triangles in runs, each evaluated once, at its first corner; the others find their third
+// of its force in a ring.
+class WindSweep final : public ForceSweep {
+ public:
+  // All of these stay where they are.
+  WindSweep(const WindLaw& law, const Air& air, std::span<const TriangleRun> runs);
+
+  int reach() const override { return reach_; }
+  void start(const ParticleView& view, int begin) override;
+  void add(const ParticleView& view, Tile tile, ForceSink sink) override;
+
+ private:
+  WindLaw law_;
+  WindKernels kernels_ = wind_kernels();
+  const Air* air_;
+  AirNow now_;
+  int reach_ = 0;
+  std::vector<TriangleRing> rings_;
+  Array memory_;
+  std::int64_t turn_ = 0;  // where the next block goes in every ring, without its wraps
 };
-WindKernels wind_kernels();  // for this machine
 
 class WindForces {
  public:
-  WindForces(const WindLaw& law, const TriangleMesh& surface);
+  WindForces(const WindLaw& law, const Air& air, const TriangleMesh& surface);
 
-  void prepare(const AirNow& air, const ParticleView& view, Team& team);
+  void prepare(const ParticleView& view, Team& team);
   void add(Tile tile, ForceSink sink) const;
+  std::unique_ptr<ForceSweep> sweep() const;  // null where some triangles are in no run
 
  private:
-  static constexpr std::size_t kPad = 16;
-
   WindLaw law_;
+  const Air* air_;
   WindKernels kernels_ = wind_kernels();
   std::vector<TriangleRun> runs_;
-  std::vector<int> loose_;  // ids of the triangles that fit no run
-  Incidence at_;            // of those
+  std::vector<WindSweep> sweeps_;  // of each thread
+  Array sums_;                     // N, what the runs give to each particle: x, y, z
+  std::vector<int> loose_;         // ids of the triangles that fit no run
+  Incidence at_;                   // of those
   Array loose_thirds_;
   std::size_t stride_, loose_stride_;
 };

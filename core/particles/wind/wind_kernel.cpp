@@ -1,4 +1,5 @@
-#include "core/particles/wind/wind_forces.h"
+#include "core/particles/wind/wind_law.h"
+#include "core/simd/inverse_sqrt.h"
 
 #undef SIM_THIS_FILE
 #define SIM_THIS_FILE "core/particles/wind/wind_kernel.cpp"
@@ -59,55 +60,122 @@ SIM_INLINE void add_wave(const AirWave& wave, const V3<double>& x, V3<double>& v
   velocity = scaled(b, splat3(wave.e), velocity);
 }
 
-// A third of the force on triangles: see wind_on_triangle().
-SIM_INLINE V3<double> third_of(const WindLaw& law, const AirNow& air, const V3<double> (&x)[3],
-                               const V3<double> (&v)[3]) {
-  const Doubles zero{}, third = splat<double>(1.0 / 3), half = splat<double>(1.0 / 6);
-  V3<double> velocity = splat3(air.mean);
-  if (air.waves > 0) {
-    const V3<double> sum = plus(plus(x[0], x[1]), x[2]);
-    const V3<double> middle = {third * sum.x, third * sum.y, third * sum.z};
+// What is the same for all triangles of a sweep, where no store can change it.
+struct Wind {
+  Doubles normal, tangential;  // of a third of the force
+  bool linear;
+  AirNow air;
+
+  SIM_INLINE Wind(const WindLaw& law, const AirNow& now)
+      : normal(splat<double>(law.normal / 6)),
+        tangential(splat<double>(law.tangential / 6)),
+        linear(law.linear),
+        air(now) {}
+
+  SIM_INLINE V3<double> velocity(const V3<double> (&x)[3]) const {
+    V3<double> sum = splat3(air.mean);
+    if (air.waves == 0) return sum;
+    const Doubles third = splat<double>(1.0 / 3);
+    const V3<double> all = plus(plus(x[0], x[1]), x[2]);
+    const V3<double> middle = {third * all.x, third * all.y, third * all.z};
     for (int i = 0; i < air.waves; ++i)
-      add_wave(air.wave[static_cast<std::size_t>(i)], middle, velocity);
+      add_wave(air.wave[static_cast<std::size_t>(i)], middle, sum);
+    return sum;
   }
-  const V3<double> w = scaled(-third, plus(plus(v[0], v[1]), v[2]), velocity);
-  const V3<double> normal = cross(x[1] - x[0], x[2] - x[0]);
-  const Doubles q = dot(normal, normal), s = dot(w, normal);
-  const auto has_area = q != zero;
-  const Doubles ratio = has_area ? s / q : zero;
-  const V3<double> across = scaled(-ratio, normal, w);
-  Doubles along, aside;
-  if (law.linear) {
-    const Doubles root = square_root(q);
-    along = half * splat<double>(law.normal) * root * ratio;
-    aside = half * splat<double>(law.tangential) * root;
-  } else {
-    along = half * splat<double>(law.normal) * ratio * (s < zero ? -s : s);
-    aside = half * splat<double>(law.tangential) * square_root(q * dot(across, across));
-  }
-  const V3<double> sideways = {aside * across.x, aside * across.y, aside * across.z};
-  return scaled(along, normal, sideways);
+};
+
+// 1 / v, at most some 2 ulp off, from a seed in single precision; where that fails exactly, and
+// 1 / 0 = 0.
+SIM_INLINE Doubles inverse(Doubles v) {
+  const Doubles one = splat<double>(1), zero{};
+  const Doubles r = inverse_seed(v), e = fma(-v, r, one), near = fma(r, fma(e, e, e), r);
+  if (!any_above(e * e, kSeedError)) [[likely]]
+    return near;
+  return e * e <= splat<double>(kSeedError) ? near : v != zero ? one / v : zero;
 }
 
-void wind_run(const WindLaw& law, const AirNow& air, const ParticleView& view,
-              const TriangleRun& run, int begin, int end, double* third, std::size_t stride) {
+// A third of the force on triangles. With N = (b - a) x (c - a) = 2 A n, q = N.N, s = w.N:
+//   quadratic  F = s / q (normal |s| - R) N + R w,  R = tangential sqrt(q w.w - s^2)
+//   linear     F = s / q (normal sqrt(q) - R) N + R w,  R = tangential sqrt(q)
+// In R it does not matter that squares cancel: then w_t, which it is for, is small itself.
+SIM_INLINE V3<double> third_of(const Wind& wind, const V3<double> (&x)[3],
+                               const V3<double> (&v)[3]) {
+  const V3<double> w =
+      scaled(splat<double>(-1.0 / 3), plus(plus(v[0], v[1]), v[2]), wind.velocity(x));
+  const V3<double> normal = cross(x[1] - x[0], x[2] - x[0]);
+  const Doubles q = dot(normal, normal), s = dot(w, normal);
+  const Doubles zero{}, square = wind.linear ? q : fma(q, dot(w, w), -(s * s));
+  const Doubles root = square_root(square < zero ? zero : square);
+  const Doubles along = wind.linear ? root : s < zero ? -s : s;
+  const Doubles aside = wind.tangential * root;
+  const Doubles across = s * inverse(q) * fma(wind.normal, along, -aside);
+  return {fma(across, normal.x, aside * w.x), fma(across, normal.y, aside * w.y),
+          fma(across, normal.z, aside * w.z)};
+}
+
+// The triangles that the particles [begin, end) own, multiples of 8: a third of the force on them,
+// into the ring from `turn` on.
+SIM_INLINE void fill(const Wind& wind, const double* const q[3], const double* const v[3],
+                     const TriangleRing ring, std::int64_t turn, int begin, int end) {
+  for (int i = begin; i < end; i += kDoubles, turn += kDoubles) {
+    V3<double> third{};
+    if (const unsigned bits = block_bits<double>(ring.bits, i)) {
+      const V3<double> x[3] = {load(q, i), load(q, i + ring.b), load(q, i + ring.c)};
+      const V3<double> u[3] = {load(v, i), load(v, i + ring.b), load(v, i + ring.c)};
+      third = third_of(wind, x, u);
+      third = V3<double>{keep(bits, third.x), keep(bits, third.y), keep(bits, third.z)};
+    }
+    const auto put = [&](std::int64_t at) __attribute__((always_inline)) {
+      store(ring.third[0] + at, third.x);
+      store(ring.third[1] + at, third.y);
+      store(ring.third[2] + at, third.z);
+    };
+    const std::int64_t to = turn & ring.mask;
+    put(to);
+    if (to < kWindBlock) put(to + ring.mask + 1);  // once more behind the end
+  }
+}
+
+// What the runs give to the particles from i on, whose block stands at `turn`.
+SIM_INLINE V3<double> sum_of(std::span<const TriangleRing> rings, std::int64_t turn) {
+  V3<double> sum{};
+  for (const TriangleRing& ring : rings) {
+    const auto from = [&](std::int64_t back) __attribute__((always_inline)) {
+      return load(ring.third, (turn - back) & ring.mask);
+    };
+    sum = plus(sum, plus(plus(from(0), from(ring.b)), from(ring.c)));
+  }
+  return sum;
+}
+
+void sweep_wind(const WindLaw& law, const AirNow& air, const ParticleView& view,
+                std::span<const TriangleRing> rings, std::int64_t turn, Tile tile, ForceSink sink) {
   const double* const q[3] = {view.x, view.y, view.z};
   const double* const v[3] = {view.vx, view.vy, view.vz};
-  for (int i = begin; i < end; i += kDoubles) {
-    const unsigned bits = block_bits<double>(run.bits.data(), i);
-    if (bits == 0) continue;
-    const V3<double> x[3] = {load(q, i), load(q, i + run.b), load(q, i + run.c)};
-    const V3<double> u[3] = {load(v, i), load(v, i + run.b), load(v, i + run.c)};
-    const V3<double> force = third_of(law, air, x, u);
-    store(third + i, keep(bits, force.x));
-    store(third + stride + i, keep(bits, force.y));
-    store(third + 2 * stride + i, keep(bits, force.z));
+  double* const to[3] = {sink.x, sink.y, sink.z};
+  const Wind wind(law, air);
+  // A ring is not read where it has just been written: that would wait for it.
+  for (int begin = tile.begin; begin < tile.end; begin += kWindChunk, turn += kWindChunk) {
+    const int end = std::min(begin + kWindChunk, tile.end);
+    for (const TriangleRing& ring : rings) fill(wind, q, v, ring, turn, begin, end);
+    if (!to[0]) continue;
+    for (int i = begin; i < end; i += kDoubles) {
+      const V3<double> sum = sum_of(rings, turn + (i - begin));
+      const Doubles axes[3] = {sum.x, sum.y, sum.z};
+      for (int axis = 0; axis < 3; ++axis)
+        if (i + kDoubles <= end) {
+          store(to[axis] + i, load(to[axis] + i) + axes[axis]);
+        } else {
+          for (int lane = 0; i + lane < end; ++lane) to[axis][i + lane] += axes[axis][lane];
+        }
+    }
   }
 }
 
 void wind_any(const WindLaw& law, const AirNow& air, const ParticleView& view, const int* ids,
               int begin, int end, double* third, std::size_t stride) {
   const double* const from[6] = {view.x, view.y, view.z, view.vx, view.vy, view.vz};
+  const Wind wind(law, air);
   for (int t = begin; t < end; t += kDoubles) {
     double numbers[18][kDoubles];
     for (int lane = 0; lane < kDoubles; ++lane)
@@ -121,7 +189,7 @@ void wind_any(const WindLaw& law, const AirNow& air, const ParticleView& view, c
       x[corner] = {number(0), number(1), number(2)};
       v[corner] = {number(3), number(4), number(5)};
     }
-    const V3<double> force = third_of(law, air, x, v);
+    const V3<double> force = third_of(wind, x, v);
     for (int lane = 0; lane < kDoubles && t + lane < end; ++lane) {
       double* const to = third + t + lane;
       to[0] = force.x[lane];
@@ -131,24 +199,7 @@ void wind_any(const WindLaw& law, const AirNow& air, const ParticleView& view, c
   }
 }
 
-void add_wind_run(const TriangleRun& run, const double* third, std::size_t stride, Tile tile,
-                  ForceSink sink) {
-  double* const to[3] = {sink.x, sink.y, sink.z};
-  for (int i = tile.begin; i < tile.end; i += kDoubles)
-    for (int axis = 0; axis < 3; ++axis) {
-      const double* const from = third + static_cast<std::size_t>(axis) * stride + i;
-      Doubles sum = load(from);
-      if (i + kDoubles > run.b) sum += load(from - run.b);
-      if (i + kDoubles > run.c) sum += load(from - run.c);
-      if (i + kDoubles <= tile.end) {
-        store(to[axis] + i, load(to[axis] + i) + sum);
-      } else {
-        for (int lane = 0; i + lane < tile.end; ++lane) to[axis][i + lane] += sum[lane];
-      }
-    }
-}
-
-constexpr WindKernels kWind{wind_run, wind_any, add_wind_run};
+constexpr WindKernels kWind{sweep_wind, wind_any};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

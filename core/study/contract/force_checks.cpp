@@ -112,6 +112,19 @@ class Cloud {
     return {sum.data(), sum.data() + 3 * n};
   }
 
+  // The same of a sweep that begins at a particle, in tiles; 0 before it. For forces that have one.
+  std::vector<double> swept(int first, int size) {
+    const auto n = static_cast<std::size_t>(layout_.n());
+    std::vector<double> sum(3 * n);
+    const ParticleView now = view();
+    const std::unique_ptr<ForceSweep> sweep = force().sweep();
+    sweep->start(now, first);
+    for (int begin = first; begin < now.n; begin += size)
+      sweep->add(now, {begin, std::min(begin + size, now.n)},
+                 {sum.data(), sum.data() + n, sum.data() + 2 * n});
+    return sum;
+  }
+
  private:
   ParticleView all() const { return system_->view(0.25, x_.data()); }
   static double mass(int i) { return 1 + 0.125 * (i % 4); }
@@ -308,6 +321,16 @@ void check_purity(const ForcePlugin& plugin, const Params& params, Examiner& exa
   for (const int size : {1, 8, 1000})
     if (!same(whole, one.in_tiles(size)))
       return examiner.failed(kTiles, "not in tiles of " + std::to_string(size));
+  if (one.force().sweep())
+    for (const int from : {0, 1600}) {
+      std::vector<double> rest = whole;
+      for (int axis = 0; axis < 3; ++axis)
+        std::fill_n(rest.begin() + axis * static_cast<std::ptrdiff_t>(kMany), from, 0.0);
+      for (const int size : {8, 1000})
+        if (!same(rest, one.swept(from, size)))
+          return examiner.failed(kTiles, "not swept in tiles of " + std::to_string(size) +
+                                             " from particle " + std::to_string(from));
+    }
   examiner.ok(kTiles, "of 1, 8 and 1000 particles");
 }
 

@@ -1,0 +1,18 @@
+// Where a force puts its derivatives.
+#pragma once
+
+#include "core/math/mat3.h"
+
+namespace sim {
+
+// Blocks of 3 x 3.
+class BlockSink {
+ public:
+  virtual void position(int i, int j, const Mat3& block) = 0;  // += df_i / dx_j, N/m
+  virtual void velocity(int i, int j, const Mat3& block) = 0;  // += df_i / dv_j, N s/m
+
+ protected:
+  ~BlockSink() = default;
+};
+
+}  // namespace sim
