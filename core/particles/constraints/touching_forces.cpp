@@ -10,12 +10,12 @@
 namespace sim {
 namespace {
 
-constexpr double kGlance = 1e-5;       // s, for differences, of those who look
-constexpr double kFarther = 1e8;       // of accelerations: what a slip is against them
-constexpr double kCreeps = 1e-12;      // of accelerations: a slip that is none
-constexpr double kCreeping = 1e-7;     // m/s, to those who look
-constexpr double kAsGood = 1e-7;       // of accelerations: what is wrong with those that do
-constexpr double kGainsNoMore = 1e-9;  // likewise, where turns gain no more
+constexpr double kGlanceOfForces = 1e-5;  // s, for differences, of those who look
+constexpr double kFarther = 1e8;          // of accelerations: what a slip is against them
+constexpr double kCreeps = 1e-12;         // of accelerations: a slip that is none
+constexpr double kCreeping = 1e-7;        // m/s, to those who look
+constexpr double kAsGood = 1e-7;          // of accelerations: what is wrong with those that do
+constexpr double kGainsNoMore = 1e-9;     // likewise, where turns gain no more
 
 // d/dt of what f says after a time, by three values.
 template <class F>
@@ -122,9 +122,9 @@ std::span<const double> TouchingForces::multipliers(const ParticleView& now,
   const auto a = Layout(now.n, 3).axes(a_.data());
   free(now, a);
   find(now);
-  if (!accelerate(now, values, lying_, {.glance = kGlance}, a)) {
+  if (!accelerate(now, values, lying_, {.glance = kGlanceOfForces}, a)) {
     free(now, a);
-    accelerate(now, values, {}, {.glance = kGlance}, a);
+    accelerate(now, values, {}, {.glance = kGlanceOfForces}, a);
   }
   return solver_.multipliers();
 }

@@ -11,7 +11,7 @@ namespace {
 // A run is worth its arrays when this share of the particles begins a triangle of it.
 constexpr std::size_t kShare = 8;
 
-constexpr std::size_t kPad = 16;
+constexpr std::size_t kPadding = 16;
 
 }  // namespace
 
@@ -129,7 +129,7 @@ WindForces::WindForces(const WindLaw& law, const Air& air, const TriangleMesh& s
   }
   if (!runs_.empty()) sums_ = Array(3 * stride_);
   at_ = Incidence(surface.particles(), loose_);
-  loose_stride_ = loose_.size() / 3 + kPad;
+  loose_stride_ = loose_.size() / 3 + kPadding;
   loose_thirds_ = Array(3 * loose_stride_);
 }
 
