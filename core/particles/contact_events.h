@@ -21,6 +21,11 @@ class ContactEvents final : public TouchEvents {
   double first(double t, double h, const double* x, const double* x_next) override;
   Outcome end(double t, double h, const double* x, double* x_next, bool cut) override;
 
+  // Whether f has something that is held, at a time within the step; for who asks f without a.
+  bool holds_at(double t) {
+    in_forces_ = in_forces_ || within(t);
+    return within(t) && !held_.empty();
+  }
   // a: free accelerations at a time within the step; those of what is held become what they are.
   void accelerate(const ParticleView& view, double* const a[3]);
 

@@ -14,6 +14,7 @@
 #include "core/particles/explicit/renumbered.h"
 #include "core/particles/explicit/rk_stepper.h"
 #include "core/particles/explicit/split_stepper.h"
+#include "core/particles/implicit/event_solver.h"
 #include "core/particles/implicit/local_global_solver.h"
 #include "core/particles/implicit/memory_first.h"
 #include "core/particles/implicit/newton_solver.h"
@@ -380,20 +381,37 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
     if (local_global) refuse_contact("projective dynamics knows springs alone");
     if (general) refuse_contact("a force remembers what particles do");
     // Such methods end their steps at touches, and f has what lies on surfaces.
-    if (options.order > 2) return OdeSystem::stage_solver(options);
+    if (options.order > 2) {
+      events();
+      const bool rubs = std::ranges::any_of(contacts().all(), [](const Collider* collider) {
+        return collider->surface().friction > 0;
+      });
+      return std::make_unique<EventSolver>(*events_, rubs, particle_solver(options, nullptr),
+                                           OdeSystem::stage_solver(sparing(options)));
+    }
   }
   if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
   if (general) {
-    // A dense matrix takes as many evaluations of f as there are numbers, and these are dear here.
-    constexpr std::size_t kFewNumbers = 100;
-    StageOptions chosen = options;
-    const bool touches = holding_ && holding_->joins_contact() && size() > kFewNumbers;
-    if (touches && options.solver == StageOptions::Solver::kAuto)
-      chosen.solver = StageOptions::Solver::kIterative;
-    return OdeSystem::stage_solver(chosen);
+    const bool touches = holding_ && holding_->joins_contact();
+    return OdeSystem::stage_solver(touches ? sparing(options) : options);
   }
   if (!contacts().empty() && !step_contact_) step_contact_ = std::make_unique<StepContact>(*this);
-  auto solver = std::make_unique<NewtonSolver>(*this, options, asked, step_contact_.get());
+  return particle_solver(options, step_contact_.get());
+}
+
+// A dense matrix takes as many evaluations of f as there are numbers, and these are dear where
+// something lies on surfaces.
+StageOptions ParticleSystem::sparing(StageOptions options) const {
+  constexpr std::size_t kFewNumbers = 100;
+  if (size() > kFewNumbers && options.solver == StageOptions::Solver::kAuto)
+    options.solver = StageOptions::Solver::kIterative;
+  return options;
+}
+
+std::unique_ptr<StageSolver> ParticleSystem::particle_solver(const StageOptions& options,
+                                                             StepContact* contact) {
+  const auto asked = [this] { return stopped(); };
+  auto solver = std::make_unique<NewtonSolver>(*this, options, asked, contact);
   if (memory_size() == 0) return solver;
   return std::make_unique<MemoryFirst>(*this, std::move(solver), options);
 }

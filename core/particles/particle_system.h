@@ -61,6 +61,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // Positions and velocities are all that a step changes.
   bool is_plain() const { return memory_size() == 0 && leads().empty(); }
   void forget_events();
+  StageOptions sparing(StageOptions options) const;
+  std::unique_ptr<StageSolver> particle_solver(const StageOptions& options, StepContact* contact);
   void require_accuracy() const;  // throws where constraints have no such contact
   HeldEvents& held_events();
   std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper);

@@ -185,3 +185,18 @@ TEST_CASE("a shortened step counts what it touches") {
     CHECK(std::abs(balance.error()) < 1e-9);
   }
 }
+
+TEST_CASE("esdirk43 costs what it costs without a collider while nothing lies on it") {
+  sim::SystemSpec spec = make_cloth(8);
+  sim::Registry registry = make_registry();
+  const sim::RunOptions options = to_tolerance("esdirk43", 1e-6, 0.02);
+  sim::Simulation without(spec, registry, options);
+  spec.colliders = {make_part("sphere", {{"radius", 0.2}, {"center", Vec3(0, -20, 0)}})};
+  sim::Simulation beside(spec, registry, options);
+  REQUIRE((run(without, 20) && run(beside, 20)));
+  CHECK((without.position(60) - beside.position(60)).norm() < 1e-5);
+  const sim::Effort free = without.integrator().effort(), near = beside.integrator().effort();
+  CHECK(free.newton > 0);
+  CHECK(near.newton < 2 * free.newton);
+  CHECK(near.evaluations < 2 * free.evaluations + 100);
+}

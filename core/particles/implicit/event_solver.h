@@ -1,0 +1,50 @@
+// Implicit stages of methods that end their steps at touches.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/ode/ode_system.h"
+#include "core/particles/contact_events.h"
+
+namespace sim {
+
+// While nothing lies on a surface f is that of the particles alone, and solved as such.
+class EventSolver final : public StageSolver {
+ public:
+  EventSolver(ContactEvents& events, bool rubs, std::unique_ptr<StageSolver> free,
+              std::unique_ptr<StageSolver> lying)
+      : events_(&events), rubs_(rubs), free_(std::move(free)), lying_(std::move(lying)) {}
+
+  StepStatus solve(double t, double tau, const double* r, double* y) override {
+    return (events_->holds_at(t) ? lying_ : free_)->solve(t, tau, r, y);
+  }
+  Effort effort() const override {
+    Effort all = free_->effort();
+    const Effort lying = lying_->effort();
+    all.evaluations += lying.evaluations;
+    all.newton += lying.newton;
+    all.factorisations += lying.factorisations;
+    all.linear += lying.linear;
+    all.residual = std::max(all.residual, lying.residual);
+    return all;
+  }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> notes = free_->notes();
+    for (const std::string& note : lying_->notes()) notes.push_back(note);
+    if (rubs_)
+      notes.push_back(
+          "friction is part of the equations of a stage here: where many particles rub, steps get "
+          "short or have no solution; trbdf2 does without");
+    return notes;
+  }
+
+ private:
+  ContactEvents* events_;
+  bool rubs_;  // a collider has friction
+  std::unique_ptr<StageSolver> free_, lying_;
+};
+
+}  // namespace sim
