@@ -12,7 +12,6 @@ void CutSteps::prepare(OdeSystem& system) {
 
 Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                           double* x_next) {
-  constexpr int kTries = 12;  // of meeting one event
   Events* const events = system.events();
   if (!events) return method_->advance(system, t, h, most, x, x_next);
   std::copy_n(x, from_.size(), from_.data());
@@ -31,7 +30,8 @@ Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t mo
         std::copy_n(to_.data(), to_.size(), x_next);
         return {status};
       }
-      const double s = cut && n < kTries ? events->first(at, length, from_.data(), to_.data()) : 1;
+      const double s =
+          cut && n < Events::kTries ? events->first(at, length, from_.data(), to_.data()) : 1;
       if (!(s < 1)) break;
       length *= s;
       anew = true;

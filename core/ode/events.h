@@ -25,7 +25,9 @@ class Events {
 
   // Ends of steps between two states that a method was asked for; more are not worth cutting.
   static constexpr int kMostCuts = 32;
-  virtual void gave_up() = 0;   // there were more
+  static constexpr int kTries = 12;        // of meeting one event
+  static constexpr double kLonger = 1000;  // a next step at most, than one that ended at an event
+  virtual void gave_up() = 0;              // there were more
   virtual void repeated() = 0;  // the step that just ended was taken before: it does not count
 };
 

@@ -36,6 +36,18 @@ struct Effort {
   std::int64_t factorisations = 0;
   std::int64_t linear = 0;  // iterations of an iterative linear solver
   double residual = 0;      // worst relative residual an implicit step ended with
+
+  Effort& operator+=(const Effort& other) {
+    steps += other.steps;
+    rejected += other.rejected;
+    evaluations += other.evaluations;
+    newton += other.newton;
+    factorisations += other.factorisations;
+    linear += other.linear;
+    residual = residual < other.residual ? other.residual : residual;
+    return *this;
+  }
+  friend Effort operator+(Effort one, const Effort& other) { return one += other; }
 };
 
 }  // namespace sim

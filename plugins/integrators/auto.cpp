@@ -114,19 +114,7 @@ class Automatic final : public sim::Integrator {
     method_->recall(memory.subspan(kOwn));
   }
 
-  sim::Effort effort() const override {
-    if (!method_) return past_;
-    sim::Effort sum = past_;
-    const sim::Effort now = method_->effort();
-    sum.steps += now.steps;
-    sum.rejected += now.rejected;
-    sum.evaluations += now.evaluations;
-    sum.newton += now.newton;
-    sum.factorisations += now.factorisations;
-    sum.linear += now.linear;
-    sum.residual = std::max(sum.residual, now.residual);
-    return sum;
-  }
+  sim::Effort effort() const override { return method_ ? past_ + method_->effort() : past_; }
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes{reason_};

@@ -88,42 +88,19 @@ TEST_CASE("a dumbbell slides down a rough slope as one particle, or sticks",
 }
 
 TEST_CASE("a rope at rest over a cylinder: tensions and equilibrium", "[scene][constraints]") {
-  // Half around it, in 20 links; both ends hang at the height of the axis.
-  std::string points, ties;
   constexpr int kLinks = 20;
-  for (int i = 0; i <= kLinks; ++i) {
-    const double a = M_PI * i / kLinks;
-    char text[100];
-    std::snprintf(text, sizeof text, "{%.17g, %.17g, 0}, ", -0.3 * std::cos(a), 0.3 * std::sin(a));
-    points += text;
-    if (i > 0) ties += "{" + std::to_string(i - 1) + ", " + std::to_string(i) + "}, ";
-  }
-  const std::string text = held_scene(points, ties,
-                                      "sim.collider.capsule { a = {0, 0, -1}, b = {0, 0, 1}, "
-                                      "radius = 0.3 }",
-                                      "p:pin(0)");
+  const std::string text = rope(kLinks, "0", "", "p:pin(0)");
   for (const std::string method : {"rk4", "verlet"}) {
     INFO(method);
     Run run(text, method, 0.002);
     run.run_to(0.2);
     for (int i = 0; i <= kLinks; ++i) CHECK(run.system.velocity(i).norm() < 1e-12);
-    // Along the tangent at each particle, cos(half a turn) (T - T before) = m g times its slope.
-    const std::vector<HoldingForce> forces = run.forces();
-    REQUIRE(forces.size() == kLinks);
-    const double half = 0.5 * M_PI / kLinks;
-    double tension = 0;
-    for (int i = kLinks; i >= 1; --i) {
-      tension += -2 * kG * std::cos(M_PI * i / kLinks) / std::cos(half);
-      INFO(i);
-      CHECK(forces[static_cast<std::size_t>(i - 1)].tension == Approx(tension).epsilon(1e-6));
-    }
+    check_tensions(run, kLinks);
   }
 }
 
 TEST_CASE("a dumbbell slides in a bowl with order 2", "[scene][constraints]") {
-  // Both ends lie in a sphere of 1 m, 30 and 90 degrees from its lowest point: a rigid pendulum.
-  const std::string text = held_scene("{0.5, -0.8660254037844387, 0}, {1, 0, 0}", "{0, 1}",
-                                      "sim.collider.sphere { radius = 1, inside = true }");
+  const std::string text = bowl("0");
   const auto height = [](const Simulation& system) {
     return 0.5 * (system.position(0) + system.position(1))[1];
   };
@@ -140,15 +117,7 @@ TEST_CASE("a dumbbell slides in a bowl with order 2", "[scene][constraints]") {
 
 namespace {
 
-const std::string kSheet =
-    "local c = sim.grid { 8, 8, origin = {-0.4, 0.06, -0.43}, du = {0, 0, 0.11}, dv = {0.11, 0, 0},"
-    " mass = 0.01 }\n"
-    "return sim.scene { particles = c, forces = { sim.force.gravity { g = {0, -9.81, 0} },"
-    " sim.force.spring { family = 'shear', stiffness = 2, grid = c, offsets = {{1,1},{1,-1}} } },"
-    " constraints = { sim.constraint.distance { grid = c, offsets = {{0,1},{1,0}} } },"
-    " colliders = { sim.collider.sphere { radius = 0.3, center = {0, -0.3, 0}, friction = 0.4 },"
-    " sim.collider.plane { point = {0, -0.5, 0}, friction = 0.4 } },"
-    " integrator = 'verlet', dt = 0.004, duration = 1 }\n";
+const std::string kSheet = sheet("sim.collider.plane { point = {0, -0.5, 0}, friction = 0.4 }");
 
 }  // namespace
 

@@ -14,35 +14,6 @@ const std::string kPendulum =
     held_scene("{0, 0, 0}, {1, 0, 0}", "{0, 1}",
                "sim.collider.plane { normal = {1, 0, 0}, restitution = 0.7 }", "p:pin(0)");
 
-// Both ends lie in a sphere of 1 m, 30 and 90 degrees from its lowest point.
-std::string bowl(const std::string& friction) {
-  return held_scene(
-      "{0.5, -0.8660254037844387, 0}, {1, 0, 0}", "{0, 1}",
-      "sim.collider.sphere { radius = 1, inside = true, friction = " + friction + " }");
-}
-
-// A rope of so many links half around a cylinder of 0.3 m; what follows its last particle.
-std::string rope(int links, const std::string& friction, const std::string& last,
-                 const std::string& more = "") {
-  std::string points, ties;
-  for (int i = 0; i <= links; ++i) {
-    const double a = M_PI * i / links;
-    char text[100];
-    std::snprintf(text, sizeof text, "{%.17g, %.17g, 0}, ", -0.3 * std::cos(a), 0.3 * std::sin(a));
-    points += text;
-    if (i > 0) ties += "{" + std::to_string(i - 1) + ", " + std::to_string(i) + "}, ";
-  }
-  if (!last.empty()) {
-    points += last;
-    ties += "{" + std::to_string(links) + ", " + std::to_string(links + 1) + "}";
-  }
-  return held_scene(points, ties,
-                    "sim.collider.capsule { a = {0, 0, -1}, b = {0, 0, 1}, radius = 0.3, friction "
-                    "= " +
-                        friction + " }",
-                    more);
-}
-
 std::string with(std::string text, const std::string& from, const std::string& to) {
   text.replace(text.find(from), from.size(), to);
   return text;
@@ -109,14 +80,7 @@ TEST_CASE("a rope rests over a cylinder in all methods, and slides off by their 
     HeldRun run(rope(kLinks, "0", "", "p:pin(0)"), method, 0.01);
     run.run_to(0.1);
     for (int i = 0; i <= kLinks; ++i) CHECK(run.system.velocity(i).norm() < 1e-10);
-    const std::vector<HoldingForce> forces = run.forces();
-    REQUIRE(forces.size() == kLinks);
-    const double half = 0.5 * M_PI / kLinks;
-    double tension = 0;
-    for (int i = kLinks; i >= 1; --i) {
-      tension += -2 * kG * std::cos(M_PI * i / kLinks) / std::cos(half);
-      CHECK(forces[static_cast<std::size_t>(i - 1)].tension == Approx(tension).epsilon(1e-6));
-    }
+    check_tensions(run, kLinks);
   }
   // With a weight at one end.
   const std::string slides = rope(kLinks, "0", "{0.3, -0.1, 0}");
@@ -150,14 +114,7 @@ TEST_CASE("friction of a rope on a cylinder holds a small weight and lets slide 
 
 namespace {
 
-const std::string kSheet =
-    "local c = sim.grid { 8, 8, origin = {-0.4, 0.06, -0.43}, du = {0, 0, 0.11}, dv = {0.11, 0, 0},"
-    " mass = 0.01 }\n"
-    "return sim.scene { particles = c, forces = { sim.force.gravity { g = {0, -9.81, 0} },"
-    " sim.force.spring { family = 'shear', stiffness = 2, grid = c, offsets = {{1,1},{1,-1}} } },"
-    " constraints = { sim.constraint.distance { grid = c, offsets = {{0,1},{1,0}} } },"
-    " colliders = { sim.collider.sphere { radius = 0.3, center = {0, -0.3, 0}, friction = 0.4 } },"
-    " integrator = 'verlet', dt = 0.004, duration = 1 }\n";
+const std::string kSheet = sheet("");
 
 }  // namespace
 

@@ -1,27 +1,17 @@
-// Particles on rods that meet colliders: scenes, and runs that look at each state.
+// Runs of particles on rods that meet colliders, which look at each state.
 #pragma once
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "core/particles/constraints/holding.h"
 #include "core/particles/particle_system.h"
 #include "tests/lua/scene_text.h"
+#include "tests/support/held_scenes.h"
 #include "tests/support/scenes.h"
 
 namespace sim::test {
-
-inline constexpr double kG = 9.81;
-
-inline std::string held_scene(const std::string& points, const std::string& ties,
-                              const std::string& collider, const std::string& more = "") {
-  return "local p = sim.particles { mass = 2 }\nfor _, x in ipairs { " + points +
-         " } do p:add(x) end\n" + more +
-         "\nreturn sim.scene { particles = p, forces = { sim.force.gravity { g = {0, -9.81, 0} } },"
-         " constraints = { sim.constraint.distance { ties = { " +
-         ties + " } } }, colliders = { " + collider +
-         " }, integrator = 'rk4', dt = 0.01, duration = 1 }\n";
-}
 
 struct HeldRun : TextRun {
   using TextRun::TextRun;
@@ -57,8 +47,19 @@ struct HeldRun : TextRun {
   }
 };
 
-inline const std::string kFloor = "sim.collider.plane { restitution = 0.5 }";
-inline const std::string kSmooth = "sim.collider.plane {}";
+// Of a rope at rest over the cylinder. Along the tangent at each particle, cos(half a turn) (T - T
+// before) = m g times its slope.
+inline void check_tensions(const HeldRun& run, int links) {
+  const std::vector<HoldingForce> forces = run.forces();
+  REQUIRE(forces.size() == static_cast<std::size_t>(links));
+  const double half = 0.5 * M_PI / links;
+  double tension = 0;
+  for (int i = links; i >= 1; --i) {
+    tension += -2 * kG * std::cos(M_PI * i / links) / std::cos(half);
+    INFO(i);
+    CHECK(forces[static_cast<std::size_t>(i - 1)].tension == Approx(tension).epsilon(1e-6));
+  }
+}
 
 // The order of some number of the end, from three step sizes and what it has to be.
 template <class Value>

@@ -135,8 +135,6 @@ StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
 // that comes to rest on something, which a whole step settles: one that ends with the state that is
 // asked for, since there is no dense output of what is settled.
 bool EmbeddedRungeKutta::end_at_event(double until) {
-  constexpr int kTries = 12;        // of meeting one event
-  constexpr double kLonger = 1000;  // than the step before
   const bool cut = cuts_ < Events::kMostCuts;
   if (!cut) events_->gave_up();
   if (!cut && t_ + h_ > until) {
@@ -145,7 +143,7 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
     if (!estimate_needs_last()) close_step();
   }
   bool met = false;
-  for (int n = 0; cut && n < kTries; ++n) {
+  for (int n = 0; cut && n < Events::kTries; ++n) {
     const double s = events_->first(t_, h_, x_.data(), x_next_.data());
     if (!(s < 1)) break;
     h_ *= s;
@@ -156,7 +154,8 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
   // The next event may be as near, and must not be lost in a much longer step; but roundings of t
   // are no step.
   const double least = 1e6 * std::numeric_limits<double>::epsilon() * std::fabs(t_);
-  if (met) controller_.state.h = std::min(controller_.state.h, std::max(kLonger * h_, least));
+  if (met)
+    controller_.state.h = std::min(controller_.state.h, std::max(Events::kLonger * h_, least));
   cuts_ = !cut ? -1 : met ? std::max(cuts_, 0) + 1 : 0;
   return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
 }

@@ -74,12 +74,10 @@ double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
 
 // The step that stands, from x_ to y_, taken again up to its first event.
 StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
-  constexpr int kTries = 12;        // of meeting one event
-  constexpr double kLonger = 1000;  // than the step before: another event may be as near
   const bool cut = cuts_ < Events::kMostCuts;
   if (!cut) events_->gave_up();
   bool met = false;
-  for (int n = 0; cut && n < kTries; ++n) {
+  for (int n = 0; cut && n < Events::kTries; ++n) {
     const double s = events_->first(t_, h_, x_.data(), y_.data());
     if (!(s < 1)) break;
     h_ *= s;
@@ -90,7 +88,7 @@ StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
     system.settle(t_ + h_, y_.data());
   }
   cuts_ = met ? cuts_ + 1 : 0;
-  if (met) controller_.state.h = std::min(controller_.state.h, kLonger * h_);
+  if (met) controller_.state.h = std::min(controller_.state.h, Events::kLonger * h_);
   using Outcome = Events::Outcome;
   const Outcome outcome = events_->end(t_, h_, x_.data(), y_.data(), cut);
   anew_ = met || outcome == Outcome::kJumped;
@@ -225,12 +223,6 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
   anew_ = memory[1] != 0;
 }
 
-Effort AdaptiveImplicit::effort() const {
-  Effort effort = solver_ ? solver_->effort() : Effort{};
-  effort.steps = own_.steps;
-  effort.rejected = own_.rejected;
-  effort.evaluations += own_.evaluations;
-  return effort;
-}
+Effort AdaptiveImplicit::effort() const { return (solver_ ? solver_->effort() : Effort{}) + own_; }
 
 }  // namespace sim

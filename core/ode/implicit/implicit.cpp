@@ -9,15 +9,6 @@
 namespace sim {
 namespace {
 
-Effort sum(const Effort& a, const Effort& b) {
-  return {.steps = a.steps + b.steps,
-          .evaluations = a.evaluations + b.evaluations,
-          .newton = a.newton + b.newton,
-          .factorisations = a.factorisations + b.factorisations,
-          .linear = a.linear + b.linear,
-          .residual = std::max(a.residual, b.residual)};
-}
-
 // Whether every number of a state is finite says the state, not the solver: its residual may
 // overflow before that.
 StepStatus judged(StepStatus status, std::span<const double> x_next) {
@@ -99,7 +90,7 @@ Advance DiagonallyImplicit::advance(OdeSystem& system, double t, double h, std::
 }
 
 Effort DiagonallyImplicit::effort() const {
-  return sum(solver_->effort(), {.steps = steps_, .evaluations = evaluations_});
+  return solver_->effort() + Effort{.steps = steps_, .evaluations = evaluations_};
 }
 
 // k_i = lambda (x + h sum_{j<=i} a_ij k_j):  with x = 1,
@@ -170,7 +161,7 @@ void Bdf2::recall(std::span<const double> memory) {
 }
 
 Effort Bdf2::effort() const {
-  return sum(sum(solver_->effort(), {.steps = steps_}), starter_->effort());
+  return solver_->effort() + Effort{.steps = steps_} + starter_->effort();
 }
 
 // (1 - 2/3 z) zeta^2 - 4/3 zeta + 1/3 = 0:  zeta = (2 +- sqrt(1 + 2 z)) / (3 - 2 z)

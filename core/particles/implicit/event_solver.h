@@ -1,7 +1,6 @@
 // Implicit stages of methods that end their steps at touches.
 #pragma once
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,16 +20,7 @@ class EventSolver final : public StageSolver {
   StepStatus solve(double t, double tau, const double* r, double* y) override {
     return (events_->holds_at(t) ? lying_ : free_)->solve(t, tau, r, y);
   }
-  Effort effort() const override {
-    Effort all = free_->effort();
-    const Effort lying = lying_->effort();
-    all.evaluations += lying.evaluations;
-    all.newton += lying.newton;
-    all.factorisations += lying.factorisations;
-    all.linear += lying.linear;
-    all.residual = std::max(all.residual, lying.residual);
-    return all;
-  }
+  Effort effort() const override { return free_->effort() + lying_->effort(); }
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = free_->notes();
     for (const std::string& note : lying_->notes()) notes.push_back(note);

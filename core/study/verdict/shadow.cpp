@@ -61,7 +61,8 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
   }
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
   frames_.push_back({{run_->step_count(), run_->t()},
-                     sight_of(*run_, may_jump_),
+                     {places(*run_), energy ? energy->total() : std::nan(""),
+                      may_jump_ ? state_of(*run_) : std::vector<double>()},
                      0,
                      {observed.begin(), observed.end()}});
   if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);
@@ -90,6 +91,7 @@ ShadowRun::Plan Shadow::plan(double steps) const {
   ShadowRun::Plan plan{.steps_per_step = steps_per_step(steps),
                        .figures = asked_,
                        .springs = run_->second_order(),
+                       .energy = run_->second_order(),
                        .states = !spec_->observers.empty()};
   plan.strain = plan.springs && run_->integrator_info().adaptive && plan.steps_per_step > 1;
   if (plan.strain || !asked_.empty())
@@ -247,7 +249,7 @@ Parting Shadow::compare(const std::function<bool()>& stop, bool spread) {
 
 ShadowRun Shadow::neighbour(int which) const {
   ShadowRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
-  plan.springs = plan.strain = false;
+  plan.springs = plan.strain = plan.energy = false;
   plan.stride = plan.figures.empty() ? 0 : 1;
   ShadowRun run = shadow_run(std::move(plan));
   Simulation& neighbour = run.system();
@@ -275,7 +277,7 @@ void Shadow::look_for_chaos(const ShadowRun& shadow, const std::function<bool()>
   constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
   ShadowRun other = neighbour(0);
   const double apart =
-      largest_distance(frames_.front().seen.x, sight_of(other.system(), false).x, run_->flat());
+      largest_distance(frames_.front().seen.x, places(other.system()), run_->flat());
   if (!(apart > 0)) return;
   follow(other, stop);
   std::vector<double> growths;

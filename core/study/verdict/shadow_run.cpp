@@ -6,10 +6,9 @@
 #include "core/study/accuracy/companion.h"
 
 namespace sim::study {
-namespace {
 
 std::vector<double> places(Simulation& system) {
-  if (!system.second_order()) return {system.state().begin(), system.state().end()};
+  if (!system.second_order()) return state_of(system);
   const ParticleView p = particles_of(system)->view(system.t(), system.state().data());
   std::vector<double> values(static_cast<std::size_t>(3 * p.n));
   double* next = values.data();
@@ -18,12 +17,8 @@ std::vector<double> places(Simulation& system) {
   return values;
 }
 
-}  // namespace
-
-Sight sight_of(Simulation& system, bool with_state) {
-  return {places(system), system.second_order() ? system.energy().total() : std::nan(""),
-          with_state ? std::vector(system.state().begin(), system.state().end())
-                     : std::vector<double>()};
+std::vector<double> state_of(const Simulation& system) {
+  return {system.state().begin(), system.state().end()};
 }
 
 ShadowRun::ShadowRun(const SystemSpec& spec, Registry& registry, const Settings& own,
@@ -57,7 +52,8 @@ bool ShadowRun::follow(const Moment& to, const std::function<bool()>& stop) {
     if (!run(plan_.steps_per_step, stop)) return false;
   }
   now_ = to;
-  path_.push_back(sight_of(system_, plan_.states));
+  path_.push_back({places(system_), plan_.energy ? system_.energy().total() : std::nan(""),
+                   plan_.states ? state_of(system_) : std::vector<double>()});
   return true;
 }
 

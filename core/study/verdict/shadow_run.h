@@ -21,20 +21,22 @@ struct Moment {
 // What is kept of a state.
 struct Sight {
   std::vector<double> x;      // coordinates of all particles, or the numbers of a flat state
-  double energy;              // J, total; not a number in a first-order system
+  double energy;              // J, total; not a number where it is not wanted
   std::vector<double> state;  // X, where it is wanted
 };
-Sight sight_of(Simulation& system, bool with_state);
+
+std::vector<double> places(Simulation& system);  // Sight::x of the present state
+std::vector<double> state_of(const Simulation& system);
 
 class ShadowRun {
  public:
   struct Plan {
-    double steps_per_step = 2;        // for each of the run's, with a sharper method too
-    std::int64_t stride = 0;          // steps between looks at figures and springs; 0: none
-    std::vector<Quantity> figures{};  // judged; then the stride is 1
-    bool springs = false;             // those that come to a point are looked for
-    bool strain = false;              // and how far they are stretched
-    bool states = false;              // kept, in each sight
+    double steps_per_step = 2;            // for each of the run's, with a sharper method too
+    std::int64_t stride = 0;              // steps between looks at figures and springs; 0: none
+    std::vector<Quantity> figures{};      // judged; then the stride is 1
+    bool springs = false;                 // those that come to a point are looked for
+    bool strain = false;                  // and how far they are stretched
+    bool energy = false, states = false;  // kept, in each sight
 
     bool same_steps(const Plan& other) const {
       return steps_per_step == other.steps_per_step && stride == other.stride;

@@ -32,7 +32,7 @@ class ShadowThread {
   std::function<bool()> stop_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Moment> moments_;  // not yet followed
+  std::vector<Moment> moments_;  // all that were seen
   bool over_ = false, failed_ = false;
   std::thread thread_;  // last: it reads the others
 };
