@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -164,6 +165,14 @@ std::string once(const std::string& option, const std::string& argument) {
     usage_error("given twice", "'" + argument + "' and '" + option + "'",
                 "as an argument and as an option", "keep one of them");
   return option.empty() ? argument : option;
+}
+
+void take_threads(const std::string& text, SceneRequest& request) {
+  request.as_pays = text == "auto";
+  request.threads = request.as_pays
+                        ? static_cast<int>(std::clamp<std::int64_t>(
+                              std::thread::hardware_concurrency(), 1, kMostThreads))
+                        : static_cast<int>(integer_between("--threads", text, 1, kMostThreads));
 }
 
 ShowProgress show_progress(const std::string& text) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/scene.h"
 #include "cli/verbs/adjacency.h"
 #include "cli/verbs/tradeoff.h"
 #include "core/lua/limits.h"
@@ -40,6 +41,9 @@ std::map<std::string, std::string> settings(const std::vector<std::string>& text
 // Of $SIM_LUA_BUDGET, and over it --lua-budget: "time=60,memory=4096,steps=1e9", each if it is
 // there.
 LuaLimits lua_limits(const std::string& option, bool safe = false);
+
+// Of --threads: a number, or auto.
+void take_threads(const std::string& text, SceneRequest& request);
 
 // Of --progress: auto, on or off.
 ShowProgress show_progress(const std::string& text);

@@ -57,7 +57,7 @@ class Parser {
 
   void check_words() const;
   void check_verb(const CLI::App& chosen) const;
-  SceneRequest scene_request(const std::string& scene) const;
+  SceneRequest scene_request(const std::string& scene, const std::string& threads = "1") const;
   RunRequest run_request() const;
   AdjacencyRequest adjacency_request() const;
   RestRequest rest_request() const;
@@ -150,7 +150,9 @@ Parser::Parser() {
   values("--without", t.without, "NAME",
          "leave out a force, collider or spring family;\nrepeatable");
   value("--seed", t.seed, "N", "of random numbers in the scene");
-  value("-j,--threads", t.threads, "N", "1 if not given; the bits do not depend on it");
+  value("-j,--threads", t.threads, "N",
+        "or auto: as many as pay. auto for a run if not given,\nelse 1; the bits do not depend on "
+        "it");
   app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
   value("--lua-budget", t.lua_budget, "LIMITS",
         "of a scene's Lua: time=10,memory=1024 (s, MB) if\n"
@@ -243,7 +245,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
   }
 }
 
-SceneRequest Parser::scene_request(const std::string& scene) const {
+SceneRequest Parser::scene_request(const std::string& scene, const std::string& threads) const {
   SceneRequest request;
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(texts_.set);
@@ -256,9 +258,7 @@ SceneRequest Parser::scene_request(const std::string& scene) const {
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
-  if (!texts_.threads.empty())
-    request.threads =
-        static_cast<int>(integer_between("--threads", texts_.threads, 1, kMostThreads));
+  take_threads(texts_.threads.empty() ? threads : texts_.threads, request);
   return request;
 }
 
@@ -270,7 +270,7 @@ RunRequest Parser::run_request() const {
       usage_error("unexpected argument", "'" + word + "'", "a table takes its file behind =",
                   "write --dump=" + word + " or --energy=" + word);
   RunRequest request;
-  request.scene = scene_request(t.scene);
+  request.scene = scene_request(t.scene, "auto");
   request.scene.integrator =
       parse_integrator(once(only("--integrator", t.integrator), t.integrator_word));
   add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
@@ -427,7 +427,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     texts_.scene = texts_.engine.scene;
     line.request = export_request(texts_.engine, run_request());
   } else if (chosen.front() == view_) {
-    SceneRequest scene = scene_request(texts_.view.scene);
+    SceneRequest scene = scene_request(texts_.view.scene, "auto");
     if (const std::string dt = only("--dt", texts_.dt); !dt.empty())
       scene.dt = positive_number("--dt", dt);
     line.request = view_request(texts_.view, std::move(scene), texts_.integrator);

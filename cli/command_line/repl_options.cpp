@@ -67,7 +67,8 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
         "given");
   value("--history", history, "MB", "of snapshots to go back to; 64 if not given");
   value("--seed", seed, "N", "of random numbers in the scene and at the prompt");
-  value("-j,--threads", threads, "N", "1 if not given; the bits do not depend on it");
+  value("-j,--threads", threads, "N",
+        "or auto, if not given: as many as pay; the bits do\nnot depend on it");
   value("--lua-budget", lua_budget, "LIMITS",
         "of the scene's Lua and of each line:\ntime=10,memory=1024 (s, MB) if not given; also "
         "steps=N");
@@ -112,8 +113,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", seed, 0, std::numeric_limits<std::int64_t>::max()));
-  if (!threads.empty())
-    request.threads = static_cast<int>(integer_between("--threads", threads, 1, kMostThreads));
+  take_threads(threads.empty() ? "auto" : threads, request);
   if (!history.empty())
     line.session.history =
         static_cast<std::size_t>(integer_between("--history", history, 1, kMostHistory)) << 20;

@@ -114,6 +114,7 @@ void LiveScene::open(const std::string& scene) {
   request.scene = scene;
   request.seed = origin_->request.seed;
   request.threads = origin_->request.threads;
+  request.as_pays = origin_->request.as_pays;
   const auto fresh = read_origin(request, environment_, registry_);
   adopt(fresh);
   judged_.reset();
@@ -188,7 +189,8 @@ std::optional<FirstDifference> LiveScene::diff(const std::string& a, const std::
   std::optional<FirstDifference> first;
   for (std::size_t i = 0; i < ours.systems.size(); ++i) {
     const SystemSpec& spec = ours.spec.systems[i];
-    const RunOptions options{.threads = origin_->request.threads};
+    const RunOptions options{.threads = origin_->request.threads,
+                             .as_pays = origin_->request.as_pays};
     Simulation one(spec, registry_, options);
     Simulation other(theirs.spec.systems[i], registry_, options);
     Timeline &here = left.timelines[i], &there = right.timelines[i];

@@ -144,7 +144,7 @@ void Progress::clear() {
   drawn_ = false;
 }
 
-void Report::header(std::span<Track> tracks, int threads, const std::string& engine) {
+void Report::header(std::span<Track> tracks, const std::string& engine) {
   if (!out_) return;
   std::string text;
   if (scene_.spec.world) text += label("scene", scene_.spec.file);
@@ -182,7 +182,6 @@ void Report::header(std::span<Track> tracks, int threads, const std::string& eng
     text += label("step", steps);
   }
   if (!engine.empty()) text += label("engine", engine);
-  if (threads > 1) text += label("threads", std::to_string(threads));
   put(*out_, text + '\n' + columns(tracks));
 }
 
@@ -247,10 +246,12 @@ void Report::footer(std::span<Track> tracks, double seconds) {
   if (!out_) return;
   const auto steps = static_cast<double>(steps_taken(tracks));
   std::string text = "\n";
+  const int threads = threads_of(tracks);
   if (steps > 0 && seconds > 0) {
     text += label("ran", brief(steps, 15) + " steps in " + brief(seconds, 3) +
                              " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +
-                             brief(slowest(tracks).elapsed() / seconds, 3) + " x real time");
+                             brief(slowest(tracks).elapsed() / seconds, 3) + " x real time" +
+                             (threads > 1 ? ", " + counted(threads, "thread") : ""));
   }
   for (const Track& track : tracks)
     if (track.began_anew())

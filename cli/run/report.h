@@ -35,7 +35,7 @@ class Report {
   // `out` may be null: quiet.
   Report(std::ostream* out, const LoadedScene& scene) : out_(out), scene_(scene) {}
 
-  void header(std::span<Track> tracks, int threads, const std::string& engine = "");
+  void header(std::span<Track> tracks, const std::string& engine = "");
   std::string columns(std::span<Track> tracks);  // the heads of the rows
   void row(Track& track);
   void footer(std::span<Track> tracks, double seconds);

@@ -186,8 +186,7 @@ bool Run::step(Track& track) {
 
 int Run::go() {
   const Interrupts interrupts;
-  report_.header(tracks_, request_.scene.threads,
-                 engines_.empty() ? "" : engines_.front()->title());
+  report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
     measure(track);
@@ -211,7 +210,8 @@ int Run::go() {
     if (!beside && seconds() > Track::kQuick) {
       beside = true;
       progress_.clear();
-      verify_beside(tracks_, request_.scene.threads, seconds(), notes());
+      verify_beside(tracks_, request_.scene.as_pays ? 1 : request_.scene.threads, seconds(),
+                    notes());
     }
   }
   seconds_ = seconds();
@@ -313,9 +313,7 @@ int Run::conclude(int caught) {
   const Verdict verdict = overall_verdict(tracks_);
   if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   if (request_.json)
-    console_.out << summary_json(scene_, tracks_, request_.scene.threads, seconds_,
-                                 explanation_json_)
-                 << '\n';
+    console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_) << '\n';
   flush_or_throw(console_.out, "standard output");
 
   const bool adaptive = scene_.systems.front().integrator_info().adaptive;

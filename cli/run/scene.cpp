@@ -122,7 +122,8 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
   const MethodChoice& choice = request.integrator;
   return {.integrator = typed(choice, choice.over(system.integrator).name, registry),
           .dt = request.dt,
-          .threads = request.threads};
+          .threads = request.threads,
+          .as_pays = request.as_pays};
 }
 
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {

@@ -136,8 +136,8 @@ std::string system_json(Track& track, const std::string& post_mortem) {
 
 }  // namespace
 
-std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
-                         double seconds, std::span<const std::string> post_mortems) {
+std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
+                         std::span<const std::string> post_mortems) {
   std::vector<std::string> systems;
   std::string post_mortem;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -149,7 +149,7 @@ std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int 
   JsonObject object;
   object.text("scene", scene.spec.file)
       .json("systems", json_array(systems))
-      .integer("threads", threads)
+      .integer("threads", threads_of(tracks))
       .number("seconds", seconds)
       .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason);

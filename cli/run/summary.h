@@ -22,8 +22,8 @@ namespace sim::cli {
 // shorter than dt. dt, last_step, t and seconds in s, energies in J.
 // `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
 // system, and the first of them that of the whole.
-std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, int threads,
-                         double seconds, std::span<const std::string> post_mortems = {});
+std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
+                         std::span<const std::string> post_mortems = {});
 
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);

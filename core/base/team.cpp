@@ -12,8 +12,9 @@
 namespace sim {
 namespace {
 
-constexpr std::uint32_t kQuit = ~std::uint32_t{0};
-constexpr int kSpins = 500;  // some 20 microseconds
+constexpr std::uint64_t kQuit = ~std::uint64_t{0};
+constexpr std::uint64_t kMost = 1 << 16;  // members
+constexpr int kSpins = 500;               // some 20 microseconds
 
 void relax() {
 #if defined(__x86_64__)
@@ -32,14 +33,21 @@ void wait_a_little(int spin) {
     std::this_thread::yield();
 }
 
-Team::Team(int threads) {
+Team::Team(int threads) : size_(std::max(1, threads)), used_(size_) {
   for (int rank = 1; rank < threads; ++rank) threads_.emplace_back([this, rank] { work(rank); });
 }
 
 Team::~Team() {
-  generation_.store(kQuit, std::memory_order_release);
-  generation_.notify_all();
+  last_.store(kQuit, std::memory_order_release);
+  last_.notify_all();
+  use(most());
   for (std::thread& thread : threads_) thread.join();
+}
+
+void Team::use(int size) {
+  size_ = size;
+  used_.store(size, std::memory_order_release);
+  used_.notify_all();
 }
 
 // What a member throws is thrown by the caller when all have finished; the first of several.
@@ -59,10 +67,10 @@ void Team::run_erased(Call call, const void* body) {
     }
   };
   body_ = &guarded;
-  running_.store(static_cast<int>(threads_.size()), std::memory_order_relaxed);
-  const std::uint32_t next = generation_.load(std::memory_order_relaxed) + 1;
-  generation_.store(next == kQuit ? 0 : next, std::memory_order_release);
-  generation_.notify_all();
+  running_.store(size_ - 1, std::memory_order_relaxed);
+  const std::uint64_t run = last_.load(std::memory_order_relaxed) / kMost + 1;
+  last_.store(run * kMost + static_cast<std::uint64_t>(size_), std::memory_order_release);
+  last_.notify_all();
   call_(body_, 0);
   for (int spin = 0; running_.load(std::memory_order_acquire) != 0; ++spin) wait_a_little(spin);
   if (guarded.error) std::rethrow_exception(guarded.error);
@@ -70,19 +78,24 @@ void Team::run_erased(Call call, const void* body) {
 
 void Team::work(int rank) {
   const FloatControl control;
-  std::uint32_t seen = 0;
+  std::uint64_t seen = 0;
   for (;;) {
-    std::uint32_t now = seen;
-    for (int spin = 0; spin < kSpins && now == seen; ++spin) {
-      now = generation_.load(std::memory_order_acquire);
+    std::uint64_t now = seen;
+    const int used = used_.load(std::memory_order_acquire);
+    for (int spin = 0; spin < kSpins && now == seen && rank < used; ++spin) {
+      now = last_.load(std::memory_order_acquire);
       if (now == seen) relax();
     }
     if (now == seen) {
-      generation_.wait(seen, std::memory_order_acquire);
+      if (rank < used)
+        last_.wait(seen, std::memory_order_acquire);
+      else
+        used_.wait(used, std::memory_order_acquire);
       continue;
     }
     if (now == kQuit) return;
     seen = now;
+    if (static_cast<std::uint64_t>(rank) >= now % kMost) continue;
     call_(body_, rank);
     control.restore();
     running_.fetch_sub(1, std::memory_order_release);

@@ -15,7 +15,8 @@ struct Part {
 Part part_of(int n, int grain, int rank, int ranks);
 
 // Member 0 is the caller. A run costs a fraction of a microsecond while the members spin; idle
-// members go to sleep after some microseconds, so that a busy machine is not held up.
+// members go to sleep after some microseconds, so that a busy machine is not held up, and those
+// that are not used sleep until they are.
 class Team {
  public:
   explicit Team(int threads);
@@ -23,12 +24,14 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  int size() const noexcept { return static_cast<int>(threads_.size()) + 1; }
+  int most() const noexcept { return static_cast<int>(threads_.size()) + 1; }
+  int size() const noexcept { return size_; }  // that are used: all, until use() says otherwise
+  void use(int size);                          // 1 .. most(); between two runs
 
-  // Calls body(rank) on every member and returns when all have finished. body must not throw.
+  // Calls body(rank) on every member used and returns when all have finished. body must not throw.
   template <class Body>
   void run(const Body& body) {
-    if (threads_.empty()) return body(0);
+    if (size_ == 1) return body(0);
     run_erased([](const void* b, int rank) { (*static_cast<const Body*>(b))(rank); }, &body);
   }
 
@@ -46,11 +49,14 @@ class Team {
   void run_erased(Call call, const void* body);
   void work(int rank);
 
-  std::vector<std::thread> threads_;
+  int size_;
   Call call_ = nullptr;
   const void* body_ = nullptr;
-  alignas(64) std::atomic<std::uint32_t> generation_{0};  // odd-even counter of runs; ~0 = quit
-  alignas(64) std::atomic<int> running_{0};
+  // The number of the last run, times kMost, and how many members are in it; ~0 = quit. A member
+  // that was not in it may sleep through any number of runs.
+  alignas(64) std::atomic<std::uint64_t> last_{0};
+  alignas(64) std::atomic<int> running_{0}, used_;
+  std::vector<std::thread> threads_;
 };
 
 // What a thread does in the spin-th round of waiting for another: it spins at first, then gives its

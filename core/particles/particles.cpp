@@ -72,7 +72,7 @@ void Particles::set_off(std::span<const std::size_t> forces,
   all_swept_ = !other_forces_.empty() && net_forces_.nets().empty() && others_reach >= 0;
   if (all_swept_) reach_ = std::max(reach_, whole_reach(others_reach));
   rings_.clear();
-  for (int rank = 0; rank < team_->size(); ++rank) rings_.emplace_back(runs_);
+  for (int rank = 0; rank < team_->most(); ++rank) rings_.emplace_back(runs_);
 
   prepared_ = other_forces_;
   for (const ForceMemory& memory : memories_)

@@ -22,9 +22,11 @@ namespace {
 // Small scenes are faster on one thread: threads wait for each other some times a step, and on a
 // busy machine that costs far more than it saves.
 constexpr int kParticlesPerThread = 2048;
+constexpr int kLeastPerThread = 256;  // where the run finds out by itself
 
-int useful_threads(int wanted, int particles) {
-  return std::clamp(particles / kParticlesPerThread, 1, wanted);
+int useful_threads(const RunOptions& options, int particles) {
+  const int each = options.as_pays ? kLeastPerThread : kParticlesPerThread;
+  return std::clamp(particles / each, 1, options.threads);
 }
 
 // Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
@@ -99,7 +101,8 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
   team = std::make_unique<Team>(1);
 }
 
-void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry, int threads) {
+void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry,
+                                         const RunOptions& options) {
   initial = *spec.particles;
   const int n = initial.count();
   for (const RigidSpec& body : spec.bodies) bodies.emplace_back(body.shape, body.mass, body.first);
@@ -129,7 +132,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
   }
-  team = std::make_unique<Team>(useful_threads(threads, n));
+  team = std::make_unique<Team>(useful_threads(options, n));
+  if (options.as_pays && team->most() > 1) pace.emplace(*team);
   auto compiled = placed(spec.place, [&] {
     return std::make_unique<ParticleSystem>(masses(), settings->pinned, std::move(forces), x.data(),
                                             *team);
@@ -260,7 +264,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
     std::ranges::sort(settings->pinned);
     const auto repeated = std::unique(settings->pinned.begin(), settings->pinned.end());
     settings->pinned.erase(repeated, settings->pinned.end());
-    s.compile_particles(spec, registry, options.threads);
+    s.compile_particles(spec, registry, options);
   } else {
     s.compile_field(spec, registry);
   }
@@ -279,6 +283,7 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
+  if (s.pace) s.pace->begin();
   s.begin_contact(t());
   if (s.surface_contact || s.rigid_contact) most = 1;
   const FloatControl control;
@@ -302,6 +307,7 @@ int Simulation::steps(std::int64_t most) {
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   s.end_contact(t());
+  if (s.pace) s.pace->end(now.taken);
   return now.taken;
 }
 
@@ -378,6 +384,8 @@ bool Simulation::second_order() const { return impl_->particles != nullptr; }
 bool Simulation::flat() const { return shape().first().components.size() == 1; }
 int Simulation::particles() const { return flat() ? 0 : static_cast<int>(shape().first().count); }
 
+int Simulation::threads() const { return impl_->team ? impl_->team->size() : 1; }
+
 int Simulation::pinned_count() const {
   return impl_->particles ? impl_->particles->pinned_count() : 0;
 }
@@ -394,17 +402,6 @@ Vec3 Simulation::velocity(int i) const {
 
 int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
-
-const SurfaceContact* Simulation::surface_contact() const { return impl_->surface_contact.get(); }
-
-ContactWork Simulation::contact_work() const { return impl_->contact_work; }
-
-std::vector<SolidShape> Simulation::shapes() const {
-  if (!impl_->particles) return {};
-  std::vector<SolidShape> all = impl_->particles->contacts().shapes(t());
-  for (int i = 0; i < bodies(); ++i) all.push_back(body(i).drawn(body_state(i)));
-  return all;
-}
 
 bool Simulation::conserves_energy() const {
   return impl_->particles && !surface_contact() && !impl_->rigid_contact &&

@@ -20,8 +20,9 @@ namespace sim {
 // What a run may override; empty or 0 = as the scene says.
 struct RunOptions {
   MethodChoice integrator{};
-  double dt = 0;    // s
-  int threads = 1;  // at least 1; the bits do not depend on it
+  double dt = 0;         // s
+  int threads = 1;       // at least 1; the bits do not depend on it
+  bool as_pays = false;  // no more of them than pay, as the run finds out
 };
 
 struct Energy {
@@ -66,6 +67,7 @@ class Simulation {
   bool second_order() const;              // has particles with masses, velocities and energy
   bool flat() const;                      // a flat ODE state: no particles
   int particles() const;                  // 0 for a flat state
+  int threads() const;                    // that steps run on now
   int pinned_count() const;
   Vec3 position(int i) const;
   Vec3 velocity(int i) const;

@@ -171,6 +171,17 @@ void Simulation::Impl::restart() {
   integrator->restart(t(step_count), settings->h, x.data());
 }
 
+const SurfaceContact* Simulation::surface_contact() const { return impl_->surface_contact.get(); }
+
+ContactWork Simulation::contact_work() const { return impl_->contact_work; }
+
+std::vector<SolidShape> Simulation::shapes() const {
+  if (!impl_->particles) return {};
+  std::vector<SolidShape> all = impl_->particles->contacts().shapes(t());
+  for (int i = 0; i < bodies(); ++i) all.push_back(body(i).drawn(body_state(i)));
+  return all;
+}
+
 const RigidContact* Simulation::rigid_contact() const { return impl_->rigid_contact.get(); }
 
 int Simulation::bodies() const { return static_cast<int>(impl_->bodies.size()); }

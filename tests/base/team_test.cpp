@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "core/base/noise.h"
+
 using namespace sim;
 
 TEST_CASE("every member of a team runs once, whatever the number", "[base]") {
@@ -24,6 +26,26 @@ TEST_CASE("members that fell asleep are woken", "[base]") {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   CHECK(runs == std::vector<int>{5, 5, 5});
+}
+
+TEST_CASE("only those members run that are used, whatever was used before", "[base]") {
+  Team team(4);
+  std::vector<int> runs(4), expected(4);
+  Noise noise;
+  const auto below = [&](int n) { return static_cast<int>((noise.next() + 0.5) * n); };
+  for (int i = 0; i < 3000; ++i) {
+    const int size = 1 + below(4);
+    team.use(size);
+    CHECK(team.size() == size);
+    // Some fall asleep between two runs.
+    if (i % 500 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    for (int times = below(3); times > 0; --times) {
+      team.run([&](int rank) { ++runs[static_cast<std::size_t>(rank)]; });
+      for (std::size_t rank = 0; rank < static_cast<std::size_t>(size); ++rank) ++expected[rank];
+    }
+  }
+  CHECK(team.most() == 4);
+  CHECK(runs == expected);
 }
 
 TEST_CASE("parts cover all items once, in whole grains", "[base]") {

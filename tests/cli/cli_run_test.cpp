@@ -1,7 +1,9 @@
 // What a run says and how it ends.
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <set>
 #include <sstream>
+#include <thread>
 
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
@@ -57,6 +59,28 @@ TEST_CASE("threads do not change a bit of a dump") {
   CHECK(one.code == 0);
   CHECK(one.out ==
         run_sim({"-s", "n=40", "-d", "0.0005", "-n", "20", "--dump", "-q", "-j", "3"}).out);
+}
+
+TEST_CASE("a run takes as many threads as pay, and says how many") {
+  const std::vector<std::string> run = {"-s",     "n=64", "-d",   "1e-4",  "-i",
+                                        "verlet", "-n",   "2000", "--json"};
+  const std::vector<std::string> wishes[] = {{"-j", "1"}, {}, {"-j", "auto"}, {"--threads=auto"}};
+  std::set<std::string> hashes;
+  for (const auto& wish : wishes) {
+    std::vector<std::string> own = run;
+    own.insert(own.end(), wish.begin(), wish.end());
+    const Outcome outcome = run_sim(own);
+    CHECK(outcome.code == 0);
+    const Json report = JsonReader(outcome.out).read();
+    hashes.insert(report.at("systems").list.at(0).at("hash").text);
+    const double threads = report.at("threads").number;
+    if (wish == wishes[0]) CHECK(threads == 1);
+    CHECK((threads >= 1 && threads <= std::max(1u, std::thread::hardware_concurrency())));
+  }
+  CHECK(hashes.size() == 1);
+  // 16 x 16 particles are at work for one.
+  const Outcome small = run_sim({"-s", "n=16", "-n", "20", "--json"});
+  CHECK(JsonReader(small.out).read().at("threads").number == 1);
 }
 
 TEST_CASE("a table changes nothing of what a run says") {

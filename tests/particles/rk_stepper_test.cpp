@@ -142,11 +142,16 @@ class Runner {
     return values;
   }
 
+  // The steps after this are made on one thread, on two .. on all of them, and on one again.
+  void use_in_turn() { in_turn_ = true; }
+
   // The positions and velocities after some steps, fused or stage by stage.
   std::vector<double> run(const ExplicitPlan& plan, int steps, bool fused) {
+    if (in_turn_) team_.use(1);
     const auto stepper =
         fused ? system_->explicit_stepper(plan) : system_->OdeSystem::explicit_stepper(plan);
     for (int i = 0; i < steps; ++i) {
+      if (in_turn_) team_.use(1 + i % team_.most());
       REQUIRE(stepper->step(0.01 * i, 0.01, 1, x_.data(), next_.data()));
       std::swap(x_, next_);
     }
@@ -163,6 +168,7 @@ class Runner {
   }
 
   Team team_;
+  bool in_turn_ = false;
   Layout layout_;
   Array x_, next_;
   std::unique_ptr<ParticleSystem> system_;
@@ -238,6 +244,14 @@ TEST_CASE("threads do not change a bit of a step", "[particles]") {
       const std::vector<double> one = result(scene, plan, 6, true);
       for (const int threads : {2, 3, 4, 7}) CHECK(result(scene, plan, 6, true, threads) == one);
     }
+}
+
+TEST_CASE("the number of threads may change from step to step", "[particles]") {
+  for (const Scene& scene : {Scene{100}, Scene{60, false, true}}) {
+    Runner runner(scene, 4);
+    runner.use_in_turn();
+    CHECK(runner.run(rk4(), 6, true) == result(scene, rk4(), 6, true));
+  }
 }
 
 TEST_CASE("a step depends on the state that is given, whichever was made last", "[particles]") {

@@ -21,21 +21,21 @@ Sweeps<Real>::Sweeps(Particles& system, int most_stages)
     : system_(&system),
       most_stages_(most_stages),
       one_pass_(one_pass(system)),
-      wavefront_(system.layout().n(), system.reach(), most_stages, useful_ranks(1),
+      wavefront_(system.layout().n(), system.reach(), most_stages, most_ranks(),
                  one_pass_ ? kAhead : system.layout().n()) {
-  for (int i = 0; i < useful_ranks(1) * (one_pass_ ? most_stages : 1); ++i)
+  for (int i = 0; i < most_ranks() * (one_pass_ ? most_stages : 1); ++i)
     rings_.push_back(Rings<Real>(system.runs()));
   if (system.sweeps_other_forces()) forces_.resize(rings_.size());
   for (auto& sweeps : forces_)
     for (const Force* force : system.other_forces()) sweeps.push_back(force->sweep());
-  finite_.resize(static_cast<std::size_t>(useful_ranks(1)));
+  finite_.resize(static_cast<std::size_t>(most_ranks()));
 }
 
 // The slant of many stages takes particles too.
 template <class Real>
-int Sweeps<Real>::useful_ranks(int stages) const {
+int Sweeps<Real>::useful_ranks(int stages, int members) const {
   const int least = std::max(kLeastPart, (stages + 2) * system_->reach());
-  return std::clamp(system_->layout().n() / least, 1, system_->team().size());
+  return std::clamp(system_->layout().n() / least, 1, members);
 }
 
 template <class Real>

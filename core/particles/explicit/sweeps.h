@@ -57,7 +57,7 @@ class Sweeps {
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
     if (q) system_->prepare_gather(view);
-    const int ranks = useful_ranks(1);
+    const int ranks = useful_ranks(1, system_->team().size());
     system_->team().run([&](int rank) {
       if (rank >= ranks) return;
       const Part part = part_of(view.n, kGrain, rank, ranks);
@@ -77,7 +77,7 @@ class Sweeps {
   template <class BeginAt, class Piece>
   bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
     std::fill(finite_.begin(), finite_.end(), char{1});
-    const int ranks = useful_ranks(stages);
+    const int ranks = useful_ranks(stages, system_->team().size());
     wavefront_.run(
         system_->team(), stages, ranks,
         [&](int rank, int stage, int begin) { begin_at(rank, ranks, stage, begin); },
@@ -92,7 +92,8 @@ class Sweeps {
   }
   Rings<Real>& rings(int rank, int stage) { return rings_[place(rank, stage)]; }
   void gather(int rank, int stage, const ParticleView& view, Tile tile, ForceSink sink);
-  int useful_ranks(int stages) const;
+  int most_ranks() const { return useful_ranks(1, system_->team().most()); }
+  int useful_ranks(int stages, int members) const;
   void start(int rank, int ranks, int stage, int begin, const Real* const* q);
   bool finite() const;
 

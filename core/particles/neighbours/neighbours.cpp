@@ -61,7 +61,7 @@ void Neighbours::build(const ParticleView& view, Team& team) {
     points_ = Array(4 * 8 * blocks);
     for (Array& axis : built_) axis = Array(8 * blocks + 8);
   }
-  while (shares_.size() < static_cast<std::size_t>(team.size())) {
+  while (shares_.size() < static_cast<std::size_t>(team.most())) {
     Share& share = shares_.emplace_back();
     share.slots = ArrayOf<std::int32_t>(8);
     share.places.resize(n + 8);

@@ -140,7 +140,7 @@ std::unique_ptr<ForceSweep> WindForces::sweep() const {
 
 void WindForces::prepare(const ParticleView& view, Team& team) {
   if (!runs_.empty()) {
-    while (static_cast<int>(sweeps_.size()) < team.size()) sweeps_.emplace_back(law_, *air_, runs_);
+    while (static_cast<int>(sweeps_.size()) < team.most()) sweeps_.emplace_back(law_, *air_, runs_);
     double* const sums = sums_.data();
     team.run([&](int rank) {
       const Part part = part_of(view.n, kWindBlock, rank, team.size());

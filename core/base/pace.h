@@ -1,0 +1,54 @@
+// How many threads the steps of a run are worth, by the time that they take.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/base/team.h"
+
+namespace sim {
+
+// Times short stretches of steps on one member of a team, on two, four .. and on all, and goes on
+// with as many as pay: each doubling has to save a fifth of the time. Asks again now and then,
+// which takes about a hundredth of the time, for scenes change, and other programs come and go.
+class Pace {
+ public:
+  using Clock = std::function<double()>;  // s
+  static double now();                    // of the machine
+
+  explicit Pace(Team& team, Clock clock = now);
+
+  void begin() {  // steps follow
+    if (trying_) begun_ = clock_();
+  }
+  void end(int steps) {  // so many were taken
+    if (trying_)
+      look(steps);
+    else if ((left_ -= steps) <= 0)
+      ask();
+  }
+
+ private:
+  struct Choice {
+    int size;
+    double least = 0;  // s a step
+  };
+
+  void ask();  // begins a trial
+  void look(int steps);
+  void next();  // stretch of a trial
+  void settle();
+  std::size_t pays() const;
+
+  Team& team_;
+  Clock clock_;
+  std::vector<Choice> choices_;
+  std::size_t chosen_ = 0, first_ = 0, last_ = 0;  // the choices of a trial: first_ .. last_
+  std::size_t at_ = 0;
+  bool trying_ = true, warm_ = false;
+  int rounds_ = 0, taken_ = 0;
+  double begun_ = 0, spent_ = 0, all_ = 0;  // s: of the stretch, of the trial
+  double left_ = 0;                         // steps up to the next trial
+};
+
+}  // namespace sim
