@@ -45,6 +45,7 @@ class Restricted final : public LinearSolver {
     return !matrix.restricted() && whole_->prepare(matrix);
   }
   void divide(const double* r, double* z) override { whole_->divide(r, z); }
+  bool divides_cheaply() const override { return whole_->divides_cheaply(); }
 
  private:
   ConjugateGradient iterative_;

@@ -31,6 +31,7 @@ class LinearSolver {
   // made ready. False where there is none.
   virtual bool prepare(const StageMatrix& /*matrix*/) { return false; }
   virtual void divide(const double* /*r*/, double* /*z*/) {}
+  virtual bool divides_cheaply() const { return false; }  // unlike with a factor
 };
 
 // Conjugate gradients, preconditioned with the 3 x 3 blocks on the diagonal, in their norm.
@@ -45,6 +46,7 @@ class ConjugateGradient final : public LinearSolver {
     return multilevel_ && multilevel_->prepare(matrix);
   }
   void divide(const double* r, double* z) override { multilevel_->solve(r, z); }
+  bool divides_cheaply() const override { return multilevel_.has_value(); }
 
  private:
   int most_;

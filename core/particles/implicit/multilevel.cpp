@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-constexpr int kWanted = 16;  // particles of a patch
+constexpr int kWanted = 36;  // particles of a patch
 
 // Column `column` of P = [I, -[arm]x], which makes velocities of the motion of a patch.
 Vec3 motion(const Vec3& arm, int column) {

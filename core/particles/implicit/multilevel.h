@@ -10,7 +10,7 @@
 namespace sim {
 
 // A V cycle: a damped Jacobi step with the blocks on the diagonal, the same problem for patches of
-// some 16 neighbours along springs that move as rigid bodies (RigidMatrix), and another Jacobi
+// some 36 neighbours along springs that move as rigid bodies (RigidMatrix), and another Jacobi
 // step. What is slow for conjugate gradients are motions that stretch next to no spring, and those
 // are rigid ones, patch by patch. The steps on particles run in single precision, the patches in
 // double: their matrix is small where they move as one, a difference of large numbers.

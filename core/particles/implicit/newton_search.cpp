@@ -74,12 +74,12 @@ bool NewtonSolver::can_slide() {
 
 // Until the residual is at the goal: true; or does not fall as fast as by steps of Newton's method.
 bool NewtonSolver::slide(double goal) {
-  constexpr int kMost = 100, kLook = 20;
+  constexpr int kLook = 20;
   constexpr double kFast = 0.5;  // contraction from look to look
   learned_.forget();
   Array &g = equation_.gradient(), &d = equation_.direction();
   double now = norm(), seen = now;
-  for (int i = 0; i < kMost && now > goal && !matrix_.stopped(); ++i) {
+  for (int i = 0; now > goal && !matrix_.stopped(); ++i) {
     if (i > 0 && i % kLook == 0) {
       if (now > kFast * seen) return false;
       seen = now;

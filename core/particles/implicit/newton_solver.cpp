@@ -137,8 +137,7 @@ StepStatus NewtonSolver::minimise() {
   constexpr int kStalled = 3;   // sure searches without progress: rounding is all there is
   constexpr double kMore = 10, kLess = 0.1, kMost = 1e12;  // changes of the share, and its largest
   constexpr double kSlow = 0.1;     // contraction above which the share grows
-  constexpr double kNear = 0.1;     // residual below which a slide is worth its while
-  constexpr double kAfter = 1e3;    // share after one that went well
+  constexpr double kNear = 0.01;    // residual below which a slide is worth its while
   constexpr double kSaddle = 1e-3;  // residual below which a saddle may be near
   double share = kSafe;
   choose_start();
@@ -158,21 +157,25 @@ StepStatus NewtonSolver::minimise() {
     if (step == options_.newton_steps) return StepStatus::kNotConverged;
     ++effort_.newton;
 
-    if (step > 0 && hold <= 0 && now > kSlow * previous) share = std::min(kMore * share, kMost);
+    const bool slow = step > 0 && now > kSlow * previous;
+    if (slow && hold <= 0) share = std::min(kMore * share, kMost);
     --hold;
     const bool daring = share > kSafe;
-    if (step > 0) linearise(share, true);
+    const bool near = slides && step > 1 && now < kNear * first && !matrix_.restricted();
+    const bool sliding = near && slow && linear_->divides_cheaply();
+    if (step > 0 && !sliding) linearise(share, true);
     // Where steps are many, better directions are worth more.
     const double loosest = step < kMany ? 0.01 : step < 2 * kMany ? 1e-3 : 1e-6;
     const double eta =
         std::max(std::min(loosest, step > 0 ? forcing_term(now, previous) : 0.1), 0.5 * goal / now);
-    const LinearResult result = find_direction(eta);
+    LinearResult result{.definite = false};
+    if (!sliding) result = find_direction(eta);
     double length = 1;
-    if (!result.definite && slides && step > 1 && now < kNear * first && can_slide()) {
+    if (!result.definite && near && can_slide()) {
       // One that did not get there is followed by a sure step.
-      slides = slide(std::max(goal, 0.1 * now));
-      share = slides ? kAfter : kSafe;
-      hold = slides ? 0 : 1;
+      slides = slide(goal);
+      share = kSafe;
+      hold = 1;
       length = 0;
     } else if (!result.definite) {
       hold = slides ? kHold : 1;
