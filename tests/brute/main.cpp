@@ -1,5 +1,6 @@
-// sim_brute [N]: cloth of N x N particles (64) in all that may make it cross itself, at steps of 1
-// to 20 ms; crossings are counted over all pairs. A row a run; exit code 1 where one crosses.
+// sim_brute [N [SCENE [MS]]]: cloth of N x N particles (64) in all that may make it cross itself,
+// at steps of 1 to 20 ms, or in one scene, at one step; crossings are counted over all pairs. A row
+// a run; exit code 1 where one crosses.
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
@@ -15,8 +16,9 @@ using sim::Vec3;
 
 namespace {
 
-constexpr double kSteps[] = {0.001, 0.005, 0.02};  // s
-constexpr int kCounts = 6;                         // of crossings in a run
+constexpr int kCounts = 6;  // of crossings in a run
+
+using Steps = std::vector<double>;  // s
 
 struct Run {
   std::int64_t steps = 0, crossings = 0;
@@ -64,10 +66,10 @@ std::string stiffness_at(double dt, int n, double most) {
   return std::to_string(std::min(most, 0.02 / (n * n * dt * dt)));
 }
 
-std::int64_t scene(const std::string& name, int n, double most, double duration,
+std::int64_t scene(const Steps& all, const std::string& name, int n, double most, double duration,
                    std::map<std::string, std::string> settings = {}) {
   Table table(name);
-  for (const double dt : kSteps) {
+  for (const double dt : all) {
     settings["n"] = std::to_string(n);
     settings["stiffness"] = stiffness_at(dt, n, most);
     sim::Registry registry = make_registry();
@@ -78,9 +80,9 @@ std::int64_t scene(const std::string& name, int n, double most, double duration,
   return table.crossings();
 }
 
-std::int64_t crosswise(int n) {
+std::int64_t crosswise(const Steps& all, int n) {
   Table table("two sheets crosswise");
-  for (const double dt : kSteps) {
+  for (const double dt : all) {
     const double k = std::min(100.0, 0.02 / (n * n * dt * dt));
     sim::SystemSpec spec =
         make_sheets(2, {.n = n, .stiffness = k}, [](int sheet, double u, double v) {
@@ -98,12 +100,12 @@ std::int64_t crosswise(int n) {
   return table.crossings();
 }
 
-std::int64_t crumples(int n, int count) {
+std::int64_t crumples(const Steps& all, int n, int count) {
   Table table("crumple");
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int trial = 0; trial < count; ++trial) {
-    const double dt = kSteps[trial % 3];
+    const double dt = all[static_cast<std::size_t>(trial) % all.size()];
     double a[4];
     for (double& number : a) number = uniform(random);
     const double k = std::min(20.0, 0.02 / (n * n * dt * dt)), speed = 1 + trial % 4;
@@ -125,12 +127,18 @@ std::int64_t crumples(int n, int count) {
 
 int main(int argc, char** argv) {
   const int n = argc > 1 ? std::max(8, std::atoi(argv[1])) : 64;
-  std::int64_t all = crumples(n, 100);
-  all += crosswise(n);
-  all += scene("twist", n, 200, 2.5);
-  all += scene("fold", n, 100, 3.4);
-  all += scene("ring", n + 1, 200, 1.5);
-  all += scene("drape_self", n, 200, 1.2);
+  const std::string only = argc > 2 ? argv[2] : "";
+  const Steps steps = argc > 3 ? Steps{1e-3 * std::atof(argv[3])} : Steps{0.001, 0.005, 0.02};
+  std::int64_t all = 0;
+  const auto add = [&](const std::string& name, const auto& count) {
+    if (only.empty() || only == name) all += count(name);
+  };
+  add("crumple", [&](const std::string&) { return crumples(steps, n, 100); });
+  add("crosswise", [&](const std::string&) { return crosswise(steps, n); });
+  add("twist", [&](const std::string& name) { return scene(steps, name, n, 200, 2.5); });
+  add("fold", [&](const std::string& name) { return scene(steps, name, n, 100, 3.4); });
+  add("ring", [&](const std::string& name) { return scene(steps, name, n + 1, 200, 1.5); });
+  add("drape_self", [&](const std::string& name) { return scene(steps, name, n, 200, 1.2); });
   std::cout << (all == 0 ? "no crossing\n" : std::to_string(all) + " crossings\n");
   return all == 0 ? 0 : 1;
 }

@@ -22,7 +22,8 @@ bool passes(const Point& p, const Point& q, const Point& a, const Point& b, cons
   const Point along = minus(q, p), ab = minus(b, a), ac = minus(c, a), from = minus(p, a);
   const Point h = cross(along, ac);
   const long double det = dot(ab, h);
-  if (det == 0) return false;
+  // An edge in the plane, to the rounding of these numbers, goes along it and not through it.
+  if (det * det <= 1e-34L * dot(along, along) * dot(ab, ab) * dot(ac, ac)) return false;
   const long double u = dot(from, h) / det;
   if (!(u > 0 && u < 1)) return false;
   const Point g = cross(from, ab);

@@ -8,6 +8,9 @@ namespace {
 
 constexpr double kRowReach = 1.5;   // thicknesses
 constexpr double kShareKept = 0.1;  // of a distance
+constexpr double kWaysAhead = 2;    // that covers leave room for...
+constexpr double kMostAhead = 4;    // ...but no more thicknesses than these
+constexpr double kLoose = 4;        // times what ways need: a list of pairs that is too long
 constexpr double kUnknown = -HUGE_VAL;
 
 bool swept_apart(const FourPoints& p, const FourPoints& d, PairKind kind, double reach) {
@@ -39,6 +42,21 @@ Vec3 NearPairs::mean(std::span<const Vec3> of) const {
   return sum / static_cast<double>(parts_.vertices().size());
 }
 
+double NearPairs::half_of(double move) const {
+  return move + std::min(kWaysAhead * move, kMostAhead * thickness_) + 0.5 * thickness_;
+}
+
+// Much shorter ways than those that the list was made for.
+bool NearPairs::loose(std::span<const Vec3> way) const {
+  const Vec3 drift = mean(way);
+  double have = 0, need = 0;
+  for (const int i : parts_.vertices()) {
+    have += covers_[slot(i)].half;
+    need += half_of((way[slot(i)] - drift).norm());
+  }
+  return have > kLoose * need;
+}
+
 // In the frame of the mean, in which the ways are straight, too.
 bool NearPairs::holds(std::span<const Vec3> from, std::span<const Vec3> way) {
   if (covers_.empty()) return false;
@@ -62,7 +80,7 @@ void NearPairs::make(std::span<const Vec3> from, std::span<const Vec3> way, Team
   const Vec3 drift = mean(way);
   for (const int i : parts_.vertices()) {
     const Vec3 along = way[slot(i)] - drift;
-    const double move = along.norm(), half = 3 * move + 0.5 * thickness_;
+    const double move = along.norm(), half = half_of(move);
     covers_[slot(i)] = {from[slot(i)] + 0.5 * along, half};
     middles_[slot(i)] = covers_[slot(i)].middle;
     moved_[slot(i)] = 0.5 * move * (1 + 1e-9);
@@ -81,7 +99,7 @@ void NearPairs::make(std::span<const Vec3> from, std::span<const Vec3> way, Team
 }
 
 void NearPairs::begin(std::span<const Vec3> from, std::span<const Vec3> way, Team& team) {
-  if (!holds(from, way)) make(from, way, team);
+  if (!holds(from, way) || loose(way)) make(from, way, team);
   gaps_.assign(pairs_.size(), kUnknown);
 }
 
@@ -92,6 +110,7 @@ bool NearPairs::follow(std::span<const Vec3> from, std::span<const Vec3> way, Te
   return true;
 }
 
+// Passed over are pairs that have no row anyway: how old the list is must not be seen in results.
 void NearPairs::find_near(std::span<const Vec3> from, std::span<const Vec3> way, Team& team) {
   near_by_rank_.resize(slot(team.size()));
   const double reach = kRowReach * thickness_;
@@ -100,7 +119,7 @@ void NearPairs::find_near(std::span<const Vec3> from, std::span<const Vec3> way,
     mine.clear();
     const Part part = part_of(static_cast<int>(pairs_.size()), 64, rank, team.size());
     for (int i = part.begin; i < part.end; ++i) {
-      if (far(slot(i), thickness_)) continue;
+      if (far(slot(i), reach)) continue;
       const SurfacePair& pair = pairs_[slot(i)];
       const FourPoints p = points(from, pair), d = points(way, pair);
       if (swept_apart(p, d, pair.kind, thickness_)) continue;

@@ -19,7 +19,8 @@ struct Meeting {
 };
 
 // Keeps its list of pairs as long as all particles stay in boxes around where they were, in a frame
-// that moves with their mean. What is on the list beyond what is near changes no result.
+// that moves with their mean, and these are not much larger than ways need. What is on the list
+// beyond what is near changes no result.
 class NearPairs {
  public:
   NearPairs(SurfaceParts parts, double thickness)
@@ -54,7 +55,9 @@ class NearPairs {
     Vec3 middle;
     double half = -1;
   };
+  double half_of(double move) const;  // of the cover of a way of this length, m
   bool holds(std::span<const Vec3> from, std::span<const Vec3> way);
+  bool loose(std::span<const Vec3> way) const;
   void make(std::span<const Vec3> from, std::span<const Vec3> way, Team& team);
   Vec3 mean(std::span<const Vec3> of) const;
   // True where a pair stays farther apart than the reach all the step, by where its particles were

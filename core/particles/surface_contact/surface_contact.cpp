@@ -217,7 +217,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
     pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
     if (meetings_.empty()) return true;
     for (const Meeting& met : meetings_) zones_.join(pairs_.pairs()[met.pair].ids, met.s);
-    if (!zones_.apply(inverse_mass_, way_)) {
+    if (!zones_.apply(inverse_mass_, from_, way_)) {
       refusal_ = "particle " + std::to_string(zones_.blamed()) +
                  " is led through a surface that has no room left";
       return false;
@@ -260,7 +260,9 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
   rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
   if (held_) return find_held_velocities();
   rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
-  if (!zones_.empty()) zones_.slow(inverse_mass_, velocity_);
+  if (zones_.empty()) return;
+  for (const int i : movers_) ends_[slot(i)] = from_[slot(i)] + way_[slot(i)];
+  zones_.slow(inverse_mass_, ends_, velocity_);
 }
 
 void SurfaceContact::write(Particles& particles, double* x_next) const {
@@ -344,6 +346,17 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
             std::max(counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
 }
 
+// From from_ on the ways.
+bool SurfaceContact::advance(Particles& particles, double t_end) {
+  pairs_.find_near(from_, way_, particles.team());
+  rows_.clear(from_.size());
+  zones_.begin({});
+  make_rows();
+  limit_strain();
+  return held_ ? advance_held(particles, t_end) || advance_shorter(particles)
+               : advance_rows(particles, t_end) || advance_zones(particles);
+}
+
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
                                                 const double* x, double* x_next) {
   // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
@@ -364,24 +377,21 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   collides_ = !particles.contacts().empty();
   pairs_.begin(from_, way_, particles.team());
   if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;
-  pairs_.find_near(from_, way_, particles.team());
 
   touched_.assign(from_.size(), 0);
   dirty_.assign(from_.size(), 0);
   free_way_ = way_;
-  rows_.clear(from_.size());
-  zones_.begin({});
-  make_rows();
-  limit_strain();
+  first_ = from_;
+  ends_.resize(from_.size());
   if (held_) held_->begin(t, h, x, x_next);
-  const bool apart = held_ ? advance_held(particles, t + h) || advance_shorter(particles)
-                           : advance_rows(particles, t + h) || advance_zones(particles);
-  if (!apart) return Outcome::kRefused;
+  if (!advance(particles, t + h) && (held_ || !advance_legs(particles, t, h)))
+    return Outcome::kRefused;
 
   velocity_.resize(from_.size());
   const auto v = particles.layout().axes(x_next, 3);
   for (const int i : movers_) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
   find_velocities(particles, t + h, h);
+  join_legs();
   if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
   store(particles, t, h, x, x_next);
   if (held_) held_->follow(x_next);

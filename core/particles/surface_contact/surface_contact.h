@@ -16,19 +16,20 @@
 namespace sim {
 
 // Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
-// are reached without a crossing. Points move on straight lines from x to x_next. In this order:
+// are reached without a crossing. Points go straight from x to x_next, in this order:
 //   0. Where strain is limited, edges that would end too long get impulses along them.
 //   1. Layers nearer than the thickness may not approach further, with friction, and are pushed
 //      apart by a share of what they lack, in place and not in velocity.
 //   2. What still meets on its way gets impulses along the normal of that moment, again and again.
 //   3. What meets all the same moves as one: zones keep only so much of their inner motion as was
 //      seen to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
+//   4. Where that cannot be, since particles are led, the step is taken in legs.
 // Where there are constraints, each round of impulses ends with all places put back to where they
 // are obeyed, and in the place of zones are pieces that go a shorter way (HeldPieces).
 // A step ends only when no pair comes nearer than a share of the distance it began with. So by
-// induction nothing that is apart at the start ever crosses, whatever the step size.
-// Velocities lose what leads layers closer; momentum stays, and energy does not rise above that of
-// the free step or of the state before. A pure function of (t, h, x, x_next).
+// induction nothing that is apart at the start ever crosses, whatever the step size. Velocities
+// lose what leads layers closer; momentum stays, energy does not rise above that of the free step
+// or the state before. A pure function of (t, h, x, x_next).
 class SurfaceContact {
  public:
   // Throws Error{kScene} where surfaces cross or touch at the start, or where the thickness is more
@@ -47,13 +48,11 @@ class SurfaceContact {
   std::string objection(const ParticleView& view);
 
   enum class Outcome { kFree, kChanged, kRefused };
-  // kFree: x_next keeps its bits. kRefused: particles that are led, or constraints that move, force
-  // surfaces through each other; refusal() says where.
+  // kFree: x_next keeps its bits. kRefused: what is led, or constraints that move, forces surfaces
+  // through each other; refusal() says where.
   Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
   const std::string& refusal() const { return refusal_; }
-
-  // Since the last call of take_work(), J: what contact took from the energy.
-  double take_work();
+  double take_work();  // J: what contact took from the energy since the last call
 
   struct Counts {
     std::int64_t steps = 0, pairs = 0, zones = 0;  // in which it acted; the most at once; in zones
@@ -71,8 +70,10 @@ class SurfaceContact {
   void round_ways();  // d := what the numbers of x_next can hold
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
-  // Of particles that constraints join: surface_contact_held.cpp.
-  bool advance_held(Particles& particles, double t_end);
+  bool advance(Particles& particles, double t_end);
+  bool advance_legs(Particles& particles, double t, double h);  // surface_contact_legs.cpp
+  void join_legs();
+  bool advance_held(Particles& particles, double t_end);  // what constraints join: _held.cpp
   bool advance_shorter(Particles& particles);
   bool relax_held(Particles& particles, double t_end);
   bool meet_bodies();
@@ -95,9 +96,8 @@ class SurfaceContact {
   std::span<const Surface> body_surfaces_;
   std::vector<TouchPoint> points_;
   std::vector<int> movers_;  // particles that a step may change: of surfaces, or all
-  std::vector<Vec3> from_, way_, free_way_, velocity_;
-  std::vector<double> inverse_mass_;
-  std::vector<double> bounds_;
+  std::vector<Vec3> first_, from_, way_, free_way_, ends_, velocity_;  // first_: at leg 0
+  std::vector<double> inverse_mass_, bounds_;
   std::vector<double> longest_;                // m, of edges; empty without a limit
   std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
   std::vector<Meeting> meetings_;

@@ -47,7 +47,9 @@ void Zones::join(const std::array<int, 4>& ids, double s) {
   }
 }
 
-void Zones::add_up(std::span<const double> inverse_mass, std::span<const Vec3> of) {
+void Zones::add_up(std::span<const double> inverse_mass, std::span<const Vec3> places,
+                   std::span<const Vec3> of) {
+  motions_.clear();
   for (const int i : members_) {
     Sum& sum = sums_[slot(i)];
     sum = {.slowed = sum.slowed};
@@ -64,9 +66,15 @@ void Zones::add_up(std::span<const double> inverse_mass, std::span<const Vec3> o
     } else if (sum.leader < 0) {
       sum.leader = i;
       sum.lead = of[slot(i)];
+    } else if (sum.motion < 0 && of[slot(i)] != sum.lead) {
+      sum.motion = static_cast<int>(motions_.size());
+      motions_.emplace_back();
     }
   }
   for (const int i : members_) {
+    const Sum& of_root = sums_[slot(root(i))];
+    if (of_root.motion >= 0 && inverse_mass[slot(i)] == 0)
+      motions_[slot(of_root.motion)].add(places[slot(i)], of[slot(i)]);
     Sum& sum = sums_[slot(i)];
     if (root(i) != i) continue;
     if (sum.leader < 0) sum.lead = sum.moment / sum.mass;
@@ -74,15 +82,16 @@ void Zones::add_up(std::span<const double> inverse_mass, std::span<const Vec3> o
   }
 }
 
-bool Zones::apply(std::span<const double> inverse_mass, std::span<Vec3> way) {
-  add_up(inverse_mass, ways_);
+bool Zones::apply(std::span<const double> inverse_mass, std::span<const Vec3> places,
+                  std::span<Vec3> way) {
+  add_up(inverse_mass, places, ways_);
   for (const int i : members_) {
     const Sum& sum = sums_[slot(root(i))];
     const bool still = sum.slowed > kHalvings + 1;
-    const Vec3 lead = still ? Vec3::Zero() : sum.lead;
     if (inverse_mass[slot(i)] > 0) {
-      way[slot(i)] = lead + sum.share * (ways_[slot(i)] - lead);
-    } else if (ways_[slot(i)] != lead) {
+      const Vec3 with = still ? Vec3::Zero() : lead(sum, places[slot(i)]);
+      way[slot(i)] = with + sum.share * (ways_[slot(i)] - with);
+    } else if (still && ways_[slot(i)] != Vec3::Zero()) {
       blamed_ = i;
       return false;
     }
@@ -90,12 +99,14 @@ bool Zones::apply(std::span<const double> inverse_mass, std::span<Vec3> way) {
   return true;
 }
 
-void Zones::slow(std::span<const double> inverse_mass, std::span<Vec3> velocity) {
-  add_up(inverse_mass, velocity);
+void Zones::slow(std::span<const double> inverse_mass, std::span<const Vec3> places,
+                 std::span<Vec3> velocity) {
+  add_up(inverse_mass, places, velocity);
   for (const int i : members_) {
     const Sum& sum = sums_[slot(root(i))];
-    if (inverse_mass[slot(i)] > 0)
-      velocity[slot(i)] = sum.lead + sum.share * (velocity[slot(i)] - sum.lead);
+    if (inverse_mass[slot(i)] == 0) continue;
+    const Vec3 with = lead(sum, places[slot(i)]);
+    velocity[slot(i)] = with + sum.share * (velocity[slot(i)] - with);
   }
 }
 
