@@ -246,7 +246,7 @@ void Report::footer(std::span<Track> tracks, double seconds) {
   if (!out_) return;
   const auto steps = static_cast<double>(steps_taken(tracks));
   std::string text = "\n";
-  const int threads = threads_of(tracks);
+  const int threads = scene_.threads();
   if (steps > 0 && seconds > 0) {
     text += label("ran", brief(steps, 15) + " steps in " + brief(seconds, 3) +
                              " s: " + brief(1e6 * seconds / steps, 3) + " us a step, " +

@@ -103,6 +103,12 @@ bool LoadedScene::has_second_order() const {
                      [](const Simulation& system) { return system.second_order(); });
 }
 
+int LoadedScene::threads() const {
+  int most = 1;
+  for (const Simulation& system : systems) most = std::max(most, system.threads());
+  return most;
+}
+
 std::vector<std::string> LoadedScene::names() const {
   std::vector<std::string> names;
   for (const Simulation& system : systems) names.push_back(system.name());

@@ -42,6 +42,7 @@ struct LoadedScene {
   std::vector<Simulation> systems;  // in the order of spec.systems
 
   bool has_second_order() const;
+  int threads() const;  // that steps run on now: the most of all systems
   std::vector<std::string> names() const;
   std::vector<std::string> notes();  // of integrators and systems, each sentence once
 };

@@ -149,7 +149,7 @@ std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, doub
   JsonObject object;
   object.text("scene", scene.spec.file)
       .json("systems", json_array(systems))
-      .integer("threads", threads_of(tracks))
+      .integer("threads", scene.threads())
       .number("seconds", seconds)
       .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason);

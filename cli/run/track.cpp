@@ -241,10 +241,4 @@ Verdict overall_verdict(std::span<Track> tracks) {
   return worst;
 }
 
-int threads_of(std::span<const Track> tracks) {
-  int most = 1;
-  for (const Track& track : tracks) most = std::max(most, track.system().threads());
-  return most;
-}
-
 }  // namespace sim::cli

@@ -107,7 +107,4 @@ class Track {
 // The verdict on all systems of a run: the worst one's, with the names where there are several.
 Verdict overall_verdict(std::span<Track> tracks);
 
-// That steps run on now: the most of all systems.
-int threads_of(std::span<const Track> tracks);
-
 }  // namespace sim::cli

@@ -38,11 +38,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // One step of size h. False when it fails: the state and the time stay as they were before the
-  // step, and divergence() says why and where.
+  // One step of size h. False when it fails: all is as before it; divergence() says why and where.
   bool step();
-  // Takes up to `most` steps and keeps only the last state, which some methods do faster. Returns
-  // the number taken, 0 if the first fails.
+  // Up to `most` steps, of which only the last state is kept; how many were taken, 0 if none could.
   int steps(std::int64_t most);
   bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
   void stop_when(std::function<bool()> stop);  // asked in long steps: true ends them, kStopped
