@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -167,12 +168,10 @@ std::string once(const std::string& option, const std::string& argument) {
   return option.empty() ? argument : option;
 }
 
-void take_threads(const std::string& text, SceneRequest& request) {
-  request.as_pays = text == "auto";
-  request.threads = request.as_pays
-                        ? static_cast<int>(std::clamp<std::int64_t>(
-                              std::thread::hardware_concurrency(), 1, kMostThreads))
-                        : static_cast<int>(integer_between("--threads", text, 1, kMostThreads));
+Threads threads_of(const std::string& text) {
+  if (text != "auto") return static_cast<int>(integer_between("--threads", text, 1, kMostThreads));
+  const std::int64_t cores = std::thread::hardware_concurrency();
+  return {static_cast<int>(std::clamp<std::int64_t>(cores, 1, kMostThreads)), true};
 }
 
 ShowProgress show_progress(const std::string& text) {

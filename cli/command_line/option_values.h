@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/run/scene.h"
 #include "cli/verbs/adjacency.h"
 #include "cli/verbs/tradeoff.h"
+#include "core/base/thread_choice.h"
 #include "core/lua/limits.h"
 
 namespace sim::cli {
@@ -43,7 +43,7 @@ std::map<std::string, std::string> settings(const std::vector<std::string>& text
 LuaLimits lua_limits(const std::string& option, bool safe = false);
 
 // Of --threads: a number, or auto.
-void take_threads(const std::string& text, SceneRequest& request);
+Threads threads_of(const std::string& text);
 
 // Of --progress: auto, on or off.
 ShowProgress show_progress(const std::string& text);

@@ -258,7 +258,7 @@ SceneRequest Parser::scene_request(const std::string& scene, const std::string& 
   if (!texts_.seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", texts_.seed, 0, std::numeric_limits<std::int64_t>::max()));
-  take_threads(texts_.threads.empty() ? threads : texts_.threads, request);
+  request.threads = threads_of(texts_.threads.empty() ? threads : texts_.threads);
   return request;
 }
 

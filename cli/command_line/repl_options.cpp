@@ -113,7 +113,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", seed, 0, std::numeric_limits<std::int64_t>::max()));
-  take_threads(threads.empty() ? "auto" : threads, request);
+  request.threads = threads_of(threads.empty() ? "auto" : threads);
   if (!history.empty())
     line.session.history =
         static_cast<std::size_t>(integer_between("--history", history, 1, kMostHistory)) << 20;

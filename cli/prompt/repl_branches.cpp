@@ -114,7 +114,6 @@ void LiveScene::open(const std::string& scene) {
   request.scene = scene;
   request.seed = origin_->request.seed;
   request.threads = origin_->request.threads;
-  request.as_pays = origin_->request.as_pays;
   const auto fresh = read_origin(request, environment_, registry_);
   adopt(fresh);
   judged_.reset();
@@ -189,8 +188,7 @@ std::optional<FirstDifference> LiveScene::diff(const std::string& a, const std::
   std::optional<FirstDifference> first;
   for (std::size_t i = 0; i < ours.systems.size(); ++i) {
     const SystemSpec& spec = ours.spec.systems[i];
-    const RunOptions options{.threads = origin_->request.threads,
-                             .as_pays = origin_->request.as_pays};
+    const RunOptions options{.threads = origin_->request.threads};
     Simulation one(spec, registry_, options);
     Simulation other(theirs.spec.systems[i], registry_, options);
     Timeline &here = left.timelines[i], &there = right.timelines[i];

@@ -210,8 +210,7 @@ int Run::go() {
     if (!beside && seconds() > Track::kQuick) {
       beside = true;
       progress_.clear();
-      verify_beside(tracks_, request_.scene.as_pays ? 1 : request_.scene.threads, seconds(),
-                    notes());
+      verify_beside(tracks_, request_.scene.threads, seconds(), notes());
     }
   }
   seconds_ = seconds();

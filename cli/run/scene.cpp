@@ -128,8 +128,7 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
   const MethodChoice& choice = request.integrator;
   return {.integrator = typed(choice, choice.over(system.integrator).name, registry),
           .dt = request.dt,
-          .threads = request.threads,
-          .as_pays = request.as_pays};
+          .threads = request.threads};
 }
 
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {

@@ -25,8 +25,7 @@ struct SceneRequest {
   std::uint64_t seed = 0;
   MethodChoice integrator;
   double dt = 0;  // s; 0 = the scene's own
-  int threads = 1;
-  bool as_pays = false;  // no more of them than pay
+  Threads threads{};
   LuaLimits lua = {};
   bool safe = false;  // --safe
   // --plugin-path and --load: the registry has them, and printed commands repeat them.

@@ -8,8 +8,9 @@
 
 namespace sim::cli {
 
-void verify_beside(std::span<Track> tracks, int threads, double seconds, std::ostream* words) {
-  auto free = static_cast<int>(std::thread::hardware_concurrency()) - threads;
+void verify_beside(std::span<Track> tracks, Threads threads, double seconds, std::ostream* words) {
+  auto free =
+      static_cast<int>(std::thread::hardware_concurrency()) - (threads.as_pay ? 1 : threads.most);
   double done = 1;
   bool any = false;
   for (Track& track : tracks) {

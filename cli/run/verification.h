@@ -13,7 +13,7 @@ enum class Verify { kQuick, kAlways, kNever };
 
 // On cores that the run leaves alone, after so many seconds of a run that is asked to be verified.
 // `words`: null where nothing is to be said.
-void verify_beside(std::span<Track> tracks, int threads, double seconds, std::ostream* words);
+void verify_beside(std::span<Track> tracks, Threads threads, double seconds, std::ostream* words);
 
 // After a run of so many seconds. Short runs are always verified, and first-order ones, which are
 // small; longer ones where the user asked for it.

@@ -228,7 +228,8 @@ bool Sweep::run(StudyProgress& progress) {
     return ", " + brief(std::ceil(each * static_cast<double>(total - done_)), 3) + " s left";
   };
   while (!waiting.empty() || !jobs.empty()) {
-    while (!waiting.empty() && jobs.size() < static_cast<std::size_t>(request_.scene.threads)) {
+    while (!waiting.empty() &&
+           jobs.size() < static_cast<std::size_t>(request_.scene.threads.most)) {
       const std::size_t index = waiting.back();
       waiting.pop_back();
       jobs.push_back({index, CaseProcess([&] {

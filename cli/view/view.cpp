@@ -50,9 +50,7 @@ LoadedScene side_by_side(const LoadedScene& scene, const ViewRequest& request, R
     panels.spec.systems.push_back(std::move(spec));
   }
   for (const SystemSpec& spec : panels.spec.systems)
-    panels.systems.emplace_back(
-        spec, registry,
-        RunOptions{.threads = request.scene.threads, .as_pays = request.scene.as_pays});
+    panels.systems.emplace_back(spec, registry, RunOptions{.threads = request.scene.threads});
   return panels;
 }
 

@@ -19,7 +19,7 @@ struct RigidSpec {
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // of the center of mass, m/s; rad/s, in space
   Surface surface = {};
   bool touches = true;  // what it meets
-  int first = 0;  // id of its first particle
+  int first = 0;        // id of its first particle
   Place place = {};
 };
 

@@ -24,9 +24,9 @@ namespace {
 constexpr int kParticlesPerThread = 2048;
 constexpr int kLeastPerThread = 256;  // where the run finds out by itself
 
-int useful_threads(const RunOptions& options, int particles) {
-  const int each = options.as_pays ? kLeastPerThread : kParticlesPerThread;
-  return std::clamp(particles / each, 1, options.threads);
+int useful_threads(Threads threads, int particles) {
+  const int each = threads.as_pay ? kLeastPerThread : kParticlesPerThread;
+  return std::clamp(particles / each, 1, threads.most);
 }
 
 // Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
@@ -102,7 +102,7 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
 }
 
 void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry,
-                                         const RunOptions& options) {
+                                         Threads threads) {
   initial = *spec.particles;
   const int n = initial.count();
   for (const RigidSpec& body : spec.bodies) bodies.emplace_back(body.shape, body.mass, body.first);
@@ -132,8 +132,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
   }
-  team = std::make_unique<Team>(useful_threads(options, n));
-  if (options.as_pays && team->most() > 1) pace.emplace(*team);
+  team = std::make_unique<Team>(useful_threads(threads, n));
+  if (threads.as_pay && team->most() > 1) thread_choice.emplace(*team);
   auto compiled = placed(spec.place, [&] {
     return std::make_unique<ParticleSystem>(masses(), settings->pinned, std::move(forces), x.data(),
                                             *team);
@@ -264,7 +264,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
     std::ranges::sort(settings->pinned);
     const auto repeated = std::unique(settings->pinned.begin(), settings->pinned.end());
     settings->pinned.erase(repeated, settings->pinned.end());
-    s.compile_particles(spec, registry, options);
+    s.compile_particles(spec, registry, options.threads);
   } else {
     s.compile_field(spec, registry);
   }
@@ -283,7 +283,7 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  if (s.pace) s.pace->begin();
+  if (s.thread_choice) s.thread_choice->begin();
   s.begin_contact(t());
   if (s.surface_contact || s.rigid_contact) most = 1;
   const FloatControl control;
@@ -307,7 +307,7 @@ int Simulation::steps(std::int64_t most) {
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   s.end_contact(t());
-  if (s.pace) s.pace->end(now.taken);
+  if (s.thread_choice) s.thread_choice->end(now.taken);
   return now.taken;
 }
 

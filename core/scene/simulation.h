@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/thread_choice.h"
 #include "core/particles/contacts.h"
 #include "core/plugin/registry.h"
 #include "core/scene/divergence.h"
@@ -20,9 +21,8 @@ namespace sim {
 // What a run may override; empty or 0 = as the scene says.
 struct RunOptions {
   MethodChoice integrator{};
-  double dt = 0;         // s
-  int threads = 1;       // at least 1; the bits do not depend on it
-  bool as_pays = false;  // no more of them than pay, as the run finds out
+  double dt = 0;  // s
+  Threads threads{};
 };
 
 struct Energy {

@@ -9,7 +9,6 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
-#include "core/base/pace.h"
 #include "core/base/team.h"
 #include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
@@ -32,7 +31,7 @@ struct Simulation::Impl {
   std::shared_ptr<const Settings> settings;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Team> team;
-  std::optional<Pace> pace;  // where the run may choose how many of it steps take
+  std::optional<ThreadChoice> thread_choice;  // where the run may choose how many of it steps take
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;  // the system, in a second-order scene
   std::vector<Place> force_places;      // of its forces, in their order
@@ -49,7 +48,7 @@ struct Simulation::Impl {
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
   void compile_field(const SystemSpec& spec, Registry& registry);
-  void compile_particles(const SystemSpec& spec, Registry& registry, const RunOptions& options);
+  void compile_particles(const SystemSpec& spec, Registry& registry, Threads threads);
   void compile_constraints(const SystemSpec& spec, Registry& registry);
   void compile_contact(const SystemSpec& spec);
   void compile_rigid_contact(const SystemSpec& spec);

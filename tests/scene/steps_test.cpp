@@ -64,7 +64,7 @@ TEST_CASE("several steps at once have the bits of single ones") {
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options, int most) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
     INFO(spec.name << " of " << one.particles() << ", " << options.integrator.name << ", "
-                   << options.threads << " threads");
+                   << options.threads.most << " threads");
     REQUIRE(at_once(spec, registry, options) == most);
     REQUIRE(run(one, 61));
     REQUIRE(run_at_once(many, 61));
@@ -131,7 +131,7 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
   sim::Registry registry = make_registry();
   const auto check = [&](const sim::SystemSpec& spec, const sim::RunOptions& options) {
     sim::Simulation one(spec, registry, options), many(spec, registry, options);
-    INFO(options.integrator.name << " on " << options.threads);
+    INFO(options.integrator.name << " on " << options.threads.most);
     REQUIRE(at_once(spec, registry, options) > 1);
     CHECK_FALSE(run(one, 100000));
     CHECK_FALSE(run_at_once(many, 100000));

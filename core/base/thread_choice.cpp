@@ -1,4 +1,4 @@
-#include "core/base/pace.h"
+#include "core/base/thread_choice.h"
 
 #include <algorithm>
 #include <chrono>
@@ -15,12 +15,12 @@ constexpr double kWorth = 1.25;    // times as fast twice the threads have to be
 
 }  // namespace
 
-double Pace::now() {
+double ThreadChoice::now() {
   using Seconds = std::chrono::duration<double>;
   return Seconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Pace::Pace(Team& team, Clock clock) : team_(team), clock_(std::move(clock)) {
+ThreadChoice::ThreadChoice(Team& team, Clock clock) : team_(team), clock_(std::move(clock)) {
   for (int size = 1; size < team.most(); size *= 2) choices_.push_back({size});
   choices_.push_back({team.most()});
   last_ = at_ = choices_.size() - 1;
@@ -28,7 +28,7 @@ Pace::Pace(Team& team, Clock clock) : team_(team), clock_(std::move(clock)) {
 
 // A trial looks at what was chosen, and at the choices beside it; the first one at all of them,
 // behind a stretch in which memory and threads warm up.
-void Pace::ask() {
+void ThreadChoice::ask() {
   trying_ = true;
   first_ = chosen_ > 0 ? chosen_ - 1 : 0;
   last_ = std::min(chosen_ + 1, choices_.size() - 1);
@@ -39,25 +39,24 @@ void Pace::ask() {
   team_.use(choices_[at_].size);
 }
 
-void Pace::look(int steps) {
+void ThreadChoice::look(int steps) {
   const double time = clock_() - begun_;
   spent_ += time;
   all_ += time;
   taken_ += steps;
   if (taken_ == 0 || spent_ < kStretch) return;
-  double& least = choices_[at_].least;
   const double each = spent_ / taken_;
-  least = least > 0 ? std::min(least, each) : each;
   spent_ = 0;
   taken_ = 0;
-  if (warm_)
+  if (warm_) {
+    double& least = choices_[at_].least;
+    least = least > 0 ? std::min(least, each) : each;
     next();
-  else
-    least = 0;
+  }
   warm_ = true;
 }
 
-void Pace::next() {
+void ThreadChoice::next() {
   if (at_ > first_) {
     --at_;
   } else {
@@ -67,14 +66,14 @@ void Pace::next() {
   team_.use(choices_[at_].size);
 }
 
-void Pace::settle() {
+void ThreadChoice::settle() {
   trying_ = false;
   chosen_ = pays();
   team_.use(choices_[chosen_].size);
   left_ = kAgain * all_ / choices_[chosen_].least;
 }
 
-std::size_t Pace::pays() const {
+std::size_t ThreadChoice::pays() const {
   const auto cost = [&](std::size_t i) {
     return choices_[i].least * std::pow(kWorth, std::log2(choices_[i].size));
   };

@@ -8,15 +8,22 @@
 
 namespace sim {
 
+// What a run is given: so many threads, or no more of these than pay. Bits depend on neither.
+struct Threads {
+  Threads(int number = 1, bool pay = false) : most(number), as_pay(pay) {}
+  int most;  // at least 1
+  bool as_pay;
+};
+
 // Times short stretches of steps on one member of a team, on two, four .. and on all, and goes on
 // with as many as pay: each doubling has to save a fifth of the time. Asks again now and then,
 // which takes about a hundredth of the time, for scenes change, and other programs come and go.
-class Pace {
+class ThreadChoice {
  public:
   using Clock = std::function<double()>;  // s
   static double now();                    // of the machine
 
-  explicit Pace(Team& team, Clock clock = now);
+  explicit ThreadChoice(Team& team, Clock clock = now);
 
   void begin() {  // steps follow
     if (trying_) begun_ = clock_();

@@ -1,4 +1,4 @@
-#include "core/base/pace.h"
+#include "core/base/thread_choice.h"
 
 #include <catch2/catch.hpp>
 
@@ -13,14 +13,14 @@ namespace {
 class Steps {
  public:
   Steps(int most, std::function<double(int)> each)
-      : cost(std::move(each)), team(most), pace_(team, [this] { return time; }) {}
+      : cost(std::move(each)), team(most), choice_(team, [this] { return time; }) {}
 
   void take(int count) {
     for (int i = 0; i < count; ++i) {
-      pace_.begin();
+      choice_.begin();
       time += cost(team.size());
       ++steps_on[team.size()];
-      pace_.end(1);
+      choice_.end(1);
       time += 1;  // what a program does between steps is not theirs
     }
   }
@@ -31,7 +31,7 @@ class Steps {
   std::map<int, int> steps_on;
 
  private:
-  Pace pace_;
+  ThreadChoice choice_;
 };
 
 // On so many threads a share of the work is done at once, and each wait takes its time.
