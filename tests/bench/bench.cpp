@@ -88,9 +88,13 @@ int run(int argc, char** argv) {
     printer.print(implicit_table(measure_implicit(options, registry)));
     return 0;
   }
-  if (options.only_fluid) {
+  if (options.only_contact || options.only_fluid) {
     std::vector<std::string> notes;
-    printer.print(fluid_table(measure_fluid(options, registry, notes)));
+    if (options.only_contact) {
+      const std::vector<PeerKind> peers = build_peers(options.simd, notes, PeersOf::kContact);
+      printer.print(contact_table(measure_contact(peers, options, registry)));
+    }
+    if (options.only_fluid) printer.print(fluid_table(measure_fluid(options, registry, notes)));
     for (const std::string& note : notes) std::cerr << "bench: " << note << "\n";
     return 0;
   }

@@ -16,6 +16,7 @@ const char* const kUsage =
     "  --threads 1,2        numbers of threads (1,2)\n"
     "  --quick              n = 8,32,128 and shorter samples\n"
     "  --implicit           only the table of implicit steps\n"
+    "  --contact            only the table of contact against its peers\n"
     "  --fluid              only the table of a fluid against its peer\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
@@ -77,6 +78,8 @@ Options parse_options(int argc, char** argv) {
       options.format = Format::kMarkdown;
     else if (argument == "--implicit")
       options.only_implicit = true;
+    else if (argument == "--contact")
+      options.only_contact = true;
     else if (argument == "--fluid")
       options.only_fluid = true;
     else if (argument == "--peers")

@@ -14,6 +14,9 @@ std::vector<PeerKind> known_peers() {
   const std::string child = SIM_BENCH_SOURCE "/tests/bench/child.cpp";
   const std::string springs = SIM_BENCH_SOURCE "/tests/bench/peers/springs.cpp";
   const std::string error = SIM_BENCH_SOURCE "/core/base/error.cpp";
+  const std::vector<std::string> bullet = {"-isystem",          "/usr/include/bullet",
+                                           "-lBulletSoftBody",  "-lBulletDynamics",
+                                           "-lBulletCollision", "-lLinearMath"};
   return {
       {.name = "odeint",
        .method = "rk4",
@@ -51,8 +54,13 @@ std::vector<PeerKind> known_peers() {
        .header = "bullet/btBulletDynamicsCommon.h",
        .program = "",
        .packages = "libbullet-dev",
-       .link = {"-isystem", "/usr/include/bullet", "-lBulletSoftBody", "-lBulletDynamics",
-                "-lBulletCollision", "-lLinearMath"}},
+       .link = bullet},
+      {.name = "bullet_deformable",
+       .method = "",
+       .header = "bullet/BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h",
+       .program = "",
+       .packages = "libbullet-dev",
+       .link = bullet},
   };
 }
 
@@ -123,10 +131,12 @@ fs::path peer_binary(const PeerKind& kind) {
 }
 fs::path peer_log(const PeerKind& kind) { return peer_binary(kind).string() + ".log"; }
 
-std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes) {
+std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes,
+                                  PeersOf what) {
   fs::create_directories(peer_folder());
   std::vector<PeerKind> ready;
   for (PeerKind& kind : known_peers()) {
+    if (what == PeersOf::kContact && !kind.method.empty()) continue;
     kind.simd = simd;
     if ((!kind.header.empty() && !has_header(kind.header)) ||
         (!kind.program.empty() && !has_program(kind.program))) {

@@ -31,9 +31,12 @@ std::filesystem::path peer_folder();
 std::filesystem::path peer_binary(const PeerKind& kind);
 std::filesystem::path peer_log(const PeerKind& kind);
 
+enum class PeersOf { kAll, kContact };
+
 // Builds those whose libraries are here, for an instruction set of SIM_SIMD; libraries keep their
 // own. Adds a line for each that is missing, with the command
 // that installs it, or that does not build, with where the compiler's words are.
-std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes);
+std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes,
+                                  PeersOf what = PeersOf::kAll);
 
 }  // namespace sim_bench

@@ -1,5 +1,6 @@
 #include "tests/bench/peer_scene.h"
 
+#include <algorithm>
 #include <fstream>
 #include <vector>
 
@@ -26,16 +27,24 @@ void add_row(std::string& out, const std::vector<double>& numbers) {
   out.back() = '\n';
 }
 
-// Center, radius, no cube, friction; zeros without a sphere.
-std::vector<double> numbers_of_sphere(const sim::SystemSpec& spec) {
-  for (const sim::PartSpec& part : spec.colliders)
-    if (part.plugin == "sphere") {
-      const auto center = std::get<sim::Vec3>(part.given.at("center"));
-      return {center[0], center[1],
-              center[2], number_of(part.given.at("radius")),
-              0,         number_of(part.given.at("friction"))};
-    }
-  return {0, 0, 0, 0, 0, 0};
+const sim::PartSpec* find_collider(const sim::SystemSpec& spec, const std::string& plugin) {
+  const auto found = std::ranges::find(spec.colliders, plugin, &sim::PartSpec::plugin);
+  return found == spec.colliders.end() ? nullptr : &*found;
+}
+
+// Center, radius, no cube, friction, thickness, ground; zeros for what is not there.
+std::vector<double> numbers_of_solids(const sim::SystemSpec& spec) {
+  std::vector<double> numbers(8);
+  if (const sim::PartSpec* const sphere = find_collider(spec, "sphere")) {
+    const auto center = std::get<sim::Vec3>(sphere->given.at("center"));
+    for (int axis = 0; axis < 3; ++axis) numbers[static_cast<std::size_t>(axis)] = center[axis];
+    numbers[3] = number_of(sphere->given.at("radius"));
+    numbers[5] = number_of(sphere->given.at("friction"));
+  }
+  if (spec.contact) numbers[6] = spec.contact->thickness;
+  if (const sim::PartSpec* const plane = find_collider(spec, "plane"))
+    numbers[7] = std::get<sim::Vec3>(plane->given.at("point"))[1];
+  return numbers;
 }
 
 void put(const std::filesystem::path& path, const std::string& text) {
@@ -48,12 +57,20 @@ void put(const std::filesystem::path& path, const std::string& text) {
 
 }  // namespace
 
+std::vector<std::array<int, 3>> triangles_in_contact(const sim::SystemSpec& spec) {
+  std::vector<std::array<int, 3>> triangles;
+  if (!spec.contact) return triangles;
+  for (const auto& surface : spec.contact->surfaces)
+    triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
+  return triangles;
+}
+
 void write_cubes(const std::filesystem::path& path, const Cubes& cubes) {
   std::string text;
-  add_row(text, {1.0 * static_cast<double>(cubes.centers.size()), 0, 0});
+  add_row(text, {static_cast<double>(cubes.centers.size()), 0, 0, 0});
   add_row(text, {0, -9.81, 0, 0, cubes.h});
   add_row(text, {0, 0, 0, 0});
-  add_row(text, {0, 0, 0, 0, cubes.half, cubes.friction});
+  add_row(text, {0, 0, 0, 0, cubes.half, cubes.friction, 0, 0});
   for (const sim::Vec3& x : cubes.centers) add_row(text, {x[0], x[1], x[2], 0, 0, 0, cubes.mass});
   put(path, text);
 }
@@ -70,20 +87,21 @@ void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
       ++count;
     }
 
+  const std::vector<std::array<int, 3>> triangles = triangles_in_contact(spec);
   const std::vector<int>& pinned = spec.particles->pinned;
   const sim::Value* const gravity = find_value(spec, "gravity", "g");
   const sim::Vec3 g = gravity ? std::get<sim::Vec3>(*gravity) : sim::Vec3::Zero();
   const sim::Value* const drag = find_value(spec, "drag", "k");
   std::string head;
-  add_row(head,
-          {1.0 * n, 1.0 * static_cast<double>(count), 1.0 * static_cast<double>(pinned.size())});
+  add_row(head, {1.0 * n, static_cast<double>(count), static_cast<double>(pinned.size()),
+                 static_cast<double>(triangles.size())});
   add_row(head, {g[0], g[1], g[2], drag ? number_of(*drag) : 0, simulation.h()});
   const auto of_pair = [&](const char* name) {
     const sim::Value* const value = find_value(spec, "pair", name);
     return value ? number_of(*value) : 0;
   };
   add_row(head, {of_pair("epsilon"), of_pair("sigma"), of_pair("cutoff"), of_pair("skin")});
-  add_row(head, numbers_of_sphere(spec));
+  add_row(head, numbers_of_solids(spec));
   for (int i = 0; i < n; ++i) {
     const sim::ParticleSpec p = spec.particles->at(i);
     add_row(head, {p.position[0], p.position[1], p.position[2], p.velocity[0], p.velocity[1],
@@ -92,7 +110,10 @@ void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
   std::string pins;
   for (const int id : pinned) add_row(pins, {1.0 * id});
 
-  put(path, head + springs + pins);
+  std::string faces;
+  for (const auto& [a, b, c] : triangles) add_row(faces, {1.0 * a, 1.0 * b, 1.0 * c});
+
+  put(path, head + springs + pins + faces);
 }
 
 }  // namespace sim_bench

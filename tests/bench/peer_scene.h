@@ -1,6 +1,7 @@
 // The scene as plain text for other programs; they read it with tests/bench/peers/peer.h.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace sim_bench {
 // file cannot be written.
 void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
                  const sim::Simulation& simulation);
+
+// Of the surfaces that may not pass through themselves; none without contact.
+std::vector<std::array<int, 3>> triangles_in_contact(const sim::SystemSpec& spec);
 
 // Cubes on the plane y = 0 instead, at rest.
 struct Cubes {

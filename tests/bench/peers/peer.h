@@ -1,6 +1,7 @@
 // What the peers share: the scene as sim_bench wrote it, and the conversation with it.
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -30,11 +31,16 @@ struct Scene {
   // A sphere at rest, radius 0: none; particles are the centers of cubes on the plane y = 0, half
   // an edge 0: points. Their friction.
   double center[3] = {}, radius = 0, half = 0, friction = 0;  // m
+  // What may not pass through itself, none where it may; how far it keeps from itself, and the
+  // height of the ground under it.
+  std::vector<std::array<int, 3>> triangles;  // ids
+  double thickness = 0, ground = 0;           // m
 };
 
-// Reads "n springs pins", "gx gy gz drag h", "epsilon sigma cutoff skin", "cx cy cz radius
-// half friction" of what is hit, n rows "x y z vx vy vz mass", a row a spring "a b k rest" and the
-// ids of the pins. Ends the program when the file is not like that.
+// Reads "n springs pins triangles", "gx gy gz drag h", "epsilon sigma cutoff skin", "cx cy cz
+// radius half friction thickness ground" of what is hit, n rows "x y z vx vy vz mass", a row a
+// spring "a b k rest", the ids of the pins, and a row a triangle "a b c". Ends the program when the
+// file is not like that.
 inline Scene read_scene(const char* path) {
   std::ifstream in(path, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), {});
@@ -54,12 +60,14 @@ inline Scene read_scene(const char* path) {
   s.n = static_cast<int>(number());
   s.springs.resize(static_cast<std::size_t>(number()));
   s.pinned.resize(static_cast<std::size_t>(number()));
+  s.triangles.resize(static_cast<std::size_t>(number()));
   for (double& g : s.g) g = number();
   s.drag = number();
   s.h = number();
   for (double* pair : {&s.epsilon, &s.sigma, &s.cutoff, &s.skin}) *pair = number();
   for (double& c : s.center) c = number();
-  for (double* solid : {&s.radius, &s.half, &s.friction}) *solid = number();
+  for (double* solid : {&s.radius, &s.half, &s.friction, &s.thickness, &s.ground})
+    *solid = number();
   for (int i = 0; i < s.n; ++i) {
     for (int c = 0; c < 3; ++c) s.x.push_back(number());
     for (int c = 0; c < 3; ++c) s.v.push_back(number());
@@ -72,6 +80,8 @@ inline Scene read_scene(const char* path) {
     spring.rest = number();
   }
   for (int& id : s.pinned) id = static_cast<int>(number());
+  for (auto& triangle : s.triangles)
+    for (int& id : triangle) id = static_cast<int>(number());
   return s;
 }
 
