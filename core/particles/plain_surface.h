@@ -6,7 +6,7 @@
 namespace sim {
 
 // Of a solid that does not turn, at one moment:
-//   plane   distance = normal.(x - center)
+//   plane   distance = normal.(x - center) - radius
 //   sphere  distance = |x - center| - radius
 //   gap = distance - thickness, or inside -distance - thickness
 struct PlainSurface {
@@ -16,13 +16,13 @@ struct PlainSurface {
   Vec3 center{0, 0, 0};     // m
   Vec3 velocity{0, 0, 0};   // m/s
   Vec3 normal{0, 1, 0};     // of a plane, of length 1
-  double radius = 0;        // m
+  double radius = 0;        // m; of a plane: how far in front of `center` it is
   double thickness = 0;     // m
   bool inside = false;
 
   double gap(const Vec3& x) const {
     const Vec3 d = x - center;
-    const double distance = form == Form::kPlane ? normal.dot(d) : d.norm() - radius;
+    const double distance = (form == Form::kPlane ? normal.dot(d) : d.norm()) - radius;
     return (inside ? -distance : distance) - thickness;
   }
 };

@@ -32,6 +32,14 @@ class Wall final : public sim::Solid {
 
  private:
   Distance distance(const Vec3& x) const override { return {inward_.dot(x) + distance_, inward_}; }
+  sim::PlainSurface plain_form() const override {
+    return {.form = sim::PlainSurface::Form::kPlane, .normal = inward_, .radius = -distance_};
+  }
+  double least(const Vec3& middle, const Vec3& half) const override {
+    double gap = distance(middle).gap;
+    for (std::size_t axis = 0; axis < 3; ++axis) gap -= std::fabs(inward_[axis]) * half[axis];
+    return gap;
+  }
   double turning_radius(const Vec3&) const override { return radius_; }
   sim::SolidShape form() const override { return {}; }  // the room is drawn as a whole
 

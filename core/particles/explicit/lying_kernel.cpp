@@ -62,13 +62,13 @@ struct Surface {
 
   SIM_INLINE Doubles gap(const Point& x) const {
     const Point d = x - center;
-    if constexpr (kForm == PlainSurface::Form::kPlane) return sign * dot(normal, d) - thickness;
-    return sign * (norm(d) - radius) - thickness;
+    const Doubles from = kForm == PlainSurface::Form::kPlane ? dot(normal, d) : norm(d);
+    return sign * (from - radius) - thickness;
   }
   SIM_INLINE Seen touch(const Point& x) const {
     const Point d = x - center;
     if constexpr (kForm == PlainSurface::Form::kPlane)
-      return {sign * dot(normal, d) - thickness, sign * normal};
+      return {sign * (dot(normal, d) - radius) - thickness, sign * normal};
     const Doubles length = norm(d), zero{};
     const Mask off = length > zero;
     const Point outward = {d.x / length, d.y / length, d.z / length};

@@ -29,6 +29,21 @@ LyingStep step_of(double h, const Settling::In& q0, const Settling::In& v0, cons
 
 }  // namespace
 
+// The surfaces that ways in a room may touch, and the gaps at which they may.
+struct Settling::Close {
+  static constexpr int kMost = 8;
+  PlainSurface surfaces[kMost];
+  double reach[kMost];  // m
+  int count = 0;
+  bool any = false, all = true;  // all: these are all that there are
+
+  bool to(const Vec3& x) const {
+    for (int k = 0; k < count; ++k)
+      if (!(surfaces[k].gap(x) > reach[k])) return true;
+    return !all;
+  }
+};
+
 Settling::Settling(Particles& particles)
     : particles_(&particles),
       pressed_(static_cast<std::size_t>(particles.layout().n() / kLanes + 1) * kLanes) {}
@@ -87,6 +102,24 @@ int Settling::alone(double t, const Room& room, LyingStep& step) const {
   return only;
 }
 
+// Most ways in a room that is near a surface do not come near it.
+Settling::Close Settling::close_to(double t, double h, const Room& room) const {
+  Close close;
+  for (Collider* const collider : particles_->contacts().all()) {
+    const double reach = room.longest + h * collider->fastest(t, t + h);
+    if (collider->clearance(t + h, room.middle, room.half) > reach) continue;
+    close.any = true;
+    const PlainSurface plain = collider->plain(t + h);
+    if (plain.form == PlainSurface::Form::kNone || close.count == Close::kMost) {
+      close.all = false;
+      return close;
+    }
+    close.surfaces[close.count] = plain;
+    close.reach[close.count++] = reach;
+  }
+  return close;
+}
+
 // Mostly nothing is near, which is seen of many particles at once; what lies on one surface is
 // settled many at a time, too.
 void Settling::settle(double t, LyingStep& step, int begin, int end) {
@@ -102,7 +135,8 @@ void Settling::settle(double t, LyingStep& step, int begin, int end) {
   for (int first = begin; first < end; first += kWaysAtOnce) {
     const int last = std::min(first + kWaysAtOnce, end);
     const Room room = room_of(step, first, last);
-    if (!near(room)) continue;
+    const Close close = close_to(t, step.h, room);
+    if (!close.any) continue;
     Lying lying[kWaysAtOnce / kLanes] = {};
     const int only = alone(t, room, step);
     if (only >= 0) lying_.settle(step, first, last, lying);
@@ -116,10 +150,10 @@ void Settling::settle(double t, LyingStep& step, int begin, int end) {
         continue;
       }
       for (int lane = 0; lane < kLanes && i + lane < last; ++lane)
-        if (const unsigned bit = 1u << lane; !(these.known & bit))
-          settle_one(t, step, i + lane);
-        else
+        if (const unsigned bit = 1u << lane; these.known & bit)
           enter(step, i, these.met & bit, these);
+        else if (close.to(vector_at(step.q, i + lane)))
+          settle_one(t, step, i + lane);
     }
   }
 }

@@ -60,7 +60,10 @@ class Settling {
     double longest = 0;  // m, of their ways
   };
 
+  struct Close;
+
   Room room_of(const LyingStep& step, int begin, int end) const;
+  Close close_to(double t, double h, const Room& room) const;
   int alone(double t, const Room& room, LyingStep& step) const;
   void settle(double t, LyingStep& step, int begin, int end);
   void settle_one(double t, const LyingStep& step, int i);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -12,6 +13,7 @@ namespace sim {
 namespace {
 
 constexpr double kSkin = 0.2;     // of the smoothing length, for speed alone
+constexpr double kSeen = 2.01;   // likewise: images in reach have g_i + g_j < 2 h
 constexpr double kTooDense = 4;   // times the density at rest, at the start
 constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors of walls
 constexpr double kFall = 9.81;    // m/s^2, for the speed of sound
@@ -161,57 +163,63 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     const double* const x = neighbours_->points() + 4 * p;
     return Vec3(x[0], x[1], x[2]);
   };
-  const bool viscous = this->viscous();
-  if (moved) {
-    braked_ = false;
-    if (viscous) make_weights();
-    seen.ties = ties_.data();
-    seen.weights = weights_.data();
-    seen.firsts = firsts_.data();
-    if (walls_.count() > 0) {
-      walls_.look(view.t);
-      each_part([&](int begin, int end) {
-        walls_.find(view.t, neighbours_->points(), places, 2.5 * law_.smoothing, begin, end);
-      });
-    }
-    each_part([&](int begin, int end) {
-      kernels_.densities(law_, seen, begin, end, densities_.data());
-      for (std::ptrdiff_t p = 8 * begin; p < 8 * end; ++p) {
-        if (!solid_.empty() && p < places) densities_.data()[p] += solid_.density(point_at(p));
-        const double n = densities_.data()[p];
-        std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
-        points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
-        energies_.data()[p] =
-            law_.volume * fluid_energy(law_, n) + (ties_.size() > 0 ? ties_.data()[p] : 0);
-      }
-    });
-    seen.points = points_.data();
-    each_part(
-        [&](int begin, int end) { kernels_.forces(law_, seen, begin, end, pressure_.data()); });
-    if (!solid_.empty()) push_solid(places);
-  }
-  if (!viscous || !view.vx) return;
-  seen.weights = weights_.data();
-  seen.firsts = firsts_.data();
-  seen.points = neighbours_->points();
-  std::atomic<bool> changed{!braked_};
-  each_part([&](int begin, int end) {
-    bool part_changed = false;
+  const bool braking = viscous() && view.vx;
+  const auto look_at_velocities = [&](int begin, int end) {
+    bool changed = false;
     for (int p = 8 * begin; p < std::min(8 * end, places); ++p) {
       const int k = neighbours_->id(p), i = ids_.empty() ? k : ids_[static_cast<std::size_t>(k)];
       double* const v = velocities_.data() + 4 * static_cast<std::ptrdiff_t>(p);
       const double now[3] = {view.vx[i], view.vy[i], view.vz[i]};
       for (int axis = 0; axis < 3; ++axis) {
-        part_changed |= now[axis] != v[axis];
+        changed |= now[axis] != v[axis];
         v[axis] = now[axis];
       }
     }
-    if (part_changed) changed.store(true, std::memory_order_relaxed);
+    return changed;
+  };
+  if (!moved && !braking) return;
+  if (moved && walls_.count() > 0) {
+    walls_.look(view.t);
+    each_part([&](int begin, int end) {
+      walls_.find(view.t, neighbours_->points(), places, kSeen * law_.smoothing, begin, end);
+    });
+  }
+  if (moved) make_weights();
+  seen.planes = walls_.planes();
+  seen.ties = ties_.data();
+  seen.weights = weights_.data();
+  seen.firsts = firsts_.data();
+  if (!moved) {
+    std::atomic<bool> changed{!braked_};
+    each_part([&](int begin, int end) {
+      if (look_at_velocities(begin, end)) changed.store(true, std::memory_order_relaxed);
+    });
+    if (changed)
+      each_part([&](int begin, int end) {
+        kernels_.resistance(law_, seen, begin, end, viscosity_.data());
+      });
+    braked_ = true;
+    return;
+  }
+  each_part([&](int begin, int end) {
+    kernels_.densities(law_, seen, begin, end, densities_.data());
+    for (std::ptrdiff_t p = 8 * begin; p < 8 * end; ++p) {
+      if (!solid_.empty() && p < places) densities_.data()[p] += solid_.density(point_at(p));
+      const double n = densities_.data()[p];
+      std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
+      points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
+      energies_.data()[p] =
+          law_.volume * fluid_energy(law_, n) + (ties_.size() > 0 ? ties_.data()[p] : 0);
+    }
+    if (braking) look_at_velocities(begin, end);
   });
-  if (!changed) return;
-  braked_ = true;
-  each_part(
-      [&](int begin, int end) { kernels_.resistance(law_, seen, begin, end, viscosity_.data()); });
+  seen.points = points_.data();
+  each_part([&](int begin, int end) {
+    kernels_.forces(law_, seen, begin, end, pressure_.data(),
+                    braking ? viscosity_.data() : nullptr);
+  });
+  braked_ = braking;
+  if (!solid_.empty()) push_solid(places);
 }
 
 // In the order of ids, so that sums do not depend on places.
@@ -226,13 +234,16 @@ void FluidForces::push_solid(int places) {
   }
 }
 
-// One for each entry of the lists.
+// One for each entry of the lists and for each of its images: in each wall near the block, in each
+// two and each three of them; and for those of the place itself.
 void FluidForces::make_weights() {
   std::size_t count = 0;
   firsts_.clear();
-  for (const NeighbourBlock& block : neighbours_->blocks()) {
+  for (std::size_t b = 0; b < neighbours_->blocks().size(); ++b) {
     firsts_.push_back(count);
-    count += 8 * static_cast<std::size_t>(block.length);
+    const auto length = static_cast<std::size_t>(neighbours_->blocks()[b].length);
+    const auto walls = static_cast<std::size_t>(std::popcount(walls_.near()[b]));
+    count += 8 * (length + (length + 1) * (walls * walls * walls + 5 * walls) / 6);
   }
   if (count > weights_.size()) weights_ = Array(count + count / 8);
 }

@@ -29,15 +29,16 @@ struct FluidBlocks {
   const double* velocities = nullptr;  // m/s
   const std::uint16_t* near = nullptr;
   const double* walls[FluidWalls::kMost] = {};
+  unsigned planes = 0;                  // a bit for each wall that is one
   double* ties = nullptr;               // J, half the energy of the ties of each place
-  double* weights = nullptr;            // of viscosity, of each entry of the lists
+  double* weights = nullptr;            // of each entry of the lists and its images, by densities()
   const std::size_t* firsts = nullptr;  // where those of a block begin
 };
 struct FluidKernels {
   // Of the places of blocks [begin, end): n.
   void (*densities)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* n);
-  // f, four numbers a place, and the weights, which resistance() reads, where it is viscous.
-  void (*forces)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
+  // f, four numbers a place, and where `drag` is not null what resistance() makes.
+  void (*forces)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f, double* drag);
   void (*resistance)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
 };
 FluidKernels fluid_kernels(const FluidLaw& law);  // for this machine

@@ -30,6 +30,8 @@ struct Kernel {
       return u * u * inverse * fma(splat<double>(4.5), u, splat<double>(-3));
     }
   };
+  SIM_INLINE Doubles soft(Doubles rr) const { return fma(rr, scale, splat<double>(0.01)); }
+
   // At r^2 = rr >= 0. The summand is lost in any q that matters, and keeps the root from 0.
   SIM_INLINE At at(Doubles rr) const {
     const Doubles square = fma(rr, scale, splat<double>(1e-24)), r = seed(square);
@@ -47,6 +49,22 @@ SIM_INLINE Doubles gather_one(const double* of, const std::int32_t* index) {
   return v;
 }
 
+// Not inlined: mostly walls are planes, and loops are quicker without it.
+__attribute__((noinline)) void copy_fourths(const double* of, const std::int32_t* index,
+                                            double* to) {
+  for (int lane = 0; lane < kDoubles; ++lane) to[lane] = of[4 * std::ptrdiff_t{index[lane]} + 3];
+}
+
+SIM_INLINE V3<double> plus(Doubles by, const V3<double>& way, const V3<double>& sum) {
+  return {fma(by, way.x, sum.x), fma(by, way.y, sum.y), fma(by, way.z, sum.z)};
+}
+SIM_INLINE Doubles braked(const V3<double>& v, const V3<double>& d, Doubles weight) {
+  return fma(v.z, d.z, fma(v.y, d.y, v.x * d.x)) * weight;
+}
+SIM_INLINE Doubles drag_factor(const FluidLaw& law) {
+  return splat<double>(-law.viscosity * law.friction / (law.smoothing * law.smoothing));
+}
+
 SIM_INLINE bool any_below(Doubles v, double limit) { return any_above(-v, -limit); }
 
 // Lanes of a block, eight or a part of them, beside the walls near it.
@@ -55,6 +73,7 @@ struct Own {
   V3<double> here;
   int walls = 0;
   const double* seen[FluidWalls::kMost];
+  bool plane[FluidWalls::kMost];
   Doubles gap[FluidWalls::kMost];
   V3<double> normal[FluidWalls::kMost];
 
@@ -65,10 +84,22 @@ struct Own {
     for (int wall = 0; near >> wall; ++wall) {
       if (!(near >> wall & 1)) continue;
       seen[walls] = from.walls[wall];
+      plane[walls] = from.planes >> wall & 1;
       gap[walls] = gather_one(seen[walls] + 3, place);
       normal[walls] = gather(seen[walls], place);
       ++walls;
     }
+  }
+
+  // Of the places that are d before these.
+  SIM_INLINE Doubles gap_of(int wall, const V3<double>& d, const std::int32_t* slot) const {
+    if (!plane[wall]) {
+      double gaps[kDoubles];
+      copy_fourths(seen[wall], slot, gaps);
+      return load(gaps);
+    }
+    const V3<double>& n = normal[wall];
+    return fma(-n.z, d.z, fma(-n.y, d.y, fma(-n.x, d.x, gap[wall])));
   }
 };
 
@@ -98,8 +129,15 @@ SIM_INLINE void each_image(int walls, const Doubles* product, Doubles rr, Mask w
   }
 }
 
+// 1 / (q^2 + 1/100), for weights.
+SIM_INLINE Doubles soft_inverse(Doubles square) {
+  const Doubles r = inverse_seed(square), e = fma(-square, r, splat<double>(1));
+  return fma(r * e, e + splat<double>(1), r);
+}
+
 // n of each place: each has a lane of its own, and what its list holds beyond reach adds exact
-// zeros, as do walls near other lanes. With kTies also half the energy of its ties.
+// zeros, as do walls near other lanes. With kTies also half the energy of its ties. Keeps what
+// forces are made of: u^3/(q^2 + 1/100) of each entry, and then u^3 of each image.
 template <bool kTies>
 void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* n) {
   const Kernel kernel(law);
@@ -110,20 +148,27 @@ void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end,
     for (int half = 0; half < 8; half += kDoubles) {
       const Own own(from, b, half);
       Doubles sum = splat<double>(1), ties{}, product[FluidWalls::kMost];
+      const std::int32_t* slot = block.slots + half;
+      double* weights = from.weights + from.firsts[b] + half;
+      double* cubes = weights + 8 * std::ptrdiff_t{block.length};
       const auto image = [&](Doubles rr, Mask within, const int*, int)
           __attribute__((always_inline)) {
-        sum += only(within, kernel.at(rr).w());
+        const auto at = kernel.at(rr);
+        sum += only(within, at.w());
+        store(cubes, only(within, at.cube()));
+        cubes += 8;
       };
-      const std::int32_t* slot = block.slots + half;
-      for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
-        const Doubles rr = squared(own.here - gather(from.points, slot));
+      for (std::int32_t k = 0; k < block.length; ++k, slot += 8, weights += 8) {
+        const V3<double> d = own.here - gather(from.points, slot);
+        const Doubles rr = squared(d);
         const Mask within = (rr < limits) & (rr > Doubles{});
         const auto at = kernel.at(rr);
         sum += only(within, at.w());
+        store(weights, only(within, at.cube() * soft_inverse(kernel.soft(rr))));
         if constexpr (kTies) ties += only(within, at.tie());
         if (own.walls == 0) continue;
         for (int wall = 0; wall < own.walls; ++wall)
-          product[wall] = four * own.gap[wall] * gather_one(own.seen[wall] + 3, slot);
+          product[wall] = four * own.gap[wall] * own.gap_of(wall, d, slot);
         each_image(own.walls, product, rr, within, limit, image);
       }
       for (int wall = 0; wall < own.walls; ++wall)
@@ -149,58 +194,50 @@ SIM_INLINE void put(Doubles factor, const V3<double>& sum, int b, int half, doub
 }
 
 // f_i = 5 V scale / h^2 sum_j (e'_i + e'_j) u^3 d, where d of an image is (d + 2 sum g_j n_i): half
-// of how the square of its distance changes with x_i. With kViscous the weights of viscosity are
-// kept for resistance().
-template <bool kViscous, bool kTies>
-void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f) {
+// of how the square of its distance changes with x_i. With kDrag also what resistance() makes.
+template <bool kTies, bool kDrag>
+void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f,
+            double* drag) {
   const Kernel kernel(law);
   const double hh = law.smoothing * law.smoothing, limit = 4 * hh;
   const Doubles limits = splat<double>(limit), four = splat<double>(4), two = splat<double>(2);
   const Doubles factor = splat<double>(5 * law.volume * law.scale / hh);
   const Doubles tie = splat<double>(law.cohesion / (10 * law.volume * law.scale));
-  const Doubles least = splat<double>(0.01 * hh);
   for (int b = begin; b < end; ++b) {
     const NeighbourBlock& block = from.blocks[b];
     for (int half = 0; half < 8; half += kDoubles) {
       const Own own(from, b, half);
       const Doubles pressure = gather_one(from.points + 3, own.place);
-      V3<double> sum{}, d{};
+      const V3<double> speed = kDrag ? gather(from.velocities, own.place) : V3<double>{};
+      V3<double> sum{}, brake{}, d{};
       Doubles both{}, gap[FluidWalls::kMost], product[FluidWalls::kMost];
-      const auto add = [&](Doubles by, const V3<double>& way) __attribute__((always_inline)) {
-        sum = {fma(by, way.x, sum.x), fma(by, way.y, sum.y), fma(by, way.z, sum.z)};
-      };
-      const auto image = [&](Doubles rr, Mask within, const int* of, int count)
+      const std::int32_t* slot = block.slots + half;
+      const double* weights = from.weights + from.firsts[b] + half;
+      const double* cubes = weights + 8 * std::ptrdiff_t{block.length};
+      const auto image = [&](Doubles, Mask, const int* of, int count)
           __attribute__((always_inline)) {
         V3<double> way = d;
-        for (int k = 0; k < count; ++k) {
-          const Doubles twice = two * gap[of[k]];
-          const V3<double>& normal = own.normal[of[k]];
-          way = {fma(twice, normal.x, way.x), fma(twice, normal.y, way.y),
-                 fma(twice, normal.z, way.z)};
-        }
-        add(only(within, both * kernel.at(rr).cube()), way);
+        for (int k = 0; k < count; ++k) way = plus(two * gap[of[k]], own.normal[of[k]], way);
+        sum = plus(both * load(cubes), way, sum);
+        cubes += 8;
       };
-      const std::int32_t* slot = block.slots + half;
-      double* weights = kViscous ? from.weights + from.firsts[b] + half : nullptr;
-      for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
+      for (std::int32_t k = 0; k < block.length; ++k, slot += 8, weights += 8) {
         Doubles other;
         d = own.here - gather(from.points, slot, other);
         both = pressure + other;
-        const Doubles rr = squared(d);
-        const Mask within = (rr < limits) & (rr > Doubles{});
-        const auto at = kernel.at(rr);
-        const Doubles cube = only(within, at.cube());
-        if constexpr (kTies)
-          add(fma(both, cube, only(within, tie * at.tie_slope())), d);
-        else
-          add(both * cube, d);
-        if constexpr (kViscous) {
-          store(weights, cube / (rr + least));
-          weights += 8;
+        const Doubles rr = squared(d), weight = load(weights);
+        Doubles by = both * (weight * kernel.soft(rr));
+        if constexpr (kDrag)
+          brake = plus(braked(speed - gather(from.velocities, slot), d, weight), d, brake);
+        if (!kTies && own.walls == 0) {
+          sum = plus(by, d, sum);
+          continue;
         }
-        if (own.walls == 0) continue;
+        const Mask within = (rr < limits) & (rr > Doubles{});
+        if constexpr (kTies) by += only(within, tie * kernel.at(rr).tie_slope());
+        sum = plus(by, d, sum);
         for (int wall = 0; wall < own.walls; ++wall) {
-          gap[wall] = gather_one(own.seen[wall] + 3, slot);
+          gap[wall] = own.gap_of(wall, d, slot);
           product[wall] = four * own.gap[wall] * gap[wall];
         }
         each_image(own.walls, product, rr, within, limit, image);
@@ -213,13 +250,13 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
       }
       each_image(own.walls, product, Doubles{}, Doubles{} < limits, limit, image);
       put(factor, sum, b, half, f);
+      if constexpr (kDrag) put(drag_factor(law), brake, b, half, drag);
     }
   }
 }
 
 // f_i = -mu friction sum_j (v_ij.d)/(r^2 + h^2/100) u^3 d
 void resistance(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f) {
-  const Doubles factor = splat<double>(-law.viscosity * law.friction);
   for (int b = begin; b < end; ++b) {
     const NeighbourBlock& block = from.blocks[b];
     for (int half = 0; half < 8; half += kDoubles) {
@@ -231,22 +268,23 @@ void resistance(const FluidLaw& law, const FluidBlocks& from, int begin, int end
       const double* weights = from.weights + from.firsts[b] + half;
       for (std::int32_t k = 0; k < block.length; ++k, slot += 8, weights += 8) {
         const V3<double> d = here - gather(from.points, slot);
-        const V3<double> v = own - gather(from.velocities, slot);
-        const Doubles by = fma(v.z, d.z, fma(v.y, d.y, v.x * d.x)) * load(weights);
-        sum = {fma(by, d.x, sum.x), fma(by, d.y, sum.y), fma(by, d.z, sum.z)};
+        sum = plus(braked(own - gather(from.velocities, slot), d, load(weights)), d, sum);
       }
-      put(factor, sum, b, half, f);
+      put(drag_factor(law), sum, b, half, f);
     }
   }
 }
 
-template <bool kViscous, bool kTies>
-constexpr FluidKernels kOf{densities<kTies>, forces<kViscous, kTies>, resistance};
-
-FluidKernels kernels_of(const FluidLaw& law) {
-  if (law.cohesion > 0) return law.viscosity > 0 ? kOf<true, true> : kOf<false, true>;
-  return law.viscosity > 0 ? kOf<true, false> : kOf<false, false>;
+template <bool kTies>
+void all_forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f,
+                double* drag) {
+  (drag ? forces<kTies, true> : forces<kTies, false>)(law, from, begin, end, f, drag);
 }
+
+template <bool kTies>
+constexpr FluidKernels kOf{densities<kTies>, all_forces<kTies>, resistance};
+
+FluidKernels kernels_of(const FluidLaw& law) { return law.cohesion > 0 ? kOf<true> : kOf<false>; }
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

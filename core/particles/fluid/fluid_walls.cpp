@@ -27,8 +27,13 @@ void FluidWalls::bind(const ParticleView& initial, double behind) {
 }
 
 void FluidWalls::look(double t) {
-  for (const auto& wall : walls_)
-    if (wall->sampled()) wall->look(t, t);
+  are_planes_ = 0;
+  for (std::size_t w = 0; w < walls_.size(); ++w) {
+    if (walls_[w]->sampled()) walls_[w]->look(t, t);
+    planes_[w] = walls_[w]->plain(t);
+    if (planes_[w].form == PlainSurface::Form::kPlane && !planes_[w].inside)
+      are_planes_ |= 1U << w;
+  }
 }
 
 void FluidWalls::reserve(std::size_t blocks) {
@@ -51,14 +56,20 @@ void FluidWalls::find(double t, const double* points, int places, double reach, 
     std::uint16_t bits = 0;
     for (int w = 0; w < count(); ++w) {
       const Collider& wall = *walls_[static_cast<std::size_t>(w)];
+      const PlainSurface& plane = planes_[w];
+      const bool plain = are_planes_ >> w & 1;
       double* const seen = seen_[static_cast<std::size_t>(w)].data();
-      const bool near = !(wall.clearance(t, middle, half) > reach);
+      const double clearance = plain
+                                   ? plane.gap(middle) - plane.normal.cwiseAbs().dot(half)
+                                   : wall.clearance(t, middle, half);
+      const bool near = !(clearance + behind_ > reach);
       if (near) bits = static_cast<std::uint16_t>(bits | 1U << w);
       for (int p = 8 * b; p < 8 * b + 8; ++p) {
         double* const out = seen + 4 * static_cast<std::ptrdiff_t>(p);
         out[3] = 2 * reach;
         if (!near || p >= last) continue;
-        const Touch touch = wall.touch(t, {points[4 * p], points[4 * p + 1], points[4 * p + 2]});
+        const Vec3 x(points[4 * p], points[4 * p + 1], points[4 * p + 2]);
+        const Touch touch = plain ? Touch{plane.gap(x), plane.normal} : wall.touch(t, x);
         for (int axis = 0; axis < 3; ++axis) out[axis] = touch.normal[axis];
         out[3] = touch.gap + behind_;
       }

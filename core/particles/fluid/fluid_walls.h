@@ -31,6 +31,7 @@ class FluidWalls {
 
   // On one thread, before find(), at each new time.
   void look(double t);
+  unsigned planes() const { return are_planes_; }  // of look(): a bit for each wall that is one
   void reserve(std::size_t blocks);
   // The gaps of the places of blocks [begin, end), `places` in all, to walls less than `reach`
   // away.
@@ -43,6 +44,8 @@ class FluidWalls {
 
  private:
   std::vector<std::unique_ptr<Collider>> walls_;
+  PlainSurface planes_[kMost];  // of those that are, at the time of look()
+  unsigned are_planes_ = 0;
   std::vector<std::uint16_t> near_;
   std::vector<Array> seen_;
   double behind_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 
 #include "core/base/error.h"
 #include "core/base/memory.h"
@@ -11,7 +12,6 @@ namespace sim {
 namespace {
 
 constexpr std::size_t kMostSlots = std::size_t{1} << 30;
-constexpr int kRanked = 192;  // entries; longer lists are sorted quicker by comparing
 
 // Lists are a hair longer than asked for, so that rounding of a distance loses no pair.
 constexpr double kMargin = 1 + 1e-9;
@@ -64,8 +64,11 @@ void Neighbours::build(const ParticleView& view, Team& team) {
   while (shares_.size() < static_cast<std::size_t>(team.most())) {
     Share& share = shares_.emplace_back();
     share.slots = ArrayOf<std::int32_t>(8);
-    share.places.resize(n + 8);
-    share.ids.resize(n + 16);
+    share.ids.resize(n / 64 + 1);
+    share.words.resize(n / 4096 + 1);
+    share.places.resize(n);
+    share.found.resize(n + 8);
+    for (Array& axis : share.q) axis = Array(n + 8);
   }
   const double* const q[3] = {view.x, view.y, view.z};
   for (std::size_t p = 0; p < n; ++p) {
@@ -108,32 +111,57 @@ void Neighbours::build(const ParticleView& view, Team& team) {
   }
 }
 
+// Bits sort the ids: quicker than comparing, as a cell's particles share the work.
+void Neighbours::look_around(int place, Share& share) const {
+  const CellGrid::Rows rows = grid_.around(grid_.cell_at(place));
+  for (int row = 0; row < rows.count; ++row)
+    for (int p = rows.at[row].begin; p < rows.at[row].end; ++p) {
+      const auto i = static_cast<std::size_t>(id(p));
+      share.ids[i / 64] |= std::uint64_t{1} << i % 64;
+      share.words[i / 4096] |= std::uint64_t{1} << i / 64 % 64;
+    }
+  share.count = 0;
+  for (std::size_t w = 0; w < share.words.size(); ++w)
+    for (; share.words[w] != 0; share.words[w] &= share.words[w] - 1) {
+      const std::size_t at = 64 * w + static_cast<std::size_t>(std::countr_zero(share.words[w]));
+      for (std::uint64_t& bits = share.ids[at]; bits != 0; bits &= bits - 1) {
+        const int p = this->place(static_cast<int>(64 * at) + std::countr_zero(bits));
+        const auto next = static_cast<std::size_t>(share.count++);
+        share.places[next] = p;
+        for (int axis = 0; axis < 3; ++axis)
+          share.q[axis][next] = built_[axis][static_cast<std::size_t>(p)];
+      }
+    }
+}
+
 // Makes the lists of blocks [first, last).
 void Neighbours::list(int first, int last, Share& share) {
   const int n = static_cast<int>(place_.size());
-  CellGrid::Rows rows{};
-  int cell = -1;
+  const double* const q[3] = {share.q[0].data(), share.q[1].data(), share.q[2].data()};
+  const double limit = range_ * range_ * kMargin;
+  int cell = -1, own = 0;
   share.needed = 0;
   for (int b = first; b < last; ++b) {
     NeighbourBlock& block = blocks_[static_cast<std::size_t>(b)];
     block = {};
     for (int lane = 0; lane < 8 && 8 * b + lane < n; ++lane) {
       const int place = 8 * b + lane;
-      if (grid_.cell_at(place) != cell) rows = grid_.around(cell = grid_.cell_at(place));
-      const int count = list_of(place, rows, share);
+      if (grid_.cell_at(place) != cell) {
+        cell = grid_.cell_at(place);
+        look_around(place, share);
+        own = 0;
+      }
+      // Further on than that of the place before: the ids of a cell ascend.
+      while (share.places[static_cast<std::size_t>(own)] != place) ++own;
+      std::int32_t* const found = share.found.data();
+      int count = near_(q, 0, own, own, limit, found);
+      count += near_(q, own + 1, share.count, own, limit, found + count);
       block.count[lane] = count;
       block.length = std::max(block.length, count);
       if (share.needed + 8 * static_cast<std::size_t>(block.length) > share.slots.size()) continue;
-      std::int32_t* const slots = share.slots.data() + share.needed;
+      std::int32_t* const slots = share.slots.data() + share.needed + lane;
       for (int k = 0; k < count; ++k)
-        share.ids[static_cast<std::size_t>(k)] = id(share.places[static_cast<std::size_t>(k)]);
-      if (count <= kRanked) {
-        kernels_.spread(share.ids.data(), share.places.data(), count, slots + lane);
-      } else {
-        std::sort(share.ids.begin(), share.ids.begin() + count);
-        for (int k = 0; k < count; ++k)
-          slots[8 * k + lane] = this->place(share.ids[static_cast<std::size_t>(k)]);
-      }
+        slots[8 * k] = share.places[static_cast<std::size_t>(found[k])];
     }
     const std::size_t begin = share.needed;
     share.needed += 8 * static_cast<std::size_t>(block.length);
@@ -143,26 +171,6 @@ void Neighbours::list(int first, int last, Share& share) {
     for (int lane = 0; lane < 8; ++lane)
       for (int k = block.count[lane]; k < block.length; ++k) slots[8 * k + lane] = 8 * b + lane;
   }
-}
-
-// Writes the neighbours of one place to share.places, in any order, and returns their number.
-int Neighbours::list_of(int place, const CellGrid::Rows& rows, Share& share) const {
-  const double* const q[3] = {built_[0].data(), built_[1].data(), built_[2].data()};
-  const double limit = range_ * range_ * kMargin;
-  int count = 0;
-  const auto add = [&](int begin, int end) {
-    count += kernels_.near(q, begin, end, place, limit, share.places.data() + count);
-  };
-  for (int row = 0; row < rows.count; ++row) {
-    const auto [begin, end] = rows.at[row];
-    if (begin <= place && place < end) {
-      add(begin, place);
-      add(place + 1, end);
-    } else {
-      add(begin, end);
-    }
-  }
-  return count;
 }
 
 std::int64_t Neighbours::entries() const {

@@ -20,16 +20,11 @@ struct NeighbourBlock {
   std::int32_t count[8];
 };
 
-struct ListKernels {
-  // Writes the places in [begin, end) whose points are at most sqrt(limit) from that at `place` and
-  // returns their number. Reads and writes up to 7 entries past the end.
-  int (*near)(const double* const q[3], int begin, int end, int place, double limit,
-              std::int32_t* found);
-  // slots[8 k] := the place of the k-th smallest of the ids, which all differ. Reads up to 15 more.
-  void (*spread)(const std::int32_t* ids, const std::int32_t* places, int count,
-                 std::int32_t* slots);
-};
-ListKernels list_kernels();  // for this machine
+// Writes the indices in [begin, end) of points at most sqrt(limit) from point `own` and returns
+// their number. Reads and writes up to 7 entries past the end.
+using NearPoints = int (*)(const double* const q[3], int begin, int end, int own, double limit,
+                           std::int32_t* found);
+NearPoints near_points();  // for this machine
 
 // Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. What
 // is on a list besides the pairs within the cutoff depends on the past; whoever sums over it takes
@@ -65,15 +60,19 @@ class Neighbours {
   // A part of the lists, written by one thread.
   struct Share {
     ArrayOf<std::int32_t> slots;
-    std::vector<std::int32_t> places, ids;  // scratch: of one particle's list
     std::size_t needed = 0;
+    // Scratch: the particles in the cells around one by ascending id, and which of them are near.
+    std::vector<std::uint64_t> ids, words;  // a bit for each id, and for each word of them
+    std::vector<std::int32_t> places, found;
+    Array q[3];
+    int count = 0;
   };
   void build(const ParticleView& view, Team& team);
+  void look_around(int place, Share& share) const;
   void list(int first, int last, Share& share);
-  int list_of(int place, const CellGrid::Rows& rows, Share& share) const;
 
   double range_ = 0, half_skin_ = 0;
-  ListKernels kernels_ = list_kernels();
+  NearPoints near_ = near_points();
   CellGrid grid_;
   std::span<const std::int32_t> order_;
   std::vector<std::int32_t> place_;
