@@ -13,7 +13,7 @@ namespace sim {
 namespace {
 
 constexpr double kSkin = 0.2;     // of the smoothing length, for speed alone
-constexpr double kSeen = 2.01;   // likewise: images in reach have g_i + g_j < 2 h
+constexpr double kSeen = 2.01;    // likewise: images in reach have g_i + g_j < 2 h
 constexpr double kTooDense = 4;   // times the density at rest, at the start
 constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors of walls
 constexpr double kFall = 9.81;    // m/s^2, for the speed of sound

@@ -31,8 +31,7 @@ void FluidWalls::look(double t) {
   for (std::size_t w = 0; w < walls_.size(); ++w) {
     if (walls_[w]->sampled()) walls_[w]->look(t, t);
     planes_[w] = walls_[w]->plain(t);
-    if (planes_[w].form == PlainSurface::Form::kPlane && !planes_[w].inside)
-      are_planes_ |= 1U << w;
+    if (planes_[w].form == PlainSurface::Form::kPlane && !planes_[w].inside) are_planes_ |= 1U << w;
   }
 }
 
@@ -59,11 +58,11 @@ void FluidWalls::find(double t, const double* points, int places, double reach, 
       const PlainSurface& plane = planes_[w];
       const bool plain = are_planes_ >> w & 1;
       double* const seen = seen_[static_cast<std::size_t>(w)].data();
-      const double clearance = plain
-                                   ? plane.gap(middle) - plane.normal.cwiseAbs().dot(half)
-                                   : wall.clearance(t, middle, half);
+      const double clearance = plain ? plane.gap(middle) - plane.normal.cwiseAbs().dot(half)
+                                     : wall.clearance(t, middle, half);
       const bool near = !(clearance + behind_ > reach);
       if (near) bits = static_cast<std::uint16_t>(bits | 1U << w);
+      if (plain && !near) continue;  // nobody reads them
       for (int p = 8 * b; p < 8 * b + 8; ++p) {
         double* const out = seen + 4 * static_cast<std::ptrdiff_t>(p);
         out[3] = 2 * reach;

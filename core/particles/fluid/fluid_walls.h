@@ -39,7 +39,8 @@ class FluidWalls {
 
   // Of each block, a bit for each wall near it.
   const std::uint16_t* near() const { return near_.data(); }
-  // Of a wall: its normal and its gap, four numbers a place; a gap of 2 reach where it is not near.
+  // Of a wall: its normal and its gap, four numbers a place. Where it is not near, the gap is 2
+  // reach, or nothing of a plane.
   const double* seen(int wall) const { return seen_[static_cast<std::size_t>(wall)].data(); }
 
  private:

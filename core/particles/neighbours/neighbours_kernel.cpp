@@ -8,8 +8,7 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-int near(const double* const q[3], int begin, int end, int own, double limit,
-         std::int32_t* found) {
+int near(const double* const q[3], int begin, int end, int own, double limit, std::int32_t* found) {
   const V3<double> here = {splat<double>(q[0][own]), splat<double>(q[1][own]),
                            splat<double>(q[2][own])};
   int count = 0;
