@@ -242,6 +242,40 @@ TEST_CASE("behind walls at right angles a fluid goes on as its mirror image") {
   }
 }
 
+namespace {
+
+// A collider that does not say what it is.
+class Untold final : public Collider {
+ public:
+  explicit Untold(std::unique_ptr<Collider> other) : other_(std::move(other)) {}
+  Surface surface() const override { return other_->surface(); }
+  Touch touch(double t, const Vec3& x) const override { return other_->touch(t, x); }
+  bool moves() const override { return false; }
+
+ private:
+  std::unique_ptr<Collider> other_;
+};
+
+}  // namespace
+
+TEST_CASE("walls that are planes push as those do that are asked point by point") {
+  Registry registry = sim_test::make_registry();
+  const Points points = lump({7, 5, 6}, 0.9, 0.2, Vec3(0.5, 0.5, 0.5));
+  const Moving state(points);
+  FluidForces fluid = make_fluid(), asked = make_fluid();
+  for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 3, 1), Vec3(0, -1, 3)}) {
+    fluid.add_wall(make_collider(registry, "plane", {{"normal", normal}}));
+    asked.add_wall(
+        std::make_unique<Untold>(make_collider(registry, "plane", {{"normal", normal}})));
+  }
+  fluid.bind(state.view);
+  asked.bind(state.view);
+  const std::vector<double> f = forces_of(fluid, state), expected = forces_of(asked, state);
+  REQUIRE(largest_of(f) > 1);
+  CHECK(largest_difference(f, expected) < 1e-12 * largest_of(f));
+  CHECK(energy_of(fluid, state) == Approx(energy_of(asked, state)).epsilon(1e-13));
+}
+
 TEST_CASE("viscosity keeps momentum and turning momentum, brakes, and has the strength it says") {
   const Points points = lump({6, 5, 4}, 0.9, 0.2);
   const std::size_t n = points.size();

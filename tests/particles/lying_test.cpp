@@ -34,7 +34,7 @@ class Solid final : public Collider {
   }
   Touch touch(double t, const Vec3& x) const override {
     const Vec3 d = x - center(t);
-    double distance = at_.normal.dot(d);
+    double distance = at_.normal.dot(d) - at_.radius;
     Vec3 normal = at_.normal;
     if (at_.form == PlainSurface::Form::kSphere) {
       const double length = d.norm();
@@ -145,8 +145,9 @@ bool same(const Array& a, const Array& b) {
 TEST_CASE("what lies on a surface is settled with the same bits many at a time as one at a time") {
   const double c = std::sqrt(0.5);
   const PlainSurface plane{PlainSurface::Form::kPlane, {0.1, -0.2, 0.3}, {}, {0, 1, 0}, 0, 0.005};
-  PlainSurface slope = plane, ball = plane, hollow, moving;
+  PlainSurface slope = plane, side = plane, ball = plane, hollow, moving;
   slope.normal = {c, c, 0};
+  side.radius = -0.37;
   ball.form = PlainSurface::Form::kSphere;
   ball.radius = 0.7;
   hollow = moving = ball;
@@ -156,7 +157,7 @@ TEST_CASE("what lies on a surface is settled with the same bits many at a time a
   belt.velocity = {0.4, 0.05, 0};
   unsigned seed = 1;
   int changed = 0;
-  for (const PlainSurface& at : {plane, slope, ball, hollow, moving, belt})
+  for (const PlainSurface& at : {plane, slope, side, ball, hollow, moving, belt})
     for (const Surface& surface :
          {Surface{0, 0}, Surface{0.5, 0}, Surface{0, 0.3}, Surface{0.2, 2}})
       for (const bool second : {false, true})
