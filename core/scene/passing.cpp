@@ -1,5 +1,7 @@
 #include "core/scene/passing.h"
 
+#include <algorithm>
+
 #include "core/base/text.h"
 
 namespace sim {
@@ -23,7 +25,36 @@ std::string listed(const char* one, const char* several, const std::vector<int>&
   return shown < runs.size() ? text + " and others" : text;
 }
 
+std::string name_of(const PartSpec& part) {
+  return "force '" + part.plugin + "'" + (part.place.empty() ? "" : " at " + part.place);
+}
+
 }  // namespace
+
+std::string collider_text(const std::string& plugin, const std::map<std::string, Value>& given) {
+  std::string text;
+  for (const auto& [name, value] : given)
+    text += (text.empty() ? "" : ", ") + name + " = " + to_text(value);
+  return "sim.collider." + plugin + " { " + text + " }";
+}
+
+std::string open_note(const PartSpec& part, const SystemSpec& spec) {
+  const auto found = part.given.find("boundary");
+  if (found == part.given.end()) return {};
+  Colliders boundary;
+  if (const auto* const all = std::get_if<Colliders>(&found->second)) boundary = *all;
+  if (const auto* const one = std::get_if<Colliders::value_type>(&found->second)) boundary = {*one};
+  for (const auto& collider : boundary) {
+    const auto same = [&](const PartSpec& other) {
+      return collider_text(other.plugin, other.given) == collider->text;
+    };
+    if (!collider->text.empty() && std::ranges::none_of(spec.colliders, same))
+      return name_of(part) + " has " + collider->text +
+             " in its boundary, which is none of the scene's colliders: particles may pass it; "
+             "name it in both";
+  }
+  return {};
+}
 
 std::string passing_note(const Force& force, const PartSpec& part, const SystemSpec& spec) {
   const auto [unseen, remedy] = force.unseen();
@@ -39,8 +70,8 @@ std::string passing_note(const Force& force, const PartSpec& part, const SystemS
   if (!particles.empty()) names.push_back(listed("particle", "particles", particles));
   if (!bodies.empty()) names.push_back(listed("body", "bodies", bodies));
   if (names.empty()) return {};
-  return "force '" + part.plugin + "'" + (part.place.empty() ? "" : " at " + part.place) +
-         " does not see " + join(names, " and ") + ": it flows through them; " + remedy;
+  return name_of(part) + " does not see " + join(names, " and ") + ": it flows through them; " +
+         remedy;
 }
 
 }  // namespace sim

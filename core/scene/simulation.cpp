@@ -141,8 +141,9 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   particles = compiled.get();
   particles->name_forces(std::move(names));
   for (std::size_t k = 0; k < parts.size(); ++k)
-    if (std::string note = passing_note(*parts[k], spec.forces[k], spec); !note.empty())
-      particles->add_note(std::move(note));
+    for (std::string note :
+         {passing_note(*parts[k], spec.forces[k], spec), open_note(spec.forces[k], spec)})
+      if (!note.empty()) particles->add_note(std::move(note));
   for (const LeadSpec& lead : spec.particles->leads)
     placed(lead.place, [&] {
       const Vec3 now = particles->view(0, x.data()).position(lead.particle);

@@ -199,6 +199,12 @@ return sim.scene { particles = all, surfaces = { cloth }, forces = { sim.force.f
   REQUIRE(one.size() == 1);
   CHECK_THAT(one[0], Contains("does not see particle 134:"));
   CHECK(notes_of(scene("particles = all")).empty());
+  for (const char* const boundary : {"sim.collider.plane {}", "{ sim.collider.plane {} }"}) {
+    const std::vector<std::string> open =
+        notes_of(scene("particles = all, boundary = " + std::string(boundary)));
+    REQUIRE(open.size() == 1);
+    CHECK_THAT(open[0], Contains("sim.collider.plane {") && Contains("none of the scene's"));
+  }
 }
 
 TEST_CASE("bodies of a fluid that cannot be are refused by name", "[scene][fluid]") {
@@ -214,6 +220,14 @@ TEST_CASE("bodies of a fluid that cannot be are refused by name", "[scene][fluid
   CHECK_THAT(refused(box, "bodies = sim.rigid { shape = sim.sphere { radius = 1 }, mass = 1 }"),
              Contains("not in this scene"));
   CHECK_THAT(refused(box, "bodies = body, dimensions = 2"), Contains("two dimensions"));
+  for (const char* const shape :
+       {"sim.box { half = {0.1, 0.05, 0.1} }", "sim.sphere { radius = 0.1 }",
+        "sim.capsule { radius = 0.08, length = 0.1 }"})
+    for (const char* const touches : {"true", "false"})
+      CHECK_THAT(refused("shape = " + std::string(shape) + ", position = {0.2, 0.2, 0.2}, turn = " +
+                             "{0, 0.3, 0}, density = 500, touches = " + touches,
+                         "bodies = body"),
+                 Contains("inside"));
   CHECK_THAT(refused("shape = sim.box { half = {0.1, 0.03, 0.1} }, position = {0.2, 0.4, 0.2}, "
                      "mass = 1",
                      "bodies = body"),

@@ -10,6 +10,7 @@
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/scene/passing.h"
 
 namespace sim {
 namespace {
@@ -260,9 +261,7 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
   auto maker = std::make_shared<ColliderMaker>();
   const Params params(plugin.title(), plugin.params, spec.given, place);
-  for (const auto& [name, value] : spec.given)
-    maker->text += (maker->text.empty() ? "" : ", ") + name + " = " + to_text(value);
-  maker->text = "sim.collider." + plugin.name + " { " + maker->text + " }";
+  maker->text = collider_text(plugin.name, spec.given);
   // A scene outlives the registry that it was read with.
   maker->make = [plugin = plugin, params, place] {
     return of_scene(place, [&] { return made(plugin.make(params), plugin); });

@@ -189,6 +189,19 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
 
 }  // namespace
 
+bool is_within(const RigidShape& shape, const Vec3& x) {
+  if (shape.form == RigidShape::Form::kMesh) {
+    Vec3 low = x, high = x;
+    for (const Vec3& point : shape.points) low = low.cwiseMin(point), high = high.cwiseMax(point);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (low[axis] == x[axis] || high[axis] == x[axis]) return false;
+    return is_inside(shape, x);
+  }
+  if (!shape.is_round()) return (x.cwiseAbs() - shape.half).maxCoeff() < 0;
+  const double along = std::clamp(x.y(), -0.5 * shape.length, 0.5 * shape.length);
+  return (x - Vec3(0, along, 0)).norm() < shape.radius;
+}
+
 double surface_area(const RigidShape& shape) {
   const double r = shape.radius;
   const Vec3& h = shape.half;

@@ -11,6 +11,8 @@ namespace sim {
 // the shape. Throws Error{kScene} where the shape is not thicker than twice the depth.
 std::vector<Vec3> points_under(const RigidShape& shape, double depth, double width);
 
+bool is_within(const RigidShape& shape, const Vec3& x);
+
 double surface_area(const RigidShape& shape);  // m^2
 
 }  // namespace sim

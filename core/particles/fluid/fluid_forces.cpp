@@ -95,10 +95,16 @@ void FluidForces::bind(const ParticleView& initial) {
   walls_.bind(initial, kBehind * spacing);
   if (!solid_.empty()) {
     solid_.bind(law_, initial);
-    for (int i = 0; i < initial.n; ++i)
-      if (solid_.has(i) && index(i) >= 0)
+    for (int i = 0; i < initial.n; ++i) {
+      if (index(i) < 0) continue;
+      if (solid_.has(i))
         refuse("particle " + std::to_string(i) + " is of the fluid and of its solid",
                "name those of the fluid: particles = { ids }");
+      if (const int body = solid_.body_around(initial.position(i), initial); body >= 0)
+        refuse("particle " + std::to_string(i) + " starts inside number " + std::to_string(body) +
+                   " of its bodies, counted from 0",
+               "leave it out, or move one of them");
+    }
   }
 
   // Finds out here whether the lists fit into memory.

@@ -94,6 +94,21 @@ void FluidSolid::bind(const FluidLaw& law, const ParticleView& initial) {
   }
 }
 
+int FluidSolid::body_around(const Vec3& x, const ParticleView& view) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const RigidBody& body = *bodies_[b];
+    const int first = body.first();
+    const auto place = [&](const Vec3& local) {
+      return place_of({4, {first, first + 1, first + 2, first + 3}, body.weights(local)}, view);
+    };
+    const Vec3 center = place({0, 0, 0}), d = x - center;
+    const Vec3 local((place({1, 0, 0}) - center).dot(d), (place({0, 1, 0}) - center).dot(d),
+                     (place({0, 0, 1}) - center).dot(d));
+    if (is_within(body.shape(), local)) return static_cast<int>(b);
+  }
+  return -1;
+}
+
 bool FluidSolid::update(const ParticleView& view) {
   bool moved = false;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {

@@ -33,6 +33,8 @@ class FluidSolid {
   // Throws Error{kScene} where the mesh is so wide that the fluid would pass through, or a body too
   // thin for its points.
   void bind(const FluidLaw& law, const ParticleView& initial);
+  // The body that x is within, or -1.
+  int body_around(const Vec3& x, const ParticleView& view) const;
   bool has(int id) const { return !empty() && own_[static_cast<std::size_t>(id)]; }
 
   // At each new view, on one thread; false where no particle of it has moved.
