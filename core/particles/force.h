@@ -21,6 +21,7 @@ struct AffineForce {
   double damping = 0;                // kg/s
 };
 
+class Projection;
 class Springs;
 class Team;
 
@@ -87,6 +88,9 @@ class Force {
   // accumulate() adds the whole.
   virtual bool resists() const { return false; }
   virtual void resist(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
+
+  // What it does at the end of each step, beside what it adds to forces; null: nothing.
+  virtual Projection* projection() { return nullptr; }
 
   // After bind(): particles that pass through those it acts on, ascending, and the remedy.
   virtual std::pair<std::vector<int>, std::string> unseen() const { return {}; }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/bits.h"
+#include "core/particles/projection.h"
 #include "core/simd/lanes.h"
 
 namespace sim {
@@ -166,7 +167,7 @@ void Particles::add_collider(std::unique_ptr<Collider> collider, const std::stri
 }
 
 bool Particles::conserves_energy() const noexcept {
-  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
+  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty() && !any_projects(on_);
 }
 
 double Particles::kinetic_energy(double t, const double* state) const {

@@ -128,6 +128,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     force_switches.push_back(part.switch_name);
     force_places.push_back(part.place);
   }
+  projects = std::ranges::any_of(forces, [](const auto& force) { return force->projection(); });
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
@@ -205,13 +206,16 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
     if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
-    if ((surface_contact || rigid_contact) && method->info().adaptive)
+    const char* const between = surface_contact ? "sim.contact"
+                                : rigid_contact ? "contact of rigid bodies"
+                                : projects      ? "a fluid with solver = \"dfsph\""
+                                                : nullptr;
+    if (between && method->info().adaptive)
       throw Error(ErrorKind::kScene,
                   {"integrator does not fit", place,
-                   std::string(surface_contact ? "this scene has sim.contact, which acts"
-                                               : "this scene has rigid bodies that touch, which "
-                                                 "acts") +
-                       " between steps, and an adaptive method does not end its steps there",
+                   "this scene has " + std::string(between) +
+                       ", which acts between steps, and an adaptive method does not end its steps "
+                       "there",
                    std::string("use verlet, rk4 or another method of fixed steps") +
                        (rigid_contact ? ", or give the bodies touches = false" : "")});
     integrator = std::move(method);
@@ -286,7 +290,7 @@ int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
   if (s.thread_choice) s.thread_choice->begin();
   s.begin_contact(t());
-  if (s.surface_contact || s.rigid_contact) most = 1;
+  if (s.surface_contact || s.rigid_contact || s.projects) most = 1;
   const FloatControl control;
   Advance now;
   try {

@@ -44,6 +44,7 @@ struct Simulation::Impl {
   ContactWork contact_work;
   std::unique_ptr<SurfaceContact> surface_contact;  // where the scene asks for it
   std::unique_ptr<RigidContact> rigid_contact;      // where bodies may touch something
+  bool projects = false;                            // some force does
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
@@ -69,6 +70,7 @@ struct Simulation::Impl {
   // x_next := what contact of surfaces makes of the step to t1; false where it has no way.
   bool keep_apart(double t, double h);
   bool keep_bodies_apart(double t, double h);
+  bool project(double t, double h);
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);

@@ -4,6 +4,7 @@
 
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/projection.h"
 #include "core/particles/rigid/rigid_rows.h"
 #include "core/particles/touch_events.h"
 #include "core/scene/joined.h"
@@ -133,7 +134,60 @@ bool Simulation::Impl::keep_bodies_apart(double t, double h) {
   return true;
 }
 
+namespace {
+
+std::span<double> memory_of(const Particles& particles, const Force& force, double* state) {
+  for (const ForceMemory& memory : particles.memories())
+    if (memory.force == &force)
+      return {state + particles.layout().size() + memory.begin, memory.size};
+  return {};
+}
+
+}  // namespace
+
+// What that changes of the energy is booked as what contact takes.
+bool Simulation::Impl::project(double t, double h) {
+  const double end = t + h;
+  const auto energy = [&] {
+    return particles->kinetic_energy(end, x_next.data()) +
+           particles->potential_energy(end, x_next.data());
+  };
+  const ParticleView view = particles->view(end, x_next.data());
+  const auto q = particles->layout().axes(x_next.data());
+  const auto v = particles->layout().axes(x_next.data(), 3);
+  const double before = energy();
+  bool changed = false;
+  for (Force* const force : particles->forces())
+    if (Projection* const own = force->projection())
+      changed |= own->project(
+          {view, h, q.data(), v.data(), memory_of(*particles, *force, x_next.data())}, *team);
+  if (!changed) return true;
+  const Contacts& contacts = particles->contacts();
+  const int singles = bodies.empty() ? view.n : bodies.front().first();
+  for (int i = 0; !contacts.empty() && i < singles; ++i) {
+    if (!view.free(i)) continue;
+    Vec3 place = view.position(i);
+    contacts.push_out(end, place);
+    for (std::size_t axis = 0; axis < 3; ++axis) q[axis][i] = place[axis];
+  }
+  if (!all_finite({x_next.data(), x_next.size()})) {
+    divergence = {StepStatus::kNotAllowed,
+                  -1,
+                  step_count + 1,
+                  end,
+                  h,
+                  "",
+                  "",
+                  "keeping the density of a fluid leads to numbers that are not finite"};
+    return false;
+  }
+  contact_work.lost += before - energy();
+  integrator->restart(end, h, x_next.data());
+  return true;
+}
+
 bool Simulation::Impl::keep_apart(double t, double h) {
+  if (projects && !project(t, h)) return false;
   if (rigid_contact && !keep_bodies_apart(t, h)) return false;
   if (!surface_contact) return true;
   const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());

@@ -7,10 +7,14 @@ local depth = sim.arg("depth", 0.2, "of the column and of the room, m; 0: in two
 local length = sim.arg("length", 0.8, "of the room, m")
 local layers = sim.arg("layers", 8, "of particles over the width of the column")
 local alpha = sim.arg("alpha", 0.05, "artificial viscosity")
+local solver = sim.arg("solver", "wcsph", "wcsph, or dfsph: keeps its density")
+local density_error = sim.arg("density_error", 1e-3, "of dfsph")
+local times = sim.arg("sound", 10, "speed of sound, over that of the fall")
 local density = 1000
 
--- Ten times as fast as the water can fall: its density then changes by 1 %.
-local sound = 10 * (2 * 9.81 * height)^0.5
+-- Ten times as fast as the water can fall: its density then changes by 1 %. In a step sound goes 0.6
+-- of a spacing. dfsph has no sound; there the fastest water goes 0.3 of a spacing.
+local sound = times * (2 * 9.81 * height)^0.5
 local flat = depth == 0
 local a = width / layers
 local function count(extent) return math.max(1, math.floor(extent / a + 0.5)) end
@@ -41,6 +45,7 @@ local room = sim.collider.box { center = {length / 2, 2 * height, flat and 0 or 
 return sim.scene { name = "dam", particles = water,
   forces = { sim.force.gravity { g = {0, -9.81, 0} },
     sim.force.fluid { particles = water, density = density, speed_of_sound = sound, alpha = alpha,
+      solver = solver, density_error = density_error,
       dimensions = flat and 2 or 3, boundary = { room } } },
   colliders = { room },
-  integrator = "verlet", dt = 0.4 * 1.5 * a / sound, duration = 2 }
+  integrator = "verlet", dt = (solver == "dfsph" and times / 2 or 1) * 0.4 * 1.5 * a / sound, duration = 2 }

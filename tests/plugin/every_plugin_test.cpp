@@ -54,6 +54,7 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
       case sim::ParamType::kCurve:
       case sim::ParamType::kCollider:  // an example has one
       case sim::ParamType::kColliders:
+      case sim::ParamType::kBodies:
         break;
       case sim::ParamType::kFunction:
         given[param.name] =

@@ -6,7 +6,7 @@
 #include "core/particles/fluid/fluid_forces.h"
 #include "core/particles/particle_system.h"
 #include "core/study/energy_balance.h"
-#include "tests/support/scenes.h"
+#include "tests/support/tank.h"
 
 using namespace sim_test;
 using sim::Vec3;
@@ -14,43 +14,6 @@ using sim::Vec3;
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-// Water in the corner of a room, in two dimensions (nz = 0) or three.
-struct Tank {
-  int nx = 10, ny = 20, nz = 0;
-  double spacing = 0.02, length = 0.2;  // m; length of the room
-  double alpha = 0.05, sound = 30;
-  std::string integrator = "verlet";
-};
-
-sim::SystemSpec make_tank(const Tank& tank, sim::Registry& registry) {
-  const double a = tank.spacing, depth = tank.nz > 0 ? tank.nz * a : 100;
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.integrator.name = tank.integrator;
-  spec.dt = 0.4 * 1.5 * a / tank.sound;
-  spec.particles->list.clear();
-  const double mass = 1000 * a * a * (tank.nz > 0 ? a : 1);
-  for (int i = 0; i < tank.nx; ++i)
-    for (int j = 0; j < tank.ny; ++j)
-      for (int k = 0; k < std::max(1, tank.nz); ++k)
-        spec.particles->list.push_back(
-            {a * Vec3(i + 0.5, j + 0.5, tank.nz > 0 ? k + 0.5 : 0), Vec3(0, 0, 0), mass});
-  const std::map<std::string, sim::Value> room{
-      {"half", Vec3(0.5 * tank.length, 5, 0.5 * depth)},
-      {"center", Vec3(0.5 * tank.length, 5, tank.nz > 0 ? 0.5 * depth : 0)},
-      {"thickness", 0.25 * a},  // the mirrors are as far behind that
-      {"inside", true}};
-  spec.colliders = {make_part("box", room)};
-  const auto& box = registry.get<sim::Collider>("box");
-  auto maker = std::make_shared<sim::ColliderMaker>();
-  maker->make = [&box, room] { return box.make(sim::Params(box.title(), box.params, room, {})); };
-  spec.forces.push_back(make_part("fluid", {{"density", 1000.0},
-                                            {"speed_of_sound", tank.sound},
-                                            {"alpha", tank.alpha},
-                                            {"dimensions", std::int64_t{tank.nz > 0 ? 3 : 2}},
-                                            {"boundary", sim::Colliders{maker}}}));
-  return spec;
-}
 
 void run_to(sim::Simulation& water, double t) {
   while (water.t() < t) REQUIRE(water.step());
@@ -106,9 +69,14 @@ TEST_CASE("water sloshes with the frequency of linear waves", "[scene][fluid]") 
   // omega^2 = g k tanh(k H), k = pi/L: from the flow of a standing wave as it passes its middle.
   sim::Registry registry = make_registry();
   const double length = 0.5, depth = 0.25, k = kPi / length;
-  sim::SystemSpec spec = make_tank(
-      {.nx = 40, .ny = 20, .spacing = 0.0125, .length = length, .alpha = 0.02, .sound = 22},
-      registry);
+  sim::SystemSpec spec = make_tank({.nx = 40,
+                                    .ny = 20,
+                                    .spacing = 0.0125,
+                                    .length = length,
+                                    .alpha = 0.02,
+                                    .sound = 22,
+                                    .solver = GENERATE("wcsph", "dfsph")},
+                                   registry);
   for (sim::ParticleSpec& p : spec.particles->list)
     p.velocity = 0.3 / std::cosh(k * depth) *
                  Vec3(std::sin(k * p.position[0]) * std::cosh(k * p.position[1]),
@@ -144,8 +112,15 @@ TEST_CASE("a dam breaks as Martin and Moyce saw it", "[scene][fluid]") {
       {0.832, 1.217}, {1.219, 1.474}, {1.997, 2.292}, {2.547, 2.995}, {3.345, 4.134}};
   sim::Registry registry = make_registry();
   const double a = 0.05715;
-  sim::SystemSpec spec = make_tank(
-      {.nx = 20, .ny = 40, .spacing = a / 20, .length = 0.5, .alpha = 0.02, .sound = 15}, registry);
+  const std::string solver = GENERATE("wcsph", "dfsph");
+  sim::SystemSpec spec = make_tank({.nx = 20,
+                                    .ny = 40,
+                                    .spacing = a / 20,
+                                    .length = 0.5,
+                                    .alpha = 0.02,
+                                    .sound = 15,
+                                    .solver = solver},
+                                   registry);
   sim::Simulation water(spec, registry);
   // Water that slides on the floor without friction runs ahead of theirs, but not much faster.
   double z[5];
@@ -155,7 +130,7 @@ TEST_CASE("a dam breaks as Martin and Moyce saw it", "[scene][fluid]") {
     z[k] = front(water) / a;
     INFO("T = " << time << ": " << z[k] << ", seen " << seen);
     CHECK(z[k] > seen);
-    CHECK(z[k] < 1.15 * seen);
+    CHECK(z[k] < (solver == "wcsph" ? 1.15 : 1.17) * seen);
   }
   const double speed = (z[4] - z[2]) / (kSeen[4][0] - kSeen[2][0]);
   CHECK(speed == Approx((kSeen[4][1] - kSeen[2][1]) / (kSeen[4][0] - kSeen[2][0])).epsilon(0.1));
@@ -163,7 +138,13 @@ TEST_CASE("a dam breaks as Martin and Moyce saw it", "[scene][fluid]") {
 
 TEST_CASE("water in a room stays there, keeps its books, and is what it was", "[scene][fluid]") {
   sim::Registry registry = make_registry();
-  const Tank tank{.nx = 5, .ny = 8, .nz = 4, .spacing = 0.04, .length = 0.6, .sound = 20};
+  const Tank tank{.nx = 5,
+                  .ny = 8,
+                  .nz = 4,
+                  .spacing = 0.04,
+                  .length = 0.6,
+                  .sound = 20,
+                  .solver = GENERATE("wcsph", "dfsph")};
   const sim::SystemSpec spec = make_tank(tank, registry);
   sim::Simulation water(spec, registry);
   sim::study::EnergyBalance balance(water);
@@ -186,7 +167,13 @@ TEST_CASE("water in a room stays there, keeps its books, and is what it was", "[
 
 TEST_CASE("free water keeps momentum, and its energy under verlet", "[scene][fluid]") {
   sim::Registry registry = make_registry();
-  Tank tank{.nx = 8, .ny = 8, .nz = 8, .spacing = 0.02, .length = 10, .alpha = 0};
+  Tank tank{.nx = 8,
+            .ny = 8,
+            .nz = 8,
+            .spacing = 0.02,
+            .length = 10,
+            .alpha = 0,
+            .solver = GENERATE("wcsph", "dfsph")};
   sim::SystemSpec spec = make_tank(tank, registry);
   spec.colliders.clear();
   spec.forces.erase(spec.forces.begin());
@@ -224,7 +211,8 @@ TEST_CASE("free water keeps momentum, and its energy under verlet", "[scene][flu
     }
     sum();
     CHECK((momentum - first).norm() < 1e-12 * size);
-    CHECK((turning - first_turning).norm() < 1e-12 * size);
+    // dfsph leads places back without their velocities.
+    CHECK((turning - first_turning).norm() < (tank.solver == "wcsph" ? 1e-12 : 2e-4) * size);
     INFO("alpha " << alpha << ": balance " << balance.error() << " of " << balance.in_play());
     CHECK(std::fabs(balance.error()) < 0.003 * balance.in_play());
     if (alpha > 0) CHECK(water.energy().total() < start - 0.05 * balance.in_play());

@@ -12,11 +12,8 @@
 namespace sim {
 namespace {
 
-constexpr double kSkin = 0.2;     // of the smoothing length, for speed alone
-constexpr double kSeen = 2.01;    // likewise: images in reach have g_i + g_j < 2 h
-constexpr double kTooDense = 4;   // times the density at rest, at the start
-constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors of walls
-constexpr double kFall = 9.81;    // m/s^2, for the speed of sound
+constexpr double kTooDense = 4;  // times the density at rest, at the start
+constexpr double kFall = 9.81;   // m/s^2, for the speed of sound
 
 [[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
   throw Error(ErrorKind::kScene, {"force 'fluid'", "", why, remedy});
@@ -86,13 +83,15 @@ void FluidForces::bind(const ParticleView& initial) {
   const Vec3 size = high - low;
   const double extent = std::max({size[0], size[1], size[2], spacing});
   const double sound = given_.sound > 0 ? given_.sound : 10 * std::sqrt(2 * kFall * extent);
-  law_.stiffness = given_.density * sound * sound / 7;
+  law_.stiffness = given_.compressible ? given_.density * sound * sound / 7 : 0;
   law_.viscosity = given_.viscosity + given_.density * given_.alpha * law_.smoothing * sound /
                                           (2 * (law_.dimensions + 2));
   law_.cohesion = fluid_cohesion(law_, given_.tension);
-  kernels_ = fluid_kernels(law_);
-  neighbours_.emplace(2 * law_.smoothing, kSkin * law_.smoothing);
-  walls_.bind(initial, kBehind * spacing);
+  FluidLaw own = law_;  // a projection's viscosity is no force
+  if (!viscous()) own.viscosity = 0;
+  kernels_ = fluid_kernels(own);
+  neighbours_.emplace(2 * law_.smoothing, kFluidSkin * law_.smoothing);
+  walls_.bind(initial, spacing);
   if (!solid_.empty()) {
     solid_.bind(law_, initial);
     for (int i = 0; i < initial.n; ++i) {
@@ -187,7 +186,7 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
   if (moved && walls_.count() > 0) {
     walls_.look(view.t);
     each_part([&](int begin, int end) {
-      walls_.find(view.t, neighbours_->points(), places, kSeen * law_.smoothing, begin, end);
+      walls_.find(view.t, neighbours_->points(), places, kFluidSeen * law_.smoothing, begin, end);
     });
   }
   if (moved) make_weights();

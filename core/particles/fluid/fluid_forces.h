@@ -14,12 +14,13 @@ namespace sim {
 
 // What is given; a smoothing or sound of 0 follows from the particles.
 struct FluidDensity {
-  double density = 1000;  // kg/m^3
-  double smoothing = 0;   // m
-  double sound = 0;       // m/s
-  double viscosity = 0;   // Pa s
-  double alpha = 0;       // of Monaghan's viscosity: mu = rho alpha h c / (2 (d + 2))
-  double tension = 0;     // N/m
+  double density = 1000;     // kg/m^3
+  double smoothing = 0;      // m
+  double sound = 0;          // m/s
+  double viscosity = 0;      // Pa s
+  double alpha = 0;          // of Monaghan's viscosity: mu = rho alpha h c / (2 (d + 2))
+  double tension = 0;        // N/m
+  bool compressible = true;  // false: without pressure and viscosity, which a projection brings
 };
 
 // What kernels see: four numbers a place, blocks of eight places.
@@ -70,7 +71,8 @@ class FluidForces {
   double potential(Tile tile) const;  // J
 
   const FluidLaw& law() const { return law_; }
-  bool viscous() const { return given_.viscosity > 0 || given_.alpha > 0; }
+  bool acts() const { return given_.compressible || given_.tension > 0; }  // gives any force
+  bool viscous() const { return given_.compressible && (given_.viscosity > 0 || given_.alpha > 0); }
   bool walls_move() const { return walls_.move(); }
   double density(int id) const;     // n of a particle, after prepare(); 0: of another
   std::vector<int> unseen() const;  // particles that are neither its own nor of its boundary

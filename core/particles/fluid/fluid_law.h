@@ -31,6 +31,10 @@ struct FluidLaw {
   double cohesion = 0;   // A, J
 };
 
+// In smoothing lengths: of neighbour lists, for speed alone; and how far walls are looked for, as
+// images in reach have g_i + g_j < 2 h.
+inline constexpr double kFluidSkin = 0.2, kFluidSeen = 2.01;
+
 // The edge of a cubic cell of this volume, m.
 double fluid_spacing(double volume, int dimensions);
 // Of smoothing, volume and dimensions: scale and friction.

@@ -5,6 +5,11 @@
 #include "core/base/error.h"
 
 namespace sim {
+namespace {
+
+constexpr double kBehind = 0.25;  // of the distance of neighbours: the mirrors
+
+}  // namespace
 
 void FluidWalls::add(std::unique_ptr<Collider> collider) {
   auto sides = collider->sides();
@@ -17,8 +22,8 @@ void FluidWalls::add(std::unique_ptr<Collider> collider) {
                                     "name fewer colliders, a room has six walls"});
 }
 
-void FluidWalls::bind(const ParticleView& initial, double behind) {
-  behind_ = behind;
+void FluidWalls::bind(const ParticleView& initial, double spacing) {
+  behind_ = kBehind * spacing;
   for (const auto& wall : walls_) {
     wall->bind(initial);
     move_ = move_ || wall->moves();

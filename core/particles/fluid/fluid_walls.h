@@ -25,7 +25,7 @@ class FluidWalls {
   // Sides of colliders count one by one. Throws Error{kScene} where there are more than kMost.
   void add(std::unique_ptr<Collider> collider);
 
-  void bind(const ParticleView& initial, double behind);  // m, of the mirrors
+  void bind(const ParticleView& initial, double spacing);  // m, of neighbours at rest
   bool move() const { return move_; }
   int count() const { return static_cast<int>(walls_.size()); }
 
@@ -42,6 +42,10 @@ class FluidWalls {
   // Of a wall: its normal and its gap, four numbers a place. Where it is not near, the gap is 2
   // reach, or nothing of a plane.
   const double* seen(int wall) const { return seen_[static_cast<std::size_t>(wall)].data(); }
+  // m/s, of a wall along its normal where it is nearest to x.
+  double speed(int wall, double t, const Vec3& x, const Vec3& normal) const {
+    return walls_[static_cast<std::size_t>(wall)]->touch(t, x).velocity.dot(normal);
+  }
 
  private:
   std::vector<std::unique_ptr<Collider>> walls_;
