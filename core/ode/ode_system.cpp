@@ -114,8 +114,9 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
   // What confines states makes all of J full, and stiff only where they bend: products are few.
   constexpr std::size_t kMostDense = 600;
-  const bool many = size() > kMostDense || options.solver == StageOptions::Solver::kIterative;
-  if (!confined() || !many) return std::make_unique<DenseSolver>(*this, options);
+  const bool many = size() > kMostDense, asked = options.solver == StageOptions::Solver::kIterative;
+  if (confined() ? !many && !asked : !many || !asked)
+    return std::make_unique<DenseSolver>(*this, options);
   return std::make_unique<KrylovSolver>(*this, options);
 }
 

@@ -23,15 +23,19 @@ class Projection {
     double* const* v;
     std::span<double> memory;
   };
-  // Changes these numbers. False: none had to be changed. A pure function of them, bit for bit.
+  // Changes these numbers. False: no place and no velocity had to be changed. A pure function of
+  // them, bit for bit.
   virtual bool project(const End& end, Team& team) = 0;
+  virtual bool leads(int particle) const = 0;  // it may change this one
 
-  // What a verdict says of all steps so far, and whether that keeps what was promised.
+  // What a verdict says of all steps since the last forget(), and whether that keeps what was
+  // promised.
   struct Account {
     std::string words;
     bool kept = true;
   };
   virtual Account account() const = 0;
+  virtual void forget() = 0;
 };
 
 inline bool any_projects(std::span<Force* const> forces) {

@@ -206,14 +206,11 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
     if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
-    const char* const between = surface_contact ? "sim.contact"
-                                : rigid_contact ? "contact of rigid bodies"
-                                : projects      ? "a fluid with solver = \"dfsph\""
-                                                : nullptr;
-    if (between && method->info().adaptive)
+    const std::string between = acts_between();
+    if (!between.empty() && method->info().adaptive)
       throw Error(ErrorKind::kScene,
                   {"integrator does not fit", place,
-                   "this scene has " + std::string(between) +
+                   "this scene has " + between +
                        ", which acts between steps, and an adaptive method does not end its steps "
                        "there",
                    std::string("use verlet, rk4 or another method of fixed steps") +
@@ -353,7 +350,7 @@ void Simulation::reset() {
   }
   impl_->step_count = impl_->n0 = 0;
   impl_->t0 = 0;
-  if (impl_->rigid_contact) impl_->rigid_contact->forget();
+  impl_->forget();
   if (impl_->particles)
     impl_->place_particles();
   else

@@ -71,6 +71,8 @@ struct Simulation::Impl {
   bool keep_apart(double t, double h);
   bool keep_bodies_apart(double t, double h);
   bool project(double t, double h);
+  std::string acts_between() const;  // what does, between steps; empty: nothing
+  void forget();                     // what of that has a past
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);

@@ -30,6 +30,21 @@ std::string note_on_gaps(const SystemSpec& spec, const ParticleView& start) {
 
 }  // namespace
 
+namespace {
+
+void check_not_projected(const Particles& particles, std::span<const int> ids, const Place& place) {
+  for (Force* const force : particles.forces())
+    for (const int id : ids)
+      if (force->projection() && id < particles.layout().n() && force->projection()->leads(id))
+        throw Error(ErrorKind::kScene,
+                    {"constraint", place,
+                     "particle " + std::to_string(id) +
+                         " is of a fluid that keeps its density, which would break it",
+                     "leave it out of one of them, or give the fluid solver = \"wcsph\""});
+}
+
+}  // namespace
+
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
     particles->hold().add(
@@ -44,6 +59,7 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
       throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
                                       plugin.elements.arity == 1 ? "give particles = { ids }"
                                                                  : "give ties = { {a, b}, ... }"});
+    check_not_projected(*particles, joined.elements.ids, part.place);
     placed(part.place, [&] {
       auto constraint = made(plugin.make(params, joined.elements), plugin);
       if (!joined.nodes.empty())
@@ -156,20 +172,23 @@ bool Simulation::Impl::project(double t, double h) {
   const auto q = particles->layout().axes(x_next.data());
   const auto v = particles->layout().axes(x_next.data(), 3);
   const double before = energy();
-  bool changed = false;
-  for (Force* const force : particles->forces())
-    if (Projection* const own = force->projection())
-      changed |= own->project(
-          {view, h, q.data(), v.data(), memory_of(*particles, *force, x_next.data())}, *team);
-  if (!changed) return true;
   const Contacts& contacts = particles->contacts();
-  const int singles = bodies.empty() ? view.n : bodies.front().first();
-  for (int i = 0; !contacts.empty() && i < singles; ++i) {
-    if (!view.free(i)) continue;
-    Vec3 place = view.position(i);
-    contacts.push_out(end, place);
-    for (std::size_t axis = 0; axis < 3; ++axis) q[axis][i] = place[axis];
+  bool changed = false;
+  for (Force* const force : particles->forces()) {
+    Projection* const own = force->projection();
+    if (!own ||
+        !own->project({view, h, q.data(), v.data(), memory_of(*particles, *force, x_next.data())},
+                      *team))
+      continue;
+    changed = true;
+    for (int i = 0; !contacts.empty() && i < view.n; ++i) {
+      if (!own->leads(i) || !view.free(i)) continue;
+      Vec3 place = view.position(i);
+      contacts.push_out(end, place);
+      for (std::size_t axis = 0; axis < 3; ++axis) q[axis][i] = place[axis];
+    }
   }
+  if (!changed) return true;
   if (!all_finite({x_next.data(), x_next.size()})) {
     divergence = {StepStatus::kNotAllowed,
                   -1,
@@ -186,8 +205,28 @@ bool Simulation::Impl::project(double t, double h) {
   return true;
 }
 
+std::string Simulation::Impl::acts_between() const {
+  if (surface_contact) return "sim.contact";
+  if (rigid_contact) return "contact of rigid bodies";
+  return projects ? "a fluid with solver = \"dfsph\"" : "";
+}
+
+void Simulation::Impl::forget() {
+  if (rigid_contact) rigid_contact->forget();
+  if (!projects) return;
+  for (Force* const force : particles->forces())
+    if (force->projection()) force->projection()->forget();
+}
+
 bool Simulation::Impl::keep_apart(double t, double h) {
-  if (projects && !project(t, h)) return false;
+  if (projects) {
+    try {
+      if (!project(t, h)) return false;
+    } catch (...) {
+      restart();
+      rethrow_in_step();
+    }
+  }
   if (rigid_contact && !keep_bodies_apart(t, h)) return false;
   if (!surface_contact) return true;
   const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());

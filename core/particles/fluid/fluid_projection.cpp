@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMostMoves = 10;     // of places, a step
 constexpr double kSingle = 10;     // what a single particle may miss, over the mean
-constexpr double kFirmly = 0.1;    // of the error: how well places are solved for
+constexpr double kFirmly = 0.3;    // of the error: how well places are solved for
 constexpr double kQuietly = 0.1;   // of what velocities miss, as pressures go on from the last
 constexpr double kViscous = 1e-3;  // of what viscosity changes
 constexpr int kMostBrakes = 200;   // products with K, a step
@@ -51,6 +51,12 @@ void FluidProjection::bind(const FluidLaw& law, const ParticleView& initial) {
   rows_.bind(law, initial);
   constexpr double kMore = 1.5;  // where it is denser
   solve_.bind(static_cast<int>(n), kMore * largest_eigenvalue(law));
+
+  // Finds out here whether the rows fit into memory.
+  Team alone(1);
+  rows_.make(own(initial), alone);
+  ways_ = Array(4 * static_cast<std::size_t>(rows_.places()));
+  rates_ = Array(static_cast<std::size_t>(rows_.places()));
 }
 
 ParticleView FluidProjection::own(const ParticleView& view) {
@@ -72,6 +78,12 @@ ParticleView FluidProjection::own(const ParticleView& view) {
   return result;
 }
 
+int FluidProjection::free_count() const {
+  int sum = 0;
+  for (int k = 0; k < count(); ++k) sum += is_free(k);
+  return std::max(1, sum);
+}
+
 // Of those that are free: what is held is as dense as it is.
 bool FluidProjection::meets_error() {
   const double* const density = rows_.densities();
@@ -83,7 +95,7 @@ bool FluidProjection::meets_error() {
     sum += more;
     worst_ = std::max(worst_, more);
   }
-  mean_ = sum / count();
+  mean_ = sum / free_count();
   return mean_ <= error_ && worst_ <= kSingle * error_;
 }
 
@@ -104,20 +116,21 @@ void FluidProjection::add(const double* changes, double* const* to) const {
 
 bool FluidProjection::correct_places(const End& end, Team& team) {
   rows_.make(own(end.view), team);
-  int move = 0;
-  bool solved = true;
-  for (; !meets_error() && move < kMostMoves; ++move) {
+  bool moved = false;
+  met_ = meets_error();
+  for (int move = 0; !met_ && move < kMostMoves; ++move) {
     for (int p = 0; p < count(); ++p)
       wanted_.data()[p] = is_free(rows_.id(p)) ? rows_.densities()[p] - 1 : 0;
     std::ranges::fill(solve_.pressures(rows_), 0.0);
-    solved = solve_.solve(rows_, wanted_.data(), mass_.data(), kFirmly * error_, team) && solved;
+    solve_.solve(rows_, wanted_.data(), mass_.data(), kFirmly * error_, team);
     add(solve_.pushes(), end.q);
+    moved = true;
     rows_.make(own(end.view), team);
+    met_ = meets_error();
   }
-  counts_.missed += move == kMostMoves || !solved;
   counts_.mean = std::max(counts_.mean, mean_);
   counts_.worst = std::max(counts_.worst, worst_);
-  return move > 0;
+  return moved;
 }
 
 // Conjugate gradients, with M for a preconditioner, for what changes: (M + h K) dv = -h K v.
@@ -174,6 +187,7 @@ bool FluidProjection::brake(const End& end, Team& team) {
     left = squares(r);
     each([&](int c, double inverse) { way[c] = inverse * r[c] + left / before * way[c]; });
   }
+  met_ = met_ && left <= enough;
   add(dv, end.v);
   return true;
 }
@@ -198,27 +212,29 @@ bool FluidProjection::correct_velocities(const End& end, Team& team) {
   const std::span<double> pressures = solve_.pressures(rows_);
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   for (int p = 0; p < count(); ++p) pressures[at(p)] = unit * end.memory[at(rows_.id(p))];
-  if (!solve_.solve(rows_, wanted, mass_.data(), kQuietly * std::sqrt(missing / count()), team))
-    ++counts_.missed;
+  met_ = solve_.solve(rows_, wanted, mass_.data(), kQuietly * std::sqrt(missing / count()), team) &&
+         met_;
   for (int p = 0; p < count(); ++p) end.memory[at(rows_.id(p))] = pressures[at(p)] / unit;
   add(solve_.pushes(), end.v);
   return true;
 }
 
 bool FluidProjection::project(const End& end, Team& team) {
-  ++counts_.steps;
+  const long before = solve_.products();
   bool changed = correct_places(end, team);
-  if (ways_.size() == 0) {
-    ways_ = Array(4 * static_cast<std::size_t>(rows_.places()));
-    rates_ = Array(static_cast<std::size_t>(rows_.places()));
-  }
   changed = brake(end, team) || changed;
-  return correct_velocities(end, team) || changed;
+  changed = correct_velocities(end, team) || changed;
+  ++counts_.steps;
+  counts_.missed += !met_;
+  counts_.products += solve_.products() - before;
+  return changed;
 }
+
+void FluidProjection::forget() { counts_ = {}; }
 
 Projection::Account FluidProjection::account() const {
   if (counts_.steps == 0) return {};
-  const double each = static_cast<double>(solve_.products()) / static_cast<double>(counts_.steps);
+  const double each = static_cast<double>(counts_.products) / static_cast<double>(counts_.steps);
   std::string words = "density of fluid to " + brief(100 * counts_.mean, 2) +
                       " % above rest, of a particle " + brief(100 * counts_.worst, 2) + " %, by " +
                       brief(each, 2) + " products a step";

@@ -1,6 +1,7 @@
 // A fluid that keeps its density: what is led back behind each step.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -30,11 +31,15 @@ class FluidProjection final : public Projection {
 
   // Its memory: their pressures, Pa, from which those of the next step are looked for.
   bool project(const End& end, Team& team) override;
+  bool leads(int particle) const override {
+    return ids_.empty() || std::ranges::binary_search(ids_, particle);
+  }
   Account account() const override;
+  void forget() override;
 
  private:
   struct Counts {
-    long steps = 0, missed = 0;
+    long steps = 0, missed = 0, products = 0;
     double mean = 0, worst = 0;  // of n - 1, the largest
   };
   ParticleView own(const ParticleView& view);
@@ -46,6 +51,7 @@ class FluidProjection final : public Projection {
   bool correct_places(const End& end, Team& team);
   bool brake(const End& end, Team& team);
   bool correct_velocities(const End& end, Team& team);
+  int free_count() const;
 
   FluidLaw law_;
   double error_;
@@ -57,6 +63,7 @@ class FluidProjection final : public Projection {
   Array wanted_, rates_, ways_;                     // of each place
   Array changes_, residual_, direction_, product_;  // of viscosity
   double mean_ = 0, worst_ = 0;
+  bool met_ = true;  // all of the last step
   Counts counts_;
 };
 

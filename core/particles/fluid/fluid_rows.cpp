@@ -52,7 +52,7 @@ void FluidRows::make_rows(int begin, int end, double t, Share& share) {
     FluidRow& row = rows_[at(b)];
     row.slots = share.slots.data() + 8 * pairs;
     row.slopes = share.slopes.data() + 24 * pairs;
-    row.weights = share.weights.data() + 8 * pairs;
+    row.weights = share.weights.empty() ? nullptr : share.weights.data() + 8 * pairs;
     row.image_slots = share.image_slots.data() + 8 * images;
     row.images = share.images.data() + 48 * images;
     pairs += row.length;
@@ -74,7 +74,7 @@ void FluidRows::add_pairs(int b, Share& share) {
   if (viscous) share.weights.resize(first + 8 * at(list.length) + 8);
   std::int32_t* const slots = share.slots.data() + first;
   float* const slopes = share.slopes.data() + 3 * first;
-  float* const weights = share.weights.data() + first;
+  float* const weights = viscous ? share.weights.data() + first : nullptr;
   int counts[8] = {}, length = 0;
   for (int lane = 0; lane < 8; ++lane) {
     int count = 0;

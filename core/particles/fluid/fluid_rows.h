@@ -46,7 +46,7 @@ FluidRowKernels fluid_row_kernels();  // for this machine
 class FluidRows {
  public:
   void add_wall(std::unique_ptr<Collider> collider) { walls_.add(std::move(collider)); }
-  void bind(const FluidLaw& law, const ParticleView& initial);  // of its own particles
+  void bind(const FluidLaw& law, const ParticleView& initial);  // a view of all
 
   // n and J at these places, and what walls that move do to n.
   void make(const ParticleView& view, Team& team);

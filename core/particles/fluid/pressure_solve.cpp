@@ -54,7 +54,7 @@ bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* 
     inverse_.data()[k] = m < HUGE_VAL ? 1 / m : 0;
     most = std::max(most, inverse_.data()[k]);
   }
-  const double step = 1 / (largest_ * most);
+  double largest = largest_ * most;  // eigenvalue of A; more where it is denser, as products show
   // Of what may change: those above 0, and those that want to get there.
   const auto free = [&](int i) { return p[i] > 0 ? g[i] : 0.0; };
   const auto chopped = [&](int i) { return p[i] > 0 ? 0.0 : std::min(g[i], 0.0); };
@@ -64,22 +64,21 @@ bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* 
     way[i] = 0;
   });
   const double enough = tolerance * tolerance * n_;
-  bool begin = true;
+  bool begin = true, met = false;
   for (const long first = products_; products_ < first + kMostProducts;) {
     const double frees = sum_(rows, team, [&](int i) { return free(i) * free(i); });
     const double wanted = sum_(rows, team, [&](int i) { return chopped(i) * chopped(i); });
-    if (!(frees + wanted > enough)) {
-      push(rows, p, team);
-      return true;
-    }
+    met = !(frees + wanted > enough);
+    if (met) break;
     const double shares =
-        sum_(rows, team, [&](int i) { return std::min(p[i] / step, free(i)) * free(i); });
+        sum_(rows, team, [&](int i) { return std::min(p[i] * largest, free(i)) * free(i); });
     if (wanted > shares) {  // let go
       each(team, [&](int i) { way[i] = chopped(i); });
       multiply(rows, way, product, team);
       const double curve = sum_(rows, team, [&](int i) { return way[i] * product[i]; });
+      if (!(curve > 0)) break;
       const double length = wanted / curve;
-      if (!(curve > 0)) return false;
+      largest = std::max(largest, curve / wanted);
       each(team, [&](int i) {
         p[i] -= length * way[i];
         g[i] -= length * product[i];
@@ -88,11 +87,12 @@ bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* 
       continue;
     }
     if (begin) each(team, [&](int i) { way[i] = free(i); });
-    begin = false;
     multiply(rows, way, product, team);
     const double curve = sum_(rows, team, [&](int i) { return way[i] * product[i]; });
+    if (begin) largest = std::max(largest, curve / frees);
+    begin = false;
     const double slope = sum_(rows, team, [&](int i) { return way[i] * g[i]; });
-    if (!(curve > 0)) return false;
+    if (!(curve > 0)) break;
     const double length = slope / curve;
     double feasible = HUGE_VAL;
     for (int i = 0; i < n_; ++i)
@@ -110,13 +110,14 @@ bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* 
     each(team, [&](int i) {
       p[i] = std::max(0.0, p[i] - feasible * way[i]);
       g[i] -= feasible * product[i];
-      if (p[i] > 0) p[i] = std::max(0.0, p[i] - step * g[i]);
+      if (p[i] > 0) p[i] = std::max(0.0, p[i] - g[i] / largest);
     });
     multiply(rows, p, g, team);
     each(team, [&](int i) { g[i] -= i < n_ ? b[i] : 0; });
     begin = true;
   }
-  return false;
+  push(rows, p, team);
+  return met;
 }
 
 }  // namespace sim

@@ -21,7 +21,8 @@ class PressureSolve {
   // Of all places; solve() goes on from those that stand here, none of them negative.
   std::span<double> pressures(const FluidRows& rows);
   // Until the root of the mean square of what is missing is at most `tolerance`, in units of b.
-  // False where it was not reached. Masses in kg, infinite where a particle is held.
+  // False where it was not reached; pushes() are of the pressures found all the same. Masses in kg,
+  // infinite where a particle is held.
   bool solve(const FluidRows& rows, const double* b, const double* mass, double tolerance,
              Team& team);
 

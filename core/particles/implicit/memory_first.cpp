@@ -1,6 +1,17 @@
 #include "core/particles/implicit/memory_first.h"
 
 namespace sim {
+namespace {
+
+// A dense matrix of many numbers that hardly act on each other would take all the time.
+StageOptions for_many(StageOptions options, std::size_t numbers) {
+  constexpr std::size_t kMany = 600;
+  if (numbers > kMany && options.solver == StageOptions::Solver::kAuto)
+    options.solver = StageOptions::Solver::kIterative;
+  return options;
+}
+
+}  // namespace
 
 void MemorySystem::eval(double t, const Stage& stage, double* y, double* dydt) {
   combine(stage, y);
@@ -14,7 +25,7 @@ MemoryFirst::MemoryFirst(const Particles& particles, std::unique_ptr<StageSolver
                          const StageOptions& options)
     : behind_(particles.layout().size()),
       system_(particles),
-      of_memories_(system_.stage_solver(options)),
+      of_memories_(system_.stage_solver(for_many(options, system_.size()))),
       solver_(std::move(solver)) {}
 
 StepStatus MemoryFirst::solve(double t, double tau, const double* r, double* y) {
