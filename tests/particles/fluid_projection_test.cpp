@@ -197,16 +197,17 @@ TEST_CASE("pressures of a fluid meet their conditions, for particles that are he
   CHECK(pressed < lump.n);
 }
 
-TEST_CASE("pressures that cannot be found push as those that were") {
+TEST_CASE("pressures that are not found to the end push all the same, as they are") {
   Lump lump(4);
-  for (double& mass : lump.mass) mass = HUGE_VAL;
+  lump.q[0][5] = 100;  // nobody can do anything for it
   const FluidRows rows = lump.rows();
   PressureSolve solve;
   solve.bind(lump.n, 5);
-  const std::vector<double> wanted(static_cast<std::size_t>(rows.places()), 1.0);
-  CHECK(!solve.solve(rows, wanted.data(), lump.mass.data(), 1e-12, lump.team));
-  for (int k = 0; k < 4 * lump.n; ++k)
-    if (k % 4 < 3) CHECK(solve.pushes()[k] == 0);
+  const std::vector<double> wanted(static_cast<std::size_t>(rows.places()), 0.1);
+  CHECK(!solve.solve(rows, wanted.data(), lump.mass.data(), 1e-3, lump.team));
+  std::vector<double> pushes(4 * static_cast<std::size_t>(rows.places()));
+  rows.push(solve.pressures(rows).data(), pushes.data(), lump.team);
+  for (std::size_t k = 0; k < pushes.size(); ++k) CHECK(solve.pushes()[k] == -pushes[k]);
 }
 
 TEST_CASE("water that keeps its density does so, whatever its threads", "[scene][fluid]") {
@@ -241,16 +242,21 @@ TEST_CASE("water that keeps its density does so, whatever its threads", "[scene]
 }
 
 TEST_CASE("water that keeps its density goes on from a snapshot with the same bits") {
+  // It turns slowly: lists are kept for many steps, and those of the other are of another time.
   Registry registry = sim_test::make_registry();
-  const SystemSpec spec = make_tank({.length = 0.6, .solver = "dfsph"}, registry);
+  SystemSpec spec = make_tank({.alpha = 0, .solver = "dfsph"}, registry);
+  for (ParticleSpec& p : spec.particles->list)
+    p.velocity = 0.5 * Vec3(p.position[1] - 0.2, 0.1 - p.position[0], 0);
   Simulation one(spec, registry), other(spec, registry);
-  while (one.t() < 0.4) REQUIRE(one.step());
-  other.restore(one.snapshot());  // its lists are of another time
-  for (int step = 0; step < 20; ++step) {
-    REQUIRE(one.step());
-    REQUIRE(other.step());
+  while (one.t() < 0.1) REQUIRE(one.step());
+  for (int part = 0; part < 5; ++part) {
+    other.restore(one.snapshot());
+    for (int step = 0; step < 7; ++step) {
+      REQUIRE(one.step());
+      REQUIRE(other.step());
+    }
+    CHECK(one.hash() == other.hash());
   }
-  CHECK(one.hash() == other.hash());
 }
 
 TEST_CASE("pressures that keep the density of standing water are those of its depth",
@@ -293,7 +299,7 @@ TEST_CASE("water that keeps its density is stepped by any method of fixed steps"
       registry);
   Simulation water(spec, registry);
   const double start = water.energy().total();
-  while (water.t() < 0.1) REQUIRE(water.step());
+  while (water.t() < 0.2) REQUIRE(water.step());
   // Weight alone is left to the method, and all but symplectic_euler keep its energy.
   const double sum = water.energy().total() + water.contact_work().lost;
   if (method != "symplectic_euler") CHECK(sum == Approx(start).epsilon(1e-10));
