@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/particles/particle_system.h"
+#include "core/particles/projection.h"
 
 namespace sim::study {
 MethodChoice Problem::integrator() const { return options.integrator.over(spec->integrator); }
@@ -73,6 +74,11 @@ std::int64_t evaluations_of(const Simulation& system) {
 
 const ParticleSystem* particles_of(Simulation& system) {
   return dynamic_cast<const ParticleSystem*>(&system.ode());
+}
+
+bool any_projects(Simulation& system) {
+  const ParticleSystem* const particles = particles_of(system);
+  return particles && sim::any_projects(particles->forces());
 }
 
 StepMap::StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator)

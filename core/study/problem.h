@@ -59,6 +59,8 @@ std::int64_t evaluations_of(const Simulation& system);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);
+// Some force acts at the ends of steps, which those of the method alone lack.
+bool any_projects(Simulation& system);
 
 // Single steps from any state, beside the run: nothing is kept from one step to the next.
 class StepMap {

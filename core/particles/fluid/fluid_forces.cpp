@@ -87,9 +87,7 @@ void FluidForces::bind(const ParticleView& initial) {
   law_.viscosity = given_.viscosity + given_.density * given_.alpha * law_.smoothing * sound /
                                           (2 * (law_.dimensions + 2));
   law_.cohesion = fluid_cohesion(law_, given_.tension);
-  FluidLaw own = law_;  // a projection's viscosity is no force
-  if (!viscous()) own.viscosity = 0;
-  kernels_ = fluid_kernels(own);
+  kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kFluidSkin * law_.smoothing);
   walls_.bind(initial, spacing);
   if (!solid_.empty()) {

@@ -46,7 +46,7 @@ void FluidProjection::bind(const FluidLaw& law, const ParticleView& initial) {
   const auto n = ids_.empty() ? static_cast<std::size_t>(initial.n) : ids_.size();
   if (!ids_.empty()) own_ = Array(3 * (n + 16));
   mass_ = Array(n);
-  wanted_ = Array(n + 8);
+  wanted_ = Array(n);
   sum_ = PlaceSums(static_cast<int>(n));
   rows_.bind(law, initial);
   constexpr double kMore = 1.5;  // where it is denser
@@ -78,24 +78,20 @@ ParticleView FluidProjection::own(const ParticleView& view) {
   return result;
 }
 
-int FluidProjection::free_count() const {
-  int sum = 0;
-  for (int k = 0; k < count(); ++k) sum += is_free(k);
-  return std::max(1, sum);
-}
-
 // Of those that are free: what is held is as dense as it is.
 bool FluidProjection::meets_error() {
   const double* const density = rows_.densities();
   double sum = 0;
+  int free = 0;
   worst_ = 0;
   for (int k = 0; k < count(); ++k) {
     if (!is_free(k)) continue;
+    ++free;
     const double more = std::max(0.0, density[rows_.place(k)] - 1);
     sum += more;
     worst_ = std::max(worst_, more);
   }
-  mean_ = sum / free_count();
+  mean_ = sum / std::max(1, free);
   return mean_ <= error_ && worst_ <= kSingle * error_;
 }
 
@@ -105,12 +101,12 @@ int FluidProjection::id_at(int place) const {
 }
 
 void FluidProjection::load(const double* const* v) {
-  for (int p = 0; p < std::ssize(mass_.span()); ++p)
+  for (int p = 0; p < count(); ++p)
     for (int axis = 0; axis < 3; ++axis) ways_.data()[4 * p + axis] = v[axis][id_at(p)];
 }
 
 void FluidProjection::add(const double* changes, double* const* to) const {
-  for (int p = 0; p < std::ssize(mass_.span()); ++p)
+  for (int p = 0; p < count(); ++p)
     for (int axis = 0; axis < 3; ++axis) to[axis][id_at(p)] += changes[4 * p + axis];
 }
 

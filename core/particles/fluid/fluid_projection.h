@@ -51,7 +51,6 @@ class FluidProjection final : public Projection {
   bool correct_places(const End& end, Team& team);
   bool brake(const End& end, Team& team);
   bool correct_velocities(const End& end, Team& team);
-  int free_count() const;
 
   FluidLaw law_;
   double error_;

@@ -27,12 +27,11 @@ void FluidRows::make(const ParticleView& view, Team& team) {
   }
   while (std::ssize(shares_) < team.most()) shares_.emplace_back();
   walls_.look(view.t);
-  team.run([&](int rank) {
-    const Part part = part_of(8 * count, 8, rank, team.size());
-    if (walls_.count() > 0)
-      walls_.find(view.t, neighbours_.points(), view.n, kFluidSeen * law_.smoothing, part.begin / 8,
-                  part.end / 8);
-  });
+  if (walls_.count() > 0)
+    team.run_parts(8 * count, 8, [&](int begin, int end) {
+      walls_.find(view.t, neighbours_.points(), view.n, kFluidSeen * law_.smoothing, begin / 8,
+                  end / 8);
+    });
   // A wall is asked for the gaps of neighbours, too.
   team.run([&](int rank) {
     const Part part = part_of(8 * count, 8, rank, team.size());
@@ -69,9 +68,9 @@ void FluidRows::add_pairs(int b, Share& share) {
   kernels_.slopes(law_, list, neighbours_.points(), b, densities_.data() + 8 * b, share.all.data(),
                   viscous ? share.all_weights.data() : nullptr);
   const std::size_t first = share.slots.size();
-  share.slots.resize(first + 8 * at(list.length) + 8);
-  share.slopes.resize(3 * first + 24 * at(list.length) + 24);
-  if (viscous) share.weights.resize(first + 8 * at(list.length) + 8);
+  share.slots.resize(first + 8 * at(list.length));
+  share.slopes.resize(3 * first + 24 * at(list.length));
+  if (viscous) share.weights.resize(first + 8 * at(list.length));
   std::int32_t* const slots = share.slots.data() + first;
   float* const slopes = share.slopes.data() + 3 * first;
   float* const weights = viscous ? share.weights.data() + first : nullptr;

@@ -9,6 +9,13 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
+// Those of a place and of the ones behind it.
+SIM_INLINE V3<double> gather_from(const double* of, int first) {
+  std::int32_t place[kDoubles];
+  for (int lane = 0; lane < kDoubles; ++lane) place[lane] = first + lane;
+  return gather(of, place);
+}
+
 // n_i = scale sum of w(q), w(q) = u^4 (2 q + 1), u = 1 - q/2; dn/dx = -5 scale/h^2 u^3 d.
 void slopes(const FluidLaw& law, const NeighbourBlock& block, const double* points, int number,
             double* n, float* out, float* weights) {
@@ -20,9 +27,7 @@ void slopes(const FluidLaw& law, const NeighbourBlock& block, const double* poin
       splat<double>(law.viscosity * law.friction * hh * hh / (25 * law.scale * law.scale));
   const Doubles least = splat<double>(0.01 * hh), shallow = splat<double>(1e-9);
   for (int half = 0; half < 8; half += kDoubles) {
-    std::int32_t place[kDoubles];
-    for (int lane = 0; lane < kDoubles; ++lane) place[lane] = 8 * number + half + lane;
-    const V3<double> here = gather(points, place);
+    const V3<double> here = gather_from(points, 8 * number + half);
     Doubles sum = splat<double>(1);
     const std::int32_t* slot = block.slots + half;
     float* slope = out + half;
@@ -97,9 +102,7 @@ void rates(const FluidRow* rows, const double* w, int begin, int end, double* ou
   for (int b = begin; b < end; ++b) {
     const FluidRow& row = rows[b];
     for (int half = 0; half < 8; half += kDoubles) {
-      std::int32_t place[kDoubles];
-      for (int lane = 0; lane < kDoubles; ++lane) place[lane] = 8 * b + half + lane;
-      const V3<double> own = gather(w, place);
+      const V3<double> own = gather_from(w, 8 * b + half);
       Doubles sum{};
       for (int k = 0; k < row.length; ++k)
         sum = dot(load_slope(row.slopes + 24 * k + half), own - gather(w, row.slots + 8 * k + half),
@@ -118,9 +121,7 @@ void brakes(const FluidRow* rows, const double* w, int begin, int end, double* o
   for (int b = begin; b < end; ++b) {
     const FluidRow& row = rows[b];
     for (int half = 0; half < 8; half += kDoubles) {
-      std::int32_t place[kDoubles];
-      for (int lane = 0; lane < kDoubles; ++lane) place[lane] = 8 * b + half + lane;
-      const V3<double> own = gather(w, place);
+      const V3<double> own = gather_from(w, 8 * b + half);
       V3<double> sum{};
       for (int k = 0; k < row.length; ++k) {
         const V3<double> s = load_slope(row.slopes + 24 * k + half);

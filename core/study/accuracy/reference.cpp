@@ -7,8 +7,6 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
-#include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
 #include "core/study/accuracy/extrapolation.h"
 #include "core/study/accuracy/growth.h"
 
@@ -118,8 +116,7 @@ bool Search::extrapolate() {
       methods_, false, [](const Candidate& m) { return m.info.adaptive || m.info.implicit; });
   if (method == methods_.end()) return false;
   Simulation system = problem_.with(*method).simulation();
-  const ParticleSystem* const particles = particles_of(system);
-  if (system.ode().confined() || (particles && any_projects(particles->forces()))) return false;
+  if (system.ode().confined() || any_projects(system)) return false;
   Array start(system.state().size());
   std::ranges::copy(system.state(), start.data());
   Points points;

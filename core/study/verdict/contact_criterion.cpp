@@ -3,7 +3,6 @@
 
 #include "core/base/text.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
 #include "core/particles/rigid/rigid_contact.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
@@ -39,7 +38,7 @@ class ContactCriterion final : public Criterion {
     std::string words = "contact: " + std::to_string(touched) +
                         (touched == 1 ? " particle" : " particles") + ", deepest " +
                         brief(deepest, 2) + " m";
-    if (!any_projects(particles.forces())) words += ", took " + brief(work.lost, 3) + " J";
+    if (!any_projects(*system_)) words += ", took " + brief(work.lost, 3) + " J";
     if (particles.contacts().move()) words += ", colliders did " + brief(work.given, 3) + " J";
     if (const std::int64_t uncut = particles.contacts().ledger().uncut(); uncut > 0)
       words += ", " + std::to_string(uncut) + " steps with too many touches to be cut at each";

@@ -4,7 +4,6 @@
 
 #include "core/base/text.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
@@ -92,7 +91,7 @@ Finding EnergyCriterion::finding(const Parting& shadow) const {
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag(), contact = !particles_of(*system_)->contacts().empty() ||
                                                    system_->surface_contact() ||
-                                                   any_projects(particles_of(*system_)->forces());
+                                                   any_projects(*system_);
   constexpr double kHardly = 1e3;
   const IntegratorInfo info = system_->integrator_info();
   const bool hardly = at_rest(info) > kAtRest && way <= kHardly * at_rest(info) * size_;

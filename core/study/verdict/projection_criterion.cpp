@@ -33,8 +33,7 @@ class ProjectionCriterion final : public Criterion {
 }  // namespace
 
 std::unique_ptr<Criterion> watch_projections(const Watched& run) {
-  const ParticleSystem* const particles = particles_of(run.system);
-  if (!particles || !any_projects(particles->forces())) return nullptr;
+  if (!any_projects(run.system)) return nullptr;
   return std::make_unique<ProjectionCriterion>(run);
 }
 

@@ -5,8 +5,6 @@
 
 #include "core/base/array.h"
 #include "core/base/text.h"
-#include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
@@ -182,10 +180,7 @@ std::unique_ptr<Criterion> watch_limit(const Watched& run) {
 std::unique_ptr<Criterion> watch_single_steps(const Watched& run) {
   const Simulation& system = run.system;
   if (!run.registry || system.integrator_info().adaptive) return nullptr;
-  // Steps of the method alone lack what acts between them.
-  if (const ParticleSystem* const particles = particles_of(run.system);
-      particles && any_projects(particles->forces()))
-    return nullptr;
+  if (any_projects(run.system)) return nullptr;
   int times = static_cast<int>(
       std::clamp(static_cast<double>(run.steps) / kStepsPerProbe, 0.0, double(kMostProbes)));
   // Where no step is unstable, or it is not known which are, only doubling shows one too long.
