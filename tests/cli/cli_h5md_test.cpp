@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "tests/cli/program.h"
+#include "tests/support/bare_program.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary.h"
 
 namespace sim_test {
@@ -12,8 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 using Catch::Contains;
 using Words = std::vector<std::string>;
-
-constexpr const char* kPython = "/usr/bin/python3";
 
 struct Here {
   TemporaryFolder folder;
@@ -29,23 +29,22 @@ struct Here {
   }
 };
 
-// The tests say so where the build has no HDF5, or Python not the module.
-bool have(const std::string& module) {
-  if (!fs::exists(fs::path(SIM_PLUGIN_DIR) / "writers/h5md.so")) {
-    WARN("skipped: built without libhdf5-dev");
-    return false;
-  }
-  if (module.empty() || (fs::exists(kPython) && Here().python("import " + module).code == 0))
-    return true;
-  WARN("skipped: no python3 with " << module);
-  return false;
+void need_hdf5(const std::string& other_packages = "") {
+  if (!fs::exists(fs::path(SIM_PLUGIN_DIR) / "writers/h5md.so"))
+    skip("a build with HDF5", "libhdf5-dev" + other_packages);
+}
+
+void need_h5py() {
+  need_hdf5(" python3-h5py");
+  need_python("h5py", "python3-h5py");
 }
 
 }  // namespace
 
 TEST_CASE("without HDF5 its files are refused with the package that is missing") {
-  if (fs::exists(fs::path(SIM_PLUGIN_DIR) / "writers/h5md.so")) return;
-  const Here here;
+  Here here;
+  const TemporaryFolder bare;
+  here.options.program = bare_program(bare.path());
   for (const Words& words :
        std::vector<Words>{{"--out", "a.h5"},
                           {"export", "scenes/cloth.lua", "--format", "h5md", "a.h5"},
@@ -59,7 +58,7 @@ TEST_CASE("without HDF5 its files are refused with the package that is missing")
 }
 
 TEST_CASE("a run in H5MD is what the tables say, and the same bytes each time") {
-  if (!have("h5py")) return;
+  need_h5py();
   const Here here;
   const Outcome made =
       here.sim({"-q", "-T", "0.1", "--out", "a.h5", "--dump=d.csv", "--energy=e.csv"});
@@ -100,7 +99,7 @@ assert np.abs(length - p['spring_rest'][:]).max() < 1e-15
 }
 
 TEST_CASE("the file beside an H5MD file says where its numbers lie") {
-  if (!have("h5py")) return;
+  need_h5py();
   const Here here;
   REQUIRE(here.sim({"-q", "-T", "0.02", "--out", "a.h5"}).code == 0);
   // As a reader of XDMF does it: the piece of the array that each grid names.
@@ -127,7 +126,9 @@ for moment, grid in enumerate(grids):
 }
 
 TEST_CASE("MDAnalysis reads runs and worlds") {
-  if (!have("MDAnalysis") || !have("h5py")) return;
+  need_hdf5(" python3-h5py python3-mdanalysis");
+  need_h5py();
+  need_python("MDAnalysis", "python3-mdanalysis");
   const Here here;
   REQUIRE(here.sim({"-q", "-T", "0.1", "--every", "4", "--out", "a.h5md", "--dump=d.csv"}).code ==
           0);
@@ -153,7 +154,7 @@ assert 'kinetic_energy' in w['observables/cloth']
 }
 
 TEST_CASE("what is exported as H5MD comes back as the same scene") {
-  if (!have("")) return;
+  need_hdf5();
   const Here here;
   const auto same = [&](const Words& scene, const Words& run) {
     INFO(scene[0]);
@@ -202,7 +203,7 @@ TEST_CASE("what is exported as H5MD comes back as the same scene") {
 }
 
 TEST_CASE("H5MD of other programs becomes a scene, and what it lacks is said") {
-  if (!have("h5py")) return;
+  need_h5py();
   const Here here;
   const Outcome made = here.python(R"py(
 import h5py, numpy as np
@@ -235,7 +236,7 @@ f['connectivity/angles'] = np.array([[7, 8, 9]])
 }
 
 TEST_CASE("H5MD files that are damaged or made to harm are refused") {
-  if (!have("h5py")) return;
+  need_h5py();
   const Here here;
   const auto refused = [&](const std::string& change, const std::string& why) {
     INFO(change);
@@ -310,7 +311,7 @@ TEST_CASE("H5MD files that are damaged or made to harm are refused") {
 }
 
 TEST_CASE("no damage to an H5MD file ends the program otherwise than in words") {
-  if (!have("")) return;
+  need_hdf5();
   const Here here;
   REQUIRE(here.sim({"-q", "-s", "n=3", "-T", "0.02", "--out", "a.h5"}).code == 0);
   const std::string whole = read_text(here("a.h5"));
@@ -339,7 +340,7 @@ TEST_CASE("no damage to an H5MD file ends the program otherwise than in words") 
 }
 
 TEST_CASE("H5MD files of worlds, checks of names, and what cannot be written") {
-  if (!have("")) return;
+  need_hdf5();
   const Here here;
   const auto refused = [&](const Words& words, int code, const std::string& why) {
     const Outcome outcome = here.sim(words);

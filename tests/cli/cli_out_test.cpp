@@ -5,6 +5,7 @@
 
 #include "core/output/png.h"
 #include "tests/cli/program.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary.h"
 
 namespace {
@@ -55,15 +56,6 @@ std::vector<std::array<double, 3>> dumped(const fs::path& file, const std::strin
   return rows;
 }
 
-// True when the other program is there; the test says so when it is not.
-bool there(const std::string& program, const std::vector<std::string>& arguments) {
-  ProgramOptions options;
-  options.program = program;
-  if (fs::exists(program) && run_sim(arguments, options).code == 0) return true;
-  WARN("skipped: no " << program);
-  return false;
-}
-
 }  // namespace
 
 TEST_CASE("a run leaves its files, whole and by their names") {
@@ -110,13 +102,13 @@ TEST_CASE("a run leaves its files, whole and by their names") {
 }
 
 TEST_CASE("numpy reads what it is given") {
-  if (!there("/usr/bin/python3", {"-c", "import numpy"})) return;
+  sim_test::need_python("numpy", "python3-numpy");
   const TemporaryFolder folder;
   ProgramOptions here;
   here.folder = folder.path();
   REQUIRE(run_sim({"-q", "-T", "0.1", "--out", "a.npz", "--dump=d.csv"}, here).code == 0);
   REQUIRE(run_sim({"scenes/sample.lua", "-q", "-T", "0.1", "--out", "w.npz"}, here).code == 0);
-  here.program = "/usr/bin/python3";
+  here.program = sim_test::kPython;
   const auto read = run_sim(
       {"-c",
        "import numpy as np\n"
@@ -133,7 +125,7 @@ TEST_CASE("numpy reads what it is given") {
 }
 
 TEST_CASE("films have their frames") {
-  if (!there("/usr/bin/ffprobe", {"-version"})) return;
+  sim_test::need_program("ffprobe", "ffmpeg");
   const TemporaryFolder folder;
   ProgramOptions here;
   here.folder = folder.path();
@@ -335,7 +327,7 @@ TEST_CASE("a scene says how it is looked at, and its user has the last word") {
 }
 
 TEST_CASE("other programs read meshes") {
-  if (!there("/usr/bin/assimp", {"version"})) return;
+  sim_test::need_program("assimp", "assimp-utils");
   const TemporaryFolder folder;
   ProgramOptions here;
   here.folder = folder.path();
@@ -350,12 +342,12 @@ TEST_CASE("other programs read meshes") {
 }
 
 TEST_CASE("VTK reads what it is given") {
-  if (!there("/usr/bin/python3", {"-c", "import vtkmodules.vtkIOXML"})) return;
+  sim_test::need_python("vtkmodules.vtkIOXML", "python3-vtk9");
   const TemporaryFolder folder;
   ProgramOptions here;
   here.folder = folder.path();
   REQUIRE(run_sim({"-q", "-T", "0.1", "--out", "a.vtp", "--dump=d.csv"}, here).code == 0);
-  here.program = "/usr/bin/python3";
+  here.program = sim_test::kPython;
   const auto read =
       run_sim({"-c",
                "from vtkmodules.vtkIOXML import vtkXMLPolyDataReader\n"

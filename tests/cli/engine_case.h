@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/output/process.h"
 #include "tests/cli/program.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary.h"
 
 namespace sim_test {
@@ -85,10 +85,9 @@ struct Here {
   Outcome sim(const Words& words) const { return run_sim(words, options); }
 };
 
-inline bool have(const std::string& program) {
-  if (!sim::find_program(program).empty()) return true;
-  WARN("skipped: there is no " << program);
-  return false;
+inline void need_petsc() {
+  if (!std::filesystem::exists(std::filesystem::path(SIM_BINARY).parent_path() / "sim-petsc"))
+    skip("a build with PETSc", "libpetsc-real-dev openmpi-bin");
 }
 
 }  // namespace sim_test

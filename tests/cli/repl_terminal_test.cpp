@@ -4,6 +4,7 @@
 #include <regex>
 
 #include "tests/cli/terminal.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary.h"
 
 using namespace sim_test;
@@ -13,12 +14,6 @@ namespace {
 std::string command_in(const TemporaryFolder& folder) {
   return "XDG_STATE_HOME=" + folder.path().string() + " INPUTRC=/dev/null " + SIM_REPL_BINARY +
          "; echo exit $?; sleep 100";
-}
-
-bool skipped() {
-  if (Tmux::installed()) return false;
-  WARN("no tmux: the terminal is not tested");
-  return true;
 }
 
 // The lines of README.md between "```" fences that begin with this one.
@@ -89,7 +84,7 @@ TEST_CASE("repl: a terminal that cannot do anything still works") {
 }
 
 TEST_CASE("repl: lines that go on, completion, paste") {
-  if (skipped()) return;
+  need_program("tmux", "tmux");
   TemporaryFolder folder;
   Tmux tmux(command_in(folder), folder.path() / "tmux");
   REQUIRE(tmux.shows("cloth 0 s>"));
@@ -139,7 +134,7 @@ TEST_CASE("repl: lines that go on, completion, paste") {
 }
 
 TEST_CASE("repl: history from one session to the next") {
-  if (skipped()) return;
+  need_program("tmux", "tmux");
   TemporaryFolder folder;
   {
     Tmux tmux(command_in(folder), folder.path() / "tmux");
@@ -166,7 +161,7 @@ TEST_CASE("repl: history from one session to the next") {
 }
 
 TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the session") {
-  if (skipped()) return;
+  need_program("tmux", "tmux");
   TemporaryFolder folder;
   Tmux tmux(command_in(folder), folder.path() / "tmux");
   REQUIRE(tmux.shows("cloth 0 s>"));

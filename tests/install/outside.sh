@@ -7,7 +7,7 @@ set -euo pipefail
 
 build=$1 source=$2 cmake=$3 cxx=$4
 fail() { echo "outside: $1" >&2; exit 1; }
-nm -D "$build/bin/sim" | grep -q __asan_init && { echo 'skipped: a sanitizer'; exit 77; }
+nm -D "$build/bin/sim" | grep -q __asan_init && { echo 'skipped: needs a build without sanitizers'; exit 77; }
 
 place=$(mktemp -d)
 trap 'rm -rf -- "$place"' EXIT

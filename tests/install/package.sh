@@ -5,8 +5,8 @@ set -euo pipefail
 
 build=$1 source=$2
 fail() { echo "package: $1" >&2; exit 1; }
-command -v dpkg-shlibdeps >/dev/null || { echo 'skipped: no dpkg-shlibdeps'; exit 77; }
-nm -D "$build/bin/sim" | grep -q __asan_init && { echo 'skipped: a sanitizer'; exit 77; }
+command -v dpkg-shlibdeps >/dev/null || { echo 'skipped: needs dpkg-shlibdeps (Debian: dpkg-dev)'; exit 77; }
+nm -D "$build/bin/sim" | grep -q __asan_init && { echo 'skipped: needs a build without sanitizers'; exit 77; }
 
 place=$(mktemp -d)
 trap 'rm -rf -- "$place"' EXIT

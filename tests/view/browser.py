@@ -31,7 +31,8 @@ class Browser:
         self.folder = tempfile.mkdtemp()
         self.process = subprocess.Popen(
             [find_browser(), "--headless", "--remote-debugging-pipe", "--no-sandbox",
-             "--window-size=960,640", "--user-data-dir=" + self.folder, "about:blank"],
+             "--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding",
+             "--user-data-dir=" + self.folder, "about:blank"],
             preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL)
         os.close(to_browser)
@@ -73,11 +74,16 @@ class Browser:
 class Tab:
     def __init__(self, browser, address):
         self.browser = browser
-        self.target = browser.call("Target.createTarget", url="about:blank")["targetId"]
+        # A window of its own: a tab behind another is not drawn.
+        self.target = browser.call("Target.createTarget", url="about:blank",
+                                   newWindow=True)["targetId"]
         self.session = browser.call("Target.attachToTarget", targetId=self.target,
                                     flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log"):
             self.call(domain + ".enable")
+        # The size of the page itself; of that of a window, bars may take a part.
+        self.call("Emulation.setDeviceMetricsOverride", width=960, height=640,
+                  deviceScaleFactor=1, mobile=False)
         self.call("Page.navigate", url=address)
 
     def call(self, method, **parameters):

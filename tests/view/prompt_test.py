@@ -9,6 +9,7 @@ import sys
 import tempfile
 
 from live_client import Server, Socket, replay
+from skip import need_view
 
 PROGRAM, PROMPT = sys.argv[1:3]
 
@@ -130,10 +131,7 @@ def test_refusals():
 
 
 if __name__ == "__main__":
-    listed = subprocess.run([PROGRAM, "list", "view"], capture_output=True, text=True, check=False)
-    if "web" not in listed.stdout:
-        print("skipped: this build has no page, for libwebsockets-dev is missing")
-        sys.exit(77)
+    need_view(PROGRAM, "web", "libwebsockets", "libwebsockets-dev")
     for test in (test_history, test_world, test_refusals):
         test()
         print(test.__name__, "ok", flush=True)

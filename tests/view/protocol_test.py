@@ -4,11 +4,11 @@ and that whatever hands did comes again with the same bits. `protocol_test.py SI
 
 import re
 import socket
-import subprocess
 import sys
 import time
 
 from live_client import Refused, Server, Socket, replay
+from skip import need_view
 
 PROGRAM = sys.argv[1]
 
@@ -181,10 +181,7 @@ def run(test, *arguments):
 
 
 if __name__ == "__main__":
-    listed = subprocess.run([PROGRAM, "list", "view"], capture_output=True, text=True, check=False)
-    if "web" not in listed.stdout:
-        print("skipped: this build has no page, for libwebsockets-dev is missing")
-        sys.exit(77)
+    need_view(PROGRAM, "web", "libwebsockets", "libwebsockets-dev")
     run(test_who_is_let_in)
     run(test_garbage)
     run(test_each_word)

@@ -14,6 +14,7 @@ import time
 import zlib
 
 from live_client import replay
+from skip import need_view, skip
 
 PROGRAM = sys.argv[1]
 
@@ -240,13 +241,11 @@ def test_no_screen():
 
 
 if __name__ == "__main__":
-    listed = subprocess.run([PROGRAM, "list", "view"], capture_output=True, text=True, check=False)
-    missing = "libglfw3-dev, libepoxy-dev or libimgui-dev" if "window" not in listed.stdout else ""
-    for tool, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
-        missing = missing or ("" if shutil.which(tool) else package)
-    if missing:
-        print("skipped: there is no " + missing)
-        sys.exit(77)
+    need_view(PROGRAM, "window", "GLFW, libepoxy and Dear ImGui",
+              "libglfw3-dev libepoxy-dev libimgui-dev libgl1-mesa-dri")
+    for tool, package in (("Xvfb", "xvfb xauth"), ("xdotool", "xdotool")):
+        if not shutil.which(tool):
+            skip(tool, package)
     test_no_screen()
     screen = Display()
     try:
