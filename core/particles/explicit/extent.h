@@ -8,8 +8,8 @@ struct Extent {
   double fastest[2], farthest;  // squared: of two velocities, and of |q - from|
 };
 
-// Of the particles [begin, end), one at least; `from` may be null. Numbers that are not finite are
-// left out.
+// The extent of particles [begin, end), one at least; `from` may be null. Coordinates and squares
+// that are not a number are left out.
 using ExtentOf = Extent (*)(const double* const q[3], const double* const v0[3],
                             const double* const v1[3], const double* const* from, int begin,
                             int end);

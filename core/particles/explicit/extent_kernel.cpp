@@ -43,8 +43,8 @@ Extent extent(const double* const q[3], const double* const v0[3], const double*
               const double* const* from, int begin, int end) {
   Extremes all;
   for (int axis = 0; axis < 3; ++axis) {
-    all.least[axis] = splat<double>(q[axis][begin]);
-    all.most[axis] = all.least[axis];
+    all.least[axis] = splat<double>(HUGE_VAL);
+    all.most[axis] = splat<double>(-HUGE_VAL);
   }
   all.fastest[0] = all.fastest[1] = all.farthest = Doubles{};
   int i = begin;
