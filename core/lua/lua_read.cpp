@@ -34,6 +34,7 @@ std::string show(lua_State* L, int index) {
 }
 
 int push_field(lua_State* L, int table, const char* key) {
+  StackScope::require_room(L);
   table = lua_absindex(L, table);
   lua_pushstring(L, key);
   return lua_rawget(L, table);
@@ -58,6 +59,7 @@ Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string&
     scene_error(place, "bad " + what,
                 "expected a vector of 3 numbers {x, y, z}, got " +
                     std::to_string(lua_rawlen(L, index)) + " values");
+  const StackScope scope(L);
   Vec3 vector;
   for (int i = 0; i < 3; ++i) {
     lua_rawgeti(L, index, i + 1);
@@ -68,6 +70,7 @@ Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string&
 }
 
 std::size_t read_length(lua_State* L, int index, const Place& place, const std::string& what) {
+  const StackScope scope(L);
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
     scene_error(place, "bad " + what, "expected a list, got " + show(L, index));
@@ -89,6 +92,7 @@ std::size_t read_length(lua_State* L, int index, const Place& place, const std::
 
 std::vector<std::string> read_keys(lua_State* L, int index, const std::vector<std::string>& known,
                                    const Place& place, const std::string& what) {
+  const StackScope scope(L);
   index = lua_absindex(L, index);
   std::vector<std::string> keys;
   for (lua_pushnil(L); lua_next(L, index); lua_pop(L, 1)) {

@@ -24,6 +24,23 @@ auto of_scene(const Place& where, Make make) {
   }
 }
 
+// Room on the stack of Lua for what is pushed in its lifetime, which is popped with it. Objects end
+// in the reverse order of their making.
+class StackScope {
+ public:
+  explicit StackScope(lua_State* L) : L_(L), top_(lua_gettop(L)) { require_room(L); }
+  ~StackScope() { lua_settop(L_, top_); }
+  StackScope(const StackScope&) = delete;
+  StackScope& operator=(const StackScope&) = delete;
+
+  // Room for the next few values, for a function that leaves them on the stack.
+  static void require_room(lua_State* L) { luaL_checkstack(L, LUA_MINSTACK, "reading values"); }
+
+ private:
+  lua_State* L_;
+  int top_;
+};
+
 // A value in a few words for an error: "-1", "'abc'", "nothing", "a table".
 std::string show(lua_State* L, int index);
 

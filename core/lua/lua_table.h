@@ -9,33 +9,26 @@ namespace sim {
 // that objects have to end in the reverse order of their making.
 class LuaTable {
  public:
-  LuaTable(lua_State* L, int index) : L_(L), top_(lua_gettop(L)), index_(lua_absindex(L, index)) {}
-  ~LuaTable() { lua_settop(L_, top_); }
-  LuaTable(const LuaTable&) = delete;
-  LuaTable& operator=(const LuaTable&) = delete;
+  LuaTable(lua_State* L, int index) : L_(L), scope_(L), index_(lua_absindex(L, index)) {}
 
   int index() const { return index_; }
   lua_Integer length() const { return static_cast<lua_Integer>(lua_rawlen(L_, index_)); }
 
   // The table at a key; pushed.
-  LuaTable table(const char* key) const {
-    const int top = lua_gettop(L_);
-    push_field(L_, index_, key);
-    return {L_, -1, top};
-  }
+  LuaTable table(const char* key) const { return {L_, index_, key}; }
 
   lua_Integer integer(const char* key) const {
-    const Popped pop(L_);
+    const StackScope scope(L_);
     push_field(L_, index_, key);
     return lua_tointeger(L_, -1);
   }
   double number(const char* key) const {
-    const Popped pop(L_);
+    const StackScope scope(L_);
     push_field(L_, index_, key);
     return lua_tonumber(L_, -1);
   }
   bool flag(const char* key) const {
-    const Popped pop(L_);
+    const StackScope scope(L_);
     push_field(L_, index_, key);
     return lua_toboolean(L_, -1) != 0;
   }
@@ -55,17 +48,14 @@ class LuaTable {
   lua_Integer integer(lua_Integer i) const { return static_cast<lua_Integer>(number(i)); }
 
  private:
-  struct Popped {
-    explicit Popped(lua_State* state) : L(state), top(lua_gettop(state)) {}
-    ~Popped() { lua_settop(L, top); }
-    lua_State* L;
-    int top;
-  };
-
-  LuaTable(lua_State* L, int index, int top) : L_(L), top_(top), index_(lua_absindex(L, index)) {}
+  LuaTable(lua_State* L, int parent, const char* key) : L_(L), scope_(L) {
+    push_field(L, parent, key);
+    index_ = lua_gettop(L);
+  }
 
   lua_State* L_;
-  int top_, index_;
+  StackScope scope_;
+  int index_;
 };
 
 }  // namespace sim

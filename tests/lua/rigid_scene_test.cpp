@@ -45,6 +45,30 @@ TEST_CASE("rigid bodies of every shape can be said in a scene", "[lua][rigid]") 
   }
 }
 
+TEST_CASE("a scene of hundreds of bodies is read whole", "[lua][rigid]") {
+  for (const char* count : {"40", "100", "300"}) {
+    const SceneSpec spec =
+        load((search_path()[0] / "scenes/stack.lua").string(), {{"n", count}, {"lean", "0.25"}});
+    const std::vector<RigidSpec>& bodies = spec.systems[0].bodies;
+    REQUIRE(bodies.size() == std::stoul(count));
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      CHECK(bodies[i].position ==
+            Vec3{0.25 * static_cast<double>(i), static_cast<double>(i) + 0.5, 0});
+  }
+}
+
+TEST_CASE("parts nested in parts are read to any depth or refused, whichever is wrong first",
+          "[lua][attack]") {
+  for (const std::string depth : {"20", "100", "2000"})
+    CHECK(contains(said("local p = sim.particles { mass = 1 }\np:add {0, 3, 0}\n"
+                        "local c = sim.collider.sphere { radius = 1 }\nfor i = 1, " +
+                        depth +
+                        " do c = sim.collider.sphere { radius = 1, motion = c } end\n"
+                        "return sim.scene { particles = p, forces = {}, colliders = { c }, "
+                        "integrator = 'rk4', dt = 0.01, duration = 1 }"),
+                   depth.size() < 4 ? "motion is a collider" : "nested too deeply"));
+}
+
 TEST_CASE("points of bodies stand wherever particles are joined", "[lua][rigid]") {
   const std::string p = "local p = sim.particles {}\np:add {0, 0, 0}\np:pin(0)\n";
   for (const std::string part :

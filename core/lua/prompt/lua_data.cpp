@@ -84,6 +84,7 @@ bool before(const Data& a, const Data& b) {
 }
 
 Data Reader::table(int index) {
+  luaL_checkstack(L_, LUA_MINSTACK, "printing a table");
   if (luaL_getmetafield(L_, index, "__tostring") != LUA_TNIL) {
     lua_pop(L_, 1);
     const DataOpaque text{luaL_tolstring(L_, index, nullptr)};
@@ -94,7 +95,6 @@ Data Reader::table(int index) {
   if (std::find(above_.begin(), above_.end(), self) != above_.end()) return DataOpaque{"cycle"};
   if (above_.size() >= kDeepest) return DataOpaque{"nested too deeply"};
   above_.push_back(self);
-  luaL_checkstack(L_, 8, "printing a table");
 
   DataTable result;
   const auto length = static_cast<lua_Integer>(lua_rawlen(L_, index));

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/text.h"
+#include "core/lua/lua_read.h"
 #include "core/lua/prompt/lua_data.h"
 #include "core/lua/scene/session.h"
 
@@ -57,6 +58,7 @@ struct Prompt::Impl {
   void enter(const Place& place, Body body) {
     if (inside) {
       session->lua().budget().fresh();
+      StackScope::require_room(inside);
       return body(inside);
     }
     pending = nullptr;
@@ -292,6 +294,7 @@ std::vector<Data> Prompt::run(const std::string& chunk, const std::string& where
     const int base = lua_gettop(L);
     impl_->load_chunk(L, chunk, name);
     lua_call(L, 0, LUA_MULTRET);
+    StackScope::require_room(L);  // a call that returned many values left none
     const int end = lua_gettop(L);
     if (end > base) {
       lua_pushvalue(L, base + 1);

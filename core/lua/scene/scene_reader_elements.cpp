@@ -224,6 +224,7 @@ std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, cons
 // Parameters that name another part of the scene.
 bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Place& place,
                                  Value& out) const {
+  const StackScope scope(L);
   const int value = lua_absindex(L, index);
   const std::string kind = session_->push_record(L, value);
   if (kind == "surface") {
@@ -238,7 +239,6 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
   } else if (!kind.empty()) {
     scene_error(place, "bad parameter", "expected a value or a sim.surface, got a sim." + kind);
   }
-  lua_pop(L, 1);
   return !kind.empty();
 }
 

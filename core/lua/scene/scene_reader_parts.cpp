@@ -170,9 +170,14 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
   spec.plugin = plugin.name;
   spec.place = place_of(L, index);
   const std::string owner = plugin.title();
+  constexpr int kDeepest = 1000;  // values on the stack; each part in a part has a few
+  if (lua_gettop(L) > kDeepest)
+    scene_error(spec.place, owner, "parts are nested too deeply in each other",
+                "give numbers, or a part that stands for itself");
 
   const LuaTable record(L, index), given = record.table("given");
   for (lua_pushnil(L); lua_next(L, given.index()); lua_pop(L, 1)) {
+    StackScope::require_room(L);
     std::string name;
     if (lua_type(L, -2) == LUA_TSTRING) {
       name.assign(lua_tostring(L, -2), lua_rawlen(L, -2));

@@ -43,6 +43,7 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
     const std::size_t count = read_length(L, list, spec.place, "bodies");
     if (count == 0) scene_error(spec.place, "bad bodies", "the list is empty", "leave it out");
     for (std::size_t i = 1; i <= count; ++i) {
+      const StackScope scope(L);
       const std::string what = "entry " + std::to_string(i) + " of bodies";
       lua_rawgeti(L, list, static_cast<lua_Integer>(i));
       const int handle = lua_gettop(L);

@@ -273,6 +273,7 @@ int SceneSession::require(lua_State* L) {
 }
 
 std::string SceneSession::push_record(lua_State* L, int index) {
+  StackScope::require_room(L);
   index = lua_absindex(L, index);
   if (!lua_istable(L, index)) {
     lua_pushnil(L);
