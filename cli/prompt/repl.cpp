@@ -2,18 +2,16 @@
 
 #include <unistd.h>
 
-#include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <sstream>
 
 #include "cli/prompt/repl_help.h"
 #include "cli/prompt/repl_terminal.h"
+#include "cli/run/recording_file.h"
 #include "cli/run/replay_file.h"
 #include "cli/terminal/signals.h"
 
@@ -98,21 +96,31 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
 // What a session writes down as long as it lives.
 class SessionRecord {
  public:
-  SessionRecord(Session& session, const SceneRequest& scene, const std::string& file)
+  SessionRecord(Session& session, const SceneRequest& scene, const std::string& file,
+                std::ostream& errors)
       : session_(session) {
     if (file.empty()) return;
-    out_.open(file, std::ios::binary | std::ios::trunc);
-    if (!out_) throw Error(ErrorKind::kIo, {"cannot write", file, std::strerror(errno), ""});
-    writer_.emplace(out_, recording_header(scene), session.live().scene().spec.world);
+    file_.emplace(file, errors);
+    writer_.emplace([this](std::string_view lines) { file_->append(lines); },
+                    recording_header(scene), session.live().scene().spec.world);
     session.live().record(&*writer_);
   }
   ~SessionRecord() { session_.live().end_record(); }
   SessionRecord(const SessionRecord&) = delete;
   SessionRecord& operator=(const SessionRecord&) = delete;
 
+  void begin() {
+    if (file_) file_->begin();
+  }
+  // The exit code of a session that ended with `code`.
+  int end(int code) {
+    session_.live().end_record();
+    return code == 0 && file_ ? file_->finish() : code;
+  }
+
  private:
   Session& session_;
-  std::ofstream out_;
+  std::optional<RecordingFile> file_;
   std::optional<RecordingWriter> writer_;
 };
 
@@ -135,9 +143,10 @@ int repl(const ReplCommandLine& line, const Environment& environment, Registry& 
     Session session(request, environment, registry, console);
     session.mode = line.mode;
     if (!line.resume.empty()) session.live().resume(line.resume);
-    const SessionRecord record(session, request.scene, line.record);
+    SessionRecord record(session, request.scene, line.record, console.err);
     if (!line.init.empty() && line.init != "none") session.read_init(line.init);
-    if (request.interactive) return interact(session, line, console);
+    record.begin();
+    if (request.interactive) return record.end(interact(session, line, console));
     for (const auto& source : line.sources) {
       if (session.exit_code) break;
       if (source.file) {
@@ -148,7 +157,7 @@ int repl(const ReplCommandLine& line, const Environment& environment, Registry& 
       }
     }
     if (line.sources.empty()) read_input(session);
-    return session.exit_code.value_or(0);
+    return record.end(session.exit_code.value_or(0));
   } catch (const Interrupted&) {
     return 128 + SessionSignals::caught();
   }

@@ -1,6 +1,5 @@
 // The scene of the prompt, to be touched; what hands did is part of the session.
 #include <algorithm>
-#include <sstream>
 
 #include "cli/prompt/repl_actions.h"
 #include "cli/terminal/signals.h"
@@ -45,9 +44,10 @@ Answer view(Call& call) {
   request.scene = live.request();
   request.terminal = where == "terminal";
   request.window = where == "window";
-  std::ostringstream recorded;
+  std::string recorded;
   const bool world = live.scene().spec.world;
-  RecordingWriter own(recorded, {{"scene", live.request().scene}}, world);
+  RecordingWriter own([&](std::string_view lines) { recorded += lines; },
+                      {{"scene", live.request().scene}}, world);
   const std::int64_t from = live.system().step_count();
   live.lend([&](std::vector<Timeline>& timelines, RecordingWriter* other) {
     std::vector<RecordingWriter*> writers{&own};
@@ -59,7 +59,7 @@ Answer view(Call& call) {
   own.end("", to, live.system().hash());
   // In a world systems are stepped together here, and as the clock of the first one wants there.
   session.add_to_script(world ? "-- .view: what hands did in a world is not in here\n"
-                              : commands_of(recorded.str(), from, to));
+                              : commands_of(recorded, from, to));
   SessionSignals::forget_interrupt();  // it closed the view, and nothing else
   SessionSignals::check();
   return {};

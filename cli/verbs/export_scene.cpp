@@ -8,18 +8,14 @@
 #include "core/engine/lammps_frames.h"
 #include "core/engine/lammps_input.h"
 #include "core/output/format.h"
+#include "core/output/staging_folder.h"
 
 namespace sim::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-void make_folder(const std::string& folder) {
-  std::error_code failed;
-  fs::create_directory(folder, failed);
-  if (!fs::is_directory(folder))
-    throw Error(ErrorKind::kIo, {"cannot make a folder", folder,
-                                 failed ? failed.message() : "it is a file", "give another name"});
+void check_folder(const std::string& folder) {
   if (fs::exists(fs::path(folder) / engine::kLammpsFrames))
     throw Error(ErrorKind::kIo,
                 {"results would be lost", folder,
@@ -38,7 +34,7 @@ SceneRequest findable(SceneRequest request) {
 struct Exported {
   engine::Exchange scene;
   std::vector<std::int64_t> moments;
-  std::string folder;
+  std::string name, folder;  // name: of the system, in the folder of a world
 
   std::int64_t steps() const { return moments.back() - moments.front(); }
 };
@@ -82,20 +78,23 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     Simulation& system = scene.systems[i];
     const SystemSpec& spec = scene.spec.systems[i];
-    Exported part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}};
+    Exported part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}, {}};
     const std::int64_t tenth = tenth_of(system);
     Track track(spec, system, steps_of(length, system), every, tenth);
     shorten(length, track);
     if (!accounts.empty()) track.continue_from(accounts[i].start_energy, accounts[i].work);
     const std::int64_t strides[] = {every, tenth};
     part.moments = moments_of(track, strides, 0, nullptr);
-    part.folder = request.export_to + (scene.spec.world ? "/" + system.name() : "");
+    if (scene.spec.world) part.name = "/" + system.name();
+    part.folder = request.export_to + part.name;
     starts.push_back({track.start_energy().total(), track.work_memory()});
     parts.push_back(std::move(part));
   }
 
-  make_folder(request.export_to);
-  for (const Exported& part : parts) make_folder(part.folder);
+  check_folder(request.export_to);
+  for (const Exported& part : parts) check_folder(part.folder);
+  StagingFolder files(request.export_to);
+  const std::string temporary = files.temporary().string();
   EngineNotes notes;
   if (request.steps)
     notes.steps = request.steps;
@@ -103,16 +102,19 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
     notes.time = request.time.value_or(scene.systems.front().duration());
   notes.every = every;
   notes.without = request.scene.without;
-  write_engine_notes(notes, request.export_to);
-  save_checkpoint(request.export_to + "/" + kEngineStart, findable(request.scene), scene, starts,
+  write_engine_notes(notes, temporary);
+  save_checkpoint(temporary + "/" + kEngineStart, findable(request.scene), scene, starts,
                   console.out);
   std::string text;
   std::vector<std::string> objects;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    lammps.write(parts[i].scene, parts[i].moments, parts[i].folder);
+    const std::string folder = temporary + parts[i].name;
+    fs::create_directories(folder);
+    lammps.write(parts[i].scene, parts[i].moments, folder);
     objects.push_back(part_json(parts[i], scene.systems[i]));
     text += part_text(parts[i], scene.systems[i]);
   }
+  files.commit();
   if (request.json)
     text = (scene.spec.world ? json_array(objects) : objects.front()) + '\n';
   else if (request.quiet)

@@ -6,16 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
 
+#include "cli/run/recording_file.h"
 #include "cli/run/replay_file.h"
 #include "cli/terminal/cells.h"
 #include "cli/terminal/signals.h"
@@ -254,21 +252,25 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
   const Screen screen(request, registry);
   Stage stage(request, environment, registry);
 
-  std::ofstream file;
+  std::optional<RecordingFile> file;
   std::optional<RecordingWriter> writer;
   if (request.record) {
-    file.open(*request.record, std::ios::binary | std::ios::trunc);
-    if (!file)
-      throw Error(ErrorKind::kIo, {"cannot write", *request.record, std::strerror(errno), ""});
-    writer.emplace(file, recording_header(request.scene), stage.world());
+    file.emplace(*request.record, console.err);
+    writer.emplace([&file](std::string_view lines) { file->append(lines); },
+                   recording_header(request.scene), stage.world());
     stage.live().player().record(*writer);
   }
 
   const Interrupts interrupts;
-  screen.show(
-      stage, [&] { return interrupts.caught(); }, console);
+  // Signals are asked for when the scene is on the screen: the recording begins.
+  const auto caught = [&] {
+    if (file) file->begin();
+    return interrupts.caught();
+  };
+  screen.show(stage, caught, console);
   stage.live().player().end_record();
-  return interrupts.caught() ? 128 + interrupts.caught() : 0;
+  if (interrupts.caught()) return 128 + interrupts.caught();
+  return file ? file->finish() : 0;
 }
 
 void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const ViewRequest& request,

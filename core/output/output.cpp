@@ -102,9 +102,10 @@ void collect_leftovers(const fs::path& folder) {
     const int file = ::open(entry->path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) continue;
     struct stat status {};
-    if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_uid == ::geteuid() &&
-        ::flock(file, LOCK_EX | LOCK_NB) == 0)
-      ::unlink(entry->path().c_str());
+    std::error_code ignored;
+    if (::fstat(file, &status) == 0 && (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode)) &&
+        status.st_uid == ::geteuid() && ::flock(file, LOCK_EX | LOCK_NB) == 0)
+      fs::remove_all(entry->path(), ignored);
     ::close(file);
   }
 }
@@ -132,6 +133,7 @@ void Output::create_beside(const fs::path& file) {
   }
   if (exists) ::fchmod(descriptor_, old.st_mode & 07777);
   final_ = file;
+  replaces_ = true;
 }
 
 Output::~Output() {
@@ -145,6 +147,7 @@ void Output::fail(int error) const {
 }
 
 void Output::write() {
+  const off_t whole = replaces_ ? ::lseek(descriptor_, 0, SEEK_CUR) : -1;
   if (stream_ != nullptr) {
     put(*stream_, buffer_);
     flush_or_throw(*stream_, name_);
@@ -156,7 +159,12 @@ void Output::write() {
       } else if (errno == EPIPE) {
         throw ClosedPipe();
       } else if (errno != EINTR) {
-        fail(errno);
+        const int error = errno;
+        buffer_.clear();
+        // A file that grows ends with the last whole piece.
+        if (whole >= 0 && ::ftruncate(descriptor_, whole) == 0)
+          ::lseek(descriptor_, whole, SEEK_SET);
+        fail(error);
       }
     }
   }
@@ -168,6 +176,11 @@ void Output::commit() {
   take_name(false);
 }
 
+void Output::publish() {
+  write();
+  take_name(false, true);
+}
+
 void Output::commit_safely() {
   write();
   take_name(true);
@@ -175,7 +188,7 @@ void Output::commit_safely() {
 
 // A file without a name gets its final one if that is free, or else one for a moment, for only a
 // rename replaces. What fails before leaves the old file; after it the new one is there.
-void Output::take_name(bool durable) {
+void Output::take_name(bool durable, bool stays_open) {
   if (descriptor_ < 0) return;
   const fs::path folder = final_.parent_path();
   if (durable && !final_.empty() && ::fsync(descriptor_) != 0) fail(errno);
@@ -201,6 +214,7 @@ void Output::take_name(bool durable) {
     if (::rename(temporary_.c_str(), final_.c_str()) != 0) fail(errno);
     temporary_.clear();
   }
+  if (stays_open) return final_.clear();
   ::close(std::exchange(descriptor_, -1));
   if (!durable || final_.empty()) return;
   const int held = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

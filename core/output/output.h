@@ -51,7 +51,8 @@ class Output {
   void flush_if_full() {
     if (buffer_.size() >= kChunk) write();
   }
-  void write();          // throws Error{kIo} or ClosedPipe
+  void write();          // throws Error{kIo} or ClosedPipe; of a regular file all of it or nothing
+  void publish();        // the file takes its name now; what is written later is added to it
   void commit();         // the rest of the rows, then the new file takes its name
   void commit_safely();  // the same; and it is there even if the machine stops right after
 
@@ -60,13 +61,14 @@ class Output {
 
   void open();
   void create_beside(const std::filesystem::path& file);
-  void take_name(bool durable);
+  void take_name(bool durable, bool stays_open = false);
   [[noreturn]] void fail(int error) const;
 
   std::string name_;  // as the user wrote it
   std::ostream* stream_ = nullptr;
   int descriptor_ = -1;
   std::filesystem::path final_, temporary_;  // empty unless a regular file is replaced
+  bool replaces_ = false;                    // a regular file
   std::string buffer_;
 };
 

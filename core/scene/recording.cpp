@@ -181,18 +181,18 @@ Recording parse_recording(std::string_view text, const std::string& file) {
 
 // --- Writing ----------------------------------------------------------------------------------
 
-RecordingWriter::RecordingWriter(std::ostream& out,
+RecordingWriter::RecordingWriter(Sink sink,
                                  const std::vector<std::pair<std::string, std::string>>& header,
                                  bool world)
-    : out_(&out), world_(world) {
-  *out_ << kFirstLine << ": sim --replay FILE\n";
-  for (const auto& [word, value] : header) *out_ << word << ' ' << value << '\n';
-  out_->flush();
+    : sink_(std::move(sink)), world_(world) {
+  std::string lines = std::string(kFirstLine) + ": sim --replay FILE\n";
+  for (const auto& [word, value] : header) lines += word + ' ' + value + '\n';
+  sink_(lines);
 }
 
 void RecordingWriter::line(const std::string& system, std::int64_t step, const std::string& words) {
   std::int64_t& at = at_[system];
-  *out_ << '+' << step - at << ' ' << (world_ ? system + ": " : "") << words << '\n' << std::flush;
+  sink_("+" + std::to_string(step - at) + ' ' + (world_ ? system + ": " : "") + words + '\n');
   at = step;
 }
 

@@ -10,9 +10,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
-#include <ostream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -47,11 +47,14 @@ struct Recording {
 // Error{kScene} with FILE:LINE for what is no recording.
 Recording parse_recording(std::string_view text, const std::string& file);
 
-// Writes one, each line at once, so that a program that dies leaves a recording that ends there.
+// Writes one. Each line is handed over at once, so that a program that dies leaves a recording that
+// ends there.
 class RecordingWriter {
  public:
-  // The stream outlives it; `world`: lines name their system.
-  RecordingWriter(std::ostream& out, const std::vector<std::pair<std::string, std::string>>& header,
+  using Sink = std::function<void(std::string_view lines)>;
+
+  // `world`: lines name their system.
+  RecordingWriter(Sink sink, const std::vector<std::pair<std::string, std::string>>& header,
                   bool world);
 
   // `step`: where the system stands.
@@ -65,7 +68,7 @@ class RecordingWriter {
  private:
   void line(const std::string& system, std::int64_t step, const std::string& words);
 
-  std::ostream* out_;
+  Sink sink_;
   bool world_;
   std::map<std::string, std::int64_t> at_;  // the step of the last line of each system
 };

@@ -1,9 +1,11 @@
 // Pictures: the last moment of a run, or all of them under numbered names.
+#include <filesystem>
 #include <iostream>
 #include <optional>
 
 #include "core/output/output.h"
 #include "core/output/png.h"
+#include "core/output/staging_folder.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
@@ -38,10 +40,12 @@ class Numbering {
 class Png final : public sim::Writer {
  public:
   explicit Png(const sim::WriterTask& task) : task_(task), numbering_(task.file) {
-    if (numbering_.single())
+    if (numbering_.single()) {
       single_.emplace(sim::Target{task.file}, std::cout);
-    else  // what is wrong with the folder is said before the run
+    } else {  // what is wrong with the folder is said before the run
       sim::Output(sim::Target{numbering_.name(task.file, 0)}, std::cout);
+      series_.emplace(std::filesystem::path(task.file).parent_path());
+    }
     int particles = 0;
     for (const sim::Model& model : task.models) particles += model.particles;
     trails_ = particles <= 80;
@@ -65,11 +69,15 @@ class Png final : public sim::Writer {
       single_->commit();
       return;
     }
-    for (std::size_t i = 0; i < moments_.size() && !(task_.stop && task_.stop()); ++i) {
-      sim::Output file({numbering_.name(task_.file, i)}, std::cout);
-      file.buffer() = sim::png(gallery.draw(i));
+    const std::string name = std::filesystem::path(task_.file).filename().string();
+    std::size_t count = 0;
+    for (; count < moments_.size() && !(task_.stop && task_.stop()); ++count) {
+      sim::Output file(series_->temporary() / numbering_.name(name, count));
+      file.buffer() = sim::png(gallery.draw(count));
       file.commit();
     }
+    series_->commit();
+    sim::remove_later_files(count, [&](std::size_t i) { return numbering_.name(task_.file, i); });
   }
 
  private:
@@ -77,6 +85,7 @@ class Png final : public sim::Writer {
   Numbering numbering_;
   bool trails_ = false;
   std::optional<sim::Output> single_;
+  std::optional<sim::StagingFolder> series_;
   std::vector<sim::Moment> moments_;
 };
 

@@ -6,6 +6,7 @@
 #include "core/base/text.h"
 #include "core/output/bytes.h"
 #include "core/output/output.h"
+#include "core/output/staging_folder.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
@@ -100,22 +101,10 @@ class ParaView final : public sim::Writer {
                         "write a series: --out run.pvd"});
     output_.emplace(sim::Target{task.file}, std::cout);
     if (!series_) return;
-    folder_ = fs::path(task.file).replace_extension();
-    std::error_code error;
-    new_folder_ = fs::create_directories(folder_, error);
-    if (!fs::is_directory(folder_))
-      throw sim::Error(sim::ErrorKind::kIo, {"no folder for the series", folder_.string(),
-                                             error.message(), "another name for the .pvd"});
+    files_.emplace(fs::path(task.file).replace_extension());
     output_->buffer() +=
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
         "byte_order=\"LittleEndian\">\n<Collection>\n";
-  }
-
-  // Of a series that was not finished nothing is left; files that were there before stay replaced.
-  ~ParaView() override {
-    std::error_code ignored;
-    for (const fs::path& file : made_) fs::remove(file, ignored);
-    if (new_folder_) fs::remove(folder_, ignored);
   }
 
   sim::Pace pace() const override { return series_ ? sim::Pace::kFilm : sim::Pace::kLast; }
@@ -126,18 +115,11 @@ class ParaView final : public sim::Writer {
       return;
     }
     for (std::size_t m = 0; m < moment.size(); ++m) {
-      std::string number = std::to_string(count_);
-      if (number.size() < 5) number.insert(0, 5 - number.size(), '0');
-      const std::string name = (task_.world ? task_.models[m].name : folder_.filename().string()) +
-                               "_" + number + ".vtp";
-      const fs::path path = folder_ / name;
-      std::error_code ignored;
-      if (!fs::exists(path, ignored)) made_.push_back(path);
-      sim::Output file({path.string()}, std::cout);
+      const std::string name = name_of(m, count_);
+      sim::Output file(files_->temporary() / name);
       Vtp(task_.models[m], moment[m]).write(file);
       output_->buffer() += "<DataSet timestep=\"" + sim::shortest(moment.front().t) + "\" part=\"" +
-                           std::to_string(m) + "\" file=\"" + folder_.filename().string() + "/" +
-                           name + "\"/>\n";
+                           std::to_string(m) + "\" file=\"" + folder() + "/" + name + "\"/>\n";
     }
     ++count_;
   }
@@ -148,16 +130,25 @@ class ParaView final : public sim::Writer {
       return;
     }
     output_->buffer() += "</Collection>\n</VTKFile>\n";
+    files_->commit();
     output_->commit();
-    made_.clear();
-    new_folder_ = false;
+    for (std::size_t m = 0; m < task_.models.size(); ++m)
+      sim::remove_later_files(count_,
+                              [&](std::size_t i) { return files_->folder() / name_of(m, i); });
   }
 
  private:
+  std::string folder() const { return files_->folder().filename().string(); }
+
+  std::string name_of(std::size_t system, std::size_t moment) const {
+    std::string number = std::to_string(moment);
+    if (number.size() < 5) number.insert(0, 5 - number.size(), '0');
+    return (task_.world ? task_.models[system].name : folder()) + "_" + number + ".vtp";
+  }
+
   sim::WriterTask task_;
-  bool series_, new_folder_ = false;
-  fs::path folder_;
-  std::vector<fs::path> made_;  // of the series, that were not there before
+  bool series_;
+  std::optional<sim::StagingFolder> files_;
   std::size_t count_ = 0;
   std::optional<sim::Output> output_;
   sim::Moment last_;

@@ -1,0 +1,42 @@
+#include "cli/run/recording_file.h"
+
+#include <algorithm>
+
+#include "cli/run/scene.h"
+#include "cli/terminal/console.h"
+#include "core/base/error.h"
+
+namespace sim::cli {
+
+RecordingFile::RecordingFile(const std::string& file, std::ostream& errors)
+    : name_(file), errors_(errors), output_(file) {}
+
+void RecordingFile::append(std::string_view lines) {
+  if (failed_) return;
+  std::string why = "nobody reads it any more";
+  try {
+    output_.buffer() += lines;
+    output_.write();
+    lines_ += std::ranges::count(lines, '\n');
+    return;
+  } catch (const Error& error) {
+    why = error.text().why;
+  } catch (const ClosedPipe&) {}
+  failed_ = true;
+  const std::string kept = begun_ ? "its first " + counted(lines_, "line") + " are kept, and " : "";
+  print_error(errors_,
+              "cannot write: " + name_ + ": " + why + "; " + kept + "nothing more is recorded");
+}
+
+void RecordingFile::begin() {
+  if (begun_) return;
+  if (failed_)
+    throw Error(ErrorKind::kIo, {"no recording", name_, "its first lines were not written",
+                                 "make room there, or leave out --record"});
+  output_.publish();
+  begun_ = true;
+}
+
+int RecordingFile::finish() const { return failed_ ? static_cast<int>(ErrorKind::kIo) : 0; }
+
+}  // namespace sim::cli

@@ -1,0 +1,31 @@
+// The file of --record, which grows while a session goes on.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/output/output.h"
+
+namespace sim::cli {
+
+class RecordingFile {
+ public:
+  // Until begin() an older file of that name stays as it is. What cannot be written later goes to
+  // `errors`, once. Throws Error{kIo}.
+  RecordingFile(const std::string& file, std::ostream& errors);
+
+  // Whole lines. After a failure the file keeps those before it and takes no more.
+  void append(std::string_view lines);
+
+  void begin();        // the session has started: the file takes its name; throws Error{kIo}
+  int finish() const;  // the exit code: 5 where lines are missing
+
+ private:
+  std::string name_;
+  std::ostream& errors_;
+  Output output_;
+  long lines_ = 0;
+  bool begun_ = false, failed_ = false;
+};
+
+}  // namespace sim::cli

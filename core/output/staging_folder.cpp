@@ -1,0 +1,75 @@
+#include "core/output/staging_folder.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <ranges>
+
+#include "core/base/error.h"
+#include "core/output/output.h"
+
+namespace sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& where, const std::string& why) {
+  throw Error(ErrorKind::kIo, {"cannot write", where.string(), why,
+                               "check the folder, its permissions and the space there"});
+}
+
+}  // namespace
+
+StagingFolder::StagingFolder(const fs::path& folder) : folder_(folder.empty() ? "." : folder) {
+  make_folder(folder_);
+  collect_leftovers(folder_);
+  std::string name = (folder_ / (".sim-" + std::to_string(::getpid()) + ".tmpXXXXXX")).string();
+  if (!::mkdtemp(name.data())) fail(folder_, std::strerror(errno));
+  temporary_ = name;
+  lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock_ >= 0) ::flock(lock_, LOCK_EX | LOCK_NB);
+}
+
+StagingFolder::~StagingFolder() {
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+  for (const fs::path& folder : std::views::reverse(made_)) fs::remove(folder, ignored);
+  if (lock_ >= 0) ::close(lock_);
+}
+
+void StagingFolder::make_folder(const fs::path& folder) {
+  std::error_code failed;
+  if (fs::create_directory(folder, failed)) return made_.push_back(folder);
+  if (fs::is_directory(folder)) return;
+  throw Error(ErrorKind::kIo, {"cannot make a folder", folder.string(),
+                               failed ? failed.message() : "it is a file", "give another name"});
+}
+
+void StagingFolder::commit() {
+  std::vector<fs::path> names;
+  for (const auto& entry : fs::recursive_directory_iterator(temporary_))
+    if (!entry.is_directory()) names.push_back(entry.path().lexically_relative(temporary_));
+  std::ranges::sort(names);
+  // Refusals come before the first file is replaced.
+  for (const fs::path& name : names) {
+    std::error_code failed;
+    const fs::path old = folder_ / name;
+    make_folder(old.parent_path());
+    const fs::file_status status = fs::status(old, failed);
+    if (!fs::exists(status)) continue;
+    if (fs::is_directory(status)) fail(old, std::strerror(EISDIR));
+    if (::access(old.c_str(), W_OK) != 0) fail(old, std::strerror(errno));
+    fs::permissions(temporary_ / name, status.permissions(), failed);
+  }
+  for (const fs::path& name : names)
+    if (::rename((temporary_ / name).c_str(), (folder_ / name).c_str()) != 0)
+      fail(folder_ / name, std::strerror(errno));
+  made_.clear();
+}
+
+}  // namespace sim
