@@ -5,24 +5,9 @@
 #include <iterator>
 
 #include "core/base/text.h"
+#include "core/output/page/markup.h"
 
 namespace sim::svg_parts {
-namespace {
-
-std::string escaped(const std::string& words) {
-  std::string out;
-  for (const char c : words) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-}  // namespace
 
 const char* curve_colour(std::size_t i) {
   static constexpr const char* kColours[] = {"#c2410c", "#15803d", "#1d4ed8", "#7e22ce",
@@ -40,7 +25,7 @@ std::string begin(double width, double height) {
 }
 
 std::string text(double x, double y, const std::string& words, const std::string& more) {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\"" + more + ">" + escaped(words) +
+  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\"" + more + ">" + markup_text(words) +
          "</text>\n";
 }
 

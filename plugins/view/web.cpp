@@ -115,10 +115,7 @@ int Web::listen(const char* at, int port) {
 
 void Web::renew(const sim::ViewScene& scene) {
   page_ = std::make_unique<sim::LivePage>(scene, task_.pause_hidden);
-  std::string text = page_->html();
-  if (const auto at = text.find("@SOCKET@"); at != std::string::npos)
-    text.replace(at, 8, "/" + task_.token + "/socket");
-  html_ = std::make_shared<const std::string>(std::move(text));
+  html_ = std::make_shared<const std::string>(page_->html("/" + task_.token + "/socket"));
 }
 
 int Web::called(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {

@@ -2,10 +2,14 @@
 """The page in a real browser, headless: it shows something, a drag moves the particle under the
 pointer, keys do what the help says, and a session comes again bit for bit. `browser_test.py SIM`"""
 
+import os
+import shutil
+import subprocess
 import sys
 import time
 
 from browser import Browser, find_browser
+from hostile_scene import TEXTS, write_scene
 from live_client import Server, replay
 from skip import need_view, skip
 
@@ -254,6 +258,39 @@ def test_hidden(browser, server):
     tab.close()
 
 
+def test_hostile_words(browser, server):
+    """Text of a stranger's scene is shown in the page, and runs nowhere."""
+    tab = open_page(browser, server)
+    tab.js("document.querySelectorAll('*').forEach(e=>{e.focus&&e.focus();"
+           "e.dispatchEvent(new Event('mouseover'))})")
+    check_words(tab)
+    tab.js("sim.pick(...sim.pixel(sim.M[0],5))")
+    tab.until(f"document.getElementById('info').textContent.includes({TEXTS[0]!r})")
+    shown = tab.js("document.querySelector('#args input').value")
+    assert shown == " ".join(TEXTS).replace("\n", ""), shown
+    tab.close()
+
+
+def check_words(tab):
+    tab.until("document.getElementById('info').textContent.length>0")
+    assert tab.js("window.pwned===undefined")
+    assert tab.js("document.scripts.length") == 1
+    assert tab.js("document.querySelectorAll('img').length") == 0
+    assert tab.js("sim.M[0].families[0].name") == " ".join(TEXTS)
+    assert not exceptions(tab), exceptions(tab)
+
+
+def test_written_page(browser, scene):
+    file = os.path.join(os.path.dirname(scene), "run.html")
+    subprocess.run([PROGRAM, scene, "-q", "--no-verify", "-n", "20", "--out", file], check=True)
+    tab = browser.open("file://" + file)
+    tab.until("document.body&&(document.body.dataset.ready||document.body.dataset.failed)")
+    assert not tab.js("document.body.dataset.failed"), tab.js("document.body.dataset.failed")
+    check_words(tab)
+    tab.close()
+    print("test_written_page ok", flush=True)
+
+
 def run(browser, test, *arguments):
     with Server(PROGRAM, *arguments) as server:
         test(browser, server)
@@ -280,5 +317,9 @@ if __name__ == "__main__":
         run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_panels, "-i", "rk4", "-i", "verlet")
+        hostile = write_scene()
+        run(chromium, test_hostile_words, hostile)
+        test_written_page(chromium, hostile)
+        shutil.rmtree(os.path.dirname(hostile))
     finally:
         chromium.close()

@@ -64,11 +64,11 @@ LivePage::LivePage(const ViewScene& scene, bool pause_hidden)
       pause_hidden_(pause_hidden),
       page_(scene_.models, scene_.preview, scene_.look) {}
 
-std::string LivePage::html() const {
+std::string LivePage::html(const std::string& socket) const {
   std::vector<std::string> methods;
   for (const std::string& name : scene_.methods) methods.push_back(json_string(name));
   JsonObject live;
-  live.text("socket", "@SOCKET@").json("methods", json_array(methods));
+  live.text("socket", socket).json("methods", json_array(methods));
   live.flag("world", scene_.world).integer("page", scene_.number);
   live.text("colour", scene_.look.colour);
   live.flag("pauseHidden", pause_hidden_).json("args", args_json(scene_.args));

@@ -7,6 +7,7 @@
 #include "core/output/bytes.h"
 #include "core/output/deflate.h"
 #include "core/output/format.h"
+#include "core/output/page/markup.h"
 
 namespace sim {
 namespace {
@@ -43,14 +44,6 @@ std::string numbers(const std::vector<double>& values, int digits = 7) {
 }
 
 std::string point(const V3& p) { return numbers(std::vector<double>{p.x, p.y, p.z}); }
-
-// Text as JSON that cannot end the script it stands in.
-std::string quoted(const std::string& text) {
-  std::string json = json_string(text);
-  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
-    json.replace(at, 1, "\\u003c");
-  return json;
-}
 
 void append_structure(const Model& model, std::string& data) {
   for (const auto& t : model.triangles) append_bytes(data, std::span<const int>(t));
@@ -141,15 +134,11 @@ std::string Page::made(const std::string& live) const {
                             .json("most", number(scale_.most))
                             .str());
 
-  std::string page = kPage;
   // A file is kept; a live page goes to this machine, and somebody waits for it.
   const bool file = live == "null";
+  const std::string words = script_json(head.str());
   const std::string packed = base64(deflated(data, file ? 9 : 1));
-  page.replace(page.find("H=HEAD"), 6, "H=" + head.str());
-  page.replace(page.find("text=DATA"), 9, "text=\"" + packed + "\"");
-  const std::string_view kHook = "/*LIVE*/";
-  page.replace(page.find(kHook), kHook.size(), file ? "" : kLive);
-  return page;
+  return fill_placeholders(kPage, {{"HEAD", words}, {"DATA", packed}, {"LIVE", file ? "" : kLive}});
 }
 
 std::string Page::frame(const Moment& moment, std::string words, double most) const {
@@ -214,7 +203,7 @@ std::string Page::camera_json() const {
 std::string Page::model_json(std::size_t m, std::string& planes) const {
   const Model& model = models_[m];
   JsonObject json;
-  json.json("name", quoted(model.name)).json("method", quoted(model.method));
+  json.text("name", model.name).text("method", model.method);
   json.json("h", number(model.h)).integer("particles", model.particles);
   json.integer("triangles", static_cast<std::int64_t>(model.triangles.size()));
   const std::vector<int> grid(model.grid.begin(), model.grid.end());
@@ -227,8 +216,7 @@ std::string Page::model_json(std::size_t m, std::string& planes) const {
   for (const ModelFamily& family : model.families) {
     const auto count = static_cast<std::int64_t>(family.ends.size());
     if (!family.rods) springs += count;
-    families.push_back(
-        JsonObject().json("name", quoted(family.name)).integer("count", count).str());
+    families.push_back(JsonObject().text("name", family.name).integer("count", count).str());
   }
   json.integer("springs", springs).json("families", json_array(families));
   const Vec3 origin = view_.origin - view_.offsets[m];
