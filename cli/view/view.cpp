@@ -77,7 +77,7 @@ const Plugin<View>& plugin_of(bool window, Registry& registry) {
                                  "again, or leave out --window"});
   throw Error(ErrorKind::kIo,
               {"no page", "sim view", "this build has no web server",
-               "install libwebsockets-dev and build again, or look with --window or --terminal"});
+               "install libboost-dev and build again, or look with --window or --terminal"});
 }
 
 // Where there is a screen; the browser is its own process.

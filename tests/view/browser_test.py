@@ -10,7 +10,7 @@ import time
 
 from browser import Browser, find_browser
 from hostile_scene import TEXTS, write_scene
-from live_client import Server, replay
+from live_client import Server, Socket, replay
 from skip import need_view, skip
 
 PROGRAM = sys.argv[1]
@@ -258,6 +258,17 @@ def test_hidden(browser, server):
     tab.close()
 
 
+def test_too_many(browser, server):
+    """A page more than there may be says so, and comes when there is room."""
+    others = [Socket(server) for _ in range(16)]
+    tab = browser.open(server.address)
+    tab.until("window.sim&&/16 pages are open/.test(sim.said)")
+    for each in others:
+        each.close()
+    tab.until("!sim.lost&&sim.drawn>2&&sim.said==''")
+    tab.close()
+
+
 def test_hostile_words(browser, server):
     """Text of a stranger's scene is shown in the page, and runs nowhere."""
     tab = open_page(browser, server)
@@ -305,7 +316,7 @@ def run(browser, test, *arguments):
 
 
 if __name__ == "__main__":
-    need_view(PROGRAM, "web", "libwebsockets", "libwebsockets-dev")
+    need_view(PROGRAM, "web", "Boost", "libboost-dev")
     if not find_browser():
         skip("a browser", "chromium-headless-shell")
     chromium = Browser()
@@ -316,6 +327,7 @@ if __name__ == "__main__":
         run(chromium, test_wind, "scenes/flag.lua")
         run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
+        run(chromium, test_too_many)
         run(chromium, test_panels, "-i", "rk4", "-i", "verlet")
         hostile = write_scene()
         run(chromium, test_hostile_words, hostile)

@@ -47,17 +47,22 @@ class Server:
 
     def get(self, path, host=None, at="127.0.0.1"):
         """The status and the body."""
-        with socket.create_connection((at, self.port), 10) as one:
-            one.sendall((f"GET {path} HTTP/1.1\r\nHost: {host or '127.0.0.1:%d' % self.port}\r\n"
-                         "Connection: close\r\n\r\n").encode())
-            answer = b""
-            try:
-                while more := one.recv(65536):
-                    answer += more
-            except ConnectionResetError:
-                pass
+        answer = self.exchange(f"GET {path} HTTP/1.1\r\nHost: {host or '127.0.0.1:%d' % self.port}"
+                               "\r\nConnection: close\r\n\r\n", at)
         head, _, body = answer.partition(b"\r\n\r\n")
         return (int(head.split()[1]) if head else 0), body
+
+    def exchange(self, request, at="127.0.0.1"):
+        """All that comes back for these bytes until the connection ends."""
+        with socket.create_connection((at, self.port), 10) as one:
+            answer = b""
+            try:
+                one.sendall(request.encode("latin-1") if isinstance(request, str) else request)
+                while more := one.recv(65536):
+                    answer += more
+            except (ConnectionResetError, BrokenPipeError):
+                pass
+        return answer
 
 
 class Refused(Exception):
@@ -91,16 +96,16 @@ class Socket:
     def close(self):
         self.socket.close()
 
-    def send_raw(self, first, payload):
+    def send_raw(self, first, payload, masked=0x80):
         size = len(payload)
         head = struct.pack("!B", first)
         if size < 126:
-            head += struct.pack("!B", 0x80 | size)
+            head += struct.pack("!B", masked | size)
         elif size < 65536:
-            head += struct.pack("!BH", 0x80 | 126, size)
+            head += struct.pack("!BH", masked | 126, size)
         else:
-            head += struct.pack("!BQ", 0x80 | 127, size)
-        self.socket.sendall(head + b"\0\0\0\0" + payload)
+            head += struct.pack("!BQ", masked | 127, size)
+        self.socket.sendall(head + (b"\0\0\0\0" if masked else b"") + payload)
 
     def say(self, text):
         self.send_raw(0x81, text.encode())
@@ -123,7 +128,7 @@ class Socket:
             size = struct.unpack("!Q", self._take(8))[0]
         payload = self._take(size)
         if first & 15 == 8:
-            raise Refused("closed")
+            raise Refused("closed: " + payload[2:].decode())
         if first & 15 == 1:
             return json.loads(payload)
         self.size = len(payload)

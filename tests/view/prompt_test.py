@@ -131,7 +131,7 @@ def test_refusals():
 
 
 if __name__ == "__main__":
-    need_view(PROGRAM, "web", "libwebsockets", "libwebsockets-dev")
+    need_view(PROGRAM, "web", "Boost", "libboost-dev")
     for test in (test_history, test_world, test_refusals):
         test()
         print(test.__name__, "ok", flush=True)

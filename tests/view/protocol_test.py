@@ -51,6 +51,55 @@ def test_who_is_let_in(server):
     page.close()
 
 
+def test_nothing_else_of_http(server):
+    """One GET without a body, or a WebSocket of the page itself; all else is closed at once."""
+    own, host = "/" + server.token + "/", "Host: 127.0.0.1:%d\r\n" % server.port
+    get = "GET " + own + " HTTP/1.1\r\n" + host
+    answer = server.exchange(get + "Connection: keep-alive\r\n\r\n")
+    assert answer.startswith(b"HTTP/1.1 200 ") and b"connection: close" in answer.lower()
+    h2c = "Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n\r\n"
+    bad = [get + h2c, get + h2c + "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+           "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0",
+           get + "Content-Length: 3\r\n\r\nabc", get + "Content-Length: 0\r\n\r\n",
+           get + "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n", get + "\r\n" + get + "\r\n",
+           get + "Expect: 100-continue\r\n\r\n", get + host + "\r\n",
+           get.replace("1.1", "1.0", 1) + "\r\n", get.replace("1.1", "2.0", 1) + "\r\n",
+           "GET " + own + "\r\n", "GET http://127.0.0.1" + own + " HTTP/1.1\r\n" + host + "\r\n",
+           "GET " + own + " HTTP/1.1\r\n\r\n", get + "X: " + "y" * 20000 + "\r\n\r\n", "\0" * 100]
+    bad += [method + get[3:] + "\r\n" for method in ("HEAD", "POST", "PUT", "OPTIONS", "get", "CONNECT")]
+    bad += ["GET " + own + path + " HTTP/1.1\r\n" + host + "\r\n"
+            for path in ("x", "?x", "#", "%20", "socket", "socket/", "../" + server.token + "/")]
+    for request in bad:
+        answer = server.exchange(request)
+        assert b"<!doctype" not in answer, request
+        assert not answer or answer.split()[1] in (b"400", b"403"), (request, answer)
+    for path in ("", "x", "socket/", "socket?", "socket/x", "Socket"):
+        assert refused(lambda path=path: Socket(server, own + path)), path
+    for header in ("Sec-WebSocket-Version: 8", "Sec-WebSocket-Version: 13\r\nContent-Length: 1",
+                   "Sec-WebSocket-Version: 13\r\nHost: evil.example",
+                   "Sec-WebSocket-Version: 13\r\nOrigin: http://evil.example"):
+        answer = server.exchange(
+            "GET " + own + "socket HTTP/1.1\r\n" + host + "Connection: Upgrade\r\nUpgrade: websocket"
+            "\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nOrigin: http://" + host[6:] + header
+            + "\r\n\r\n")
+        assert b" 101 " not in answer, header
+    # The library that once was the server never came back from this.
+    for _ in range(3):
+        server.exchange("GET / HTTP/1.1\r\nHost: " + "a" * 500 + "\r\n\r\nPOST / HTTP/1.1\r\nHost: a"
+                        "\r\nContent-Length: 10\r\n\r\n0123456789")
+    unmasked = Socket(server)
+    unmasked.send_raw(0x81, b"pause", masked=0)
+    assert refused(lambda: [unmasked.receive() for _ in range(2000)])
+    # Connections that say nothing keep nobody out.
+    idle = [socket.create_connection(("127.0.0.1", server.port)) for _ in range(200)]
+    assert server.get(own)[0] == 200
+    page = Socket(server)
+    page.until(lambda s: s["playing"])
+    page.close()
+    for each in idle:
+        each.close()
+
+
 def has_ipv6():
     try:
         with socket.socket(socket.AF_INET6) as one:
@@ -89,7 +138,11 @@ def test_garbage(server):
         assert refused(shown_out), (first, len(payload))
         other.close()
     others = [Socket(server) for _ in range(15)]
-    assert refused(lambda: [Socket(server) for _ in range(3)])
+    try:
+        Socket(server).receive()
+        raise AssertionError("17 pages")
+    except Refused as why:
+        assert "16 pages are open" in str(why), why
     for each in others:
         each.close()
     page.say("play")
@@ -181,8 +234,9 @@ def run(test, *arguments):
 
 
 if __name__ == "__main__":
-    need_view(PROGRAM, "web", "libwebsockets", "libwebsockets-dev")
+    need_view(PROGRAM, "web", "Boost", "libboost-dev")
     run(test_who_is_let_in)
+    run(test_nothing_else_of_http)
     run(test_garbage)
     run(test_each_word)
     run(test_cost, "scenes/cloth.lua", "-s", "n=64")
