@@ -160,6 +160,7 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
            const Caught& caught, Console& console) {
   ViewTask task{.scene = stage.live().scene(), .title = "sim " + request.scene.scene};
   task.token = random_token();
+  task.nonce = random_token();
   task.port = request.port;
   task.pause_hidden = request.pause_hidden;
   const auto shown = made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);

@@ -30,6 +30,7 @@ struct ViewTask {
   ViewScene scene{};
   std::string title{};
   std::string token{};        // what an address must hold to be answered: letters and digits
+  std::string nonce{};        // of the page's own script: letters and digits, random
   int port = 0;               // 0: one that is free
   bool pause_hidden = false;  // while no eye is on it, it pauses
 };

@@ -50,6 +50,12 @@ bool is_local(std::string_view host) {
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
+// The page's WebSocket as a source of its policy: not every browser counts it as 'self'. A policy
+// has no IPv6 addresses.
+std::string socket_source(std::string_view host) {
+  return host.starts_with('[') ? "" : " ws://" + std::string(host);
+}
+
 enum class Wanted { kNothing, kPage, kSocket };
 
 Wanted wanted(const Request& request, const std::string& token) {
@@ -273,8 +279,14 @@ class PageServer::Impl {
     response.result(allowed ? http::status::ok : http::status::forbidden);
     response.keep_alive(false);
     response.set(http::field::cache_control, "no-store");
-    response.set("X-Frame-Options", "DENY");
+    response.set("X-Content-Type-Options", "nosniff");
     response.set("Referrer-Policy", "no-referrer");
+    response.set("X-Frame-Options", "DENY");
+    response.set("Content-Security-Policy",
+                 (allowed ? policy_ + "; connect-src 'self'" +
+                                socket_source(header(connection->parser.get(), http::field::host))
+                          : "default-src 'none'") +
+                     "; frame-ancestors 'none'");
     if (allowed) {
       connection->page = page_;
       response.set(http::field::content_type, "text/html; charset=utf-8");
@@ -313,6 +325,7 @@ class PageServer::Impl {
   std::vector<std::unique_ptr<tcp::acceptor>> acceptors_;
   int port_ = 0;
   std::shared_ptr<const std::string> page_;
+  std::string policy_;
   std::deque<std::shared_ptr<HttpConnection>> requests_;  // in the order in which they came
   std::size_t downloads_ = 0;
   std::map<std::uint64_t, std::shared_ptr<Client>> clients_;
@@ -330,8 +343,9 @@ PageServer::~PageServer() = default;
 
 int PageServer::port() const { return impl_->port_; }
 
-void PageServer::set_page(std::string html) {
+void PageServer::set_page(std::string html, std::string policy) {
   impl_->page_ = std::make_shared<const std::string>(std::move(html));
+  impl_->policy_ = std::move(policy);
 }
 
 std::vector<ViewMessage> PageServer::wait(int milliseconds) { return impl_->wait(milliseconds); }

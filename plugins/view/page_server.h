@@ -24,7 +24,8 @@ class PageServer {
   PageServer& operator=(const PageServer&) = delete;
 
   int port() const;
-  void set_page(std::string html);  // for requests from now on
+  // For requests from now on; the policy (CSP) lets the page connect to this server, too.
+  void set_page(std::string html, std::string policy);
 
   // Serves for at most so many milliseconds, until something is done. At most one message of each
   // client is returned; nothing more is read of one that has some left.

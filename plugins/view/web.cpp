@@ -35,7 +35,8 @@ class Web final : public sim::View {
 
   void renew(const sim::ViewScene& scene) override {
     page_ = std::make_unique<sim::LivePage>(scene, task_.pause_hidden);
-    server_.set_page(page_->html("/" + task_.token + "/socket"));
+    server_.set_page(page_->html("/" + task_.token + "/socket", task_.nonce),
+                     sim::page_policy(task_.nonce));
   }
 
  private:

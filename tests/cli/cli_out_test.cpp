@@ -231,9 +231,10 @@ TEST_CASE("a page holds its run and needs nothing else") {
               .code == 0);
   const std::string page = bytes_of(folder.path() / "a.html");
   CHECK(page.starts_with("<!doctype html>"));
+  CHECK(page.find("<meta http-equiv=\"Content-Security-Policy\"") < 200);
   CHECK_THAT(page, Contains("\"particles\":1024"));
   CHECK_THAT(page, Contains("\"springs\":5826"));
-  CHECK(page.find("http") == std::string::npos);
+  CHECK(page.find("://") == std::string::npos);
   CHECK(page.size() < 400'000);
   const std::size_t data = page.find("text=\"") + 6;
   const std::size_t size = page.find('"', data) - data;

@@ -30,7 +30,7 @@ std::string live_page(const std::string& name) {
   const std::vector<sim::Moment> moments{{sim::take_frame(system)}};
   sim::ViewScene scene{.models = models, .preview = moments, .methods = {name}};
   scene.args = {{.name = "a", .default_value = name, .value = name, .doc = name}};
-  return sim::LivePage(scene, false).html("/socket");
+  return sim::LivePage(scene, false).html("/socket", "nonce");
 }
 
 }  // namespace

@@ -279,6 +279,7 @@ def test_hostile_words(browser, server):
     tab.until(f"document.getElementById('info').textContent.includes({TEXTS[0]!r})")
     shown = tab.js("document.querySelector('#args input').value")
     assert shown == " ".join(TEXTS).replace("\n", ""), shown
+    check_policy(tab)
     tab.close()
 
 
@@ -291,6 +292,20 @@ def check_words(tab):
     assert not exceptions(tab), exceptions(tab)
 
 
+def check_policy(tab):
+    """Were there a hole, the policy of the page would still let nothing through it."""
+    tab.js("document.body.insertAdjacentHTML('beforeend','<b onclick=window.pwned=1>b</b>');"
+           "document.body.lastChild.click();"
+           "const s=document.createElement('script');s.textContent='window.pwned=1';"
+           "document.body.append(s);const t=document.createElement('style');"
+           "t.textContent='#bar{display:none}';document.body.append(t)")
+    assert tab.js("window.pwned===undefined")
+    assert tab.js("getComputedStyle(document.getElementById('bar')).display") == "flex"
+    assert tab.js("fetch('http://127.0.0.1:9/').then(()=>'got it',e=>e.name)") == "TypeError"
+    assert tab.js("new Promise(d=>{addEventListener('securitypolicyviolation',e=>d("
+                  "e.effectiveDirective));new Image().src='http://127.0.0.1:9/'})") == "img-src"
+
+
 def test_written_page(browser, scene):
     file = os.path.join(os.path.dirname(scene), "run.html")
     subprocess.run([PROGRAM, scene, "-q", "--no-verify", "-n", "20", "--out", file], check=True)
@@ -298,6 +313,7 @@ def test_written_page(browser, scene):
     tab.until("document.body&&(document.body.dataset.ready||document.body.dataset.failed)")
     assert not tab.js("document.body.dataset.failed"), tab.js("document.body.dataset.failed")
     check_words(tab)
+    check_policy(tab)
     tab.close()
     print("test_written_page ok", flush=True)
 

@@ -51,6 +51,25 @@ def test_who_is_let_in(server):
     page.close()
 
 
+def test_headers(server):
+    """Nothing runs in the page but its own script, and nothing of it is kept or told."""
+    for path in (server.token + "/", "x"):
+        head = server.exchange("GET /%s HTTP/1.1\r\nHost: localhost:%d\r\n\r\n"
+                               % (path, server.port)).split(b"\r\n\r\n")[0].decode()
+        headers = dict(line.split(": ", 1) for line in head.split("\r\n")[1:])
+        assert headers["Cache-Control"] == "no-store"
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Referrer-Policy"] == "no-referrer"
+        policy = headers["Content-Security-Policy"].split("; ")
+        assert "default-src 'none'" in policy and "frame-ancestors 'none'" in policy
+    page = server.exchange("GET /%s/ HTTP/1.1\r\nHost: localhost:%d\r\n\r\n"
+                           % (server.token, server.port)).decode()
+    nonce = re.search("script-src 'nonce-([0-9a-f]{32})';", page)[1]
+    assert nonce != server.token and '<script nonce="%s">' % nonce in page
+    assert "connect-src 'self' ws://localhost:%d;" % server.port in page
+    assert "unsafe" not in page.split("\r\n\r\n")[0]
+
+
 def test_nothing_else_of_http(server):
     """One GET without a body, or a WebSocket of the page itself; all else is closed at once."""
     own, host = "/" + server.token + "/", "Host: 127.0.0.1:%d\r\n" % server.port
@@ -236,6 +255,7 @@ def run(test, *arguments):
 if __name__ == "__main__":
     need_view(PROGRAM, "web", "Boost", "libboost-dev")
     run(test_who_is_let_in)
+    run(test_headers)
     run(test_nothing_else_of_http)
     run(test_garbage)
     run(test_each_word)

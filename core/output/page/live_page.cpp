@@ -64,7 +64,7 @@ LivePage::LivePage(const ViewScene& scene, bool pause_hidden)
       pause_hidden_(pause_hidden),
       page_(scene_.models, scene_.preview, scene_.look) {}
 
-std::string LivePage::html(const std::string& socket) const {
+std::string LivePage::html(const std::string& socket, const std::string& nonce) const {
   std::vector<std::string> methods;
   for (const std::string& name : scene_.methods) methods.push_back(json_string(name));
   JsonObject live;
@@ -72,7 +72,7 @@ std::string LivePage::html(const std::string& socket) const {
   live.flag("world", scene_.world).integer("page", scene_.number);
   live.text("colour", scene_.look.colour);
   live.flag("pauseHidden", pause_hidden_).json("args", args_json(scene_.args));
-  return page_.of_live(live.str());
+  return page_.of_live(live.str(), nonce);
 }
 
 std::string LivePage::frame(const Moment& moment, const ViewState& state) {

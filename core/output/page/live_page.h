@@ -14,7 +14,8 @@ class LivePage {
   // What the scene points to outlives it.
   LivePage(const ViewScene& scene, bool pause_hidden);
 
-  std::string html(const std::string& socket) const;  // the path of its WebSocket
+  // `socket`: the path of its WebSocket.
+  std::string html(const std::string& socket, const std::string& nonce) const;
 
   // The length of the words as four bytes, the words (JSON), and for each system the low corner of
   // its box and a quantum as floats, then positions as whole numbers of 16 bits and, where the

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/md5.h"
 #include "core/output/bytes.h"
 #include "core/output/deflate.h"
 #include "core/output/format.h"
@@ -103,13 +104,20 @@ Page::Page(std::span<const Model> models, std::span<const Moment> moments, const
   basis_ = view_.ground ? *view_.ground : Ground{};
 }
 
-std::string Page::of_live(const std::string& live) const {
-  Page start = *this;
-  start.moments_ = moments_.first(1);
-  return start.made(live);
+std::string page_policy(const std::string& nonce) {
+  const std::string own = "'nonce-" + nonce + "'";
+  return "default-src 'none'; script-src " + own + "; style-src " + own +
+         "; img-src data:; base-uri 'none'; form-action 'none'";
 }
 
-std::string Page::made(const std::string& live) const {
+std::string Page::of_live(const std::string& live, const std::string& nonce) const {
+  Page start = *this;
+  start.moments_ = moments_.first(1);
+  return start.made(live, nonce);
+}
+
+// A page that is written has a digest of what it shows as its nonce.
+std::string Page::made(const std::string& live, std::string nonce) const {
   std::string data, models, planes;
   for (std::size_t m = 0; m < models_.size(); ++m) {
     append_structure(models_[m], data);
@@ -138,7 +146,17 @@ std::string Page::made(const std::string& live) const {
   const bool file = live == "null";
   const std::string words = script_json(head.str());
   const std::string packed = base64(deflated(data, file ? 9 : 1));
-  return fill_placeholders(kPage, {{"HEAD", words}, {"DATA", packed}, {"LIVE", file ? "" : kLive}});
+  std::string policy;
+  if (file) {
+    nonce = md5(words + packed);
+    policy = "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+             markup_text(page_policy(nonce)) + "\">";
+  }
+  return fill_placeholders(kPage, {{"HEAD", words},
+                                   {"DATA", packed},
+                                   {"LIVE", file ? "" : kLive},
+                                   {"NONCE", nonce},
+                                   {"POLICY", policy}});
 }
 
 std::string Page::frame(const Moment& moment, std::string words, double most) const {

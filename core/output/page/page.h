@@ -13,6 +13,10 @@ namespace sim {
 
 class JsonObject;
 
+// The Content-Security-Policy of a page whose script and style have that nonce: nothing else runs,
+// and nothing is loaded from anywhere.
+std::string page_policy(const std::string& nonce);
+
 class Page {
  public:
   // The place to look from is found from all moments, of which there is one at least. They and the
@@ -21,10 +25,10 @@ class Page {
 
   // Positions are whole numbers of 16 bits in the box of what moves, as differences from moment to
   // moment, low bytes before high ones, deflated.
-  std::string of_run() const { return made("null"); }
+  std::string of_run() const { return made("null", ""); }
 
-  // `live`: JSON that the page finds in H.live.
-  std::string of_live(const std::string& live) const;
+  // `live`: JSON that the page finds in H.live. Its policy is sent by whoever serves it.
+  std::string of_live(const std::string& live, const std::string& nonce) const;
 
   // What of_live() draws next, see LivePage; with the values of the moment, up to `most`, if any.
   std::string frame(const Moment& moment, std::string words, double most = 0) const;
@@ -33,7 +37,7 @@ class Page {
 
  private:
   V3 own_axes(const V3& p) const;
-  std::string made(const std::string& live) const;
+  std::string made(const std::string& live, std::string nonce) const;
   std::string model_json(std::size_t m, std::string& planes) const;
   std::string camera_json() const;
   std::string energy_json(std::size_t m) const;
