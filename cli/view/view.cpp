@@ -2,7 +2,6 @@
 
 #include <poll.h>
 #include <sys/random.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "cli/run/replay_file.h"
 #include "cli/terminal/cells.h"
 #include "cli/terminal/signals.h"
+#include "cli/view/browser_launch.h"
 #include "cli/view/live.h"
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
@@ -80,23 +80,6 @@ const Plugin<View>& plugin_of(bool window, Registry& registry) {
                "install libboost-dev and build again, or look with --window or --terminal"});
 }
 
-// Where there is a screen; the browser is its own process.
-void open_browser(const std::string& address) {
-  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
-  const pid_t child = ::fork();
-  if (child != 0) {
-    if (child > 0) ::waitpid(child, nullptr, 0);
-    return;
-  }
-  if (::fork() == 0) {
-    ::setsid();
-    std::freopen("/dev/null", "w", stdout);
-    std::freopen("/dev/null", "w", stderr);
-    ::execlp("xdg-open", "xdg-open", address.c_str(), nullptr);
-  }
-  ::_exit(0);
-}
-
 // The scene that is seen, and the next one when a parameter of it changes.
 class Stage {
  public:
@@ -143,14 +126,18 @@ class Stage {
   std::unique_ptr<Live> live_;
 };
 
-void announce(const std::string& address, bool open, Console& console) {
+void announce(const std::string& address, BrowserLaunch* browser, Console& console) {
   const std::size_t colon = address.rfind(':') + 1;
   const std::string port = address.substr(colon, address.find('/', colon) - colon);
   console.out << address << '\n';
   console.err << "from elsewhere: ssh -L " << port << ":127.0.0.1:" << port
               << " HOST, then that address; Ctrl-C ends\n";
   flush_or_throw(console.out, "standard output");
-  if (open) open_browser(address);
+  try {
+    if (browser) browser->open(address);
+  } catch (const Error& error) {  // a person can still open the address
+    console.err << "sim: " << error.what() << '\n';
+  }
 }
 
 using Caught = std::function<int()>;  // the signal that came, or 0
@@ -164,8 +151,9 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
   task.port = request.port;
   task.pause_hidden = request.pause_hidden;
   const auto shown = made(plugin.make(Params(plugin.title(), plugin.params, {}, ""), task), plugin);
+  BrowserLaunch browser;
   if (const std::string address = shown->address(); !address.empty())
-    announce(address, request.open, console);
+    announce(address, request.open ? &browser : nullptr, console);
   auto next = Clock::now(), quiet = next;
   double drawn = 0;  // s that the last picture took
   while (!caught() && !shown->closed()) {
@@ -182,6 +170,7 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
       }
       if (!refused.empty()) shown->refuse(message.from, refused);
     }
+    browser.remove_when_old();
     Live& live = stage.live();
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 
 from browser import Browser, find_browser
@@ -269,6 +270,30 @@ def test_too_many(browser, server):
     tab.close()
 
 
+def test_launch(browser):
+    """The private file that sim view gives to a browser leads on to the page."""
+    with tempfile.TemporaryDirectory() as folder:
+        launcher, seen = os.path.join(folder, "xdg-open"), os.path.join(folder, "seen")
+        with open(launcher, "w", encoding="ascii") as file:
+            file.write(f"#!/bin/sh\nprintf %s \"$1\" >{seen}.part\nmv {seen}.part {seen}\n")
+        os.chmod(launcher, 0o755)
+        environment = dict(os.environ, DISPLAY=":9", TMPDIR=folder, XDG_RUNTIME_DIR="",
+                           PATH=folder + ":" + os.environ["PATH"])
+        process = subprocess.Popen([PROGRAM, "view"], stdout=subprocess.DEVNULL, env=environment,
+                                   stderr=subprocess.DEVNULL)
+        try:
+            while not os.path.exists(seen):
+                time.sleep(0.05)
+            with open(seen, encoding="utf-8") as file:
+                tab = browser.open("file://" + file.read())
+            tab.until("document.body&&document.body.dataset.ready&&window.sim&&sim.drawn>2")
+            tab.close()
+        finally:
+            process.kill()
+            process.wait()
+    print("test_launch ok", flush=True)
+
+
 def test_hostile_words(browser, server):
     """Text of a stranger's scene is shown in the page, and runs nowhere."""
     tab = open_page(browser, server)
@@ -344,6 +369,7 @@ if __name__ == "__main__":
         run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_too_many)
+        test_launch(chromium)
         run(chromium, test_panels, "-i", "rk4", "-i", "verlet")
         hostile = write_scene()
         run(chromium, test_hostile_words, hostile)

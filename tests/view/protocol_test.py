@@ -2,9 +2,12 @@
 """The server behind the page, without a browser: who is let in, what is understood, what it costs,
 and that whatever hands did comes again with the same bits. `protocol_test.py SIM`"""
 
+import os
 import re
+import signal
 import socket
 import sys
+import tempfile
 import time
 
 from live_client import Refused, Server, Socket, replay
@@ -241,6 +244,44 @@ def test_diverges(server):
     page.close()
 
 
+def test_browser_launch():
+    """The browser gets a private file that leads on; nobody reads the token in its arguments."""
+    with tempfile.TemporaryDirectory() as folder:
+        launcher, seen = os.path.join(folder, "xdg-open"), os.path.join(folder, "seen")
+        with open(launcher, "w", encoding="ascii") as file:
+            file.write(f"#!/bin/sh\n{{ echo $#; echo \"$1\"; stat -c '%a %u' \"$1\"; cat \"$1\"; }} "
+                       f">{seen}.part\nmv {seen}.part {seen}\n")
+        os.chmod(launcher, 0o755)
+        runtime, open_to_all = os.path.join(folder, "run"), os.path.join(folder, "all")
+        os.mkdir(runtime, 0o700), os.mkdir(open_to_all), os.chmod(open_to_all, 0o755)
+        for home in (runtime, open_to_all, os.path.join(folder, "none"), ""):
+            environment = dict(os.environ, DISPLAY=":9", XDG_RUNTIME_DIR=home, TMPDIR=folder,
+                               PATH=folder + ":" + os.environ["PATH"])
+            process = subprocess.Popen([PROGRAM, "view"], stdout=subprocess.PIPE, env=environment,
+                                       stderr=subprocess.DEVNULL, text=True)
+            try:
+                address = process.stdout.readline().strip()
+                end = time.time() + 30
+                while not os.path.exists(seen) and time.time() < end:
+                    time.sleep(0.05)
+                with open(seen, encoding="utf-8") as file:
+                    count, argument, owner, text = file.read().split("\n", 3)
+                os.remove(seen)
+                token = address.split("/")[3]
+                assert count == "1" and token not in argument and token in text, argument
+                assert owner == "600 %d" % os.getuid() and f'content="0;url={address}"' in text
+                assert os.path.dirname(argument) == runtime or home != runtime
+                assert os.path.dirname(argument) != open_to_all
+                assert os.stat(os.path.dirname(argument)).st_mode & 0o77 == 0
+            finally:
+                process.send_signal(signal.SIGINT)
+                process.communicate(timeout=30)
+            assert not os.path.exists(argument)
+        left = sorted(os.listdir(folder))
+        assert left == ["all", "run", "xdg-open"] and not os.listdir(runtime), left
+    print("test_browser_launch ok")
+
+
 def run(test, *arguments):
     with Server(PROGRAM, *arguments) as server:
         test(server)
@@ -255,6 +296,7 @@ def run(test, *arguments):
 if __name__ == "__main__":
     need_view(PROGRAM, "web", "Boost", "libboost-dev")
     run(test_who_is_let_in)
+    test_browser_launch()
     run(test_headers)
     run(test_nothing_else_of_http)
     run(test_garbage)
