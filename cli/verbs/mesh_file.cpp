@@ -4,11 +4,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/writer.h"
 
@@ -229,10 +228,7 @@ Mesh used_part(const Reading& reading) {
 }  // namespace
 
 Mesh read_mesh(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
-    throw Error(ErrorKind::kIo, {"cannot read a mesh", file, "no such file, or no permission", ""});
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = read_whole_file(file, {"cannot read a mesh", file, "", ""});
   Reading reading;
   reading.where = file;
   const std::string ending = ending_of(file);

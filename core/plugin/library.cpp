@@ -3,12 +3,14 @@
 #include <dlfcn.h>
 #include <elf.h>
 
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include "core/base/float_control.h"
 #include "core/base/md5.h"
+#include "core/base/system_failure.h"
 #include "core/base/thrown.h"
 
 namespace sim {
@@ -19,10 +21,17 @@ namespace {
   throw Error(ErrorKind::kPlugin, {"plugin", file.string(), why, remedy});
 }
 
+// A library that the machine cannot read or open now may still be a good one.
+[[noreturn]] void refuse_for_now(const std::filesystem::path& file, int error) {
+  throw Error(ErrorKind::kIo,
+              {"cannot open a plugin", file.string(), std::strerror(error), remedy_for(error)});
+}
+
 // Reads a plain struct at an offset of the file; false where the file ends before.
 template <class T>
 bool read_at(std::ifstream& in, std::uint64_t offset, T& out) {
   if (offset > static_cast<std::uint64_t>(std::numeric_limits<std::streamoff>::max())) return false;
+  if (in.bad()) return false;
   in.clear();
   in.seekg(static_cast<std::streamoff>(offset));
   return static_cast<bool>(in.read(reinterpret_cast<char*>(&out), sizeof out));
@@ -47,21 +56,27 @@ bool find_section(std::ifstream& in, const Elf64_Ehdr& elf, const char* name, El
 PluginCard read_card(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) refuse(file, "there is no such file");
+  errno = 0;
   std::ifstream in(file, std::ios::binary);
+  if (!in && is_machine_failure(errno)) refuse_for_now(file, errno);
   if (!in) refuse(file, "it cannot be read", "check its permissions");
 
   Elf64_Ehdr elf;
   if (!read_at(in, 0, elf) || std::memcmp(elf.e_ident, ELFMAG, SELFMAG) != 0 ||
       elf.e_ident[EI_CLASS] != ELFCLASS64 || elf.e_type != ET_DYN ||
-      elf.e_shentsize != sizeof(Elf64_Shdr))
+      elf.e_shentsize != sizeof(Elf64_Shdr)) {
+    if (in.bad()) refuse_for_now(file, EIO);
     refuse(file, "it is not a shared library of this machine", "see plugins/README.md");
+  }
 
   Elf64_Shdr section;
   PluginCard card;
   // Some sanitizers make room behind it.
   if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size < sizeof card ||
-      !read_at(in, section.sh_offset, card))
+      !read_at(in, section.sh_offset, card)) {
+    if (in.bad()) refuse_for_now(file, EIO);
     refuse(file, "it has no plugin card", "write SIM_PLUGIN(Kind, names) { ... } in it");
+  }
   if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
   card.names[sizeof card.names - 1] = 0;
   card.build[sizeof card.build - 1] = 0;
@@ -115,8 +130,10 @@ void open_library(const std::filesystem::path& file, Registrar& registrar) {
     refuse(file, "the file is damaged: its checksum is another", "build it again");
   // A library built with -ffast-math makes the whole process flush denormals when it is opened.
   const FloatControl control;
+  errno = 0;
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) {
+    if (is_machine_failure(errno)) refuse_for_now(file, errno);
     const char* const reason = dlerror();
     refuse(file, reason ? reason : "it cannot be opened");
   }

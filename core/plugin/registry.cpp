@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "core/base/system_failure.h"
 #include "core/base/text.h"
 #include "core/plugin/library.h"
 #include "core/plugin/probe.h"
@@ -33,9 +34,11 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
     std::vector<fs::path> here;
     for (fs::directory_iterator it(place, error), end; !error && it != end; it.increment(error))
       if (it->path().extension() == ".so") here.push_back(it->path());
-    if (error && folder.empty())
-      throw Error(ErrorKind::kIo, {"plugin folder", directory.string(), error.message(),
-                                   "name a folder that holds plugin libraries"});
+    if (error && (folder.empty() || is_machine_failure(error.value())))
+      throw Error(ErrorKind::kIo, {"plugin folder", place.string(), error.message(),
+                                   is_machine_failure(error.value())
+                                       ? remedy_for(error.value())
+                                       : "name a folder that holds plugin libraries"});
     std::sort(here.begin(), here.end());
     files.insert(files.end(), here.begin(), here.end());
   }
@@ -185,6 +188,8 @@ Registry::Registry(const std::vector<fs::path>& directories, const std::vector<f
       } catch (const Taken&) {
         throw;
       } catch (const Error& error) {
+        // Plugins that the machine cannot read now would be missing without a word.
+        if (error.kind() == ErrorKind::kIo) throw;
         impl_->refused.emplace_back(file, error);
         impl_->rejected.push_back(error.what());
       }

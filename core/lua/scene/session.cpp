@@ -1,10 +1,9 @@
 #include "core/lua/scene/session.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/lua/library/library.h"
 #include "core/lua/lua_read.h"
@@ -22,21 +21,8 @@ constexpr const char* kModules = "sim.modules";              // registry: canoni
 
 std::string read_file(const fs::path& file, const Place& asked_at) {
   const Place where = asked_at.empty() ? file.string() : asked_at;
-  const auto fail = [&](const std::string& why) {
-    throw Error(ErrorKind::kIo, {"cannot read '" + file.string() + "'", where, why, ""});
-  };
-  std::error_code status;
-  if (fs::is_directory(file, status)) fail("it is a folder");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail(std::strerror(errno));
-  std::string text;
-  std::vector<char> block(std::size_t{1} << 16);
-  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())), stream.gcount()) {
-    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    if (text.size() > kLargestFile) fail("a Lua file may have at most 64 MB");
-  }
-  if (stream.bad()) fail("reading failed");
-  return text;
+  return read_whole_file(file, {"cannot read '" + file.string() + "'", where, "", ""},
+                         kLargestFile);
 }
 
 // Pushes the text as a function; never accepts bytecode.

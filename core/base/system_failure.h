@@ -1,0 +1,15 @@
+// Why a call of the system failed, for whoever uses the program.
+#pragma once
+
+#include <string>
+
+namespace sim {
+
+// True for an error number that is the machine's doing, not that of the file or name in the call:
+// no memory, no descriptors, a medium that cannot be read or is full.
+bool is_machine_failure(int error);
+
+// What helps against an error number; empty if nothing general does.
+std::string remedy_for(int error);
+
+}  // namespace sim
