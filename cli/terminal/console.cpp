@@ -52,7 +52,7 @@ std::terminate_handler otherwise;
 
 Console standard_console() {
   constexpr std::size_t kReserve = 1 << 18;
-  reserve = new char[kReserve];
+  reserve = new (std::nothrow) char[kReserve];
   std::set_new_handler(no_memory);
   otherwise = std::set_terminate(end_without_memory);
   int descriptor = 0;

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
 #include "cli/run/environment.h"
 #include "cli/verbs/plugin_templates.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/output/output.h"
 
 namespace sim::cli {
 namespace {
@@ -63,12 +63,35 @@ std::string cmake_file(const std::string& name) {
          "  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})\n";
 }
 
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush())
-    throw Error(ErrorKind::kIo, {"cannot write", file.string(), "the file system refuses", ""});
-}
+// A folder that is removed again unless all of its files were written.
+class NewFolder {
+ public:
+  explicit NewFolder(const fs::path& folder) : folder_(folder) {
+    std::error_code failed;
+    if (fs::create_directory(folder, failed)) return;
+    throw Error(ErrorKind::kIo,
+                {"cannot make the folder", folder.string(),
+                 failed ? failed.message() : "it is there already, and nothing is overwritten",
+                 "choose another name or another place"});
+  }
+  ~NewFolder() {
+    std::error_code ignored;
+    if (!complete_) fs::remove_all(folder_, ignored);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  void write(const std::string& name, const std::string& text) const {
+    Output out((folder_ / name).string());
+    out.buffer() = text;
+    out.commit();
+  }
+  void keep() { complete_ = true; }
+
+ private:
+  fs::path folder_;
+  bool complete_ = false;
+};
 
 }  // namespace
 
@@ -85,27 +108,21 @@ int new_plugin(const NewPluginRequest& request, Console& console) {
     throw Error(ErrorKind::kUsage,
                 {"bad name", "sim plugin new " + request.kind + " '" + name + "'",
                  "a name has lower case letters, digits and _", "choose one like my_wind"});
-  const fs::path folder = name;
-  std::error_code failed;
-  if (!fs::create_directory(folder, failed))
-    throw Error(ErrorKind::kIo,
-                {"cannot make the folder", folder.string(),
-                 failed ? failed.message() : "it is there already, and nothing is overwritten",
-                 "choose another name or another place"});
-
+  NewFolder folder(name);
   const PluginTemplate& begin =
       plugin_templates()[static_cast<std::size_t>(chosen - kinds.begin())];
   const auto filled = [&](const char* text) {
     return replaced(replaced(text, "CLASS", class_name(name)), "NAME", name);
   };
   const std::string by_hand = compiler_line(name);
-  write_file(folder / (name + ".cpp"), filled(begin.source));
-  write_file(folder / (name + ".lua"), filled(begin.scene));
-  write_file(folder / "CMakeLists.txt", cmake_file(name));
-  write_file(folder / "README.md",
-             "# " + name + "\n\nA plugin of the kind `" + request.kind + "` for `sim`.\n\n```sh\n" +
-                 "cmake -B build && cmake --build build    # or:\n" + by_hand + "\n" + "sim test " +
-                 name + ".so\nsim " + name + ".lua\n```\n");
+  folder.write(name + ".cpp", filled(begin.source));
+  folder.write(name + ".lua", filled(begin.scene));
+  folder.write("CMakeLists.txt", cmake_file(name));
+  folder.write("README.md", "# " + name + "\n\nA plugin of the kind `" + request.kind +
+                                "` for `sim`.\n\n```sh\n" +
+                                "cmake -B build && cmake --build build    # or:\n" + by_hand +
+                                "\n" + "sim test " + name + ".so\nsim " + name + ".lua\n```\n");
+  folder.keep();
 
   put(console.out, "wrote " + name + "/: " + name + ".cpp, CMakeLists.txt, " + name +
                        ".lua, README.md\n\nbuild, test, run:\n  cd " + name + "\n  " + by_hand +

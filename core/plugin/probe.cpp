@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "core/base/error.h"
+#include "core/base/system_failure.h"
 #include "core/base/text.h"
 #include "core/plugin/library.h"
 #include "core/plugin/registry.h"
@@ -57,18 +58,24 @@ struct Maker final : Registrar {
   ::_exit(0);
 }
 
+[[noreturn]] void fail_to_start(int error) {
+  throw Error(ErrorKind::kIo, {"cannot start a process to try a plugin in", "", strerror(error),
+                               remedy_for(error)});
+}
+
 }  // namespace
 
 // The child holds the writing end of a pipe, which is closed when it ends, however it does.
 std::string tried_by_child(const std::function<void()>& work, double seconds) {
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) return std::string("it cannot be tried: ") + strerror(errno);
+  if (::pipe2(ends, O_CLOEXEC) != 0) fail_to_start(errno);
   const pid_t child = ::fork();
+  const int error = errno;
   if (child == 0) be_child(work);
   ::close(ends[1]);
   if (child < 0) {
     ::close(ends[0]);
-    return std::string("it cannot be tried: ") + strerror(errno);
+    fail_to_start(error);
   }
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
