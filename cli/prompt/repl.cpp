@@ -100,6 +100,8 @@ class SessionRecord {
                 std::ostream& errors)
       : session_(session) {
     if (file.empty()) return;
+    session.check_output("--record", file);
+    session.files().writes("--record", file);
     file_.emplace(file, errors);
     writer_.emplace([this](std::string_view lines) { file_->append(lines); },
                     recording_header(scene), session.live().scene().spec.world);
@@ -143,6 +145,9 @@ int repl(const ReplCommandLine& line, const Environment& environment, Registry& 
     Session session(request, environment, registry, console);
     session.mode = line.mode;
     if (!line.resume.empty()) session.live().resume(line.resume);
+    for (const auto& source : line.sources)
+      if (source.file) session.files().reads("the script", source.text);
+    if (!line.init.empty()) session.files().reads("the script", line.init);
     SessionRecord record(session, request.scene, line.record, console.err);
     if (!line.init.empty() && line.init != "none") session.read_init(line.init);
     record.begin();

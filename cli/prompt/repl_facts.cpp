@@ -102,6 +102,7 @@ Answer save(Call& call) {
   call.take(1, 1);
   const std::string file = call.text(0, "a file");
   if (file == "-") return words(call.session.script());
+  call.session.check_output(".save", file);
   Output output({file}, call.session.console().out);
   output.buffer() += call.session.script();
   output.commit();

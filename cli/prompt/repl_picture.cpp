@@ -52,6 +52,8 @@ Answer show(Call& call) {
   OutRequest request;
   request.files = {task.file};
   check_files(request, call.session.registry());
+  for (const std::string& name : written_names(task.file, scene.names()))
+    call.session.check_output(".show", name);
   const std::unique_ptr<Writer> writer = make_writer(task, call.session.registry());
   writer->add(moment);
   writer->commit();

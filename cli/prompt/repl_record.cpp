@@ -177,6 +177,7 @@ Answer plot(Call& call) {
   if (call.count() == 1) return words(text_plot(series));
   const std::string file = call.text(1, "a file");
   if (!file.ends_with(".svg")) call.wrong("a plot goes to a file that ends in .svg, got " + file);
+  call.session.check_output(".plot", file);
   Output output({file}, call.session.console().out);
   output.buffer() += svg(TimeChart{.title = series.name,
                                    .y_name = "",

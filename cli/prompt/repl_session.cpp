@@ -272,6 +272,13 @@ void Session::read_init(const std::string& file) {
   read(file);
 }
 
+void Session::check_output(const std::string& command, const std::string& file) const {
+  FilePlan plan = files_;
+  plan_inputs(live_.scene().spec, registry_, plan);
+  plan.writes(command, file);
+  plan.check();
+}
+
 void Session::read(const std::string& name) {
   if (depth_ >= kDeepest)
     throw Error(ErrorKind::kUsage, {"cannot read", name, "the files read each other", ""});
@@ -280,6 +287,7 @@ void Session::read(const std::string& name) {
   if (!file || std::filesystem::is_directory(name, failed))
     throw Error(ErrorKind::kIo,
                 {"cannot read", name, file ? "it is a folder" : std::strerror(errno), ""});
+  files_.reads("the script", name);
   const std::string outer_where = where_;
   const int outer_line = line_;
   const std::string outer_chunk = std::exchange(unfinished_, {});

@@ -49,6 +49,11 @@ class Session {
   void add_to_script(const std::string& lines) { log_ += lines; }  // for a command that is not
   Records records;
 
+  // What it reads and writes as a whole; what a command writes may be none of that. Throws
+  // Error{kUsage}.
+  FilePlan& files() { return files_; }
+  void check_output(const std::string& command, const std::string& file) const;
+
   LiveScene& live() { return live_; }
   Prompt& lua() { return lua_; }
   Registry& registry() { return registry_; }
@@ -82,6 +87,7 @@ class Session {
   Registry& registry_;
   const Environment& environment_;
   LiveScene live_;
+  FilePlan files_;
   Prompt lua_;
   std::string unfinished_, where_, last_header_, told_;
   int line_ = 0, begun_ = 0, depth_ = 0;

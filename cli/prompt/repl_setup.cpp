@@ -133,6 +133,7 @@ Answer snap(Call& call) {
   call.take(1, 1);
   const std::string file = call.text(0, "a file");
   if (file == "-") call.wrong("a checkpoint needs a file");
+  call.session.check_output(".snap", file);
   call.session.live().save(file);
   return {};
 }

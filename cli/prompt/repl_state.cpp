@@ -215,6 +215,7 @@ Answer dump(Call& call) {
     session.say(table_text(session, session.mode,
                            captured([&](std::ostream& out) { write(target, out); })));
   } else {
+    session.check_output(".dump", target.file);
     write(target, session.console().out);
   }
   return {};

@@ -21,8 +21,6 @@
 namespace sim::cli {
 namespace {
 
-constexpr const char* kNotesFile = "run.txt";
-
 // Steps between states for the work of drag. Of few particles each, so that what lies on the disk
 // stays a matter of gigabytes; of many as often as our own runs look (see EnergyBalance), but one
 // process writes what all of them compute: the more there are the fewer, and of an unknown number
@@ -75,7 +73,7 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
 }
 
 void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
-  Output file(folder + "/" + kNotesFile);
+  Output file(folder + "/" + kEngineNotes);
   file.buffer() = "engine lammps\n" +
                   (notes.steps ? "steps " + std::to_string(*notes.steps)
                                : "time " + shortest(notes.time.value_or(0))) +
@@ -85,7 +83,7 @@ void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
 }
 
 EngineNotes read_engine_notes(const std::string& folder) {
-  const std::string file = folder + "/" + kNotesFile;
+  const std::string file = folder + "/" + kEngineNotes;
   std::ifstream stream(file);
   if (!stream)
     throw Error(ErrorKind::kIo, {"cannot import", file, "it cannot be read",

@@ -40,6 +40,7 @@ struct EngineNotes {
 void write_engine_notes(const EngineNotes& notes, const std::string& folder);
 EngineNotes read_engine_notes(const std::string& folder);  // throws Error{kIo}, Error{kCheckpoint}
 
+inline constexpr const char* kEngineNotes = "run.txt";
 inline constexpr const char* kEngineStart = "start.snap";  // a checkpoint
 
 class EngineRun {

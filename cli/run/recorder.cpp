@@ -6,7 +6,6 @@
 #include "cli/terminal/terminal_view.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/output/output.h"
 #include "core/picture/scenery.h"
 #include "core/study/limits/spectrum.h"
 
@@ -34,14 +33,7 @@ const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
 }  // namespace
 
 void check_files(const OutRequest& request, Registry& registry) {
-  for (const std::string& file : request.files) {
-    writer_of(file, registry);
-    if (std::ranges::count_if(request.files, [&](const std::string& other) {
-          return same_target({file}, {other});
-        }) > 1)
-      throw Error(ErrorKind::kUsage, {"two files of one name", "--out " + file,
-                                      "both would be written there", "give one another name"});
-  }
+  for (const std::string& file : request.files) writer_of(file, registry);
 }
 
 std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry) {

@@ -29,7 +29,7 @@ struct OutRequest {
 // Of the first system that says something, and over it what the user says.
 sim::Look look_of(const SceneSpec& scene, const LookSpec& asked);
 
-// Throws Error{kUsage} for an ending that no writer knows and for two of one name; opens nothing.
+// Throws Error{kUsage} for an ending that no writer knows; opens nothing.
 void check_files(const OutRequest& request, Registry& registry);
 
 // Of task.file, which gives the format. Throws what the writer throws.

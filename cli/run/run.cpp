@@ -354,6 +354,9 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     request.out.show = false;
   }
   LoadedScene scene = load(request.scene, environment, registry);
+  FilePlan plan = plan_of(request, scene.names());
+  plan_inputs(scene.spec, registry, plan);
+  if (request.export_to.empty()) plan.check();
   if (replays) replays->begin(scene, registry);
   std::vector<Account> accounts;
   if (saved) {
@@ -365,8 +368,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     const Interrupts interrupts;
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
-  if (request.export_file) return export_state(request, scene, accounts, registry, console);
-  if (!request.export_to.empty()) return export_scene(request, scene, accounts, console);
+  if (request.export_file) return export_state(request, scene, accounts, plan, registry, console);
+  if (!request.export_to.empty()) return export_scene(request, scene, accounts, plan, console);
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",

@@ -4,7 +4,9 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/engine/lammps_input.h"
 #include "core/output/output.h"
+#include "core/output/writer.h"
 
 namespace sim::cli {
 namespace {
@@ -33,29 +35,36 @@ std::ostream& words(const RunRequest& request, Console& console) {
   return table_on_standard_output(request) ? console.err : console.out;
 }
 
+void plan_outputs(const OutRequest& request, const std::vector<std::string>& systems,
+                  FilePlan& plan) {
+  for (const std::string& file : request.files)
+    for (const std::string& name : written_names(file, systems)) plan.writes("--out", name);
+}
+
+// A checkpoint may take the place of the one that the run goes on from.
+FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& systems) {
+  FilePlan plan;
+  const bool goes_on = request.resume && request.snap &&
+                       resolved_file(*request.resume) == resolved_file(*request.snap);
+  if (request.resume && !goes_on) plan.reads("--resume", *request.resume);
+  if (request.engine && !request.engine->results.empty())
+    for (const char* name : {kEngineNotes, kEngineStart, engine::kLammpsFrames})
+      plan.reads("the export", request.engine->results + "/" + name);
+  if (request.replay) plan.reads("--replay", *request.replay);
+  for (const auto& [option, table] : tables_of(request)) plan.writes(option, table->file);
+  if (request.snap) plan.writes("--snap", *request.snap);
+  plan_outputs(request.out, systems, plan);
+  return plan;
+}
+
 void check_request(const RunRequest& request) {
+  plan_of(request).check();
   const auto tables = tables_of(request);
-  for (std::size_t i = 0; i < tables.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      if (!same_target(*tables[j].second, *tables[i].second)) continue;
-      throw Error(
-          ErrorKind::kUsage,
-          {"two tables for one place", std::string(tables[j].first) + " and " + tables[i].first,
-           "both would be written to " + (tables[i].second->standard_output()
-                                              ? std::string("standard output")
-                                              : tables[i].second->file),
-           "give one of them another file"});
-    }
   if (request.json && table_on_standard_output(request))
     throw Error(ErrorKind::kUsage, {"two kinds of data for standard output",
                                     "--json with --dump, --energy, --observe or --tension",
                                     "the summary and the table would mix",
                                     "give the table a file, as in --dump=run.csv"});
-  for (const auto& [option, table] : tables)
-    if (request.snap && same_target({*request.snap}, *table))
-      throw Error(ErrorKind::kUsage,
-                  {"a table and a checkpoint for one place", "--snap",
-                   "both would be written to " + *request.snap, "give one another file"});
   if (!request.of.empty() && request.engine)
     throw Error(ErrorKind::kUsage, {"not with an engine", "--of", "it shows only some of its steps",
                                     "leave one of the two out"});

@@ -16,6 +16,11 @@ bool table_on_standard_output(const RunRequest& request);
 // Words leave standard output to a table that goes there.
 std::ostream& words(const RunRequest& request, Console& console);
 
+// All that the run is asked to read and to write, but for what belongs to its scene.
+FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& systems = {});
+void plan_outputs(const OutRequest& request, const std::vector<std::string>& systems,
+                  FilePlan& plan);
+
 // Throws Error{kUsage} for files that would be written over each other, and for tables of no run.
 void check_request(const RunRequest& request);
 

@@ -153,6 +153,12 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   return scene;
 }
 
+void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan) {
+  for (const std::string& file : scene.files)
+    plan.reads(file == scene.file ? "the scene" : "the module", file);
+  for (const auto& library : registry.libraries()) plan.reads("the plugin", library.string());
+}
+
 Error in_step(const Error& error, const Simulation& system) {
   ErrorText text = error.text();
   text.why += " (in step " + std::to_string(system.step_count() + 1) +

@@ -10,6 +10,7 @@
 #include "cli/run/environment.h"
 #include "core/base/error.h"
 #include "core/lua/limits.h"
+#include "core/output/file_plan.h"
 #include "core/scene/simulation.h"
 
 namespace sim::cli {
@@ -49,6 +50,9 @@ struct LoadedScene {
 // Throws Error: kUsage for an integrator of the command line that does not exist or does not take
 // what is said of it, else what load_scene and Simulation throw.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
+
+// What was read for the scene, and the libraries of plugins.
+void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan);
 
 // "sim SCENE -s n=3 --without drag": the words of a command that loads it, quoted for a shell.
 std::string command_for(const SceneRequest& request);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "cli/run/run_files.h"
 #include "cli/run/study_progress.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -392,6 +393,10 @@ int compare(const CompareRequest& request, const Environment& environment, Regis
   if (scene.spec.world)
     throw Error(ErrorKind::kUsage, {"several systems", request.scene.scene, "it is a world",
                                     "name the file of one of its scenes"});
+  FilePlan plan;
+  plan_inputs(scene.spec, registry, plan);
+  plan_outputs(request.out, {}, plan);
+  plan.check();
   StudyProgress progress(request.progress, console);
   Comparison comparison(request, scene.spec.systems.front(), registry);
   if (comparison.run(progress.watch())) {

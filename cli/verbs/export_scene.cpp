@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "cli/run/run_files.h"
 #include "cli/run/run_length.h"
 #include "core/base/error.h"
 #include "core/engine/lammps.h"
@@ -21,6 +22,13 @@ void check_folder(const std::string& folder) {
                 {"results would be lost", folder,
                  std::string("it holds ") + engine::kLammpsFrames + " of an earlier export",
                  "sim import it, then give another folder or remove it"});
+}
+
+void plan_folder(const std::string& folder, bool whole, FilePlan& plan) {
+  std::vector<const char*> names{engine::kLammpsScript, engine::kLammpsData,
+                                 engine::kLammpsMoments};
+  if (whole) names.insert(names.end(), {kEngineNotes, kEngineStart});
+  for (const char* name : names) plan.writes("the export", folder + "/" + name);
 }
 
 // From where the folder is read, the scene is found again.
@@ -64,7 +72,7 @@ std::string part_text(const Exported& part, const Simulation& system) {
 }  // namespace
 
 int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 Console& console) {
+                 FilePlan plan, Console& console) {
   const engine::Lammps lammps;
   std::vector<Exported> parts;
   std::vector<Account> starts;
@@ -91,6 +99,10 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
     parts.push_back(std::move(part));
   }
 
+  plan_folder(request.export_to, true, plan);
+  if (scene.spec.world)
+    for (const Exported& part : parts) plan_folder(part.folder, false, plan);
+  plan.check();
   check_folder(request.export_to);
   for (const Exported& part : parts) check_folder(part.folder);
   StagingFolder files(request.export_to);
@@ -127,9 +139,11 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
 }
 
 int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 Registry& registry, Console& console) {
+                 FilePlan plan, Registry& registry, Console& console) {
   OutRequest out;
   out.files = {request.export_to};
+  plan_outputs(out, scene.names(), plan);
+  plan.check();
   Recorder recorder(out, scene, registry);
   long particles = 0, springs = 0;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {

@@ -8,14 +8,14 @@
 namespace sim::cli {
 
 // Writes the files of request.export_to, of each system of a world in a folder in it; `accounts` of
-// a run that goes on, or none. Throws Error for what is refused, before anything is written, and
-// for a folder that holds results.
+// a run that goes on, or none; `plan` has what was read. Throws Error for what is refused, before
+// anything is written, and for a folder that holds results.
 int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 Console& console);
+                 FilePlan plan, Console& console);
 
 // Writes the present state as a file by its ending; `accounts` of a run that goes on, or none.
 int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 Registry& registry, Console& console);
+                 FilePlan plan, Registry& registry, Console& console);
 
 // What an import of results starts from: the checkpoint and length of the folder, where the request
 // says nothing else.

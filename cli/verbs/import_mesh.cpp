@@ -6,6 +6,7 @@
 #include "cli/verbs/mesh_file.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/output/file_plan.h"
 #include "core/output/output.h"
 #include "core/output/writer.h"
 
@@ -79,6 +80,10 @@ std::string plain_name(const std::string& file) {
 }  // namespace
 
 int import_mesh(const ImportRequest& request, Console& console) {
+  FilePlan plan;
+  plan.reads("the mesh", request.mesh);
+  if (!request.out.empty()) plan.writes("--out", request.out);
+  plan.check();
   if (is_hdf5(ending_of(request.mesh))) return import_h5md(request, console);
   const Mesh mesh = read_mesh(request.mesh);
   Target target;

@@ -7,6 +7,7 @@
 #include "cli/verbs/sweep_cases.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/output/file_plan.h"
 #include "core/output/output.h"
 #include "core/output/svg.h"
 
@@ -68,6 +69,10 @@ int plot_table(const PlotRequest& request, Console& console) {
   const std::string out = request.out.empty()
                               ? std::filesystem::path(source).replace_extension(".svg").string()
                               : request.out;
+  FilePlan plan;
+  plan.reads("the table", request.table);
+  plan.writes("--out", out);
+  plan.check();
   const std::string title = source.stem().string() + ": " + request.y + " over " + request.x;
   Output file(parse_target("--out", out, true), console.out);
   if (logarithmic(curves)) {

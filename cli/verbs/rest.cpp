@@ -50,6 +50,10 @@ void bring_to_rest(LoadedScene& scene, std::ostream* words) {
 int rest(const RestRequest& request, const Environment& environment, Registry& registry,
          Console& console) {
   LoadedScene scene = load(request.scene, environment, registry);
+  FilePlan plan;
+  plan_inputs(scene.spec, registry, plan);
+  if (request.dump) plan.writes("--dump", request.dump->file);
+  plan.check();
   const bool table_on_out = request.dump && request.dump->standard_output();
   if (request.json && table_on_out)
     throw Error(ErrorKind::kUsage,

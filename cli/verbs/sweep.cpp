@@ -86,6 +86,12 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
   if (scene.spec.world)
     throw Error(ErrorKind::kUsage, {"several systems", request.scene.scene, "it is a world",
                                     "name the file of one of its scenes"});
+  FilePlan plan;
+  plan_inputs(scene.spec, registry, plan);
+  if (!request.cases.empty()) plan.reads("--cases", request.cases);
+  if (!request.out.empty()) plan.writes("--out", request.out);
+  if (store_) plan.writes("a kept case", store_->names());
+  plan.check();
   for (const ObserverSpec& observer : scene.spec.systems.front().observers)
     observed_.push_back(observer.name);
   for (const std::string& text : request.of)

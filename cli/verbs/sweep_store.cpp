@@ -29,6 +29,8 @@ std::filesystem::path SweepStore::file_of(std::size_t index) const {
   return folder_ / name.data();
 }
 
+std::string SweepStore::names() const { return (folder_ / "%06d.csv").string(); }
+
 // Two lines: the key, and the fields.
 std::optional<std::vector<std::string>> SweepStore::get(std::size_t index,
                                                         std::uint64_t key) const {

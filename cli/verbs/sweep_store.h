@@ -15,6 +15,8 @@ class SweepStore {
   // OUT.cases beside the table; it is made when the first case is put into it.
   explicit SweepStore(const std::string& table);
 
+  std::string names() const;  // of its files, as FilePlan takes them
+
   // The fields of a case as they were put; nothing where there is none with this key: it belongs to
   // another scene, program or question, or the file is damaged.
   std::optional<std::vector<std::string>> get(std::size_t index, std::uint64_t key) const;

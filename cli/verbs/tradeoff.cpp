@@ -374,6 +374,11 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
   if (request.svg && scene.spec.systems.size() > 1)
     throw Error(ErrorKind::kUsage, {"one plot for several systems", "--svg " + *request.svg,
                                     "the scene is a world", "name the file of one of its scenes"});
+  FilePlan plan;
+  plan_inputs(scene.spec, registry, plan);
+  if (request.csv) plan.writes("--csv", request.csv->file);
+  if (request.svg) plan.writes("--svg", *request.svg);
+  plan.check();
   std::optional<PointTable> table;
   if (request.csv) table.emplace(*request.csv, console);
   std::optional<Output> picture;

@@ -91,7 +91,7 @@ class Stage {
   explicit Stage(Live& lent) : lent_(&lent) {}
 
   Live& live() { return lent_ ? *lent_ : *live_; }
-  bool world() const { return scene_->spec.world; }
+  const SceneSpec& spec() const { return scene_->spec; }
 
   // From the start, with another value. Throws as load() does, and goes on with what it had.
   void set(const std::string& name, const std::string& value) {
@@ -245,9 +245,13 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
   std::optional<RecordingFile> file;
   std::optional<RecordingWriter> writer;
   if (request.record) {
+    FilePlan plan;
+    plan_inputs(stage.spec(), registry, plan);
+    plan.writes("--record", *request.record);
+    plan.check();
     file.emplace(*request.record, console.err);
     writer.emplace([&file](std::string_view lines) { file->append(lines); },
-                   recording_header(request.scene), stage.world());
+                   recording_header(request.scene), stage.spec().world);
     stage.live().player().record(*writer);
   }
 

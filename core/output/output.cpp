@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/output/file_plan.h"
 #include "core/output/stream.h"
 
 namespace sim {
@@ -31,13 +32,6 @@ bool is_stream(const std::string& name) {
 
 constexpr std::string_view kTemporary = ".sim-";  // how names of temporary files begin
 
-fs::path resolved(const std::string& name) {
-  std::error_code error;
-  const fs::path whole = fs::absolute(name, error);
-  fs::path path = fs::weakly_canonical(whole, error);
-  return error ? whole : path;
-}
-
 }  // namespace
 
 Target parse_target(std::string_view option, const std::string& text, bool plots) {
@@ -49,13 +43,6 @@ Target parse_target(std::string_view option, const std::string& text, bool plots
                                   "the name of a table ends in .csv or .jsonl",
                                   "rename it, or leave it out to write "
                                   "CSV to standard output"});
-}
-
-bool same_target(const Target& a, const Target& b) {
-  if (a.standard_output() || b.standard_output()) return a.file == b.file;
-  std::error_code error;
-  if (fs::is_character_file(fs::status(a.file, error))) return false;
-  return resolved(a.file) == resolved(b.file) || fs::equivalent(a.file, b.file, error);
 }
 
 Output::Output(const Target& target, std::ostream& standard_output) : name_(target.file) {
@@ -75,7 +62,7 @@ void Output::open() {
     descriptor_ = ::open(name_.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC);
     if (descriptor_ < 0) fail(errno);
   } else {
-    create_beside(resolved(name_));
+    create_beside(resolved_file(name_));
   }
   buffer_.reserve(kRoom);
 }

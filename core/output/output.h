@@ -26,9 +26,6 @@ struct Target {
 // `option`. Opens nothing.
 Target parse_target(std::string_view option, const std::string& text, bool plots = false);
 
-// True when two tables would be written over each other.
-bool same_target(const Target& a, const Target& b);
-
 // A name for a new file in a folder, which no other has: the open file, and its path; -1 and errno
 // if there can be none. The file is locked as long as it is open: its writer is alive.
 int open_temporary(const std::filesystem::path& folder, const std::string& ending,

@@ -15,6 +15,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/output/file_plan.h"
 #include "core/output/output.h"
 
 namespace sim {
@@ -140,8 +141,7 @@ std::string Process::finish() {
 
 FileBeside::FileBeside(const std::string& file) : name_(file) {
   namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path whole = fs::weakly_canonical(fs::absolute(file), error);
+  const fs::path whole = resolved_file(file);
   if (fs::is_directory(whole)) fail_process("cannot write", file, EISDIR);
   if (fs::exists(whole) && ::access(whole.c_str(), W_OK) != 0)
     fail_process("cannot write", file, errno);

@@ -19,6 +19,21 @@ std::string ending_of(const std::string& file) {
   return ending;
 }
 
+std::vector<std::string> written_names(const std::string& file,
+                                       const std::vector<std::string>& systems) {
+  namespace fs = std::filesystem;
+  const std::string ending = ending_of(file);
+  std::vector<std::string> names{file};
+  if (is_hdf5(ending)) names.push_back(fs::path(file).replace_extension(".xmf").string());
+  if (ending == "pc2") names.push_back(fs::path(file).replace_extension(".obj").string());
+  if (ending != "pvd") return names;
+  const fs::path folder = fs::path(file).replace_extension();
+  names.push_back((folder / (folder.filename().string() + "_%05d.vtp")).string());
+  for (const std::string& system : systems)
+    names.push_back((folder / (system + "_%05d.vtp")).string());
+  return names;
+}
+
 bool is_hdf5(const std::string& ending) {
   return ending == "h5" || ending == "h5md" || ending == "hdf5";
 }

@@ -51,6 +51,11 @@ class Writer {
 // What follows the last dot of a file's name, in small letters; "" without one.
 std::string ending_of(const std::string& file);
 
+// The names that a writer of this file gives to what it writes, as FilePlan takes them; series of a
+// world have the names of its systems.
+std::vector<std::string> written_names(const std::string& file,
+                                       const std::vector<std::string>& systems = {});
+
 // Files of H5MD, which some builds do not know.
 bool is_hdf5(const std::string& ending);
 

@@ -221,6 +221,13 @@ std::vector<const PluginInfo*> Registry::find(const std::string& name) {
   return found;
 }
 
+std::vector<fs::path> Registry::libraries(bool opened) const {
+  std::vector<fs::path> files;
+  for (const Impl::Library& library : impl_->libraries)
+    if (library.opened || !opened) files.push_back(library.file);
+  return files;
+}
+
 const std::vector<std::string>& Registry::rejected() const { return impl_->rejected; }
 
 }  // namespace sim

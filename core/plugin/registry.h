@@ -44,6 +44,8 @@ class Registry {
   // The same, but null for an unknown name; and every kind's plugin of that name.
   const PluginInfo* find(const PluginKind& kind, const std::string& name);
   std::vector<const PluginInfo*> find(const std::string& name);
+  // The files of the libraries that can be used, or of those alone that were opened.
+  std::vector<std::filesystem::path> libraries(bool opened = false) const;
   // Libraries that were found in the directories but cannot be used, with the reason.
   const std::vector<std::string>& rejected() const;
 

@@ -98,7 +98,8 @@ struct SceneArg {
 // What a scene file returns. A file with one scene has one system; a sim.world has several, in the
 // order of their names, and `world` is true.
 struct SceneSpec {
-  std::string file;  // the file it was found at
+  std::string file;                // the file it was found at
+  std::vector<std::string> files;  // all that were read for it: that one, modules, the language
   std::vector<SystemSpec> systems;
   std::vector<SceneArg> args;
   bool world = false;

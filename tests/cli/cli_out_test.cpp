@@ -169,7 +169,7 @@ TEST_CASE("wrong files and looks are refused before the run") {
   };
   says({"--out", "a.foo"}, 2, ".png");
   says({"--out", "a"}, 2, "its name has none");
-  says({"--out", "a.png", "--out", "./a.png"}, 2, "one name");
+  says({"--out", "a.png", "--out", "./a.png"}, 2, "two outputs for one file");
   says({"--out", "a-%s.png"}, 2, "%04d");
   says({"--out", "no/such/a.png"}, 5, "cannot write");
   says({"--out", "a.png", "--color", "heat"}, 2, "strain");

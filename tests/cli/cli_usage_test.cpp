@@ -121,8 +121,8 @@ TEST_CASE("tables go to places that make sense") {
   check_error({"--energy=out"}, 2, ".csv or .jsonl");
   check_error({"--dump="}, 2, "empty value");
   check_error({"--dump", "out.csv"}, 2, "--dump=out.csv");
-  check_error({"--dump=a.csv", "--energy=./a.csv"}, 2, "two tables");
-  check_error({"--dump", "--energy"}, 2, "two tables");
+  check_error({"--dump=a.csv", "--energy=./a.csv"}, 2, "two outputs");
+  check_error({"--dump", "--energy"}, 2, "two outputs");
   check_error({"--dump", "--json"}, 2, "standard output");
   check_error({"--debug-particle", "1", "--dump=a.csv"}, 2, "add --time or --steps");
   check_error({"scenes/circle.lua", "--energy=a.csv"}, 2, "first-order scene has no energy");

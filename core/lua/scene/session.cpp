@@ -139,6 +139,11 @@ void SceneSession::push_language(lua_State* L) { lua_getfield(L, LUA_REGISTRYIND
 
 void SceneSession::set_language(lua_State* L) { lua_setfield(L, LUA_REGISTRYINDEX, kLanguage); }
 
+std::string SceneSession::read(const fs::path& file, const Place& asked_at) {
+  if (std::ranges::find(files_, file.string()) == files_.end()) files_.push_back(file.string());
+  return read_file(file, asked_at);
+}
+
 // The language comes from the search path alone: a scene's folder cannot replace it.
 void SceneSession::open_language(lua_State* L) {
   std::string looked;
@@ -148,7 +153,7 @@ void SceneSession::open_language(lua_State* L) {
     std::error_code failed;
     if (!fs::is_regular_file(file, failed)) continue;
 
-    load_text(L, read_file(file, {}), kLanguageSource);
+    load_text(L, read(file, {}), kLanguageSource);
     constexpr luaL_Reg kHost[] = {{"here", guarded<here>},
                                   {"fail", guarded<fail>},
                                   {"suggest", guarded<suggest>},
@@ -190,7 +195,7 @@ void SceneSession::run_file(lua_State* L, const fs::path& file, const Place& ask
   const RandomScope random(L, options_.seed);
   std::string chunk = "@";
   chunk += file.string();
-  load_text(L, read_file(file, asked_at), chunk);
+  load_text(L, read(file, asked_at), chunk);
   lua_call(L, 0, 1);
 }
 

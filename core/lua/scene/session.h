@@ -17,6 +17,7 @@ class SceneSession {
 
   LuaState& lua() { return lua_; }
   const std::string& file() const { return file_name_; }
+  const std::vector<std::string>& files() const { return files_; }  // that were read, each once
   // Declared parameters in order. Where files differ in the default of one name, each is listed as
   // FILE.NAME; both forms can be set.
   std::vector<SceneArg> args() const;
@@ -69,6 +70,7 @@ class SceneSession {
   static int plugin(lua_State* L);
   static int require(lua_State* L);
 
+  std::string read(const std::filesystem::path& file, const Place& asked_at);
   void open_language(lua_State* L);
   void run_file(lua_State* L, const std::filesystem::path& file, const Place& asked_at);
   std::filesystem::path find_module(lua_State* L, const std::string& name) const;
@@ -81,6 +83,7 @@ class SceneSession {
   Registry& registry_;
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
+  std::vector<std::string> files_;
   double particles_ = 0, elements_ = 0;
   bool called_ = false;
   std::set<std::string> loading_;  // canonical names of the files that are running

@@ -1,0 +1,35 @@
+// The files of a command in one list, checked before the first of them is opened: no input is an
+// output, and no two outputs are one file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sim {
+
+// The file that a name leads to, with all links followed, whether or not it is there yet.
+std::filesystem::path resolved_file(const std::string& name);
+
+class FilePlan {
+ public:
+  // `role` is how a message calls the file: "--snap", "the scene". Names that are no files of their
+  // own, as devices, are never in conflict. "-" is standard output. In the last part of a name that
+  // is written, %d or %04d stands for the digits of all files of a series.
+  void reads(const std::string& role, const std::string& file);
+  void writes(const std::string& role, const std::string& file);
+
+  // Compares by device and inode, and a file that is not there yet by its folder and name. Throws
+  // Error{kUsage}.
+  void check() const;
+
+ private:
+  struct Entry {
+    std::string role, file;
+    bool written = false;
+  };
+
+  std::vector<Entry> entries_;
+};
+
+}  // namespace sim
