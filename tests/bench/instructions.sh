@@ -9,8 +9,8 @@ readonly steps=200 springs=5826
 
 sim=$1
 skip() { echo "skipped: $1"; exit 77; }
-command -v valgrind >/dev/null && command -v callgrind_annotate >/dev/null || skip 'no valgrind'
-grep -qw avx2 /proc/cpuinfo || skip 'no AVX2'
+command -v valgrind >/dev/null && command -v callgrind_annotate >/dev/null || skip 'needs valgrind (Debian: valgrind)'
+grep -qw avx2 /proc/cpuinfo || skip 'needs a processor with AVX2'
 
 counts=$(mktemp)
 trap 'rm -f "$counts" "$counts.txt"' EXIT

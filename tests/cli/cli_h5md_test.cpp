@@ -94,8 +94,8 @@ assert np.abs(length - p['spring_rest'][:]).max() < 1e-15
 )py");
   INFO(read.err);
   CHECK(read.code == 0);
-  REQUIRE(here.sim({"-q", "-T", "0.1", "--out", "b.h5"}).code == 0);
-  CHECK(read_text(here("a.h5")) == read_text(here("b.h5")));
+  REQUIRE(here.sim({"-q", "-T", "0.1", "--out", "b.hdf5"}).code == 0);
+  CHECK(read_text(here("a.h5")) == read_text(here("b.hdf5")));
 }
 
 TEST_CASE("the file beside an H5MD file says where its numbers lie") {

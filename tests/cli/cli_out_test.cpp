@@ -355,12 +355,15 @@ TEST_CASE("VTK reads what it is given") {
                "r = vtkXMLPolyDataReader(); r.SetFileName('a.vtp'); r.Update(); d = r.GetOutput()\n"
                "assert (d.GetNumberOfPoints(), d.GetNumberOfLines(), d.GetNumberOfPolys()) == (64, "
                "306, 98)\n"
-               "row = [l.split(',') for l in open('d.csv') if l.startswith('20,')][63]\n"
-               "assert list(d.GetPoint(63)) == [float(v) for v in row[3:6]]\n"
-               "names = [d.GetPointData().GetArrayName(i) for i in "
-               "range(d.GetPointData().GetNumberOfArrays())]\n"
+               "rows = [[float(w) for w in l.split(',')[3:]] for l in open('d.csv') "
+               "if l.startswith('20,')]\n"
                "v = d.GetPointData().GetArray('velocity')\n"
-               "assert list(v.GetTuple(63)) == [float(w) for w in row[6:9]]\n"
+               "for i, row in enumerate(rows):\n"
+               "    assert list(d.GetPoint(i)) + list(v.GetTuple(i)) == row\n"
+               "f = d.GetCellData().GetArray('family')\n"
+               "counts = [0, 0, 0, 0]\n"
+               "for i in range(404): counts[int(f.GetValue(i))] += 1\n"
+               "assert counts == [112, 98, 96, 98], counts\n"
                "assert d.GetCellData().GetArray('strain').GetNumberOfTuples() == 404\n"},
               here);
   INFO(read.err);
