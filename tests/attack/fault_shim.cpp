@@ -162,7 +162,7 @@ int begin_program(int argc, char** argv, char** environment) {
   return program(argc, argv, environment);
 }
 
-std::size_t half(std::size_t size) { return std::max<std::size_t>(1, size / 2); }
+std::size_t half(std::size_t size) { return (size + 1) / 2; }
 
 bool creates(int flags) { return (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE; }
 
@@ -202,7 +202,9 @@ SIM_EXPORT ssize_t writev(int descriptor, const iovec* parts, int number) {
   static auto* const real = next<decltype(writev)>("writev");
   if (!write_fails(descriptor)) return real(descriptor, parts, number);
   if (!short_write) return -1;
-  return ::syscall(SYS_write, descriptor, parts[0].iov_base, half(parts[0].iov_len));
+  const iovec* const part =
+      std::find_if(parts, parts + number - 1, [](const iovec& each) { return each.iov_len > 0; });
+  return ::syscall(SYS_write, descriptor, part->iov_base, half(part->iov_len));
 }
 
 SIM_EXPORT ssize_t read(int descriptor, void* data, size_t size) {
