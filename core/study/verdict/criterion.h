@@ -63,6 +63,7 @@ std::unique_ptr<Criterion> watch_projections(const Watched& run);
 std::unique_ptr<Criterion> watch_crossings(const Watched& run);
 std::unique_ptr<Criterion> watch_constraints(const Watched& run);
 std::unique_ptr<Criterion> watch_forces(const Watched& run);
+std::unique_ptr<Criterion> watch_kernels(const Watched& run);
 
 // Spreads `times` looks over a run of so many steps.
 class Spread {

@@ -60,6 +60,7 @@ class Criterion;
 //   beyond 80 % of it;
 // - a step that doubling shows to be off by more than 1 % of the scene's size;
 // - momentum that changes where nothing holds or drags; a conservative force that is not -dU/dx;
+// - forces, energies or contact of a kernel that scalar code evaluates otherwise;
 // - an exact solution that is missed by more than 1 % of its size.
 // It has diverged, although its numbers are finite, when the energy rose a million times above all
 // that there was at the start.
