@@ -130,11 +130,11 @@ struct PlainFluid {
   Vec3 force = Vec3::Zero(), drag = Vec3::Zero();
 };
 
-// A wall below the pile, y > kFloor, as images; none where it is far.
+// Walls beside the pile, one an axis for the bits of `walls`; the fluid goes on behind them as
+// images.
 PlainFluid plain_fluid(const sim::FluidLaw& law, const AllPairs& all, const Column& slope,
-                       const Column& v, int i, bool wall, double floor) {
+                       const Column& v, int i, unsigned walls, double floor) {
   const double h = law.smoothing, push = 5 * law.volume * law.scale / (h * h);
-  const auto gap = [&](int j) { return all.at(j)[1] - floor; };
   PlainFluid sum;
   for (int j = 0; j < all.items; ++j) {
     const Vec3 d = all.at(i) - all.at(j);
@@ -148,12 +148,19 @@ PlainFluid plain_fluid(const sim::FluidLaw& law, const AllPairs& all, const Colu
       sum.drag +=
           -law.viscosity * law.friction * cube_of(r / h) * w.dot(d) / (r * r + 0.01 * h * h) * d;
     }
-    if (!wall) continue;
-    const double square = d.dot(d) + 4 * gap(i) * gap(j);
-    if (square >= 4 * h * h) continue;
-    const double image = std::sqrt(std::fmax(square, 0));
-    sum.density += weight_of(image / h);
-    sum.force += push * both * cube_of(image / h) * (d + Vec3(0, 2 * gap(j), 0));
+    for (unsigned mirrors = 1; mirrors < 8; ++mirrors) {
+      if (mirrors & ~walls) continue;
+      double square = d.dot(d);
+      Vec3 between = d;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!(mirrors >> k & 1)) continue;
+        square += 4 * (all.at(i)[k] - floor) * (all.at(j)[k] - floor);
+        between[k] += 2 * (all.at(j)[k] - floor);
+      }
+      const double image = std::sqrt(std::fmax(square, 0)) / h;
+      sum.density += weight_of(image);
+      sum.force += push * both * cube_of(image) * between;
+    }
   }
   sum.density *= law.scale;
   return sum;
@@ -166,7 +173,9 @@ TEST_CASE("densities and forces of a fluid are those of plain sums", "[fluid_ker
     AllPairs all(items);
     const int other = (extreme + 1) % items;
     for (const double cohesion : {0.0, 0.4})
-      for (const int wall : {0, 1, 2}) {  // none, a plane, one that is asked point by point
+      // No wall, one, two and three at right angles; planes, or asked point by point.
+      for (const auto& [walls, planes] :
+           {std::pair{0u, 0u}, {2u, 2u}, {2u, 0u}, {3u, 3u}, {7u, 5u}}) {
         const sim::FluidLaw law = fluid_of(cohesion);
         const double floor = -0.4;
         for (int i = 0; i < items; ++i) all.set(i, piled(i));
@@ -178,17 +187,20 @@ TEST_CASE("densities and forces of a fluid are those of plain sums", "[fluid_ker
                                                                  : 1.5,
                                                 0));
         if (items % 4 == 3) all.set(extreme, {all.at(extreme)[0], floor + 0.01, 0.3});
-        Column v(4 * all.places), slope(all.places), gaps(4 * all.places);
+        Column v(4 * all.places), slope(all.places);
+        std::vector<Column> gaps(3, Column(4 * all.places));
         scatter(v, 5);
         for (int i = 0; i < all.places; ++i) {
           slope[i] = i < items ? 1 + scattered(i, 6) : 0;
-          gaps[4 * i + 1] = 1;
-          gaps[4 * i + 3] = i < items ? all.at(i)[1] - floor : 1e6;
+          for (std::size_t k = 0; k < 3; ++k) {
+            gaps[k][4 * i + static_cast<int>(k)] = 1;
+            gaps[k][4 * i + 3] = i < items ? all.at(i)[k] - floor : 1e6;
+          }
         }
         const int count = static_cast<int>(all.blocks.size());
-        std::vector<std::uint16_t> near_walls(all.blocks.size(), wall > 0);
+        std::vector<std::uint16_t> near_walls(all.blocks.size(), static_cast<std::uint16_t>(walls));
         std::vector<std::size_t> firsts;
-        const std::size_t room = 8 * 3 * static_cast<std::size_t>(items + 3);
+        const std::size_t room = 8 * 8 * static_cast<std::size_t>(items + 3);
         for (std::size_t b = 0; b < all.blocks.size(); ++b) firsts.push_back(b * room);
         Column ties(all.places), n(all.places), f(4 * all.places), drag(4 * all.places),
             apart(4 * all.places), weights(static_cast<int>(room) * count);
@@ -197,8 +209,8 @@ TEST_CASE("densities and forces of a fluid are those of plain sums", "[fluid_ker
         from.points = all.points.data();
         from.velocities = v.data();
         from.near = near_walls.data();
-        from.walls[0] = gaps.data();
-        from.planes = wall == 1;
+        for (std::size_t k = 0; k < 3; ++k) from.walls[k] = gaps[k].data();
+        from.planes = planes;
         from.ties = ties.data();
         from.weights = weights.data();
         from.firsts = firsts.data();
@@ -207,9 +219,9 @@ TEST_CASE("densities and forces of a fluid are those of plain sums", "[fluid_ker
         for (int i = 0; i < all.places; ++i) all.points[4 * i + 3] = slope[i];
         kernels.forces(law, from, 0, count, f.data(), drag.data());
         kernels.resistance(law, from, 0, count, apart.data());
-        CAPTURE(cohesion, wall);
+        CAPTURE(cohesion, walls, planes);
         for (int i = 0; i < items; ++i) {
-          const PlainFluid want = plain_fluid(law, all, slope, v, i, wall > 0, floor);
+          const PlainFluid want = plain_fluid(law, all, slope, v, i, walls, floor);
           if (!agree(n[i], want.density, 1e-11 * want.density) ||
               (cohesion > 0 && !agree(ties[i], want.tie, 1e-11)) ||
               !near(&f[4 * i], want.force, 1e-10 * (want.force.norm() + 1)) ||
