@@ -10,6 +10,7 @@
 #include "core/particles/explicit/settling.h"
 #include "core/particles/particles.h"
 #include "core/simd/simd_targets.h"
+#include "tests/support/kernel_cases.h"
 
 using namespace sim;
 
@@ -71,24 +72,26 @@ struct Result {
   ContactWork work;
 };
 
-Result settled(const Case& c, bool told, bool whole, unsigned seed) {
-  constexpr int kCount = 333;
+// `touching`: the only particle that lies on the surface, or -1 where most do.
+Result settled(const Case& c, bool told, bool whole, unsigned seed, int count = 333,
+               int touching = -1) {
   std::mt19937 random(seed);
   const auto number = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
-  std::vector<double> masses(kCount);
+  std::vector<double> masses(count);
   for (double& mass : masses) mass = 1.5 + number();
-  const Layout layout(kCount);
-  Array x0(layout.size()), x1(layout.size()), a(Layout(kCount, 3).size()), after(a.size());
+  const Layout layout(count);
+  Array x0(layout.size()), x1(layout.size()), a(Layout(count, 3).size()), after(a.size());
   const auto q0 = layout.axes(x0.data()), v0 = layout.axes(x0.data(), 3);
   const auto q = layout.axes(x1.data()), v = layout.axes(x1.data(), 3);
   Solid solid(c.at, c.surface, told);
-  for (int i = 0; i < kCount; ++i) {
+  for (int i = 0; i < count; ++i) {
     // Most lie on it, some above; most are led in and slide, some are at rest or go off.
     Vec3 place = c.at.center + Vec3(number(), number(), number());
     for (int n = 0; n < 3; ++n) {
       const Touch touch = solid.touch(0, place);
       place -= (touch.gap - (i % 7 == 0 ? 0.003 * (1 + number()) : 0)) * touch.normal;
     }
+    if (touching >= 0 && i != touching) place += 0.5 * solid.touch(0, place).normal;
     const Touch touch = solid.touch(0, place);
     Vec3 slip = tangential({number(), number(), number()}, touch.normal);
     if (i % 5 == 0) slip = 1e-4 * slip;
@@ -101,12 +104,15 @@ Result settled(const Case& c, bool told, bool whole, unsigned seed) {
       v0[axis][i] = velocity[axis];
       v[axis][i] = velocity[axis] + (whole ? kStep : 0.5 * kStep) * pull[axis];
       q[axis][i] = place[axis] + kStep * velocity[axis] + 0.5 * kStep * kStep * pull[axis];
-      Layout(kCount, 3).axes(a.data())[axis][i] = pull[axis];
+      Layout(count, 3).axes(a.data())[axis][i] = pull[axis];
     }
   }
 
   Team team(1);
-  Particles particles(masses, {4, 40, 41, 332}, {}, x0.data(), team);
+  std::vector<int> pinned;
+  for (const int i : {4, 40, 41, 332})
+    if (i < count && i != touching) pinned.push_back(i);
+  Particles particles(masses, pinned, {}, x0.data(), team);
   particles.add_collider(std::make_unique<Solid>(c.at, c.surface, told), "solid", x0.data(), 0);
   if (c.second)
     particles.add_collider(
@@ -117,21 +123,21 @@ Result settled(const Case& c, bool told, bool whole, unsigned seed) {
   Settling settling(particles);
   settling.begin(0, kStep);
   if (whole) {
-    settling.end(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, kCount);
+    settling.end(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, count);
   } else {
-    settling.drifted(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, kCount);
+    settling.drifted(0, kStep, {q0[0], q0[1], q0[2]}, {v0[0], v0[1], v0[2]}, q, v, 0, count);
     LyingKick kick;
     kick.next = {.keep = 0.99, .gain = 0.5 * kStep, .keeps = nullptr, .gains = nullptr};
     kick.drift = kStep;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (int i = 0; i < kCount; ++i)
-        v[axis][i] += 0.5 * kStep * Layout(kCount, 3).axes(a.data())[axis][i];
+      for (int i = 0; i < count; ++i)
+        v[axis][i] += 0.5 * kStep * Layout(count, 3).axes(a.data())[axis][i];
       kick.q[axis] = q[axis];
       kick.v[axis] = v[axis];
-      kick.a[axis] = Layout(kCount, 3).axes(a.data())[axis];
-      kick.v_after[axis] = Layout(kCount, 3).axes(after.data())[axis];
+      kick.a[axis] = Layout(count, 3).axes(a.data())[axis];
+      kick.v_after[axis] = Layout(count, 3).axes(after.data())[axis];
     }
-    settling.kicked(kStep, kick, 0, kCount);
+    settling.kicked(kStep, kick, 0, count);
   }
   return {std::move(x0), std::move(x1), std::move(after), particles.contacts().ledger().take()};
 }
@@ -179,5 +185,30 @@ TEST_CASE("what lies on a surface is settled with the same bits many at a time a
             CHECK(one.work.given == many.work.given);
           }
         }
+  CHECK(changed > 0);
+}
+
+TEST_CASE("one particle that lies on a surface is settled at any index, the others fly on",
+          "[lying_kernel]") {
+  PlainSurface plane{PlainSurface::Form::kPlane, {0.1, -0.2, 0.3}, {}, {0, 1, 0}, 0, 0.005};
+  PlainSurface ball = plane;
+  ball.form = PlainSurface::Form::kSphere;
+  ball.radius = 0.7;
+  int changed = 0;
+  sim_test::for_each_lane([&](int items, int touching) {
+    for (const PlainSurface& at : {plane, ball})
+      for (const bool whole : {true, false}) {
+        const Case each{at, {0.2, 0.3}, false};
+        const auto seed = static_cast<unsigned>(items);
+        const Result one = settled(each, false, whole, seed, items, touching);
+        const Result many = settled(each, true, whole, seed, items, touching);
+        changed += !same(one.from, one.to);
+        CAPTURE(static_cast<int>(at.form), whole);
+        CHECK(same(one.to, many.to));
+        CHECK(same(one.after, many.after));
+        CHECK(one.work.lost == many.work.lost);
+        CHECK(one.work.given == many.work.given);
+      }
+  });
   CHECK(changed > 0);
 }
