@@ -216,7 +216,7 @@ void LiveScene::save(const std::string& file) {
   std::vector<Account> accounts;
   for (std::size_t i = 0; i < timelines_.size(); ++i) {
     const std::vector<double>* const known = ledger_.find(i, origin_->scene.systems[i]);
-    accounts.push_back({start_energy(i), known ? *known : std::vector<double>()});
+    accounts.push_back({start_energy(i), known ? *known : std::vector<double>(), origin_->doubt});
   }
   save_checkpoint(file, origin_->request, origin_->scene, accounts, std::cout);
 }
@@ -228,11 +228,12 @@ void LiveScene::resume(const std::string& file) {
   SceneRequest request = origin_->request;
   complete(request, saved);
   const auto fresh = read_origin(request, environment_, registry_);
-  resume_all(fresh->scene, request, saved, file, registry_);
+  const std::vector<Account> accounts = resume_all(fresh->scene, request, saved, file, registry_);
+  fresh->doubt = accounts.front().doubt;
   adopt(fresh);
   for (std::size_t i = 0; i < origin_->scene.systems.size(); ++i) {
-    timelines_[i].set_start(saved.systems[i].start_energy);
-    ledger_.keep(i, origin_->scene.systems[i], saved.systems[i].work);
+    timelines_[i].set_start(accounts[i].start_energy);
+    ledger_.keep(i, origin_->scene.systems[i], accounts[i].work);
   }
 }
 

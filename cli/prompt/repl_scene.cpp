@@ -96,6 +96,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
         &scene == &origin_->scene ? ledger_.find(i, system) : nullptr;
     accounted.push_back(&scene == &origin_->scene && (known || system.step_count() == 0));
     if (known) tracks.back().continue_from(start_energy(i), *known);
+    if (&scene == &origin_->scene) tracks.back().doubt_start(origin_->doubt);
     // A recording counts equal steps; what is known already stays.
     if (seconds && !writer_ && targets[i] > timelines[i].last())
       shorten(system.t() + *seconds, tracks.back());

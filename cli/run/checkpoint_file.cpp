@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/output.h"
 
@@ -20,6 +21,20 @@ constexpr std::size_t kHead = 64;  // bytes
   throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
 }
 
+Provenance provenance(const SceneRequest& request, const LoadedScene& scene) {
+  return provenance_of(scene.spec, *scene.registry, request.seed, version_line());
+}
+
+// Why the steps before a checkpoint may be others than the scene would make now.
+std::string doubt_of(const Checkpoint& saved, const Provenance& now, const std::string& file) {
+  if (!saved.provenance) return file + " does not say what it was made of (version 3)";
+  const std::vector<std::string> changed = changes(*saved.provenance, now);
+  const std::string& earlier = saved.provenance->doubt;
+  if (changed.empty()) return earlier;
+  return "changed since " + file + " was made: " + join(changed, "; ") +
+         (earlier.empty() ? "" : "; before that, " + earlier);
+}
+
 }  // namespace
 
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
@@ -28,6 +43,8 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
   saved.scene = request.scene;
   saved.settings = request.settings;
   saved.seed = request.seed;
+  saved.provenance = provenance(request, scene);
+  if (!accounts.empty()) saved.provenance->doubt = accounts.front().doubt;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     saved.systems.push_back(
         checkpoint(scene.systems[i], scene.spec.systems[i], accounts[i].start_energy));
@@ -60,8 +77,9 @@ void complete(SceneRequest& request, const Checkpoint& saved) {
   if (request.seed == 0) request.seed = saved.seed;
 }
 
-void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoint& saved,
-                const std::string& file, Registry& registry) {
+std::vector<Account> resume_all(LoadedScene& scene, const SceneRequest& request,
+                                const Checkpoint& saved, const std::string& file,
+                                Registry& registry) {
   const auto& systems = saved.systems;
   if (systems.size() != scene.systems.size())
     refuse(file,
@@ -90,6 +108,10 @@ void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoin
     text.remedy += "; it was made of " + saved.scene;
     throw Error(error.kind(), text);
   }
+  const std::string doubt = doubt_of(saved, provenance(request, scene), file);
+  std::vector<Account> accounts;
+  for (const auto& system : systems) accounts.push_back({system.start_energy, system.work, doubt});
+  return accounts;
 }
 
 }  // namespace sim::cli

@@ -15,6 +15,7 @@ namespace sim::cli {
 struct Account {
   double start_energy = 0;   // J
   std::vector<double> work;  // WorkIntegral::memory(); empty: not known
+  std::string doubt = {};    // why a verdict cannot trust the steps before; empty: it can
 };
 
 // Replaces the file as a whole; one account a system.
@@ -28,9 +29,10 @@ Checkpoint read_checkpoint(const std::string& file);
 // What the checkpoint was made with, where the request says nothing.
 void complete(SceneRequest& request, const Checkpoint& saved);
 
-// Puts all systems where they were. Throws Error{kCheckpoint} when they are others, or when the
-// request asks for another integrator or step size.
-void resume_all(LoadedScene& scene, const SceneRequest& request, const Checkpoint& saved,
-                const std::string& file, Registry& registry);
+// Puts all systems where they were, and returns their accounts. Throws Error{kCheckpoint} when they
+// are others, or when the request asks for another integrator or step size.
+std::vector<Account> resume_all(LoadedScene& scene, const SceneRequest& request,
+                                const Checkpoint& saved, const std::string& file,
+                                Registry& registry);
 
 }  // namespace sim::cli

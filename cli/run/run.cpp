@@ -115,7 +115,10 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
     tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
-    if (!accounts.empty()) tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
+    if (!accounts.empty()) {
+      tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
+      tracks_.back().doubt_start(accounts[i].doubt);
+    }
     systems.push_back(&scene.systems[i]);
   }
   const TableScope scope{systems, scene.spec.world};
@@ -298,7 +301,7 @@ int Run::conclude(int caught) {
   if (request_.snap) {
     std::vector<Account> accounts;
     for (const Track& track : tracks_)
-      accounts.push_back({track.start_energy().total(), track.work_memory()});
+      accounts.push_back({track.start_energy().total(), track.work_memory(), track.doubt()});
     save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
     wrote(*request_.snap);
   }
@@ -359,11 +362,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
   if (request.export_to.empty()) plan.check();
   if (replays) replays->begin(scene, registry);
   std::vector<Account> accounts;
-  if (saved) {
-    resume_all(scene, request.scene, *saved, *asked.resume, registry);
-    for (const auto& system : saved->systems)
-      accounts.push_back({system.start_energy, system.work});
-  }
+  if (saved) accounts = resume_all(scene, request.scene, *saved, *asked.resume, registry);
   if (request.from_rest) {
     const Interrupts interrupts;
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
@@ -394,6 +393,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
       if (!system.second_order())
         console.err << "sim: note: system '" << system.name()
                     << "' is first-order and has no energy rows\n";
+  if (!request.quiet && !accounts.empty() && !accounts.front().doubt.empty())
+    console.err << "sim: note: " << accounts.front().doubt << '\n';
   if (!request.quiet)
     for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
   return Run(request, scene, accounts, std::move(replays), registry, console).go();

@@ -138,6 +138,7 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   constexpr double kSafeMemory = 4e9;  // bytes
   if (request.safe) limit_memory(kSafeMemory);
   LoadedScene scene;
+  scene.registry = &registry;
   scene.spec = load_scene(request.scene, registry,
                           {.search_path = environment.scene_folders,
                            .settings = request.settings,
@@ -154,8 +155,8 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
 }
 
 void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan) {
-  for (const std::string& file : scene.files)
-    plan.reads(file == scene.file ? "the scene" : "the module", file);
+  for (const InputFile& file : scene.inputs)
+    if (file.hash != 0) plan.reads(file.name == "scene" ? "the scene" : "the module", file.path);
   for (const auto& library : registry.libraries()) plan.reads("the plugin", library.string());
 }
 

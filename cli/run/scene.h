@@ -40,6 +40,7 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
 struct LoadedScene {
   SceneSpec spec;
   std::vector<Simulation> systems;  // in the order of spec.systems
+  const Registry* registry = nullptr;
 
   bool has_second_order() const;
   int threads() const;  // that steps run on now: the most of all systems

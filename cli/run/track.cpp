@@ -216,6 +216,10 @@ Verdict Track::verdict() {
   Verdict verdict = monitor_.verdict(parting_);
   if (verdict.trust == Trust::kTrusted && !unverified_.empty())
     verdict.reason += "; " + unverified_;
+  if (!doubt_.empty()) {
+    if (verdict.trust == Trust::kTrusted) verdict.trust = Trust::kUnverified;
+    verdict.reason = doubt_ + "; " + verdict.reason;
+  }
   if (energy_unknown_)
     verdict = {Trust::kSuspect,
                "the energy is above the largest number from the start; nothing was checked"};

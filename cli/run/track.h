@@ -74,6 +74,8 @@ class Track {
   void verify(const std::function<bool()>& stop, bool spread = false);
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
+  void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt
+  const std::string& doubt() const { return doubt_; }
   void mark_interrupted() { interrupted_ = true; }
   void mark_diverged();  // as the system's divergence() says; it takes no more steps
   void mark_diverged(std::string why);
@@ -84,23 +86,21 @@ class Track {
   bool take(std::int64_t& taken, std::int64_t stride, bool last);
   const SystemSpec* spec_;
   Simulation* system_;
-  std::int64_t steps_, frame_stride_, row_stride_;
-  std::int64_t first_step_, sampled_;
+  std::int64_t steps_, frame_stride_, row_stride_, first_step_, sampled_;
   study::Looks looks_;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
-  std::int64_t energy_step_ = -1;  // the step energy_ belongs to
+  std::int64_t energy_step_ = -1, observed_step_ = -1;  // the steps that these belong to
   std::vector<double> observed_;
-  std::int64_t observed_step_ = -1;  // the step observed_ belongs to
   std::vector<study::Quantity> judged_;
   std::vector<study::Course> courses_;
   std::optional<double> end_, short_;  // s, of a last step that is shortened: when, how long
   study::Monitor monitor_;
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;
-  std::string unverified_, diverged_;  // why it has no shadow; why it diverged
-  bool energy_unknown_ = false;        // beyond the range of numbers from the start
+  std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
+  bool energy_unknown_ = false;                // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
 };
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/base/float_control.h"
+#include "core/base/input_file.h"
 #include "core/base/md5.h"
 #include "core/base/system_failure.h"
 #include "core/base/thrown.h"
@@ -49,6 +50,24 @@ bool find_section(std::ifstream& in, const Elf64_Ehdr& elf, const char* name, El
     if (std::strncmp(text, name, sizeof text) == 0) return true;
   }
   return false;
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return std::move(text).str();
+}
+
+Seal seal_of(std::string_view all) {
+  constexpr std::string_view kMark = "SIM-PLUGIN-MD5 ";
+  constexpr std::size_t kLength = kMark.size() + 32 + 1;
+  if (all.size() < kLength) return Seal::kNone;
+  const std::string_view seal = all.substr(all.size() - kLength);
+  // One that was cut, or has something behind it, is broken too.
+  if (!seal.starts_with(kMark)) return all.rfind(kMark) == all.npos ? Seal::kNone : Seal::kBroken;
+  return md5(all.substr(0, all.size() - kLength)) == seal.substr(kMark.size(), 32) ? Seal::kWhole
+                                                                                   : Seal::kBroken;
 }
 
 }  // namespace
@@ -110,23 +129,11 @@ std::vector<CardName> card_names(const PluginCard& card) {
   return names;
 }
 
-Seal check_seal(const std::filesystem::path& file) {
-  constexpr std::string_view kMark = "SIM-PLUGIN-MD5 ";
-  constexpr std::size_t kLength = kMark.size() + 32 + 1;
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string bytes = text.str();
-  if (bytes.size() < kLength) return Seal::kNone;
-  const std::string_view all = bytes, seal = all.substr(all.size() - kLength);
-  // One that was cut, or has something behind it, is broken too.
-  if (!seal.starts_with(kMark)) return all.rfind(kMark) == all.npos ? Seal::kNone : Seal::kBroken;
-  return md5(all.substr(0, all.size() - kLength)) == seal.substr(kMark.size(), 32) ? Seal::kWhole
-                                                                                   : Seal::kBroken;
-}
+Seal check_seal(const std::filesystem::path& file) { return seal_of(bytes_of(file)); }
 
-void open_library(const std::filesystem::path& file, Registrar& registrar) {
-  if (check_seal(file) == Seal::kBroken)
+std::uint64_t open_library(const std::filesystem::path& file, Registrar& registrar) {
+  const std::string bytes = bytes_of(file);
+  if (seal_of(bytes) == Seal::kBroken)
     refuse(file, "the file is damaged: its checksum is another", "build it again");
   // A library built with -ffast-math makes the whole process flush denormals when it is opened.
   const FloatControl control;
@@ -146,6 +153,7 @@ void open_library(const std::filesystem::path& file, Registrar& registrar) {
     const auto why = thrown_by_others();
     refuse(file, "its registration failed" + (why ? ": " + *why : ""));
   }
+  return content_hash(bytes);
 }
 
 }  // namespace sim

@@ -1,6 +1,7 @@
 // One plugin library: its card, read from the file, and its code, opened on demand.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,9 +26,9 @@ std::vector<CardName> card_names(const PluginCard& card);
 enum class Seal { kNone, kWhole, kBroken };
 Seal check_seal(const std::filesystem::path& file);
 
-// Opens the library and lets it register. The library stays open for the life of the process, for
-// objects of its classes may outlive any owner. Throws Error{kPlugin}, before anything of it runs
-// where its seal is broken.
-void open_library(const std::filesystem::path& file, Registrar& registrar);
+// Opens the library and lets it register; returns content_hash() of the file. The library stays
+// open for the life of the process, for objects of its classes may outlive any owner. Throws
+// Error{kPlugin}, before anything of it runs where its seal is broken.
+std::uint64_t open_library(const std::filesystem::path& file, Registrar& registrar);
 
 }  // namespace sim

@@ -54,6 +54,7 @@ struct Registry::Impl {
     PluginKind kind;
     std::vector<CardName> names;
     bool opened = false;
+    std::uint64_t hash = 0;  // of its content, once it is open
   };
 
   // Takes what one library registers, and holds it to its card.
@@ -138,7 +139,7 @@ struct Registry::Impl {
     if (library.opened) return;
     if (probe) probe_library(library.file);
     Collector collector(*this, library);
-    open_library(library.file, collector);
+    library.hash = open_library(library.file, collector);
     for (const CardName& entry : library.names)
       if (!collector.registered.count(entry.name))
         throw Error(ErrorKind::kPlugin,
@@ -225,6 +226,15 @@ std::vector<fs::path> Registry::libraries(bool opened) const {
   std::vector<fs::path> files;
   for (const Impl::Library& library : impl_->libraries)
     if (library.opened || !opened) files.push_back(library.file);
+  return files;
+}
+
+std::vector<InputFile> Registry::inputs() const {
+  std::vector<InputFile> files;
+  for (const Impl::Library& library : impl_->libraries)
+    if (library.opened && library.kind.in_scenes)
+      files.push_back({std::string(library.kind.name) + " '" + library.names.front().name + "'",
+                       fs::absolute(library.file).string(), library.hash});
   return files;
 }
 

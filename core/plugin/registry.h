@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/input_file.h"
 #include "core/plugin/method.h"
 #include "core/plugin/plugin_info.h"
 
@@ -46,6 +47,8 @@ class Registry {
   std::vector<const PluginInfo*> find(const std::string& name);
   // The files of the libraries that can be used, or of those alone that were opened.
   std::vector<std::filesystem::path> libraries(bool opened = false) const;
+  // The open libraries that a scene can name, as they were when they were opened.
+  std::vector<InputFile> inputs() const;
   // Libraries that were found in the directories but cannot be used, with the reason.
   const std::vector<std::string>& rejected() const;
 

@@ -8,78 +8,18 @@
 
 #include "core/base/error.h"
 #include "core/base/hash.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/base/text.h"
 
 namespace sim {
 namespace {
 
 constexpr std::string_view kMagic = "SIMSNAP\n";
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
+constexpr std::uint64_t kWithoutProvenance = 3;  // a version that is read, too
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {
   throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
-}
-
-void add_text(StateHash& hash, std::string_view text) {
-  hash.add(static_cast<std::uint64_t>(text.size()));
-  for (const char c : text) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-}
-
-void add_vector(StateHash& hash, const Vec3& v) {
-  for (int axis = 0; axis < 3; ++axis) hash.add(v[axis]);
-}
-
-// Two motions that agree at these times are taken to be the same; functions are not compared.
-void add_motion(StateHash& hash, const RigidMotion& motion) {
-  if (motion.sampled()) return;
-  for (const double t : {0.0, 0.7071, 1.618, 3.1416}) {
-    const Pose pose = motion.at(t, {0, 0, 0});
-    add_vector(hash, pose.center);
-    add_vector(hash, pose.axis);
-    hash.add(pose.sine);
-  }
-}
-
-void add_part(StateHash& hash, const PartSpec& part) {
-  add_text(hash, part.plugin);
-  for (const auto& [name, value] : part.given) {
-    add_text(hash, name);
-    add_text(hash, to_text(value));
-    if (const auto* surface = std::get_if<std::shared_ptr<const TriangleMesh>>(&value))
-      for (const TriangleMesh::Triangle& triangle : (*surface)->triangles())
-        for (const int id : triangle) hash.add(static_cast<std::uint64_t>(id));
-    if (const auto* motion = std::get_if<std::shared_ptr<const RigidMotion>>(&value))
-      add_motion(hash, **motion);
-  }
-  for (const GridPairs& grid : part.elements.grids) {
-    hash.add(static_cast<std::uint64_t>(grid.first));
-    for (const int number : grid.size) hash.add(static_cast<std::uint64_t>(number));
-    for (const int number : grid.step) hash.add(static_cast<std::uint64_t>(number));
-    hash.add(grid.length);
-  }
-  for (const int id : part.elements.ids) hash.add(static_cast<std::uint64_t>(id));
-  for (const auto& [name, column] : part.elements.values) {
-    add_text(hash, name);
-    hash.add(std::span<const double>(column));
-  }
-  if (part.particles)
-    for (const int id : *part.particles) hash.add(static_cast<std::uint64_t>(id));
-}
-
-// The particles say the rest.
-void add_bodies(StateHash& hash, const SystemSpec& spec) {
-  for (const RigidSpec& body : spec.bodies) {
-    add_text(hash, body.shape->name());
-    add_vector(hash, body.shape->half);
-    for (const double number :
-         {body.shape->radius, body.shape->length, body.surface.friction, body.surface.restitution})
-      hash.add(number);
-  }
-  for (const BodyPoint& point : spec.points) {
-    hash.add(static_cast<std::uint64_t>(point.body));
-    add_vector(hash, point.at);
-  }
 }
 
 std::uint64_t hash_of(std::string_view bytes) {
@@ -197,46 +137,67 @@ bool all_finite(const std::vector<double>& values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-void add_contact(StateHash& hash, const ContactSpec& contact) {
-  hash.add(contact.thickness);
-  hash.add(contact.friction);
-  hash.add(contact.strain_limit);
-  hash.add(static_cast<std::uint64_t>(contact.self));
-  for (const auto& surface : contact.surfaces)
-    for (const int id : surface->ids()) hash.add(static_cast<std::uint64_t>(id));
+// The first few of a list, and how many are left.
+std::string first_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 4;
+  const std::size_t count = std::min(kMost, names.size());
+  std::string text =
+      join({names.begin(), names.begin() + static_cast<std::ptrdiff_t>(count)}, ", ");
+  return names.size() > count ? text + " and " + std::to_string(names.size() - count) + " more"
+                              : text;
+}
+
+// The digests of the parts of a scene.
+void write_identity(ByteWriter& out, const SceneIdentity& identity) {
+  out.integer(identity.size());
+  for (const auto& [path, digest] : identity) {
+    out.text(path);
+    out.integer(digest);
+  }
+}
+
+SceneIdentity read_identity(Reader& in) {
+  SceneIdentity identity;
+  for (std::size_t left = in.length(16); left > 0; --left) {
+    std::string path = in.text();
+    identity[std::move(path)] = in.integer();
+  }
+  return identity;
+}
+
+void write_provenance(ByteWriter& out, const Provenance& provenance) {
+  out.text(provenance.program);
+  out.integer(provenance.files.size());
+  for (const InputFile& file : provenance.files) {
+    out.text(file.name);
+    out.text(file.path);
+    out.integer(file.hash);
+  }
+  out.integer(provenance.arguments.size());
+  for (const auto& [name, value] : provenance.arguments) {
+    out.text(name);
+    out.text(value);
+  }
+  out.text(provenance.doubt);
+}
+
+Provenance read_provenance(Reader& in) {
+  Provenance provenance{in.text(), {}, {}, {}};
+  for (std::size_t left = in.length(24); left > 0; --left) {
+    InputFile& file = provenance.files.emplace_back();
+    file.name = in.text();
+    file.path = in.text();
+    file.hash = in.integer();
+  }
+  for (std::size_t left = in.length(16); left > 0; --left) {
+    std::string name = in.text();
+    provenance.arguments[std::move(name)] = in.text();
+  }
+  provenance.doubt = in.text();
+  return provenance;
 }
 
 }  // namespace
-
-std::uint64_t scene_identity(const SystemSpec& spec) {
-  StateHash hash;
-  if (spec.particles) {
-    const int n = spec.particles->count();
-    hash.add(static_cast<std::uint64_t>(n));
-    for (int i = 0; i < n; ++i) {
-      const ParticleSpec particle = spec.particles->at(i);
-      hash.add(particle.mass);
-      add_vector(hash, particle.position);
-      add_vector(hash, particle.velocity);
-    }
-    for (const LeadSpec& lead : spec.particles->leads) {
-      hash.add(static_cast<std::uint64_t>(lead.particle));
-      add_motion(hash, *lead.path);
-    }
-    for (const PartSpec& force : spec.forces) add_part(hash, force);
-    for (const PartSpec& collider : spec.colliders) add_part(hash, collider);
-    if (spec.accuracy != Accuracy::kSettle) hash.add(static_cast<std::uint64_t>(spec.accuracy));
-    for (const PartSpec& constraint : spec.constraints) add_part(hash, constraint);
-    add_bodies(hash, spec);
-    if (spec.contact) add_contact(hash, *spec.contact);
-  }
-  if (spec.first_order) {
-    hash.add(static_cast<std::uint64_t>(spec.first_order->dimension));
-    hash.add(std::span<const double>(spec.first_order->state));
-    add_part(hash, spec.first_order->field);
-  }
-  return hash.value();
-}
 
 Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
                               double start_energy) {
@@ -264,8 +225,13 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
             Registry& registry) {
   const std::string where = "system '" + saved.name + "'";
-  if (saved.identity != scene_identity(spec) || saved.x.size() != simulation.state().size())
-    refuse(where, "the checkpoint is of another scene, or of one that was changed since",
+  const std::vector<std::string> others = saved.identity.empty()
+                                              ? std::vector<std::string>()
+                                              : differing(saved.identity, scene_identity(spec));
+  if (!others.empty() || saved.x.size() != simulation.state().size())
+    refuse(where,
+           "the checkpoint is of another scene, or of one that was changed since" +
+               (others.empty() ? "" : ", in " + first_of(others)),
            "give the scene and the --set it was made with");
   constexpr std::int64_t kMostSteps = std::int64_t{1} << 53;  // counted exactly in a double
   const bool ordered = std::ranges::is_sorted(saved.pinned, std::ranges::less_equal{}) &&
@@ -307,10 +273,11 @@ std::string encode(const Checkpoint& checkpoint) {
     out.text(name);
     out.text(value);
   }
+  write_provenance(out, checkpoint.provenance.value_or(Provenance()));
   out.integer(checkpoint.systems.size());
   for (const Checkpoint::System& system : checkpoint.systems) {
     out.text(system.name);
-    out.integer(system.identity);
+    write_identity(out, system.identity);
     out.text(system.integrator.name);
     out.integer(system.integrator.given.size());
     for (const auto& [name, value] : system.integrator.given) {
@@ -344,7 +311,9 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
   if (!looks_like_checkpoint(bytes))
     refuse(file, "it is not a checkpoint file", "give a file that --snap or .snap wrote");
   Reader head(bytes.substr(kMagic.size()), file);
-  if (const std::uint64_t version = head.integer(); version != kVersion)
+  const std::uint64_t version = head.integer();
+  const bool has_provenance = version != kWithoutProvenance;
+  if (version != kVersion && has_provenance)
     refuse(file,
            "it is of version " + std::to_string(version) + ", not " + std::to_string(kVersion),
            "make it again with this program");
@@ -361,10 +330,14 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
     std::string name = in.text();
     checkpoint.settings[std::move(name)] = in.text();
   }
+  if (has_provenance) checkpoint.provenance = read_provenance(in);
   for (std::size_t systems = in.length(16); systems > 0; --systems) {
     Checkpoint::System& system = checkpoint.systems.emplace_back();
     system.name = in.text();
-    system.identity = in.integer();
+    if (has_provenance)
+      system.identity = read_identity(in);
+    else
+      in.integer();  // the hash of the scene as it was made then
     system.integrator.name = in.text();
     for (std::size_t left = in.length(16); left > 0; --left) {
       std::string name = in.text();

@@ -3,10 +3,13 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/scene/identity.h"
+#include "core/scene/provenance.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
@@ -14,7 +17,7 @@ namespace sim {
 struct Checkpoint {
   struct System {
     std::string name;
-    std::uint64_t identity = 0;  // of what the scene says, see scene_identity
+    SceneIdentity identity;
     MethodChoice integrator;
     double h = 0, t0 = 0;  // s
     std::int64_t step = 0, n0 = 0;
@@ -28,17 +31,15 @@ struct Checkpoint {
   std::map<std::string, std::string> settings;  // --set
   std::uint64_t seed = 0;
   std::vector<System> systems;
+  std::optional<Provenance> provenance = {};  // none, nor identities, in files of version 3
 };
-
-// Hash of the particles, the forces or the field, and the initial state. What a function written in
-// Lua computes is not in it.
-std::uint64_t scene_identity(const SystemSpec& spec);
 
 Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
                               double start_energy);
 
 // Puts the simulation where the checkpoint was made, with the integrator, step size and pins of
-// then. Throws Error{kCheckpoint} when it is of another scene; then nothing has changed.
+// then. Throws Error{kCheckpoint} when it is of another scene; then nothing has changed. A system
+// without an identity may be of another scene with as many numbers.
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
             Registry& registry);
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/input_file.h"
 #include "core/particles/contacts.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/method.h"
@@ -98,11 +99,11 @@ struct SceneArg {
 // What a scene file returns. A file with one scene has one system; a sim.world has several, in the
 // order of their names, and `world` is true.
 struct SceneSpec {
-  std::string file;                // the file it was found at
-  std::vector<std::string> files;  // all that were read for it: that one, modules, the language
+  std::string file;  // the file it was found at
   std::vector<SystemSpec> systems;
   std::vector<SceneArg> args;
   bool world = false;
+  std::vector<InputFile> inputs;  // the Lua files it was made of, and where others were searched
 };
 
 }  // namespace sim

@@ -86,6 +86,86 @@ TEST_CASE("a checkpoint keeps what the run was made with, and refuses anything e
   CHECK(files_in(folder.path()) == 2);
 }
 
+namespace {
+
+// A particle that a function of a module pulls.
+void write_pulled(const std::filesystem::path& folder) {
+  write_text(folder / "pulled.lua",
+             "local sim = require 'sim'\n"
+             "local pull = require 'pull'\n"
+             "local k = sim.arg('k', 4, 'N/m')\n"
+             "local p = sim.particles { mass = 1 }\n"
+             "p:add {1, 0, 0}\n"
+             "return sim.scene { name = 'pulled', particles = p,\n"
+             "  forces = { sim.force.lua { function(t, i, x) return pull(k, x) end } },\n"
+             "  integrator = 'rk4', dt = 0.01, duration = 0.2 }\n");
+  write_text(folder / "pull.lua", "return function(k, x) return -k * x[1], 0, 0 end\n");
+}
+
+}  // namespace
+
+TEST_CASE("a run that goes on with other functions, plugins or arguments says so: unverified") {
+  TemporaryFolder folder;
+  ProgramOptions here;
+  here.folder = folder.path();
+  write_pulled(folder.path());
+  const std::string plugin = std::string(SIM_FIXTURE_DIR) + "/air_drag/air_drag.so";
+  std::filesystem::copy_file(plugin, folder.path() / "mine.so");
+  const std::vector<std::string> run{"pulled.lua", "--load", "./mine.so", "-q"};
+  REQUIRE(run_sim(joined(run, {"-n", "10", "--snap", "a.snap"}), here).code == 0);
+  const auto resumed = [&](std::vector<std::string> more) {
+    const Outcome outcome =
+        run_sim(joined(joined(run, {"--resume", "a.snap", "-n", "20"}), std::move(more)), here);
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    return outcome.err + outcome.out;
+  };
+  const auto says = [](const std::string& text, const std::string& words) {
+    INFO(text);
+    return text.find(words) != std::string::npos;
+  };
+  CHECK(resumed({}).empty());  // trusted
+
+  // An argument that only a function takes.
+  CHECK(says(resumed({"-s", "k=5"}),
+             "unverified: changed since a.snap was made: argument k: 4, now 5;"));
+  CHECK(says(resumed({"--seed", "7"}), "argument --seed: 0, now 7"));
+
+  // A function, in a module; it stays so in the checkpoints that follow.
+  const std::string pull = read_text(folder.path() / "pull.lua");
+  write_text(folder.path() / "pull.lua", "return function(k, x) return -2 * k * x[1], 0, 0 end\n");
+  CHECK(says(resumed({"--json", "--snap", "b.snap"}), "\"verdict\":\"unverified\""));
+  CHECK(says(resumed({}), "module 'pull' ("));
+  const Outcome later = run_sim(joined(run, {"--resume", "b.snap", "-n", "30"}), here);
+  CHECK(later.code == 0);
+  CHECK(says(later.err, "unverified: changed since a.snap was made: module 'pull'"));
+  CHECK(says(
+      run_sim({"pulled.lua", "--load", "./mine.so", "--resume", "a.snap", "-n", "20"}, here).err,
+      "sim: note: changed since a.snap was made: module 'pull'"));
+  const Outcome prompt = run_sim({"pulled.lua", "--resume", "a.snap", "-e", ".run 0.1"},
+                                 {.program = SIM_REPL_BINARY, .folder = folder.path()});
+  CHECK(says(prompt.err, "unverified: changed since a.snap was made: module 'pull'"));
+  write_text(folder.path() / "pull.lua", pull);
+  CHECK(resumed({}).empty());
+
+  // A plugin that was built again.
+  std::string library = read_text(folder.path() / "mine.so");
+  library.resize(library.rfind("SIM-PLUGIN-MD5 "));
+  write_text(folder.path() / "mine.so", library + "built again");
+  CHECK(says(resumed({}), "mine.so)"));
+
+  // A scene that says something else is refused, and it is said what.
+  write_text(folder.path() / "pulled.lua",
+             std::string(read_text(folder.path() / "pulled.lua")).replace(0, 0, "\n"));
+  CHECK(says(resumed({}), "scene ("));
+  std::string scene = read_text(folder.path() / "pulled.lua");
+  scene.replace(scene.find("mass = 1"), 8, "mass = 2");
+  write_text(folder.path() / "pulled.lua", scene);
+  const Outcome other = run_sim(joined(run, {"--resume", "a.snap", "-n", "20"}), here);
+  CHECK(other.code == 6);
+  CHECK(says(other.err, "particles.list"));
+}
+
 TEST_CASE("an interrupted run can be gone on with") {
   TemporaryFolder folder;
   const std::string snap = (folder.path() / "a.snap").string();

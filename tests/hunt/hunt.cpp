@@ -182,12 +182,19 @@ int Tally::judged() const {
 }
 
 int Tally::trusted_but_wrong() const { return count[0][2] + count[0][3]; }
-int Tally::right() const { return count[0][0] + count[1][0] + count[2][0] + count[3][0]; }
-int Tally::right_but_doubted() const { return count[2][0] + count[3][0]; }
+int Tally::right() const {
+  int sum = 0;
+  for (const auto& row : count) sum += row[0];
+  return sum;
+}
+int Tally::right_but_doubted() const {
+  return count[static_cast<std::size_t>(Trust::kSuspect)][0] +
+         count[static_cast<std::size_t>(Trust::kDiverged)][0];
+}
 
 std::ostream& operator<<(std::ostream& out, const Tally& tally) {
   out << "verdict     right <0.01 %   between   wrong   wrong, chaotic   not known\n";
-  for (std::size_t verdict = 0; verdict < 4; ++verdict) {
+  for (std::size_t verdict = 0; verdict < tally.count.size(); ++verdict) {
     const auto& row = tally.count[verdict];
     out << std::left << std::setw(12) << sim::study::trust_name(static_cast<Trust>(verdict))
         << std::right << std::setw(13) << row[0] << std::setw(10) << row[1] << std::setw(8)

@@ -28,7 +28,7 @@ struct Case {
 Case hunt_one(std::uint64_t seed, sim::Registry& registry);
 
 struct Tally {
-  std::array<std::array<int, 5>, 4> count{};  // [verdict][truth]
+  std::array<std::array<int, 5>, 5> count{};  // [verdict][truth]
 
   void add(const Case& found);
   int judged() const;

@@ -112,6 +112,85 @@ TEST_CASE("damaged files are refused") {
 
 namespace {
 
+// A file as version 3 wrote it, of a system without pins and switches.
+std::string version_3(const sim::Checkpoint& checkpoint) {
+  std::string bytes = "SIMSNAP\n";
+  const auto word = [&](auto value) {
+    static_assert(sizeof value == 8);
+    bytes.append(reinterpret_cast<const char*>(&value), 8);
+  };
+  const auto text = [&](const std::string& value) {
+    word(value.size());
+    bytes += value;
+  };
+  const sim::Checkpoint::System& system = checkpoint.systems.front();
+  word(std::uint64_t{3});
+  text(checkpoint.scene);
+  word(checkpoint.seed);
+  word(std::uint64_t{0});  // settings
+  word(std::uint64_t{1});
+  text(system.name);
+  word(std::uint64_t{0x123456789});  // the hash of its scene
+  text(system.integrator.name);
+  word(std::uint64_t{0});
+  for (const double number : {system.h, system.t0, system.start_energy}) word(number);
+  for (const std::int64_t number : {system.step, system.n0}) word(number);
+  for (int i = 0; i < 2; ++i) word(std::uint64_t{0});  // pins, switches that are off
+  for (const std::vector<double>& numbers : {system.x, system.memory, system.work}) {
+    word(numbers.size());
+    for (const double number : numbers) word(number);
+  }
+  return sim::sealed(bytes);
+}
+
+}  // namespace
+
+TEST_CASE("a checkpoint of version 3, which does not say what it was made of, is read") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec circle = make_circle();
+  Simulation from(circle, registry);
+  REQUIRE(run(from, 10));
+  const sim::Checkpoint read = sim::decode(version_3(checkpoint_of(from, circle)), "file");
+  CHECK_FALSE(read.provenance.has_value());
+  Simulation to(circle, registry);
+  sim::resume(to, circle, read.systems.front(), registry);
+  CHECK(to.hash() == from.hash());
+  CHECK(to.step_count() == 10);
+}
+
+TEST_CASE("a checkpoint keeps where the run comes from") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec circle = make_circle();
+  const Simulation simulation(circle, registry);
+  sim::Checkpoint saved = checkpoint_of(simulation, circle);
+  const sim::Provenance made{"sim 1",
+                             {{"scene", "/a.lua", 1},
+                              {"module 'b'", "/b.lua", 2},
+                              {"module 'b'", "/c/b.lua", 0},
+                              {"force 'drag'", "/drag.so", 3}},
+                             {{"n", "4"}},
+                             "half of it"};
+  saved.provenance = made;
+  const sim::Provenance read = sim::decode(encode(saved), "file").provenance.value();
+  CHECK(read.files == made.files);
+  CHECK(read.doubt == "half of it");
+  CHECK(sim::changes(read, made).empty());
+
+  sim::Provenance now = made;
+  now.program = "sim 2";
+  now.files = {{"scene", "/d/a.lua", 1},
+               {"module 'e'", "/e.lua", 2},
+               {"force 'drag'", "/drag.so", 4},
+               {"writer 'vtp'", "/vtp.so", 5}};
+  now.arguments = {{"n", "5"}, {"m", "1"}};
+  CHECK(sim::changes(made, now) ==
+        std::vector<std::string>{"force 'drag' (/drag.so)", "module 'b' (no longer read)",
+                                 "module 'e' (/e.lua)", "argument m: none, now 1",
+                                 "argument n: 4, now 5", "the program: sim 1, now sim 2"});
+}
+
+namespace {
+
 // The bytes with one word changed, and a checksum that fits.
 std::string forged(std::string bytes, std::size_t at, std::uint64_t word) {
   std::memcpy(bytes.data() + at, &word, 8);

@@ -95,7 +95,7 @@ SceneSpec SceneReader::read(lua_State* L) const {
   else
     spec.systems.push_back(system(L, value, place));
   spec.args = session_->args();
-  spec.files = session_->files();
+  spec.inputs = session_->inputs();
   check_ties(L);
   return spec;
 }

@@ -62,6 +62,8 @@ bool legal_module_name(const std::string& name) {
          name.find("..") == std::string::npos && name.front() != '.' && name.back() != '.';
 }
 
+std::string module_input(const std::string& name) { return "module '" + name + "'"; }
+
 std::string canonical_name(const fs::path& file) {
   std::error_code failed;
   const fs::path resolved = fs::canonical(file, failed);
@@ -132,17 +134,12 @@ void SceneSession::open(lua_State* L) {
 
 void SceneSession::run(lua_State* L) {
   open(L);
-  run_file(L, file_, {});
+  run_file(L, "scene", file_, {});
 }
 
 void SceneSession::push_language(lua_State* L) { lua_getfield(L, LUA_REGISTRYINDEX, kLanguage); }
 
 void SceneSession::set_language(lua_State* L) { lua_setfield(L, LUA_REGISTRYINDEX, kLanguage); }
-
-std::string SceneSession::read(const fs::path& file, const Place& asked_at) {
-  if (std::ranges::find(files_, file.string()) == files_.end()) files_.push_back(file.string());
-  return read_file(file, asked_at);
-}
 
 // The language comes from the search path alone: a scene's folder cannot replace it.
 void SceneSession::open_language(lua_State* L) {
@@ -153,7 +150,7 @@ void SceneSession::open_language(lua_State* L) {
     std::error_code failed;
     if (!fs::is_regular_file(file, failed)) continue;
 
-    load_text(L, read(file, {}), kLanguageSource);
+    load_text(L, read("language", file, {}), kLanguageSource);
     constexpr luaL_Reg kHost[] = {{"here", guarded<here>},
                                   {"fail", guarded<fail>},
                                   {"suggest", guarded<suggest>},
@@ -177,8 +174,21 @@ void SceneSession::open_language(lua_State* L) {
                                "set SIM_PATH to the folder that holds sim/ and scenes/"});
 }
 
+void SceneSession::note_input(const std::string& name, const fs::path& file, std::uint64_t hash) {
+  InputFile input{name, fs::absolute(file).string(), hash};
+  if (std::ranges::find(inputs_, input) == inputs_.end()) inputs_.push_back(std::move(input));
+}
+
+std::string SceneSession::read(const std::string& name, const fs::path& file,
+                               const Place& asked_at) {
+  std::string text = read_file(file, asked_at);
+  note_input(name, file, content_hash(text));
+  return text;
+}
+
 // Pushes what the file returns.
-void SceneSession::run_file(lua_State* L, const fs::path& file, const Place& asked_at) {
+void SceneSession::run_file(lua_State* L, const std::string& input, const fs::path& file,
+                            const Place& asked_at) {
   struct Loading {
     std::set<std::string>& names;
     std::string name;
@@ -195,11 +205,12 @@ void SceneSession::run_file(lua_State* L, const fs::path& file, const Place& ask
   const RandomScope random(L, options_.seed);
   std::string chunk = "@";
   chunk += file.string();
-  load_text(L, read(file, asked_at), chunk);
+  load_text(L, read(input, file, asked_at), chunk);
   lua_call(L, 0, 1);
 }
 
-fs::path SceneSession::find_module(lua_State* L, const std::string& name) const {
+// A file that appears at a path that was searched in vain changes the scene: these are inputs, too.
+fs::path SceneSession::find_module(lua_State* L, const std::string& name) {
   if (!legal_module_name(name))
     throw Error(ErrorKind::kScene,
                 {"bad module name '" + one_line_text(name) + "'", calling_place(L),
@@ -219,6 +230,7 @@ fs::path SceneSession::find_module(lua_State* L, const std::string& name) const 
         return candidate;
       }
       looked += (looked.empty() ? "" : ", ") + candidate.string();
+      note_input(module_input(name), candidate, 0);
     }
   std::vector<std::string> known{"sim"};
   for (std::string scene : list_scenes(options_.search_path)) {
@@ -249,7 +261,7 @@ int SceneSession::require(lua_State* L) {
   if (lua_getfield(L, 2, key.c_str()) != LUA_TNIL) return 1;
   lua_pop(L, 1);
 
-  self.run_file(L, file, calling_place(L));
+  self.run_file(L, module_input(name), file, calling_place(L));
   if (lua_isnil(L, -1)) {
     lua_pop(L, 1);
     lua_pushboolean(L, true);

@@ -17,7 +17,6 @@ class SceneSession {
 
   LuaState& lua() { return lua_; }
   const std::string& file() const { return file_name_; }
-  const std::vector<std::string>& files() const { return files_; }  // that were read, each once
   // Declared parameters in order. Where files differ in the default of one name, each is listed as
   // FILE.NAME; both forms can be set.
   std::vector<SceneArg> args() const;
@@ -46,6 +45,9 @@ class SceneSession {
   // Throws Error{kScene}.
   void count(double particles, double elements, const Place& place);
 
+  // The files that were read, and the paths where modules were searched before they were found.
+  const std::vector<InputFile>& inputs() const { return inputs_; }
+
   // Steps call functions of the scene.
   void set_called() { called_ = true; }
   bool called() const { return called_; }
@@ -70,10 +72,13 @@ class SceneSession {
   static int plugin(lua_State* L);
   static int require(lua_State* L);
 
-  std::string read(const std::filesystem::path& file, const Place& asked_at);
   void open_language(lua_State* L);
-  void run_file(lua_State* L, const std::filesystem::path& file, const Place& asked_at);
-  std::filesystem::path find_module(lua_State* L, const std::string& name) const;
+  std::string read(const std::string& name, const std::filesystem::path& file,
+                   const Place& asked_at);
+  void note_input(const std::string& name, const std::filesystem::path& file, std::uint64_t hash);
+  void run_file(lua_State* L, const std::string& input, const std::filesystem::path& file,
+                const Place& asked_at);
+  std::filesystem::path find_module(lua_State* L, const std::string& name);
   lua_Integer place_code(const char* source, int line);
   Value setting(const SceneArg& arg, const std::string& scope) const;
 
@@ -83,7 +88,7 @@ class SceneSession {
   Registry& registry_;
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
-  std::vector<std::string> files_;
+  std::vector<InputFile> inputs_;
   double particles_ = 0, elements_ = 0;
   bool called_ = false;
   std::set<std::string> loading_;  // canonical names of the files that are running

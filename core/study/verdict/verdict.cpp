@@ -25,7 +25,7 @@ std::string joined(const std::vector<Finding>& findings, Trust trust, std::strin
 }  // namespace
 
 const char* trust_name(Trust trust) {
-  constexpr const char* kNames[] = {"trusted", "chaotic", "suspect", "diverged"};
+  constexpr const char* kNames[] = {"trusted", "unverified", "chaotic", "suspect", "diverged"};
   return kNames[static_cast<int>(trust)];
 }
 

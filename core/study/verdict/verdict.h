@@ -17,11 +17,12 @@
 
 namespace sim::study {
 
+// kUnverified: all that was checked is as it should be, but not everything was, as the reason says.
 // kChaotic: neighbouring states part, so that positions are right up to some time only, with any
 // method; what else was checked is as it should be.
-enum class Trust { kTrusted, kChaotic, kSuspect, kDiverged };
+enum class Trust { kTrusted, kUnverified, kChaotic, kSuspect, kDiverged };
 
-const char* trust_name(Trust trust);  // "trusted", "chaotic", "suspect", "diverged"
+const char* trust_name(Trust trust);  // "trusted", "unverified", "chaotic", ..
 
 // Not a number: not known.
 struct Figures {

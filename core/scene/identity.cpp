@@ -1,0 +1,116 @@
+#include "core/scene/identity.h"
+
+#include <algorithm>
+
+#include "core/particles/collider.h"
+#include "core/particles/constraint.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/rigid/rigid_body.h"
+#include "core/particles/rigid_motion.h"
+#include "core/scene/spec_fields.h"
+
+namespace sim {
+
+template <>
+struct FieldsOf<Pose> {
+  static constexpr StructField list[] = {{"center"}, {"velocity"}, {"axis"},
+                                         {"sine"},   {"cosine"},   {"rate"}};
+};
+
+namespace {
+
+// Motions and colliders are code: two of them that agree at these times are taken to be the same.
+constexpr double kTimes[] = {0, 0.7071, 1.618, 3.1416, 27.18};
+const Vec3 kPoints[] = {{0, 0, 0}, {0.7, -1.3, 2.1}, {-17, 11, 5}};
+
+}  // namespace
+
+std::uint64_t digest(const TriangleMesh& mesh) {
+  StateHash hash;
+  hash.add(digest(mesh.particles()));
+  hash.add(digest(mesh.ids()));
+  return hash.value();
+}
+
+// A sampled motion is a function of the scene, whose code is not compared.
+std::uint64_t digest(const RigidMotion& motion) {
+  StateHash hash;
+  hash.add(std::uint64_t{motion.sampled()});
+  if (!motion.sampled())
+    for (const double t : kTimes) hash.add(digest(motion.at(t, {0, 0, 0})));
+  return hash.value();
+}
+
+std::uint64_t digest(const Curve& curve) { return digest(curve.moves()); }
+
+std::uint64_t digest(const ColliderMaker& maker) {
+  StateHash hash;
+  hash.add(digest(maker.text));
+  const std::unique_ptr<Collider> collider = maker.make();
+  hash.add(digest(collider->surface()));
+  if (collider->sampled()) return hash.value();
+  for (const double t : kTimes)
+    for (const Vec3& x : kPoints) {
+      const Touch touch = collider->touch(t, x);
+      hash.add(touch.gap);
+      hash.add(digest(touch.normal));
+      hash.add(digest(touch.velocity));
+    }
+  return hash.value();
+}
+
+std::uint64_t digest(const RigidBody& body) {
+  StateHash hash;
+  hash.add(digest(body.shape()));
+  hash.add(body.mass());
+  hash.add(digest(body.first()));
+  return hash.value();
+}
+
+namespace {
+
+// Calls itself for structs, parts and parameters; a digest stands for everything else.
+template <class T>
+void add(const std::string& path, const T& value, SceneIdentity& out) {
+  if constexpr (std::is_same_v<T, std::vector<PartSpec>>) {
+    for (std::size_t i = 0; i < value.size(); ++i)
+      add(path + "[" + std::to_string(i) + "] '" + value[i].plugin + "'", value[i], out);
+  } else if constexpr (std::is_same_v<T, std::map<std::string, Value>>) {
+    for (const auto& [name, each] : value) out[path + "." + name] = digest(each);
+  } else if constexpr (HasFields<T>) {
+    out[path] = 0;  // it is there
+    each_own_field(value, [&](const StructField& field, const auto& content, std::uint64_t) {
+      add(path + "." + field.name, content, out);
+    });
+  } else if constexpr (requires {
+                         requires HasFields<typename T::value_type>;
+                         *value;
+                       }) {
+    add(path, *value, out);
+  } else {
+    out[path] = digest(value);
+  }
+}
+
+}  // namespace
+
+SceneIdentity scene_identity(const SystemSpec& spec) {
+  SceneIdentity identity;
+  each_own_field(spec, [&](const StructField& field, const auto& content, std::uint64_t) {
+    add(field.name, content, identity);
+  });
+  return identity;
+}
+
+std::vector<std::string> differing(const SceneIdentity& a, const SceneIdentity& b) {
+  std::vector<std::string> paths;
+  for (const auto& [path, digest] : a)
+    if (const auto other = b.find(path); other == b.end() || other->second != digest)
+      paths.push_back(path);
+  for (const auto& [path, digest] : b)
+    if (!a.contains(path)) paths.push_back(path);
+  std::ranges::sort(paths);
+  return paths;
+}
+
+}  // namespace sim

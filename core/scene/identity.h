@@ -1,0 +1,30 @@
+// The identity of a scene: equal where two scenes say the same, part by part.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/base/digest.h"
+#include "core/scene/scene_spec.h"
+
+namespace sim {
+
+// Objects that values refer to; motions and colliders by what they do at some times and places.
+std::uint64_t digest(const TriangleMesh& mesh);
+std::uint64_t digest(const RigidMotion& motion);
+std::uint64_t digest(const Curve& curve);
+std::uint64_t digest(const ColliderMaker& maker);
+std::uint64_t digest(const RigidBody& body);
+
+// A digest of each part that is not as in an empty scene, by its path: "contact.friction",
+// "forces[1] 'drag'.given.k". The code of functions is not in it: the inputs of a scene say that.
+using SceneIdentity = std::map<std::string, std::uint64_t>;
+
+SceneIdentity scene_identity(const SystemSpec& spec);
+
+// The paths that two of them do not share, in order.
+std::vector<std::string> differing(const SceneIdentity& a, const SceneIdentity& b);
+
+}  // namespace sim

@@ -1,0 +1,108 @@
+// The fields of the parts of a scene. Those that do not identify a part are where it stands in the
+// file, how it looks, and what a run chooses and a checkpoint holds by itself.
+#pragma once
+
+#include "core/base/fields.h"
+#include "core/scene/scene_spec.h"
+
+namespace sim {
+
+inline constexpr bool kDescribes = false;  // for StructField::identifies
+
+template <>
+struct FieldsOf<GridPairs> {
+  static constexpr StructField list[] = {{"first"}, {"size"}, {"step"}, {"length"}};
+};
+
+template <>
+struct FieldsOf<Elements> {
+  static constexpr StructField list[] = {{"arity"}, {"cells"}, {"grids"}, {"ids"}, {"values"}};
+};
+
+template <>
+struct FieldsOf<PartSpec> {
+  static constexpr StructField list[] = {
+      {"plugin"},      {"given"},         {"elements"}, {"particles"}, {"place", kDescribes},
+      {"switch_name"}, {"on", kDescribes}};
+};
+
+template <>
+struct FieldsOf<GridSpec> {
+  static constexpr StructField list[] = {{"size"}, {"origin"}, {"du"},        {"dv"},
+                                         {"dw"},   {"mass"},   {"directions"}};
+};
+
+template <>
+struct FieldsOf<ParticleSpec> {
+  static constexpr StructField list[] = {{"position"}, {"velocity"}, {"mass"}};
+};
+
+template <>
+struct FieldsOf<LeadSpec> {
+  static constexpr StructField list[] = {{"particle"}, {"path"}, {"place", kDescribes}};
+};
+
+template <>
+struct FieldsOf<ParticlesSpec> {
+  static constexpr StructField list[] = {{"grid"}, {"list"}, {"pinned"}, {"leads"}, {"weights"}};
+};
+
+template <>
+struct FieldsOf<RigidShape> {
+  static constexpr StructField list[] = {{"form"},   {"half"},   {"radius"},
+                                         {"length"}, {"points"}, {"triangles"}};
+};
+
+template <>
+struct FieldsOf<Surface> {
+  static constexpr StructField list[] = {{"restitution"}, {"friction"}};
+};
+
+template <>
+struct FieldsOf<RigidSpec> {
+  static constexpr StructField list[] = {
+      {"shape"}, {"mass"},    {"position"}, {"turn"},  {"velocity"},
+      {"spin"},  {"surface"}, {"touches"},  {"first"}, {"place", kDescribes}};
+};
+
+template <>
+struct FieldsOf<BodyPoint> {
+  static constexpr StructField list[] = {{"body"}, {"at"}};
+};
+
+template <>
+struct FieldsOf<ContactSpec> {
+  static constexpr StructField list[] = {{"surfaces"}, {"thickness"},    {"friction"},
+                                         {"self"},     {"strain_limit"}, {"place", kDescribes}};
+};
+
+template <>
+struct FieldsOf<FirstOrderSpec> {
+  static constexpr StructField list[] = {{"dimension"}, {"state"}, {"field"}};
+};
+
+template <>
+struct FieldsOf<SystemSpec> {
+  static constexpr StructField list[] = {{"name", kDescribes},
+                                         {"particles"},
+                                         {"forces"},
+                                         {"colliders"},
+                                         {"constraints"},
+                                         {"accuracy"},
+                                         {"bodies"},
+                                         {"points"},
+                                         {"surfaces"},
+                                         {"contact"},
+                                         {"loads"},
+                                         {"first_order"},
+                                         {"integrator", kDescribes},
+                                         {"dt", kDescribes},
+                                         {"duration", kDescribes},
+                                         {"place", kDescribes},
+                                         {"exact", kDescribes},
+                                         {"one_thread", kDescribes},
+                                         {"look", kDescribes},
+                                         {"observers", kDescribes}};
+};
+
+}  // namespace sim
