@@ -66,8 +66,9 @@ constexpr const char* kSweepFooter =
     "  sim sweep scenes/gas.lua --over seed=1..20 -T 1 --out gas.csv\n"
     "NAME is integrator, dt, tol, time, steps, seed or an argument of the scene.\n"
     "Several --over are a product, the last one fastest. Cases that are done are kept\n"
-    "in OUT.cases, so that a sweep goes on where it was ended; rows are the same\n"
-    "whatever the order, -j and --part, but for seconds.\n"
+    "in OUT.cases, so that a sweep goes on where it was ended, as long as the program\n"
+    "and all files that were read for a case are the same; cases that failed are\n"
+    "tried again. Rows are the same whatever the order, -j and --part, but for seconds.\n"
     "Columns: case, the names, exit, verdict, reason, steps, evaluations, t, kinetic,\n"
     "  potential, total, drift, energy (drift over that in play), dt_share, strain,\n"
     "  step_error, error (of positions: against the exact solution, or verified),\n"
@@ -158,6 +159,8 @@ void StudyOptions::add_to(CLI::App& app) {
   sweep_->add_option("--part", part_, "only cases I, I + M, I + 2 M ..; no table")
       ->type_name("I/M");
   sweep_->add_option("--timeout", timeout_, "of a case, in s")->type_name("S");
+  sweep_->add_flag("--keep-failed", keep_failed_, "do not try again cases that failed")
+      ->disable_flag_override();
   sweep_->add_flag("--list", list_, "the cases, without a run")->disable_flag_override();
   sweep_->add_flag("--collect", collect_, "the table of the cases that are done")
       ->disable_flag_override();
@@ -297,6 +300,7 @@ SweepRequest StudyOptions::sweep(const StudyBase& base) const {
     request.part = integer_between("--part", part_.substr(0, slash), 0, request.parts - 1);
   }
   if (!timeout_.empty()) request.timeout = positive_number("--timeout", timeout_);
+  request.keep_failed = keep_failed_;
   request.list = list_;
   request.collect = collect_;
   request.verify = base.verify;

@@ -63,7 +63,7 @@ class StudyOptions {
   std::string words_[2];  // of sim order
   std::vector<std::string> over_;
   std::string cases_, part_, timeout_;
-  bool extremes_ = false, list_ = false, collect_ = false;
+  bool extremes_ = false, list_ = false, collect_ = false, keep_failed_ = false;
   CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr,
            *compare_ = nullptr, *sweep_ = nullptr;
   std::map<const CLI::App*, std::set<std::string>> taken_;

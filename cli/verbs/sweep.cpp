@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <list>
 
 #include "cli/command_line/integrator_choice.h"
 #include "cli/run/study_progress.h"
 #include "cli/verbs/sweep_cases.h"
+#include "cli/verbs/sweep_key.h"
 #include "cli/verbs/sweep_run.h"
 #include "cli/verbs/sweep_store.h"
 #include "core/base/error.h"
@@ -28,13 +28,14 @@ const std::vector<std::string>& run_names() {
   return names;
 }
 
-std::uint64_t hash_of(const std::vector<std::string>& texts) {
-  StateHash hash;
-  for (const std::string& text : texts) {
-    hash.add(static_cast<std::uint64_t>(text.size()));
-    for (const char c : text) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-  }
-  return hash.value();
+bool is_exit(const std::string& field, ErrorKind kind) {
+  return field == std::to_string(static_cast<int>(kind));
+}
+
+// The run of a case came to an end, which another try would not change.
+bool has_ended(const CaseResult& result) {
+  const std::string& exit = result.fields.front();
+  return exit == "0" || is_exit(exit, ErrorKind::kDiverged) || is_exit(exit, ErrorKind::kCheck);
 }
 
 class Sweep {
@@ -46,6 +47,7 @@ class Sweep {
   bool run(StudyProgress& progress);
   void collect();  // what earlier runs have kept
   void write(Console& console) const;
+  std::string notes() const;  // of rows that could not be kept
   std::string summary() const;
   bool some_failed() const { return failed_ > 0 || missing() > 0; }
 
@@ -60,9 +62,10 @@ class Sweep {
   bool mine(std::size_t index) const {
     return static_cast<std::int64_t>(index) % request_.parts == request_.part;
   }
-  bool recall(std::size_t index);
+  std::size_t fields() const { return case_columns().size() + observed_.size() + 1; }
+  bool recall(std::size_t index, bool with_failed);
   void finish(Job& job, bool late);
-  void keep(std::size_t index, std::vector<std::string> fields, bool is_new);
+  void keep(std::size_t index, CaseResult result, bool is_new);
   std::size_t missing() const;
 
   const SweepRequest& request_;
@@ -73,7 +76,11 @@ class Sweep {
   std::optional<SweepStore> store_;
   std::vector<std::vector<std::string>> rows_;  // of each case; empty: not known
   std::size_t failed_ = 0, done_ = 0, kept_ = 0;
-  std::string scene_text_;
+  std::string scene_file_;
+  std::vector<InputFile> inputs_;  // of the scene with its own values
+  std::uint64_t program_ = 0;
+  FileContents contents_;
+  std::string damaged_, changed_;  // the first row that is, the first input that has
 };
 
 Sweep::Sweep(const SweepRequest& request, const Environment& environment, Registry& registry)
@@ -106,8 +113,9 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
   if (cases_.has("time") && cases_.has("steps"))
     throw Error(ErrorKind::kUsage, {"two lengths of a run", "time and steps",
                                     "only one of them can hold", "keep one of them"});
-  std::ifstream in(scene.spec.file, std::ios::binary);
-  scene_text_.assign(std::istreambuf_iterator<char>(in), {});
+  scene_file_ = scene.spec.file;
+  inputs_ = scene.spec.inputs;
+  program_ = program_key(environment);
   for (std::size_t i = 0; i < cases_.count(); ++i) case_run(i);  // for its errors
 }
 
@@ -154,21 +162,12 @@ CaseRun Sweep::case_run(std::size_t index) const {
   return run;
 }
 
-// What the fields of a case depend on.
+// Everything that the fields of a case depend on, but for the files that are read for it.
 std::uint64_t Sweep::key(std::size_t index) const {
-  const CaseRun run = case_run(index);
-  std::vector<std::string> texts{scene_text_, version_line(), command_for(run.scene),
-                                 run.scene.integrator.name, shortest(run.scene.dt)};
-  for (const auto& [name, value] : run.scene.integrator.given)
-    texts.push_back(name + "=" + to_text(value));
-  texts.push_back(run.length.time ? shortest(*run.length.time) : "");
-  texts.push_back(run.length.steps ? std::to_string(*run.length.steps) : "");
-  texts.push_back(run.verify ? "verified" : "");
-  for (const std::string& figure : run.of) texts.push_back("of " + figure);
-  if (run.checks)
-    for (const auto& limit : {run.checks->energy, run.checks->strain, run.checks->dt})
-      texts.push_back(limit ? shortest(*limit) : "");
-  return hash_of(texts);
+  StateHash key;
+  key.add(program_);
+  key.add(request_key(case_run(index), scene_file_));
+  return key.value();
 }
 
 std::string Sweep::list() const {
@@ -184,35 +183,53 @@ std::string Sweep::list() const {
   return text;
 }
 
-bool Sweep::recall(std::size_t index) {
+bool Sweep::recall(std::size_t index, bool with_failed) {
   if (!store_) return false;
-  auto fields = store_->get(index, key(index));
-  if (!fields || fields->size() != case_columns().size() + observed_.size() + 1) return false;
-  keep(index, std::move(*fields), false);
+  KeptCase kept = store_->get(index, key(index));
+  if (kept.state == KeptCase::State::kDamaged && damaged_.empty())
+    damaged_ = store_->file_of(index).string();
+  if (kept.state != KeptCase::State::kWhole || kept.result.fields.size() != fields()) return false;
+  if (const InputFile* const changed = contents_.changed(kept.result.inputs)) {
+    if (changed_.empty()) changed_ = changed->name + " (" + changed->path + ")";
+    return false;
+  }
+  if (!with_failed && !has_ended(kept.result)) return false;
+  keep(index, std::move(kept.result), false);
   return true;
 }
 
-void Sweep::keep(std::size_t index, std::vector<std::string> fields, bool is_new) {
-  if (is_new && store_) store_->put(index, key(index), fields);
-  const std::string& exit = fields.front();
-  failed_ += exit != "0" && exit != std::to_string(static_cast<int>(ErrorKind::kDiverged));
-  rows_[index] = std::move(fields);
+void Sweep::keep(std::size_t index, CaseResult result, bool is_new) {
+  if (is_new && store_) store_->put(index, key(index), result);
+  const std::string& exit = result.fields.front();
+  failed_ += exit != "0" && !is_exit(exit, ErrorKind::kDiverged);
+  rows_[index] = std::move(result.fields);
   ++done_;
   kept_ += !is_new;
 }
 
 void Sweep::finish(Job& job, bool late) {
   const int exit = job.process.wait();
-  std::vector<std::string> fields = job.process.fields();
+  CaseResult result;
+  if (exit == 0) result = job.process.result();
   if (late)
-    fields = lost_case(kTimedOut, "not ready after " + brief(*request_.timeout) + " s",
-                       observed_.size());
-  else if (exit != 0 || fields.size() != case_columns().size() + observed_.size() + 1)
-    fields = lost_case(
+    result.fields = lost_case(kTimedOut, "not ready after " + brief(*request_.timeout) + " s",
+                              observed_.size());
+  else if (result.fields.size() != fields())
+    result.fields = lost_case(
         exit == 0 ? 1 : exit,
         exit > 128 ? "ended by signal " + std::to_string(exit - 128) : "it ended without a word",
         observed_.size());
-  keep(job.index, std::move(fields), true);
+  if (result.inputs.empty()) result.inputs = inputs_;
+  keep(job.index, std::move(result), true);
+}
+
+std::string Sweep::notes() const {
+  std::string text;
+  if (!damaged_.empty())
+    text += "sim: note: " + damaged_ + " is damaged, or of another version: not used\n";
+  if (!changed_.empty())
+    text += "sim: note: " + changed_ + " has changed: rows of before are not used\n";
+  return text;
 }
 
 bool Sweep::run(StudyProgress& progress) {
@@ -221,7 +238,7 @@ bool Sweep::run(StudyProgress& progress) {
   std::size_t total = 0;
   for (std::size_t i = 0; i < cases_.count(); ++i) {
     total += mine(i);
-    if (mine(i) && !recall(i)) waiting.push_back(i);
+    if (mine(i) && !recall(i, request_.keep_failed)) waiting.push_back(i);
   }
   std::ranges::reverse(waiting);
   std::list<Job> jobs;
@@ -267,7 +284,7 @@ void Sweep::collect() {
   if (!store_)
     throw Error(ErrorKind::kUsage, {"nothing to collect", "--collect",
                                     "cases are kept beside the table", "add --out runs.csv"});
-  for (std::size_t i = 0; i < cases_.count(); ++i) recall(i);
+  for (std::size_t i = 0; i < cases_.count(); ++i) recall(i, true);
 }
 
 std::size_t Sweep::missing() const {
@@ -316,7 +333,7 @@ int sweep(const SweepRequest& request, const Environment& environment, Registry&
   if (request.collect) sweep.collect();
   progress.clear();
   if (whole && (request.parts == 1 || request.collect)) sweep.write(console);
-  console.err << "sim: " << sweep.summary() << '\n' << std::flush;
+  console.err << sweep.notes() << "sim: " << sweep.summary() << '\n' << std::flush;
   if (const int code = progress.exit_code()) return code;
   return sweep.some_failed() ? kSomeFailed : 0;
 }

@@ -25,14 +25,16 @@ struct SweepRequest {
   std::string out;                     // the table; empty: standard output, nothing is kept
   std::int64_t part = 0, parts = 1;    // takes the cases with index % parts == part
   bool list = false, collect = false;  // no runs: what cases there are; the table of those done
+  bool keep_failed = false;            // a case that failed is not tried again
   bool verify = true;                  // each run once more with half the step
   std::optional<double> timeout;       // s, of a case
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// Each case is a process of its own, so that one that crashes or hangs is a row. The exit code: 0,
-// 9 when a case failed (one that diverged did not), 128 + a signal. Throws Error{kUsage} for names
-// that neither runs nor the scene know, before anything is run.
+// A case that failed is tried again the next time. Each case is a process of its own, so that one
+// that crashes or hangs is a row. The exit code: 0, 9 when a case failed (one that diverged did
+// not), 128 + a signal. Throws Error{kUsage} for names that neither runs nor the scene know, before
+// anything is run.
 int sweep(const SweepRequest& request, const Environment& environment, Registry& registry,
           Console& console);
 

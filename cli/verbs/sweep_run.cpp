@@ -1,6 +1,7 @@
 #include "cli/verbs/sweep_run.h"
 
 #include <fcntl.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,7 +20,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr char kBetweenFields = '\x1f';
+constexpr char kBetweenFields = '\x1f', kBetweenRecords = '\x1e';
 
 std::string in_one_line(std::string text) {
   for (char& c : text)
@@ -78,6 +79,26 @@ std::vector<std::string> fields_of(Track& track, int exit, const std::string& re
   return fields;
 }
 
+std::vector<std::string> split(const std::string& text, char between) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == between)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
+}
+
+// A record of the fields, then one of each file.
+std::string said(const CaseResult& result) {
+  const std::string between(1, kBetweenFields);
+  std::string text = join(result.fields, between);
+  for (const InputFile& file : result.inputs)
+    text += kBetweenRecords + file.name + between + in_one_line(file.path) + between +
+            std::to_string(file.hash);
+  return text;
+}
+
 }  // namespace
 
 const std::vector<std::string>& case_columns() {
@@ -87,8 +108,8 @@ const std::vector<std::string>& case_columns() {
   return names;
 }
 
-std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std::string>& observed,
-                                       const Environment& environment, Registry& registry) {
+CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
+                         const Environment& environment, Registry& registry) {
   try {
     LoadedScene scene = load(run.scene, environment, registry);
     if (scene.spec.world)
@@ -117,11 +138,13 @@ std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std
         exit = static_cast<int>(error.kind());
         reason = error.what();
       }
-    return fields_of(track, exit, reason, observed, seconds);
+    CaseResult result{fields_of(track, exit, reason, observed, seconds), scene.spec.inputs};
+    for (InputFile& library : registry.inputs()) result.inputs.push_back(std::move(library));
+    return result;
   } catch (const Error& error) {
-    return lost_case(static_cast<int>(error.kind()), error.what(), observed.size());
+    return {lost_case(static_cast<int>(error.kind()), error.what(), observed.size())};
   } catch (const std::bad_alloc&) {
-    return lost_case(static_cast<int>(ErrorKind::kIo), "out of memory", observed.size());
+    return {lost_case(static_cast<int>(ErrorKind::kIo), "out of memory", observed.size())};
   }
 }
 
@@ -132,18 +155,21 @@ std::vector<std::string> lost_case(int exit, const std::string& reason, std::siz
   return fields;
 }
 
-CaseProcess::CaseProcess(const std::function<std::vector<std::string>()>& work)
-    : begin_(Clock::now()) {
+CaseProcess::CaseProcess(const std::function<CaseResult()>& work) : begin_(Clock::now()) {
   int ends[2];
+  const pid_t parent = ::getpid();
   if (::pipe2(ends, O_CLOEXEC) == 0) child_ = ::fork();
   if (child_ < 0)
     throw Error(ErrorKind::kIo, {"cannot start a case", "", std::strerror(errno), "a smaller -j"});
   if (child_ == 0) {
+    // The kernel ends it with its parent, which may have ended before it was told so.
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(1);
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
     ::close(ends[0]);
     int exit = 1;
     try {
-      const std::string text = join(work(), std::string(1, kBetweenFields));
+      const std::string text = said(work());
       for (std::size_t sent = 0; sent < text.size();) {
         const ssize_t more = ::write(ends[1], text.data() + sent, text.size() - sent);
         if (more <= 0) ::_exit(1);
@@ -192,14 +218,16 @@ int CaseProcess::wait() {
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-std::vector<std::string> CaseProcess::fields() const {
-  std::vector<std::string> fields(1);
-  for (const char c : said_)
-    if (c == kBetweenFields)
-      fields.emplace_back();
-    else
-      fields.back() += c;
-  return fields;
+CaseResult CaseProcess::result() const {
+  std::vector<std::vector<std::string>> records;
+  for (const std::string& record : split(said_, kBetweenRecords))
+    records.push_back(split(record, kBetweenFields));
+  CaseResult result{records.front()};
+  for (std::size_t i = 1; i < records.size(); ++i) {
+    if (records[i].size() != 3) return {};
+    result.inputs.push_back({records[i][0], records[i][1], std::stoull(records[i][2])});
+  }
+  return result;
 }
 
 }  // namespace sim::cli

@@ -13,6 +13,7 @@
 #include "cli/run/check.h"
 #include "cli/run/run_length.h"
 #include "cli/run/scene.h"
+#include "core/base/input_file.h"
 
 namespace sim::cli {
 
@@ -25,33 +26,39 @@ struct CaseRun {
   std::vector<std::string> of = {};  // figures
 };
 
+// The row of a case, and the files that were read for it.
+struct CaseResult {
+  std::vector<std::string> fields;
+  std::vector<InputFile> inputs = {};
+};
+
 // The columns of a case behind its values and before what the scene observes, and the last one.
 const std::vector<std::string>& case_columns();
 
 // The fields of these columns; `observed` are the names of quantities and figures. Errors are rows
 // as well: with the exit code and the reason.
-std::vector<std::string> measured_case(const CaseRun& run, const std::vector<std::string>& observed,
-                                       const Environment& environment, Registry& registry);
+CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
+                         const Environment& environment, Registry& registry);
 
 // The fields of a case that ended otherwise: killed, out of time.
 std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed);
 
-// A function in a process of its own, that answers with fields.
+// A function in a process of its own, which ends with this one, however that ends.
 class CaseProcess {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit CaseProcess(const std::function<std::vector<std::string>()>& work);  // throws Error{kIo}
-  ~CaseProcess();  // ends it if it still runs
+  explicit CaseProcess(const std::function<CaseResult()>& work);  // throws Error{kIo}
+  ~CaseProcess();                                                 // ends it if it still runs
   CaseProcess(CaseProcess&& other) noexcept;
   CaseProcess& operator=(CaseProcess&&) = delete;
 
-  int pipe() const { return pipe_; }        // readable when there is something to take()
-  bool take();                              // false: it has said everything
-  double seconds() const;                   // since its start
-  void end();                               // at once
-  int wait();                               // its exit code, 128 + signal
-  std::vector<std::string> fields() const;  // what it said
+  int pipe() const { return pipe_; }  // readable when there is something to take()
+  bool take();                        // false: it has said everything
+  double seconds() const;             // since its start
+  void end();                         // at once
+  int wait();                         // its exit code, 128 + signal
+  CaseResult result() const;          // without fields where it said too little
 
  private:
   pid_t child_ = -1;

@@ -4,11 +4,19 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/verbs/sweep_run.h"
+
 namespace sim::cli {
+
+struct KeptCase {
+  enum class State { kNone, kDamaged, kWhole };
+
+  State state = State::kNone;  // none, too, where the row was made with another key
+  CaseResult result = {};
+};
 
 class SweepStore {
  public:
@@ -17,16 +25,15 @@ class SweepStore {
 
   std::string names() const;  // of its files, as FilePlan takes them
 
-  // The fields of a case as they were put; nothing where there is none with this key: it belongs to
-  // another scene, program or question, or the file is damaged.
-  std::optional<std::vector<std::string>> get(std::size_t index, std::uint64_t key) const;
+  // A case as it was put, held to its checksum.
+  KeptCase get(std::size_t index, std::uint64_t key) const;
 
   // Whole or not at all. Throws Error{kIo}.
-  void put(std::size_t index, std::uint64_t key, const std::vector<std::string>& fields) const;
+  void put(std::size_t index, std::uint64_t key, const CaseResult& result) const;
 
- private:
   std::filesystem::path file_of(std::size_t index) const;
 
+ private:
   std::filesystem::path folder_;
 };
 
