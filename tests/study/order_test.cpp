@@ -91,6 +91,14 @@ TEST_CASE("the order is fitted where local orders agree, and not where they do n
   points[1].rms *= 3;
   points[2].rms /= 3;
   CHECK_FALSE(sim::study::observed_order(points, yardstick).has_value());
+  // The finer one of two rows that are as long: h^3 above, h^2 below.
+  points.clear();
+  for (const double dt : {0.1, 0.05, 0.025}) add(dt, 0.5 * dt * dt * dt);
+  for (const double dt : {0.0125, 0.00625, 0.003125}) add(dt, 1e-4 * dt * dt);
+  const auto finer = sim::study::observed_order(points, yardstick);
+  CHECK(finer.value().points == 3);
+  CHECK(finer.value().slope == Approx(2));
+  CHECK(finer.value().constant == Approx(1e-4));
   points.clear();
   for (const double dt : {0.1, 0.05, 0.025, 0.0125}) add(dt, 1e-13);  // all below the floor
   CHECK_FALSE(sim::study::observed_order(points, yardstick).has_value());
