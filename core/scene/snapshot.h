@@ -31,7 +31,10 @@ struct Snapshot {
   std::vector<double> memory;  // Integrator::memory()
 
   double t() const { return t0 + static_cast<double>(step - n0) * settings->h; }
-  std::size_t bytes() const { return sizeof *this + (x.size() + memory.size()) * sizeof(double); }
+  std::size_t bytes() const {
+    return sizeof *this + sizeof *settings + (x.size() + memory.size()) * sizeof(double) +
+           (settings->pinned.size() + settings->held.size()) * sizeof(int);
+  }
 };
 
 // What one force, or one family of springs, does to one particle.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -10,6 +11,8 @@ namespace sim {
 namespace {
 
 constexpr std::int64_t kStride = 64;  // steps between two snapshots, before any are thinned out
+constexpr std::size_t kActionShare =
+    16;  // actions of that part of the budget have a snapshot behind
 
 }  // namespace
 
@@ -60,7 +63,7 @@ void Timeline::restore(Simulation& simulation, std::size_t mark) {
   start_ = marks_[mark].start;
   done_ = marks_[mark].acts;
   // What was being moved then.
-  moves_.clear();
+  moves_ = forgotten_.moves;
   for (std::size_t i = 0; i < done_; ++i) moves_.note(acts_[i].action, acts_[i].step);
   moves_.forget_ended(simulation.step_count());
   perform_due(simulation);
@@ -111,29 +114,55 @@ void Timeline::act(Simulation& simulation, const Action& action) {
   done_ = acts_.size();
   bytes_ += sizeof(Act);
   // The time of a step follows from the step size of the mark before it.
-  if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
-    note(simulation, false, true);
+  const bool stays = action.what == Action::What::kDt || action.what == Action::What::kIntegrator;
+  const std::size_t since_mark = (done_ - marks_.back().acts) * sizeof(Act);
+  if (stays || since_mark > std::max(budget_ / kActionShare, marks_.back().state->bytes()))
+    note(simulation, false, stays);
+  else if (bytes_ > budget_)
+    thin();
 }
 
 // --- Snapshots --------------------------------------------------------------------------------
 
 // The older a part is, the fewer snapshots it keeps: every second one of the older three quarters
-// goes, until there is room. Where only changes are left, the oldest part of the timeline goes.
+// goes, until there is room. Where only changes are left, or actions take most of the budget, the
+// oldest part of the timeline goes.
 void Timeline::thin() {
   while (bytes_ > budget_ && marks_.size() > 1) {
-    const std::size_t before = marks_.size(), older = before * 3 / 4;
-    std::size_t kept = 1;
-    bool dropped = false;
-    for (std::size_t i = 1; i < before; ++i) {
-      dropped = !dropped && i < older && i + 1 < before && !marks_[i].stays;
-      if (!dropped) marks_[kept++] = std::move(marks_[i]);
-    }
-    marks_.resize(kept);
-    if (kept == before)
-      marks_.erase(marks_.begin(), marks_.begin() + static_cast<std::ptrdiff_t>(
-                                                        std::max<std::size_t>(1, before / 4)));
+    const bool actions = acts_.size() * sizeof(Act) > budget_ / 2;
+    if (actions || !thin_marks()) forget_oldest();
     count_bytes();
   }
+}
+
+// False: all of them stay.
+bool Timeline::thin_marks() {
+  const std::size_t before = marks_.size(), older = before * 3 / 4;
+  std::size_t kept = 1;
+  bool dropped = false;
+  for (std::size_t i = 1; i < before; ++i) {
+    dropped = !dropped && i < older && i + 1 < before && !marks_[i].stays;
+    if (!dropped) marks_[kept++] = std::move(marks_[i]);
+  }
+  marks_.resize(kept);
+  return kept < before;
+}
+
+// A quarter of the snapshots, and the actions before the first one that is left.
+void Timeline::forget_oldest() {
+  const std::size_t count = std::max<std::size_t>(1, marks_.size() / 4);
+  marks_.erase(marks_.begin(), marks_.begin() + static_cast<std::ptrdiff_t>(count));
+  const std::size_t acts = std::min(marks_.front().acts, done_);
+  for (std::size_t i = 0; i < acts; ++i) {
+    forgotten_.moves.note(acts_[i].action, acts_[i].step);
+    forgotten_.parts += acts_[i].part != forgotten_.part ? 1 : 0;
+    forgotten_.part = acts_[i].part;
+  }
+  forgotten_.moves.forget_ended(marks_.front().state->step);
+  forgotten_.acts += acts;
+  acts_.erase(acts_.begin(), acts_.begin() + static_cast<std::ptrdiff_t>(acts));
+  done_ -= acts;
+  for (Mark& mark : marks_) mark.acts -= acts;
 }
 
 void Timeline::set_budget(std::size_t bytes) {
@@ -203,7 +232,8 @@ bool Timeline::undo(Simulation& simulation) {
     std::size_t first = done_ - 1;
     const std::size_t least = mark == 0 ? 0 : marks_[mark].acts;
     while (first > least && acts_[first - 1].part == acts_[done_ - 1].part) --first;
-    if (marks_.front().acts > first) return false;  // too old
+    const bool begun_before = first == 0 && acts_[first].part == forgotten_.part;
+    if (marks_.front().acts > first || begun_before) return false;  // too old
     last_ = acts_[first].step;
     acts_.resize(first);
     std::erase_if(marks_,
@@ -259,9 +289,8 @@ std::int64_t Timeline::step_at(const Simulation& simulation, double t) {
 int Timeline::edits() const {
   const auto edited =
       std::count_if(marks_.begin() + 1, marks_.end(), [](const Mark& mark) { return mark.edited; });
-  int parts = 0;
-  for (std::size_t i = 0; i < acts_.size(); ++i)
-    parts += i == 0 || acts_[i].part != acts_[i - 1].part ? 1 : 0;
+  int parts = forgotten_.parts, part = forgotten_.part;
+  for (const Act& act : acts_) parts += std::exchange(part, act.part) != act.part ? 1 : 0;
   return static_cast<int>(edited) + parts + (edit_open_ ? 1 : 0);
 }
 

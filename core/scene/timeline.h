@@ -22,7 +22,6 @@ class Timeline {
 
   // Starts with the present state.
   explicit Timeline(const Simulation& simulation, std::size_t budget = kDefaultBudget);
-
   void begin_anew(const Simulation& simulation);  // at its present state, with nothing before
 
   // As Simulation::steps() and step().
@@ -30,25 +29,19 @@ class Timeline {
   bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
   bool step_to(Simulation& simulation, double end);  // a shorter one; forgets what came after
   // A change by hand, kept by its step; a move that ends later is stopped by the steps. When it
-  // throws, the timeline is as it was before, and so for edit().
+  // throws, the timeline is as it was; and for edit(): a change that is no Action, with a snapshot.
   void act(Simulation& simulation, const Action& action);
-  // A change that is no Action: a snapshot after it is kept.
   void edit(Simulation& simulation, const std::function<void(Simulation&)>& change);
-
   // Asked to look before anything is done or ends at a step that was just taken.
   void before_touch(std::function<void()> look) { look_ = std::move(look); }
-
   void part(const Simulation& simulation);  // the next change counts by itself
-
   // Takes back the last change up to the present step, and what came after; false: there is none.
   bool undo(Simulation& simulation);
-
-  // Goes to the state after `step` steps, at least first(). False, and at the last completed step,
+  // Goes to the state after `step` steps, at least first(). False, at the last completed step,
   // where `go_on`, asked between steps, says so or a step fails.
   bool go_to(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   void keep(const Simulation& simulation);  // takes a snapshot, so that a copy can start from here
-
   // Puts any simulation of the same scene where this timeline was at that step.
   bool enter(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
@@ -59,12 +52,11 @@ class Timeline {
   std::int64_t touches() const { return touches_; }  // what was done or ended, again too
   int edits() const;                                 // the changes that were not discarded
   int part_of_last() const { return done_ > 0 ? acts_[done_ - 1].part : -1; }  // of those actions
-  std::size_t actions() const { return done_; }                                // up to the present
+  std::size_t actions() const { return forgotten_.acts + done_; }              // up to the present
 
   // J, at the start, and what changes by hand have put in since: drift counts from there.
   double start_energy(const Simulation& simulation) const;
-  void set_start(double energy);  // of a timeline that has only begun
-
+  void set_start(double energy);                     // of a timeline that has only begun
   std::int64_t common(const Timeline& other) const;  // the same up to there at least; or -1
   std::size_t bytes() const { return bytes_; }
   void set_budget(std::size_t bytes);
@@ -82,6 +74,11 @@ class Timeline {
     int part;
     Action action;
   };
+  struct Forgotten {  // actions that are no longer kept
+    std::size_t acts = 0;
+    int parts = 0, part = -1;  // how many, and the last one
+    Moves moves;               // going on at the first mark
+  };
   void note(const Simulation& simulation, bool edited, bool stays = false);
   void discard_after(const Simulation& simulation);
   void perform(Simulation& simulation, const Action& action, std::int64_t step);
@@ -92,11 +89,14 @@ class Timeline {
   void restore(Simulation& simulation, std::size_t mark);
   std::size_t mark_at_or_before(std::int64_t step) const;
   void thin();
+  bool thin_marks();
+  void forget_oldest();
 
   std::size_t budget_, bytes_ = 0;
   std::vector<Mark> marks_;  // by step; of several at one step the last one holds
-  std::vector<Act> acts_;    // in their order
-  std::size_t done_ = 0;     // of them, up to the present
+  std::vector<Act> acts_;    // in their order, from those that are forgotten on
+  Forgotten forgotten_;
+  std::size_t done_ = 0;  // of them, up to the present
   Moves moves_;
   std::int64_t last_ = 0;
   int part_ = 0;

@@ -195,6 +195,55 @@ TEST_CASE("snapshots stay within their budget over many steps") {
   CHECK(timeline.last() == 101'000);
 }
 
+TEST_CASE("actions stay within the budget, in one step or over many") {
+  constexpr std::size_t kBudget = 400'000;
+  using What = sim::Action::What;
+  const bool stepping = GENERATE(false, true);
+  sim::Registry registry = make_registry();
+  Simulation sim(make_cloth(4), registry, {.dt = 0.001});
+  Simulation same(make_cloth(4), registry, {.dt = 0.001});
+  Timeline timeline(sim, kBudget), whole(same, std::size_t{1} << 30);
+  const auto act = [&](const sim::Action& action) {
+    timeline.act(sim, action);
+    whole.act(same, action);
+  };
+  const auto step = [&] {
+    REQUIRE(timeline.step(sim));
+    REQUIRE(whole.step(same));
+  };
+  act({.what = What::kGrab, .particle = 15});
+  act({.what = What::kMove, .particle = 15, .x = {0.5, -0.5, 0.5}, .steps = 100'000});
+  for (int i = 0; i < 20'000; ++i) {
+    timeline.part(sim);
+    whole.part(same);
+    act({.what = i % 2 == 0 ? What::kPin : What::kUnpin, .particle = 9});
+    if (stepping && i % 10 == 0) step();
+    REQUIRE(timeline.bytes() <= kBudget);
+  }
+  CHECK(timeline.actions() == 20'002);
+  CHECK(timeline.edits() == whole.edits());
+  for (int i = 0; i < 200; ++i) step();
+  CHECK((timeline.first() > 0) == stepping);
+
+  // The move that began before all that is left goes on, and each step comes again.
+  const std::int64_t last = timeline.last();
+  for (const std::int64_t to : {timeline.first(), last - 150, timeline.first() + 10, last}) {
+    REQUIRE(timeline.go_to(sim, to, kOn));
+    REQUIRE(whole.go_to(same, to, kOn));
+    CHECK(sim.hash() == same.hash());
+    CHECK(sim.settings().held == std::vector<int>{15});
+  }
+  int undone = 0;
+  while (timeline.undo(sim)) {
+    ++undone;
+    if (undone > 500) continue;
+    REQUIRE(whole.undo(same));
+    REQUIRE(sim.hash() == same.hash());
+  }
+  CHECK(undone > 200);
+  CHECK(timeline.actions() == 20'002 - static_cast<std::size_t>(undone));
+}
+
 TEST_CASE("drift does not count what changes by hand put in") {
   sim::Registry registry = make_registry();
   Simulation sim(make_cloth(4, {.drag = 0}), registry, {.dt = 1e-4});
