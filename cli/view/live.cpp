@@ -22,22 +22,9 @@ constexpr double kMeasured = 0.5;     // s between two measurements of the speed
 constexpr double kSpare = 0.1;  // of real time: steps that leave room for those of half the size
 constexpr int kFew = 20000;     // particles
 constexpr std::size_t kMostHands = 32;
-constexpr double kFurthest = 1e9;  // m, that a hand reaches
 
 double seconds_since(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
-}
-
-[[noreturn]] void refuse_word(const std::string& what, const std::string& why) {
-  throw Error(ErrorKind::kUsage, {what, "", why, ""});
-}
-
-double number_in(const std::string& text, double least, double most) {
-  const auto value = parse_number(text);
-  if (!value || !(*value >= least && *value <= most))
-    refuse_word("bad number '" + text.substr(0, 40) + "'",
-                "expected one from " + brief(least) + " to " + brief(most));
-  return *value;
 }
 
 // The moments of a run of the scene from its start, as far as a little time goes.
@@ -109,6 +96,7 @@ ViewScene Live::scene() const {
 void Live::run(double seconds) {
   const double passed = std::min(seconds_since(last_), 1.0);
   last_ = Clock::now();
+  travel([&] { return seconds_since(last_) < seconds; });
   if (!playing_ || player_.failed() >= 0) {
     debt_ = 0;
     return;
@@ -174,6 +162,7 @@ void Live::stop_explosion() {
 }
 
 std::string Live::limit_words(std::size_t i) {
+  if (shares_stale_) measure_limits();
   if (!(shares_[i] > 1)) return ". This is a state before.";
   return "; dt is " + brief(100 * shares_[i], 3) + " % of the largest stable step: try dt " +
          brief(0.8 * player_.system(i).h() / shares_[i], 2) + ". This is a state before.";
@@ -185,6 +174,26 @@ void Live::go_to(std::int64_t step) {
   settle();
 }
 
+// Steps on to where a command wants to be, until it is there or has to stop for now.
+void Live::travel(const std::function<bool()>& go_on) {
+  if (!travel_) return;
+  fresh_ = true;
+  bool more = true;
+  if (travel_->known) {
+    player_.go_to(travel_->to, [&] { return more = go_on(); });
+    if (!more) return;
+    measured_.begin_anew();
+    settle();
+  } else {
+    while (player_.step() < travel_->to && (more = go_on()) &&
+           player_.advance(std::min<std::int64_t>(8, travel_->to - player_.step())) > 0)
+      for (EnergyAccount& each : accounts_) each.stepped();
+    if (!more) return;
+    if (player_.failed() >= 0) failure_ = failure();
+  }
+  travel_.reset();
+}
+
 void Live::settle() {
   for (EnergyAccount& each : accounts_) each.stepped();
   failure_.clear();
@@ -193,6 +202,7 @@ void Live::settle() {
 
 void Live::measure_limits() {
   constexpr double kLeast = 1, kTimes = 50;  // s, of what it costs: until the next look
+  shares_stale_ = false;
   const auto begin = Clock::now();
   for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i] = stable_share(player_.system(i));
   limits_ = Clock::now() +
@@ -245,13 +255,15 @@ void Live::let_go(std::uint64_t from) {
 }
 
 void Live::act(std::uint64_t from, std::size_t system, Action action) {
-  if (action.what == Action::What::kReset) refuse_word("bad action", "a reset is of all systems");
+  if (action.what == Action::What::kReset)
+    throw Error(ErrorKind::kUsage, {"bad action", "", "a reset is of all systems", ""});
   if (action.what == Action::What::kIntegrator) action.method = method_of(action, registry_);
   const auto same = [&](const Hand& each) {
     return each.system == system && each.particle == action.particle;
   };
   const bool grabs = action.what == Action::What::kGrab;
-  if (grabs && hands_.size() >= kMostHands) refuse_word("no hand is free", "32 hold something");
+  if (grabs && hands_.size() >= kMostHands)
+    throw Error(ErrorKind::kUsage, {"no hand is free", "", "32 hold something", ""});
   const bool held = std::ranges::any_of(hands_, same);
   if (grabs || hands_.empty()) player_.part();
   before_[system] = std::min(before_[system], player_.timeline(system).actions());
@@ -262,121 +274,7 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
   if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
     accounts_[system].travelled();
   const bool pins = action.what == Action::What::kPin || action.what == Action::What::kUnpin;
-  if (action.changes_settings() && !pins) measure_limits();
-}
-
-// --- What is said -----------------------------------------------------------------------------
-
-std::string Live::take(std::uint64_t from, const std::string& line) {
-  fresh_ = true;
-  try {
-    obey(from, line);
-    return "";
-  } catch (const Error& error) {
-    return error.what();
-  }
-}
-
-// The first word, which leaves the line.
-std::string Live::word_of(std::string& line) {
-  const std::size_t end = std::min(line.find(' '), line.size());
-  std::string word = line.substr(0, end);
-  line.erase(0, std::min(end + 1, line.size()));
-  return word;
-}
-
-void Live::obey(std::uint64_t from, const std::string& line) {
-  std::string rest = line;
-  std::size_t system = 0;
-  if (const std::size_t colon = rest.find(": "); colon < rest.find(' ')) {
-    const auto names = scene_.names();
-    const auto named = std::ranges::find(names, rest.substr(0, colon));
-    if (named == names.end()) refuse_word("no such system", "'" + rest.substr(0, 40) + "'");
-    system = static_cast<std::size_t>(named - names.begin());
-    rest.erase(0, colon + 2);
-  }
-  std::string arguments = rest;
-  const std::string word = word_of(arguments);
-  if (word == "pull") {
-    pull(system, arguments);
-  } else if (word == "set") {
-    const std::string name = word_of(arguments);
-    wish_ = Wish{from, name, arguments};
-  } else if (!control(word, arguments, from)) {
-    const Action action = parse_action(rest);
-    // The method is what panels differ in.
-    const bool each = all_ && action.what != Action::What::kIntegrator;
-    for (std::size_t i = each ? 0 : system; i < (each ? player_.count() : system + 1); ++i)
-      act(from, i, action);
-  }
-}
-
-void Live::pull(std::size_t system, std::string arguments) {
-  const int particle = static_cast<int>(number_in(word_of(arguments), 0, 2e9));
-  Vec3 to;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    to[axis] = number_in(word_of(arguments), -kFurthest, kFurthest);
-  bool any = false;
-  for (Hand& hand : hands_)
-    if ((all_ || hand.system == system) && hand.particle == particle) {
-      hand.to = to;
-      hand.pulled = any = true;
-    }
-  if (any) return;
-  refuse_word("nothing to pull", "particle " + std::to_string(particle) + " is not held");
-}
-
-// What changes no state but where in time it is looked at; false for another word.
-bool Live::control(const std::string& word, const std::string& argument, std::uint64_t from) {
-  constexpr double kMostBack = 1e6, kFastest = 100;
-  if (word == "play") {
-    playing_ = player_.failed() < 0;
-    if (playing_) failure_.clear();
-  } else if (word == "pause") {
-    playing_ = false;
-  } else if (word == "speed") {
-    speed_ = number_in(argument, 0.001, kFastest);
-  } else if (word == "step") {
-    playing_ = false;
-    move_hands();
-    const auto target = player_.step() + static_cast<std::int64_t>(number_in(argument, 1, 1000));
-    while (player_.step() < target && player_.advance(target - player_.step()) > 0)
-      for (EnergyAccount& each : accounts_) each.stepped();
-    if (player_.failed() >= 0) failure_ = failure();
-  } else if (word == "back") {
-    playing_ = false;
-    go_to(player_.step() - static_cast<std::int64_t>(number_in(argument, 1, kMostBack)));
-  } else if (word == "goto") {
-    playing_ = false;
-    go_to(player_.step_at(number_in(argument, 0, 1e9)));
-  } else if (word == "undo") {
-    hands_.clear();
-    bool any = false;
-    for (std::size_t i = 0; i < player_.count(); ++i)
-      any = any || player_.timeline(i).actions() > before_[i];
-    if (!any || !player_.undo()) refuse_word("nothing to undo", "no hand has done anything");
-    measured_.begin_anew();
-    settle();
-    measure_limits();
-  } else if (word == "reset") {
-    hands_.clear();
-    player_.reset();
-    before_.assign(player_.count(), 0);
-    measured_.afford(few());
-    measured_.begin_anew();
-    accounts_.clear();
-    for (std::size_t i = 0; i < player_.count(); ++i)
-      accounts_.emplace_back(player_, i, scene_.spec.systems[i], registry_);
-    settle();
-  } else if (word == "colour") {
-    measured_.ask(from, argument);
-  } else if (word == "bye") {
-    measured_.leave(from);
-    let_go(from);
-  } else {
-    return false;
-  }
-  return true;
+  shares_stale_ |= action.changes_settings() && !pins;
 }
 
 // --- What is shown ----------------------------------------------------------------------------
@@ -409,7 +307,7 @@ std::string Live::verdict(std::size_t i) {
 
 ViewState Live::state() {
   fresh_ = false;
-  if (playing_ && Clock::now() > limits_) measure_limits();
+  if (shares_stale_ || (playing_ && Clock::now() > limits_)) measure_limits();
   ViewState all{.number = number_, .playing = playing_, .slow = was_slow_};
   all.speed = speed_;
   all.real = real_;

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ class Live {
   // Real time: catches up with the clock, for at most so many seconds. True if it was too slow.
   void run(double seconds);
   bool playing() const { return playing_; }
+  // On the way to another step, which run() goes on with; a command that comes now waits for its
+  // end.
+  bool travelling() const { return travel_.has_value(); }
 
   // Words of somebody, see ViewMessage. Why they are refused, or nothing. Never throws for them.
   std::string take(std::uint64_t from, const std::string& line);
@@ -65,6 +69,7 @@ class Live {
   void move_hands();
   void let_go(std::uint64_t from);
   void go_to(std::int64_t step);
+  void travel(const std::function<bool()>& go_on);
   void settle();  // after anything but steps
   void measure_limits();
   bool few() const;
@@ -85,8 +90,14 @@ class Live {
   Measured measured_;
   std::vector<Hand> hands_;
   std::vector<double> shares_;  // of the largest stable step
+  bool shares_stale_ = false;   // a command changed what they depend on
   bool playing_ = true, was_slow_ = false;
   double speed_ = 1, debt_ = 0;  // of real time; s of the scene
+  struct Travel {
+    std::int64_t to = 0;
+    bool known = false;  // the step is one that was there before
+  };
+  std::optional<Travel> travel_;
   Clock::time_point last_, limits_;
   double step_cost_ = 0;  // s
   bool fresh_ = true, all_ = false;

@@ -17,6 +17,7 @@
 #include "cli/terminal/cells.h"
 #include "cli/terminal/signals.h"
 #include "cli/view/browser_launch.h"
+#include "cli/view/command_queue.h"
 #include "cli/view/live.h"
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
@@ -142,6 +143,20 @@ void announce(const std::string& address, BrowserLaunch* browser, Console& conso
 
 using Caught = std::function<int()>;  // the signal that came, or 0
 
+// Why it was refused goes to who said it.
+void obey(Stage& stage, View& shown, const ViewMessage& command) {
+  std::string refused = stage.live().take(command.from, command.text);
+  if (const auto wish = stage.live().take_wish()) {
+    try {
+      stage.set(wish->name, wish->value);
+      shown.renew(stage.live().scene());
+    } catch (const Error& error) {
+      refused = error.what();
+    }
+  }
+  if (!refused.empty()) shown.refuse(command.from, refused);
+}
+
 // Until it is closed or a signal comes: served, stepped and shown.
 void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
            const Caught& caught, Console& console) {
@@ -154,25 +169,15 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
   BrowserLaunch browser;
   if (const std::string address = shown->address(); !address.empty())
     announce(address, request.open ? &browser : nullptr, console);
+  const auto take = [&](const ViewMessage& command) { obey(stage, *shown, command); };
+  const auto ready = [&] { return !caught() && !stage.live().travelling(); };
+  CommandQueue commands(*shown, ready, take);
   auto next = Clock::now(), quiet = next;
   double drawn = 0;  // s that the last picture took
   while (!caught() && !shown->closed()) {
-    const double left = std::chrono::duration<double>(next - Clock::now()).count();
-    for (const ViewMessage& message : shown->wait(static_cast<int>(std::max(0.0, 1000 * left)))) {
-      std::string refused = stage.live().take(message.from, message.text);
-      if (const auto wish = stage.live().take_wish()) {
-        try {
-          stage.set(wish->name, wish->value);
-          shown->renew(stage.live().scene());
-        } catch (const Error& error) {
-          refused = error.what();
-        }
-      }
-      if (!refused.empty()) shown->refuse(message.from, refused);
-    }
+    commands.serve_until(next);
     browser.remove_when_old();
     Live& live = stage.live();
-    if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
     // Where drawing is slow, steps get as long a time: pictures are left out, not steps.
     live.run(kShare * std::max(kFrame, std::min(drawn, kLongest)));

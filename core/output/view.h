@@ -82,6 +82,8 @@ class View {
 
   // Serves what is due, for at most so many milliseconds; returns what came in.
   virtual std::vector<ViewMessage> wait(int milliseconds) = 0;
+  // While it holds, wait() need not return messages: they may stay with their senders.
+  virtual void hold(bool) {}
   virtual bool closed() const { return false; }  // nobody will look again
 
   // A moment is drawn, or sent to all whose last one has left.

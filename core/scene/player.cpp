@@ -94,15 +94,14 @@ void Player::travelled(const std::vector<std::int64_t>& from) {
   failed_ = -1;
 }
 
-bool Player::go_to(std::int64_t target) {
-  const auto always = [] { return true; };
+bool Player::go_to(std::int64_t target, const std::function<bool()>& go_on) {
   const std::vector<std::int64_t> from = steps();
   target = std::clamp(target, first(), known());
-  bool reached = timelines_.front().go_to(system(), target, always);
+  bool reached = timelines_.front().go_to(system(), target, go_on);
   for (std::size_t i = 1; reached && i < count(); ++i) {
     const std::int64_t near = timelines_[i].step_at(system(i), system().t());
     reached = timelines_[i].go_to(
-        system(i), std::clamp(near, timelines_[i].first(), timelines_[i].last()), always);
+        system(i), std::clamp(near, timelines_[i].first(), timelines_[i].last()), go_on);
   }
   travelled(from);
   return reached && follow();

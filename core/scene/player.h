@@ -46,8 +46,10 @@ class Player {
   void act(std::size_t system, const Action& action);  // throws as apply()
   void part();                                         // what is done next is undone by itself
   void reset();                                        // all; settings stay
-  // To a step of the clock, at least first(), at most known(). False: it could not be reached.
-  bool go_to(std::int64_t step);
+  // To a step of the clock, at least first(), at most known(). False: it could not be reached, or
+  // `go_on`, asked between steps, says no; the same call goes on from there.
+  bool go_to(
+      std::int64_t step, const std::function<bool()>& go_on = [] { return true; });
   bool undo();  // the last part, of any system; at the time it began
   std::int64_t step_at(double t) { return timelines_.front().step_at(system(), t); }
 

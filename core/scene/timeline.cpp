@@ -10,9 +10,9 @@
 namespace sim {
 namespace {
 
-constexpr std::int64_t kStride = 64;  // steps between two snapshots, before any are thinned out
-constexpr std::size_t kActionShare =
-    16;  // actions of that part of the budget have a snapshot behind
+constexpr std::int64_t kStride = 64;      // steps between two snapshots, before any are thinned out
+constexpr std::int64_t kAtOnce = 8;       // steps without asking whether to go on
+constexpr std::size_t kActionShare = 16;  // of the budget: actions between two snapshots
 
 }  // namespace
 
@@ -256,7 +256,8 @@ bool Timeline::go_to(Simulation& simulation, std::int64_t step,
   const std::size_t mark = mark_at_or_before(std::min(step, last_));
   if (now > step || now < marks_[mark].state->step) restore(simulation, mark);
   while (simulation.step_count() < step)
-    if (!go_on() || steps(simulation, step - simulation.step_count()) == 0) return false;
+    if (!go_on() || steps(simulation, std::min(step - simulation.step_count(), kAtOnce)) == 0)
+      return false;
   return true;
 }
 

@@ -303,12 +303,14 @@ class PageServer::Impl {
   }
 
   std::vector<ViewMessage> wait(int milliseconds) {
-    const bool any =
-        std::ranges::any_of(clients_, [](const auto& each) { return each.second->has_message(); });
+    const bool any = !held_ && std::ranges::any_of(clients_, [](const auto& each) {
+      return each.second->has_message();
+    });
     context_.restart();
     if (!any && milliseconds > 0) context_.run_one_for(std::chrono::milliseconds(milliseconds));
     for (int i = 0; i < kMostHandlers && context_.poll_one() > 0; ++i) {}
     std::vector<ViewMessage> messages;
+    if (held_) return messages;
     for (auto& [id, client] : clients_)
       if (client->has_message()) messages.push_back({id, client->take_message()});
     std::erase_if(clients_, [&](const auto& each) {
@@ -328,6 +330,7 @@ class PageServer::Impl {
   std::string policy_;
   std::deque<std::shared_ptr<HttpConnection>> requests_;  // in the order in which they came
   std::size_t downloads_ = 0;
+  bool held_ = false;
   std::map<std::uint64_t, std::shared_ptr<Client>> clients_;
   std::uint64_t next_id_ = 1;
 };
@@ -349,6 +352,8 @@ void PageServer::set_page(std::string html, std::string policy) {
 }
 
 std::vector<ViewMessage> PageServer::wait(int milliseconds) { return impl_->wait(milliseconds); }
+
+void PageServer::hold(bool on) { impl_->held_ = on; }
 
 bool PageServer::wants_frame() const {
   return std::ranges::any_of(impl_->clients_,

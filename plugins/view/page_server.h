@@ -30,6 +30,7 @@ class PageServer {
   // Serves for at most so many milliseconds, until something is done. At most one message of each
   // client is returned; nothing more is read of one that has some left.
   std::vector<ViewMessage> wait(int milliseconds);
+  void hold(bool on);  // none are returned
 
   // A picture goes to the clients that are ready for another; a client that is slow misses some.
   bool wants_frame() const;

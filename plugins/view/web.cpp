@@ -21,6 +21,7 @@ class Web final : public sim::View {
     return server_.wait(milliseconds);
   }
 
+  void hold(bool on) override { server_.hold(on); }
   bool wants_frame() const override { return server_.wants_frame(); }
 
   void show(const sim::Moment& moment, const sim::ViewState& state) override {

@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import tempfile
+import threading
 import time
 
 from live_client import Refused, Server, Socket, replay
@@ -234,6 +235,45 @@ def test_cost(server):
     page.close()
 
 
+def test_flood(server):
+    """One who sends commands without end leaves pictures, commands and signals to the others."""
+    page, flood = Socket(server), Socket(server)
+    words = ["dt 0.002", "integrator verlet", "goto 0.1", "reset", "dt 0.001", "integrator rk4"]
+
+    def send():
+        try:
+            for _ in range(100000):
+                for word in words:
+                    flood.say(word)
+        except OSError:
+            pass
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        time.sleep(1)
+        # Commands of the other are not behind the thousands that were sent before them, and pictures
+        # do not wait for them: between two of these few are done, however long they take.
+        for speed in (2, 3, 4, 5):
+            page.say("speed %d" % speed)
+            for pictures in range(1000):
+                if page.receive().get("speed") == speed:
+                    break
+            assert pictures < 60, pictures
+        begin, seen = time.time(), 0
+        while time.time() < begin + 3:
+            seen += "systems" in page.receive()
+        print("  %d pictures in 3 s of a flood" % seen)
+        assert seen >= 6, seen
+        flood.socket.shutdown(socket.SHUT_RDWR)
+    finally:
+        sender.join()
+        flood.close()
+    while not page.receive().get("playing"):  # some of the flood is still to come
+        page.say("play")
+    page.close()
+
+
 def test_diverges(server):
     page = Socket(server)
     page.say("dt 0.2"), page.say("play")
@@ -302,4 +342,5 @@ if __name__ == "__main__":
     run(test_garbage)
     run(test_each_word)
     run(test_cost, "scenes/cloth.lua", "-s", "n=64")
+    run(test_flood)
     run(test_diverges)
