@@ -14,13 +14,14 @@ import tempfile
 class Server:
     """A `sim view` that runs as long as the block, and its recording."""
 
-    def __init__(self, program, *arguments):
+    def __init__(self, program, *arguments, stderr=subprocess.PIPE, record=True):
         # A comparison of methods has no recording.
-        self.record = tempfile.mktemp(suffix=".rec") if arguments.count("-i") < 2 else ""
+        record = record and arguments.count("-i") < 2
+        self.record = tempfile.mktemp(suffix=".rec") if record else ""
         record = ["--record", self.record] if self.record else []
         self.process = subprocess.Popen(
             [program, "view", *arguments, "--no-open", *record],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            stdout=subprocess.PIPE, stderr=stderr, text=True)
         self.take_address()
 
     def take_address(self):
@@ -30,10 +31,10 @@ class Server:
             raise RuntimeError("no address: " + self.address + self.process.stderr.read())
         self.port, self.token = int(found[1]), found[2]
 
-    def stop(self):
+    def stop(self, seconds=10):
         """Ends it as Ctrl-C does; its exit code."""
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(10)
+        return self.process.wait(seconds)
 
     def __enter__(self):
         return self
