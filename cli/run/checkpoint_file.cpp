@@ -47,11 +47,14 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
   if (!accounts.empty()) saved.provenance->doubt = accounts.front().doubt;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     saved.systems.push_back(
-        checkpoint(scene.systems[i], scene.spec.systems[i], accounts[i].start_energy));
+        live_checkpoint(scene.systems[i], scene.spec.systems[i], accounts[i].start_energy));
     saved.systems.back().work = accounts[i].work;
   }
   Output output({file}, standard_output);
-  output.buffer() = encode(saved);
+  encode(saved, [&](std::string_view block) {
+    output.buffer() += block;
+    output.flush_if_full();
+  });
   output.commit_safely();
 }
 

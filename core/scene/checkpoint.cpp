@@ -22,37 +22,85 @@ constexpr std::uint64_t kWithoutProvenance = 3;  // a version that is read, too
   throw Error(ErrorKind::kCheckpoint, {"cannot resume", file, why, remedy});
 }
 
-std::uint64_t hash_of(std::string_view bytes) {
-  StateHash hash;
-  for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
-    std::uint64_t word;
-    std::memcpy(&word, bytes.data(), 8);
-    hash.add(word);
+std::uint64_t word_at(const char* bytes) {
+  std::uint64_t word;
+  std::memcpy(&word, bytes, 8);
+  return word;
+}
+
+// Of bytes that come in pieces: words of 8 bytes, then the bytes behind the last one.
+class ByteHash {
+ public:
+  // All pieces but the last are whole words.
+  void add(std::string_view bytes) {
+    for (; bytes.size() >= 8; bytes.remove_prefix(8)) hash_.add(word_at(bytes.data()));
+    for (const char c : bytes) hash_.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
   }
-  for (const char c : bytes) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  std::uint64_t value() const { return hash_.value(); }
+
+ private:
+  StateHash hash_;
+};
+
+std::uint64_t hash_of(std::string_view bytes) {
+  ByteHash hash;
+  hash.add(bytes);
   return hash.value();
 }
 
-// Whole numbers and doubles as 8 bytes; texts and lists after their length.
+using Sink = std::function<void(std::string_view)>;
+
+// Whole numbers and doubles as 8 bytes; texts and lists after their length; the hash at the end.
 class ByteWriter {
  public:
+  explicit ByteWriter(const Sink& sink) : sink_(sink) {}
+
+  void raw(std::string_view value) {
+    bytes_.append(value);
+    pass();
+  }
   void integer(std::uint64_t value) {
     char word[8];
     std::memcpy(word, &value, 8);
-    bytes_.append(word, 8);
+    raw({word, 8});
   }
   void number(double value) { integer(std::bit_cast<std::uint64_t>(value)); }
   void text(std::string_view value) {
     integer(value.size());
-    bytes_.append(value);
+    raw(value);
   }
-  void numbers(const std::vector<double>& values) {
+  // `zeros`: places of numbers that are written as 0, ascending.
+  void numbers(std::span<const double> values, std::span<const std::size_t> zeros = {}) {
     integer(values.size());
-    bytes_.append(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+    for (std::size_t begin = 0; begin < values.size(); begin += kBlock) {
+      const std::size_t count = std::min(kBlock, values.size() - begin), at = bytes_.size();
+      bytes_.append(reinterpret_cast<const char*>(values.data() + begin), 8 * count);
+      for (; !zeros.empty() && zeros.front() < begin + count; zeros = zeros.subspan(1))
+        std::memset(bytes_.data() + at + 8 * (zeros.front() - begin), 0, 8);
+      pass();
+    }
   }
-  std::string& bytes() { return bytes_; }
+  void seal() {
+    hash_.add(bytes_);
+    sink_(bytes_);
+    const std::uint64_t hash = hash_.value();
+    sink_({reinterpret_cast<const char*>(&hash), 8});
+  }
 
  private:
+  static constexpr std::size_t kBlock = 256;  // numbers
+
+  // Hands over all whole words.
+  void pass() {
+    if (bytes_.size() < 8 * kBlock) return;
+    const std::string_view whole = std::string_view(bytes_).substr(0, bytes_.size() / 8 * 8);
+    hash_.add(whole);
+    sink_(whole);
+    bytes_.erase(0, whole.size());
+  }
+
+  const Sink& sink_;
+  ByteHash hash_;
   std::string bytes_;
 };
 
@@ -60,11 +108,7 @@ class Reader {
  public:
   Reader(std::string_view bytes, const std::string& file) : rest_(bytes), file_(file) {}
 
-  std::uint64_t integer() {
-    std::uint64_t value;
-    std::memcpy(&value, take(8).data(), 8);
-    return value;
-  }
+  std::uint64_t integer() { return word_at(take(8).data()); }
   double number() { return std::bit_cast<double>(integer()); }
   std::size_t length(std::size_t size) {  // of a list with entries of so many bytes at least
     const std::uint64_t count = integer();
@@ -199,14 +243,16 @@ Provenance read_provenance(Reader& in) {
 
 }  // namespace
 
-Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
-                              double start_energy) {
-  Snapshot snapshot = simulation.snapshot();
+Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpec& spec,
+                                   double start_energy) {
+  Snapshot snapshot = simulation.snapshot_without_state();
   const Settings& settings = *snapshot.settings;
   // No hand comes back: what one holds is pinned.
+  std::vector<std::size_t> zeros;
   for (const int i : settings.held)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      snapshot.x[simulation.shape().find("velocity")->at(static_cast<std::size_t>(i), axis)] = 0;
+      zeros.push_back(simulation.shape().find("velocity")->at(static_cast<std::size_t>(i), axis));
+  std::ranges::sort(zeros);
   return {simulation.name(),
           scene_identity(spec),
           settings.method.choice(),
@@ -217,9 +263,21 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
           start_energy,
           settings.fixed(),
           settings.off,
-          snapshot.x,
-          snapshot.memory,
-          {}};
+          {},
+          std::move(snapshot.memory),
+          {},
+          simulation.state(),
+          std::move(zeros)};
+}
+
+Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
+                              double start_energy) {
+  Checkpoint::System saved = live_checkpoint(simulation, spec, start_energy);
+  saved.x.assign(saved.live.begin(), saved.live.end());
+  for (const std::size_t i : saved.zeros) saved.x[i] = 0;
+  saved.live = {};
+  saved.zeros.clear();
+  return saved;
 }
 
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
@@ -261,10 +319,10 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
          "make the checkpoint again");
 }
 
-std::string encode(const Checkpoint& checkpoint) {
+void encode(const Checkpoint& checkpoint, const Sink& sink) {
   static_assert(std::endian::native == std::endian::little);
-  ByteWriter out;
-  out.bytes() = kMagic;
+  ByteWriter out(sink);
+  out.raw(kMagic);
   out.integer(kVersion);
   out.text(checkpoint.scene);
   out.integer(checkpoint.seed);
@@ -291,18 +349,26 @@ std::string encode(const Checkpoint& checkpoint) {
     for (const int id : system.pinned) out.integer(static_cast<std::uint64_t>(id));
     out.integer(system.off.size());
     for (const std::string& name : system.off) out.text(name);
-    out.numbers(system.x);
+    out.numbers(system.live.empty() ? system.x : system.live, system.zeros);
     out.numbers(system.memory);
     out.numbers(system.work);
   }
-  return sealed(out.bytes());
+  out.seal();
+}
+
+std::string encode(const Checkpoint& checkpoint) {
+  std::string bytes;
+  encode(checkpoint, [&](std::string_view block) { bytes += block; });
+  return bytes;
 }
 
 std::string sealed(std::string_view bytes) {
-  ByteWriter out;
-  out.bytes() = bytes;
-  out.integer(hash_of(bytes));
-  return std::move(out.bytes());
+  std::string all;
+  const Sink sink = [&](std::string_view block) { all += block; };
+  ByteWriter out(sink);
+  out.raw(bytes);
+  out.seal();
+  return all;
 }
 
 bool looks_like_checkpoint(std::string_view bytes) { return bytes.starts_with(kMagic); }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +28,10 @@ struct Checkpoint {
     std::vector<std::string> off;  // switches
     std::vector<double> x, memory;
     std::vector<double> work;  // WorkIntegral::memory(); empty: not known
+    // Instead of x, to be written: the state of a simulation, which outlives this, and the places
+    // in it of numbers that are written as 0, ascending.
+    std::span<const double> live = {};
+    std::vector<std::size_t> zeros = {};
   };
   std::string scene;                            // as it was asked for
   std::map<std::string, std::string> settings;  // --set
@@ -37,13 +43,18 @@ struct Checkpoint {
 Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
                               double start_energy);
 
+// The same for encode() alone, without a copy of the state.
+Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpec& spec,
+                                   double start_energy);
+
 // Puts the simulation where the checkpoint was made, with the integrator, step size and pins of
 // then. Throws Error{kCheckpoint} when it is of another scene; then nothing has changed. A system
 // without an identity may be of another scene with as many numbers.
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
             Registry& registry);
 
-// Little-endian: magic, version, contents, hash of all before it.
+// Little-endian: magic, version, contents, hash of all before it; handed over in small blocks.
+void encode(const Checkpoint& checkpoint, const std::function<void(std::string_view)>& sink);
 std::string encode(const Checkpoint& checkpoint);
 
 // Bytes with their hash behind them, as the end of a checkpoint.

@@ -54,6 +54,12 @@ void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
 }
 
 Snapshot Simulation::snapshot() const {
+  Snapshot snapshot = snapshot_without_state();
+  snapshot.x.assign(state().begin(), state().end());
+  return snapshot;
+}
+
+Snapshot Simulation::snapshot_without_state() const {
   const Impl& s = *impl_;
   // Behind that of the method the impulses of bodies that touch, and their number.
   std::vector<double> memory = s.integrator->memory();
@@ -62,8 +68,7 @@ Snapshot Simulation::snapshot() const {
     memory.insert(memory.end(), own.begin(), own.end());
     memory.push_back(static_cast<double>(own.size()));
   }
-  return {s.settings,       s.step_count, s.n0, s.t0, {s.x.data(), s.x.data() + s.x.size()},
-          std::move(memory)};
+  return {s.settings, s.step_count, s.n0, s.t0, {}, std::move(memory)};
 }
 
 void Simulation::restore(const Snapshot& snapshot) {

@@ -1,0 +1,33 @@
+// The memory of a run does not grow with the frames that it writes, nor by its checkpoint.
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+
+#include "tests/cli/program.h"
+#include "tests/support/temporary.h"
+
+using namespace sim_test;
+
+namespace {
+
+// The largest of all programs that were run, in MB: it can only grow.
+double peak() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace
+
+TEST_CASE("a checkpoint is written without a copy of the state", "[cli][memory]") {
+  const TemporaryFolder folder;
+  const auto run = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"-q", "-s", "n=700", "-n", "1", "-j", "1", "--no-verify"});
+    REQUIRE(run_sim(more, {.folder = folder.path()}).code == 0);
+  };
+  run({});
+  const double without = peak();
+  run({"--snap", "a.snap"});
+  INFO(without << " MB without, " << peak() << " MB with a checkpoint");
+  CHECK(peak() < without + 10);
+}
