@@ -29,7 +29,7 @@ PanelGrid panel_grid(int panels) {
   return grid;
 }
 
-Gallery::Gallery(std::span<const Model> models, std::span<const Moment> moments, const Look& look,
+Gallery::Gallery(std::span<const Model> models, const Moments& moments, const Look& look,
                  const Panels& panels)
     : grid_(panels.any() ? panel_grid(static_cast<int>(models.size())) : PanelGrid{}),
       own_(look_of_panel(look, grid_)),
@@ -43,14 +43,12 @@ Gallery::Gallery(std::span<const Model> models, std::span<const Moment> moments,
   }
   const Viewpoint viewpoint = make_viewpoint(models.first(1), panels.stage, own_);
   const ColourScale scale = colour_scale(look, models, moments);
-  scenes->panels.resize(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
-    Panel& panel = scenes->panels[i];
-    for (const Moment& moment : moments) panel.moments.push_back({moment[i]});
-    panel.scenery = std::make_unique<Scenery>(models.subspan(i, 1), panel.moments, own_);
-    panel.scenery->set_viewpoint(viewpoint);
-    panel.scenery->set_scale(scale);
-    panel.scenery->set_caption(panels.captions[i]);
+    auto panel = std::make_unique<Scenery>(models.subspan(i, 1), moments.of_system(i), own_);
+    panel->set_viewpoint(viewpoint);
+    panel->set_scale(scale);
+    panel->set_caption(panels.captions[i]);
+    scenes->panels.push_back(std::move(panel));
   }
   scenes_ = std::move(scenes);
   image_.width = grid_.columns * own_.width + (grid_.columns - 1) * kGap;
@@ -71,7 +69,7 @@ const Image& Gallery::draw(std::size_t moment) {
   if (scenes_->whole) return raster_.draw(scenes_->whole->picture(moment));
   std::ranges::fill(image_.rgb, kBetween);
   for (std::size_t i = 0; i < scenes_->panels.size(); ++i) {
-    const Image& panel = raster_.draw(scenes_->panels[i].scenery->picture(moment));
+    const Image& panel = raster_.draw(scenes_->panels[i]->picture(moment));
     const int column = static_cast<int>(i) % grid_.columns,
               row = static_cast<int>(i) / grid_.columns;
     const int left = column * (panel.width + kGap), top = row * (panel.height + kGap);

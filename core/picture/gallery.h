@@ -29,7 +29,7 @@ PanelGrid panel_grid(int panels);
 class Gallery {
  public:
   // As Scenery: all of them outlive it.
-  Gallery(std::span<const Model> models, std::span<const Moment> moments, const Look& look,
+  Gallery(std::span<const Model> models, const Moments& moments, const Look& look,
           const Panels& panels = {});
 
   // Draws the same pictures on another thread; what was found of the run is shared.
@@ -41,13 +41,9 @@ class Gallery {
   int height() const { return image_.height; }
 
  private:
-  struct Panel {
-    std::vector<Moment> moments;  // of its system alone
-    std::unique_ptr<Scenery> scenery;
-  };
   struct Scenes {
     std::unique_ptr<Scenery> whole;  // without panels
-    std::vector<Panel> panels;
+    std::vector<std::unique_ptr<Scenery>> panels;
   };
 
   PanelGrid grid_;

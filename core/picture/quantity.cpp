@@ -82,8 +82,7 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
   return values;
 }
 
-ColourScale colour_scale(const Look& look, std::span<const Model> models,
-                         std::span<const Moment> moments) {
+ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments) {
   ColourScale scale;
   scale.name = look.colour;
   if (look.colour == "strain") scale = {"strain", "%", 100, 1, true};
@@ -96,10 +95,13 @@ ColourScale colour_scale(const Look& look, std::span<const Model> models,
     scale.most = look.most;
     return scale;
   }
-  for (const Moment& moment : moments)
+  Moment room;
+  for (std::size_t at = 0; at < moments.size(); ++at) {
+    const Moment& moment = moments.at(at, room);
     for (std::size_t m = 0; m < models.size() && m < moment.size(); ++m)
       for (const double value : quantity(models[m], moment[m], look.colour))
         if (std::isfinite(value)) most = std::max(most, std::abs(value));
+  }
   scale.most = round_up(most);
   return scale;
 }

@@ -7,6 +7,7 @@
 
 #include "core/picture/look.h"
 #include "core/picture/model.h"
+#include "core/picture/moments.h"
 #include "core/picture/picture.h"
 
 namespace sim {
@@ -27,8 +28,7 @@ struct ColourScale {
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
 
 // Of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a power of ten.
-ColourScale colour_scale(const Look& look, std::span<const Model> models,
-                         std::span<const Moment> moments);
+ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments);
 
 // The end of a scale that goes on while what it shows changes: it grows at once, and shrinks when
 // there is a fifth left.

@@ -59,11 +59,26 @@ std::vector<std::array<int, 2>> edges_of(const Model& model) {
   return {edges.begin(), edges.end()};
 }
 
+// The way of the last free particle, where there are few.
+std::vector<Vec3> trail_of(const Model& model, const Moments& moments, std::size_t system) {
+  if (!model.triangles.empty() || !model.in_bodies.empty() ||
+      static_cast<std::size_t>(model.particles) - model.pinned.size() > kMostTrail)
+    return {};
+  int last = model.particles - 1;
+  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
+  if (last < 0) return {};
+  std::vector<Vec3> points;
+  Moment room;
+  for (std::size_t at = 0; at < moments.size(); ++at)
+    points.push_back(moments.at(at, room)[system].at(last));
+  return points;
+}
+
 }  // namespace
 
 unsigned family_colour(std::size_t i) { return kFamilies[i % std::size(kFamilies)]; }
 
-Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments, const Look& look)
+Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Look& look)
     : models_(models),
       moments_(moments),
       look_(look),
@@ -72,13 +87,17 @@ Scenery::Scenery(std::span<const Model> models, std::span<const Moment> moments,
   for (std::size_t m = 0; m < models.size(); ++m) turned_.push_back(shows_back(m));
   for (std::size_t m = 0; look.wireframe && m < models.size(); ++m)
     wires_.push_back(edges_of(models[m]));
+  for (std::size_t m = 0; m < models.size(); ++m)
+    trails_.push_back(trail_of(models[m], moments, m));
   std::vector<std::string> names;
   int most = 0;
+  Moment room;
+  const Moment& first = moments.at(0, room);
   bool colours = look.colour == "none";
   for (std::size_t m = 0; m < models.size(); ++m) {
     for (const ModelFamily& family : models[m].families) names.push_back(family.name);
     if (!models[m].families.empty()) most = std::max(most, models[m].particles);
-    colours = colours || !quantity(models[m], moments[0][m], look.colour).empty();
+    colours = colours || !quantity(models[m], first[m], look.colour).empty();
   }
   for (const std::string& family : look.families)
     if (std::ranges::find(names, family) == names.end())
@@ -104,13 +123,16 @@ bool Scenery::shows_back(std::size_t m) const {
       ++sides[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
   if (std::ranges::all_of(sides, [](const auto& side) { return side.second == 2; })) return false;
   double front = 0;
-  for (const std::size_t at : {std::size_t{0}, moments_.size() / 2, moments_.size() - 1})
+  Moment room;
+  for (const std::size_t at : {std::size_t{0}, moments_.size() / 2, moments_.size() - 1}) {
+    const Frame& frame = moments_.at(at, room)[m];
     for (const auto& t : models_[m].triangles) {
-      const auto corner = [&](std::size_t k) { return place(m, moments_[at][m].at(t[k])); };
+      const auto corner = [&](std::size_t k) { return place(m, frame.at(t[k])); };
       const V3 a = corner(0);
       const double seen = raster::dot(sum_normal(a, corner(1), corner(2)), viewpoint_.eye.at - a);
       if (std::isfinite(seen)) front += seen;
     }
+  }
   return front < 0;
 }
 
@@ -119,7 +141,8 @@ bool Scenery::picked(int particle) const {
 }
 
 Picture Scenery::picture(std::size_t at) const {
-  const Moment& moment = moments_[at];
+  Moment room;
+  const Moment& moment = moments_.at(at, room);
   Picture picture;
   picture.eye = viewpoint_.eye;
   picture.light = viewpoint_.light;
@@ -204,19 +227,11 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
             {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
 }
 
-// The way of the last free particle so far, where there are few.
 void Scenery::trail(Picture& picture, std::size_t m, std::size_t at) const {
-  const Model& model = models_[m];
-  if (!model.triangles.empty() || !model.in_bodies.empty() ||
-      static_cast<std::size_t>(model.particles) - model.pinned.size() > kMostTrail)
-    return;
-  int last = model.particles - 1;
-  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
-  if (last < 0) return;
-  for (std::size_t k = 1; k <= at; ++k) {
+  const std::vector<Vec3>& points = trails_[m];
+  for (std::size_t k = 1; k <= at && k < points.size(); ++k) {
     const float age = static_cast<float>(at - k) / static_cast<float>(at + 1);
-    picture.lines.push_back({place(m, moments_[k - 1][m].at(last)),
-                             place(m, moments_[k][m].at(last)), 2.2F - 1.4F * age,
+    picture.lines.push_back({place(m, points[k - 1]), place(m, points[k]), 2.2F - 1.4F * age,
                              raster::mix(colour(0x5E98D6), colour(0xB4C6DC), age), false});
   }
 }

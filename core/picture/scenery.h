@@ -15,7 +15,7 @@ class Scenery {
  public:
   // All of them outlive it, and there is a moment at least. Throws Error{kUsage} for a particle, a
   // family or a quantity that no system has.
-  Scenery(std::span<const Model> models, std::span<const Moment> moments, const Look& look);
+  Scenery(std::span<const Model> models, const Moments& moments, const Look& look);
 
   Picture picture(std::size_t moment) const;
 
@@ -44,10 +44,11 @@ class Scenery {
   bool picked(int particle) const;
 
   std::span<const Model> models_;
-  std::span<const Moment> moments_;
+  Moments moments_;
   Look look_;
   std::vector<bool> turned_;                            // systems whose surface would show its back
   std::vector<std::vector<std::array<int, 2>>> wires_;  // of each system, if they are drawn
+  std::vector<std::vector<Vec3>> trails_;               // of each system, a point a moment; or none
   Viewpoint viewpoint_;
   ColourScale scale_;
   std::vector<std::string> caption_;

@@ -22,13 +22,15 @@ struct Box {
 };
 
 // 30 times the size at the start, around its middle.
-Reach reach_of(const Model& model, std::span<const Moment> moments, std::size_t system) {
+Reach reach_of(const Model& model, const Moments& moments, std::size_t system) {
   Box start;
   if (moments.empty()) return {};
+  Moment room;
+  const Frame& first = moments.at(0, room)[system];
   const auto whole = [](const Vec3& p) { return p.allFinite() && p.norm() < 1e100; };
   for (int i = 0; i < model.particles; ++i)
-    if (const Vec3 p = moments[0][system].at(i); whole(p)) start.include(p);
-  for (const SolidShape& solid : moments[0][system].solids)
+    if (const Vec3 p = first.at(i); whole(p)) start.include(p);
+  for (const SolidShape& solid : first.solids)
     if (solid.form != SolidShape::Form::kPlane && solid.form != SolidShape::Form::kNone)
       start.include(solid.center);
   if (start.empty()) return {};
@@ -36,17 +38,18 @@ Reach reach_of(const Model& model, std::span<const Moment> moments, std::size_t 
 }
 
 // What a picture has to hold of one system, a cloud of points in m.
-std::vector<Vec3> cloud_of(const Model& model, std::span<const Moment> moments, std::size_t system,
+std::vector<Vec3> cloud_of(const Model& model, const Moments& moments, std::size_t system,
                            const Reach& reach, std::size_t most) {
   std::vector<Vec3> points;
   if (reach.radius == 0) return points;
   const std::size_t total = static_cast<std::size_t>(model.particles) * moments.size();
   const std::size_t stride = 1 + total / most;
   std::size_t count = 0;
-  for (const Moment& moment : moments) {
-    const Frame& frame = moment[system];
+  Moment room;
+  for (std::size_t at = 0; at < moments.size(); ++at) {
+    const Frame& frame = moments.at(at, room)[system];
     for (int i = 0; i < model.particles; ++i)
-      if (count++ % stride == 0 || &moment == &moments.front()) {
+      if (count++ % stride == 0 || at == 0) {
         const Vec3 p = frame.at(i);
         if (reach.holds(p)) points.push_back(p);
       }
@@ -121,9 +124,9 @@ double fit(Sight& view, std::span<const Vec3> points, double tan_x, double tan_y
 }
 
 // A horizontal plane that things fall on is the ground.
-std::optional<double> floor_of(std::span<const Moment> moments, const Vec3& up) {
-  for (const Frame& frame : moments.front())
-    for (const SolidShape& solid : frame.solids)
+std::optional<double> floor_of(const Moments& moments, std::size_t systems, const Vec3& up) {
+  for (std::size_t m = 0; m < systems; ++m)
+    for (const SolidShape& solid : moments.head(0, m).solids)
       if (solid.form == SolidShape::Form::kPlane && solid.axes[1].dot(up) > 0.999999)
         return solid.center.dot(up);
   return {};
@@ -136,8 +139,7 @@ bool only_numbers(std::span<const Model> models) {
 
 }  // namespace
 
-Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> moments,
-                         const Look& look) {
+Viewpoint make_viewpoint(std::span<const Model> models, const Moments& moments, const Look& look) {
   Viewpoint viewpoint;
   for (const Model& model : models)
     if (model.second_order) {
@@ -180,7 +182,7 @@ Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> 
 
   double low = HUGE_VAL;
   for (const Vec3& p : points) low = std::min(low, p.dot(up));
-  const auto floor = floor_of(moments, up);
+  const auto floor = floor_of(moments, models.size(), up);
   const double ground = look.ground.value_or(floor.value_or(low - 0.16 / viewpoint.scale));
   viewpoint.grid = round_up(0.12 / viewpoint.scale);
   if (!only_numbers(models)) {

@@ -7,6 +7,7 @@
 
 #include "core/picture/look.h"
 #include "core/picture/model.h"
+#include "core/picture/moments.h"
 #include "core/picture/picture.h"
 
 namespace sim {
@@ -35,7 +36,6 @@ struct Viewpoint {
   }
 };
 
-Viewpoint make_viewpoint(std::span<const Model> models, std::span<const Moment> moments,
-                         const Look& look);
+Viewpoint make_viewpoint(std::span<const Model> models, const Moments& moments, const Look& look);
 
 }  // namespace sim

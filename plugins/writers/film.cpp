@@ -9,6 +9,7 @@
 
 #include "core/base/text.h"
 #include "core/output/process.h"
+#include "core/output/stored_moments.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
@@ -92,7 +93,7 @@ class Drawers {
 class Film final : public sim::Writer {
  public:
   explicit Film(const sim::WriterTask& task)
-      : task_(task), program_(found_ffmpeg(task.file)), file_(task.file) {
+      : task_(task), program_(found_ffmpeg(task.file)), file_(task.file), moments_(task.file) {
     // Both sides even, as most codecs want.
     task_.look.width &= ~1;
     task_.look.height &= ~1;
@@ -100,10 +101,10 @@ class Film final : public sim::Writer {
 
   sim::Pace pace() const override { return sim::Pace::kFilm; }
 
-  void add(const sim::Moment& moment) override { moments_.push_back(moment); }
+  void add(const sim::Moment& moment) override { moments_.add(moment); }
 
   void commit() override {
-    if (moments_.empty()) return;
+    if (moments_.size() == 0) return;
     sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
     const int width = gallery.width(), height = gallery.height();
     std::vector<std::string> words{program_,   "-loglevel",
@@ -140,7 +141,7 @@ class Film final : public sim::Writer {
   sim::WriterTask task_;
   std::string program_;
   sim::FileBeside file_;
-  std::vector<sim::Moment> moments_;
+  sim::StoredMoments moments_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/output/output.h"
 #include "core/output/page/page.h"
+#include "core/output/stored_moments.h"
 #include "core/output/writer.h"
 #include "core/picture/quantity.h"
 #include "core/plugin/plugin.h"
@@ -14,27 +15,27 @@ constexpr std::size_t kMostBytes = 50'000'000;
 
 class Html final : public sim::Writer {
  public:
-  explicit Html(const sim::WriterTask& task) : task_(task), output_({task.file}, std::cout) {}
+  explicit Html(const sim::WriterTask& task)
+      : task_(task), output_({task.file}, std::cout), moments_(task.file) {}
 
   sim::Pace pace() const override { return sim::Pace::kFilm; }
 
   void add(const sim::Moment& moment) override {
-    moments_.push_back(moment);
+    sim::Moment kept = moment;
     const std::string& colour = task_.look.colour;
     for (std::size_t m = 0; m < moment.size(); ++m) {
-      sim::Frame& frame = moments_.back()[m];
-      if (colour == "energy") frame.values = sim::quantity(task_.models[m], frame, colour);
-      frame.v = {};
+      if (colour == "energy") kept[m].values = sim::quantity(task_.models[m], kept[m], colour);
+      kept[m].v = {};
     }
+    moments_.add(kept);
   }
 
   void commit() override {
-    if (moments_.empty()) return;
-    std::string page = sim::Page(task_.models, moments_, task_.look).of_run();
-    if (page.size() > kMostBytes)
+    if (moments_.size() == 0) return;
+    std::string page = sim::Page(task_.models, moments_, task_.look).of_run(kMostBytes);
+    if (page.empty() || page.size() > kMostBytes)
       throw sim::Error(sim::ErrorKind::kIo,
-                       {"a page too large for a browser", task_.file,
-                        std::to_string(page.size() / 1'000'000) + " MB, of at most 50",
+                       {"a page too large for a browser", task_.file, "it would have above 50 MB",
                         "fewer moments, --fps 10, or a shorter --time"});
     output_.buffer() = std::move(page);
     output_.commit();
@@ -43,7 +44,7 @@ class Html final : public sim::Writer {
  private:
   sim::WriterTask task_;
   sim::Output output_;
-  std::vector<sim::Moment> moments_;
+  sim::StoredMoments moments_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 #include "core/output/bytes.h"
 #include "core/output/output.h"
+#include "core/output/scratch_file.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
@@ -73,10 +74,10 @@ class MeshFile final : public sim::Writer {
  public:
   explicit MeshFile(const sim::WriterTask& task)
       : task_(task), cache_(task.format == "pc2"), output_({task.file}, std::cout) {
-    if (cache_)
-      first_.emplace(
-          sim::Target{std::filesystem::path(task.file).replace_extension(".obj").string()},
-          std::cout);
+    if (!cache_) return;
+    first_.emplace(sim::Target{std::filesystem::path(task.file).replace_extension(".obj").string()},
+                   std::cout);
+    points_.emplace(task.file);
   }
 
   sim::Pace pace() const override { return cache_ ? sim::Pace::kFilm : sim::Pace::kLast; }
@@ -87,9 +88,11 @@ class MeshFile final : public sim::Writer {
       return;
     }
     if (samples_++ == 0) first_->buffer() = obj(Mesh(task_.models, moment));
+    std::string points;
     for (const sim::Frame& frame : moment)
-      for (const double x : frame.x) sim::append_bytes(points_, static_cast<float>(x));
-    if (samples_ == 1) count_ = points_.size() / 12;
+      for (const double x : frame.x) sim::append_bytes(points, static_cast<float>(x));
+    if (samples_ == 1) count_ = points.size() / 12;
+    points_->append(points);
   }
 
   void commit() override {
@@ -101,7 +104,7 @@ class MeshFile final : public sim::Writer {
       sim::append_bytes(out, 0.0F);  // first frame, and frames a sample
       sim::append_bytes(out, 1.0F);
       sim::append_bytes(out, static_cast<std::int32_t>(samples_));
-      out += points_;
+      sim::append_scratch(output_, *points_, 0, points_->size());
       first_->commit();
     } else if (!last_.empty()) {
       const Mesh mesh(task_.models, last_);
@@ -117,7 +120,7 @@ class MeshFile final : public sim::Writer {
   std::optional<sim::Output> first_;
   sim::Moment last_;
   std::size_t samples_ = 0, count_ = 0;
-  std::string points_;
+  std::optional<sim::ScratchFile> points_;
 };
 
 }  // namespace

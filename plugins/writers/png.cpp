@@ -6,10 +6,13 @@
 #include "core/output/output.h"
 #include "core/output/png.h"
 #include "core/output/staging_folder.h"
+#include "core/output/stored_moments.h"
 #include "core/output/writer.h"
 #include "core/plugin/plugin.h"
 
 namespace {
+
+constexpr int kMostTrails = 80;  // particles of a scene whose last picture may show a trail
 
 // "%d" or "%04d" in a file's name.
 class Numbering {
@@ -48,30 +51,31 @@ class Png final : public sim::Writer {
     }
     int particles = 0;
     for (const sim::Model& model : task.models) particles += model.particles;
-    trails_ = particles <= 80;
+    if (!numbering_.single() || particles <= kMostTrails) stored_.emplace(task.file);
   }
 
   // A trail needs the moments before.
-  sim::Pace pace() const override {
-    return numbering_.single() && !trails_ ? sim::Pace::kLast : sim::Pace::kFilm;
-  }
+  sim::Pace pace() const override { return stored_ ? sim::Pace::kFilm : sim::Pace::kLast; }
 
   void add(const sim::Moment& moment) override {
-    if (numbering_.single() && !trails_) moments_.clear();
-    moments_.push_back(moment);
+    if (stored_)
+      stored_->add(moment);
+    else
+      last_ = {moment};
   }
 
   void commit() override {
-    if (moments_.empty()) return;
-    sim::Gallery gallery(task_.models, moments_, task_.look, task_.panels);
+    const sim::Moments moments = stored_ ? sim::Moments(*stored_) : sim::Moments(last_);
+    if (moments.empty()) return;
+    sim::Gallery gallery(task_.models, moments, task_.look, task_.panels);
     if (numbering_.single()) {
-      single_->buffer() = sim::png(gallery.draw(moments_.size() - 1));
+      single_->buffer() = sim::png(gallery.draw(moments.size() - 1));
       single_->commit();
       return;
     }
     const std::string name = std::filesystem::path(task_.file).filename().string();
     std::size_t count = 0;
-    for (; count < moments_.size() && !(task_.stop && task_.stop()); ++count) {
+    for (; count < moments.size() && !(task_.stop && task_.stop()); ++count) {
       sim::Output file(series_->temporary() / numbering_.name(name, count));
       file.buffer() = sim::png(gallery.draw(count));
       file.commit();
@@ -83,10 +87,10 @@ class Png final : public sim::Writer {
  private:
   sim::WriterTask task_;
   Numbering numbering_;
-  bool trails_ = false;
   std::optional<sim::Output> single_;
   std::optional<sim::StagingFolder> series_;
-  std::vector<sim::Moment> moments_;
+  std::optional<sim::StoredMoments> stored_;  // all moments, or only the last one
+  std::vector<sim::Moment> last_;
 };
 
 }  // namespace

@@ -19,6 +19,27 @@ double peak() {
 
 }  // namespace
 
+TEST_CASE("frames of a run are not kept in memory", "[cli][memory]") {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& file, const std::string& every) {
+    const Outcome outcome =
+        run_sim({"-q", "-s", "n=180", "-n", "60", "-d", "0.0001", "-j", "1", "--every", every,
+                 "--size", "64x64", "--no-verify", "--out", file},
+                {.folder = folder.path()});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+  };
+  std::vector<std::string> files{"a.npz", "a.pc2", "a.html", "a-%d.png"};
+  if (std::filesystem::exists("/usr/bin/ffmpeg")) files.emplace_back("a.mp4");
+  for (const std::string& file : files) run(file, "60");
+  const double two_frames = peak();
+  for (const std::string& file : files) {
+    run(file, "1");
+    INFO(file << ": " << two_frames << " MB with 2 frames, " << peak() << " MB with 61");
+    CHECK(peak() < two_frames + 12);
+  }
+}
+
 TEST_CASE("a checkpoint is written without a copy of the state", "[cli][memory]") {
   const TemporaryFolder folder;
   const auto run = [&](std::vector<std::string> more) {

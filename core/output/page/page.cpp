@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <utility>
 
 #include "core/base/md5.h"
 #include "core/output/bytes.h"
@@ -76,15 +78,20 @@ std::vector<float> drawable(std::vector<float> points) {
   return points;
 }
 
-struct Box {
-  float low[3] = {1e9F, 1e9F, 1e9F};
+}  // namespace
+
+// Whole numbers of 16 bits for the points that were added.
+struct Page::Box {
+  float low[3] = {1e9F, 1e9F, 1e9F}, high[3] = {-1e9F, -1e9F, -1e9F};
   double quantum = 0;
 
-  explicit Box(const std::vector<float>& points) {
+  void add(const std::vector<float>& points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      low[i % 3] = std::min(low[i % 3], points[i]);
+      high[i % 3] = std::max(high[i % 3], points[i]);
+    }
     float extent = 1e-6F;
-    for (std::size_t i = 0; i < points.size(); ++i) low[i % 3] = std::min(low[i % 3], points[i]);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      extent = std::max(extent, points[i] - low[i % 3]);
+    for (std::size_t axis = 0; axis < 3; ++axis) extent = std::max(extent, high[axis] - low[axis]);
     quantum = static_cast<double>(extent) / 65535;
   }
   std::uint16_t operator()(const std::vector<float>& points, std::size_t i) const {
@@ -93,9 +100,7 @@ struct Box {
   }
 };
 
-}  // namespace
-
-Page::Page(std::span<const Model> models, std::span<const Moment> moments, const Look& look)
+Page::Page(std::span<const Model> models, const Moments& moments, const Look& look)
     : models_(models),
       moments_(moments),
       look_(look),
@@ -112,20 +117,29 @@ std::string page_policy(const std::string& nonce) {
 
 std::string Page::of_live(const std::string& live, const std::string& nonce) const {
   Page start = *this;
-  start.moments_ = moments_.first(1);
-  return start.made(live, nonce);
+  Moment room;
+  const Moment& first = moments_.at(0, room);
+  start.moments_ = Moments(&first, 1);
+  return start.made(live, nonce, std::numeric_limits<std::size_t>::max());
 }
 
 // A page that is written has a digest of what it shows as its nonce.
-std::string Page::made(const std::string& live, std::string nonce) const {
-  std::string data, models, planes;
+std::string Page::made(const std::string& live, std::string nonce, std::size_t most) const {
+  // A file is kept; a live page goes to this machine, and somebody waits for it.
+  const bool file = live == "null";
+  Deflater data(file ? 9 : 1, most / 4 * 3);
+  std::vector<Box> boxes;
+  std::string models, structure;
   for (std::size_t m = 0; m < models_.size(); ++m) {
-    append_structure(models_[m], data);
-    models += (m ? "," : "") + model_json(m, planes);
+    append_structure(models_[m], structure);
+    data.add(std::exchange(structure, {}));
+    boxes.push_back(box_of(m));
+    models += (m ? "," : "") + model_json(m, boxes[m]);
   }
-  data += planes;
+  for (std::size_t m = 0; m < models_.size(); ++m) append_positions(m, boxes[m], data);
+  if (data.full()) return "";
   std::vector<double> times;
-  for (const Moment& moment : moments_) times.push_back(moment.front().t);
+  for (std::size_t at = 0; at < moments_.size(); ++at) times.push_back(moments_.head(at, 0).t);
   JsonObject head;
   head.json("models", "[" + models + "]").json("t", numbers(times));
   head.json("camera", camera_json()).json("light", point(own_axes(view_.light)));
@@ -142,10 +156,8 @@ std::string Page::made(const std::string& live, std::string nonce) const {
                             .json("most", number(scale_.most))
                             .str());
 
-  // A file is kept; a live page goes to this machine, and somebody waits for it.
-  const bool file = live == "null";
   const std::string words = script_json(head.str());
-  const std::string packed = base64(deflated(data, file ? 9 : 1));
+  const std::string packed = base64(data.finish());
   std::string policy;
   if (file) {
     nonce = md5(words + packed);
@@ -167,7 +179,8 @@ std::string Page::frame(const Moment& moment, std::string words, double most) co
   for (std::size_t m = 0; m < models_.size(); ++m) {
     const auto n = static_cast<std::size_t>(models_[m].particles);
     const std::vector<float> points = points_of(m, moment);
-    const Box box(points);
+    Box box;
+    box.add(points);
     for (const float low : box.low) append_bytes(bytes, low);
     append_bytes(bytes, static_cast<float>(box.quantum));
     const std::size_t begin = bytes.size();
@@ -195,7 +208,7 @@ std::vector<float> Page::points_of(std::size_t m, const Moment& moment) const {
 
 std::string Page::solids(const Moment& moment, std::size_t system) const {
   Page now = *this;
-  now.moments_ = {&moment, 1};
+  now.moments_ = Moments(&moment, 1);
   return now.solids_json(system);
 }
 
@@ -218,7 +231,7 @@ std::string Page::camera_json() const {
   return camera.str();
 }
 
-std::string Page::model_json(std::size_t m, std::string& planes) const {
+std::string Page::model_json(std::size_t m, const Box& box) const {
   const Model& model = models_[m];
   JsonObject json;
   json.text("name", model.name).text("method", model.method);
@@ -243,16 +256,18 @@ std::string Page::model_json(std::size_t m, std::string& planes) const {
   json.integer("trail", trailing(model));
   json.json("solids", solids_json(m));
   if (model.second_order) json.json("energy", energy_json(m));
-  positions(m, json, planes);
+  json.json("low", numbers(std::vector<double>{box.low[0], box.low[1], box.low[2]}, 9))
+      .json("quantum", number(box.quantum, 9));
   return json.str();
 }
 
 std::string Page::energy_json(std::size_t m) const {
   std::vector<double> kinetic, potential, total;
-  for (const Moment& moment : moments_) {
-    kinetic.push_back(moment[m].kinetic);
-    potential.push_back(moment[m].potential);
-    total.push_back(moment[m].kinetic + moment[m].potential);
+  for (std::size_t at = 0; at < moments_.size(); ++at) {
+    const Frame& frame = moments_.head(at, m);
+    kinetic.push_back(frame.kinetic);
+    potential.push_back(frame.potential);
+    total.push_back(frame.kinetic + frame.potential);
   }
   return JsonObject()
       .json("kinetic", numbers(kinetic, 5))
@@ -262,7 +277,8 @@ std::string Page::energy_json(std::size_t m) const {
 }
 
 bool Page::measured() const {
-  return std::ranges::any_of(moments_.front(),
+  Moment room;
+  return std::ranges::any_of(moments_.at(0, room),
                              [](const Frame& frame) { return !frame.values.empty(); });
 }
 
@@ -273,14 +289,14 @@ std::string Page::solids_json(std::size_t m) const {
   const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};
   using Form = SolidShape::Form;
   std::vector<std::string> list;
-  const auto& first = moments_.front()[m].solids;
+  const auto& first = moments_.head(0, m).solids;
   for (std::size_t s = 0; s < first.size(); ++s) {
     const Form form = first[s].form;
     const bool level = form == Form::kPlane && first[s].axes[1].dot(view_.up) > kLevel;
     if (form == Form::kNone || first[s].inside || level) continue;
     std::vector<std::string> places, turns;
-    for (const Moment& moment : moments_) {
-      const SolidShape& solid = moment[m].solids[s];
+    for (std::size_t at = 0; at < moments_.size(); ++at) {
+      const SolidShape& solid = moments_.head(at, m).solids[s];
       places.push_back(point(own_axes(view_.point(solid.center + view_.offsets[m]))));
       std::vector<double> turn;
       for (const Vec3& axis : solid.axes) {
@@ -320,27 +336,37 @@ void Page::append_values(std::size_t m, const Moment& moment, double most, std::
   }
 }
 
-void Page::positions(std::size_t m, JsonObject& json, std::string& planes) const {
-  std::vector<float> points;
-  for (const Moment& moment : moments_) {
-    const std::vector<float> now = points_of(m, moment);
-    points.insert(points.end(), now.begin(), now.end());
-  }
-  const Box box(points);
-  json.json("low", numbers(std::vector<double>{box.low[0], box.low[1], box.low[2]}, 9))
-      .json("quantum", number(box.quantum, 9));
+Page::Box Page::box_of(std::size_t m) const {
+  Box box;
+  Moment room;
+  for (std::size_t at = 0; at < moments_.size(); ++at) box.add(points_of(m, moments_.at(at, room)));
+  return box;
+}
+
+// The moments are gone through for each plane of bytes: there may be more than memory holds.
+void Page::append_positions(std::size_t m, const Box& box, Deflater& data) const {
   const std::size_t n = 3 * static_cast<std::size_t>(models_[m].particles);
-  std::vector<std::uint16_t> q(points.size());
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = box(points, i);
-  std::string lows, highs;
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    const auto d = static_cast<std::uint16_t>(i < n ? q[i] : q[i] - q[i - n]);
-    lows += static_cast<char>(d & 255U);
-    highs += static_cast<char>(d >> 8);
+  Moment room;
+  for (const int shift : {0, 8}) {
+    std::vector<std::uint16_t> before(n);
+    std::string bytes;
+    for (std::size_t at = 0; at < moments_.size() && !data.full(); ++at) {
+      const std::vector<float> points = points_of(m, moments_.at(at, room));
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::uint16_t q = box(points, i);
+        const auto d = static_cast<std::uint16_t>(q - std::exchange(before[i], q));
+        bytes += static_cast<char>(d >> shift & 255);
+      }
+      data.add(bytes);
+      bytes.clear();
+    }
   }
-  planes += lows + highs;
   if (!measured()) return;
-  for (const Moment& moment : moments_) append_values(m, moment, scale_.most, planes);
+  for (std::size_t at = 0; at < moments_.size() && !data.full(); ++at) {
+    std::string bytes;
+    append_values(m, moments_.at(at, room), scale_.most, bytes);
+    data.add(bytes);
+  }
 }
 
 }  // namespace sim

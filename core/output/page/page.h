@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "core/picture/moments.h"
 #include "core/picture/quantity.h"
 #include "core/picture/viewpoint.h"
 
 namespace sim {
 
+class Deflater;
 class JsonObject;
 
 // The Content-Security-Policy of a page whose script and style have that nonce: nothing else runs,
@@ -21,11 +23,11 @@ class Page {
  public:
   // The place to look from is found from all moments, of which there is one at least. They and the
   // models outlive the page.
-  Page(std::span<const Model> models, std::span<const Moment> moments, const Look& look);
+  Page(std::span<const Model> models, const Moments& moments, const Look& look);
 
   // Positions are whole numbers of 16 bits in the box of what moves, as differences from moment to
-  // moment, low bytes before high ones, deflated.
-  std::string of_run() const { return made("null", ""); }
+  // moment, low bytes before high ones, deflated. Empty where that is more than `most` bytes.
+  std::string of_run(std::size_t most) const { return made("null", "", most); }
 
   // `live`: JSON that the page finds in H.live. Its policy is sent by whoever serves it.
   std::string of_live(const std::string& live, const std::string& nonce) const;
@@ -36,19 +38,22 @@ class Page {
   std::string solids(const Moment& moment, std::size_t system) const;  // JSON, as they are then
 
  private:
+  struct Box;
+
   V3 own_axes(const V3& p) const;
-  std::string made(const std::string& live, std::string nonce) const;
-  std::string model_json(std::size_t m, std::string& planes) const;
+  std::string made(const std::string& live, std::string nonce, std::size_t most) const;
+  std::string model_json(std::size_t m, const Box& box) const;
   std::string camera_json() const;
   std::string energy_json(std::size_t m) const;
   std::string solids_json(std::size_t m) const;
   std::vector<float> points_of(std::size_t m, const Moment& moment) const;
-  void positions(std::size_t m, JsonObject& json, std::string& planes) const;
+  Box box_of(std::size_t m) const;
+  void append_positions(std::size_t m, const Box& box, Deflater& data) const;
   void append_values(std::size_t m, const Moment& moment, double most, std::string& out) const;
   bool measured() const;  // colours are values that the frames bring
 
   std::span<const Model> models_;
-  std::span<const Moment> moments_;
+  Moments moments_;
   Look look_;
   Viewpoint view_;
   ColourScale scale_;

@@ -1,0 +1,36 @@
+// Bytes that memory need not hold until a file is made of them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/output/output.h"
+
+namespace sim {
+
+// A file without a name, which goes with the process. It lies in the folder of the file that will
+// be made, where there is room for as much, and memory is not meant by it.
+class ScratchFile {
+ public:
+  explicit ScratchFile(const std::string& result);  // the file that will be made; throws Error{kIo}
+  ~ScratchFile();
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+
+  std::uint64_t size() const { return size_; }
+  std::uint64_t append(std::string_view bytes);  // where they begin; throws Error{kIo}
+  void read(std::uint64_t at, char* to, std::size_t count) const;  // from any thread
+
+ private:
+  [[noreturn]] void fail(int error) const;
+
+  std::string result_;
+  int file_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+// Adds a part of it to a file.
+void append_scratch(Output& output, const ScratchFile& from, std::uint64_t at, std::uint64_t count);
+
+}  // namespace sim
