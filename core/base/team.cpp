@@ -8,6 +8,7 @@
 #endif
 
 #include "core/base/float_control.h"
+#include "core/base/thread_start.h"
 
 namespace sim {
 namespace {
@@ -34,7 +35,13 @@ void wait_a_little(int spin) {
 }
 
 Team::Team(int threads) : size_(std::max(1, threads)), used_(size_) {
-  for (int rank = 1; rank < threads; ++rank) threads_.emplace_back([this, rank] { work(rank); });
+  threads_.reserve(static_cast<std::size_t>(size_));
+  for (int rank = 1; rank < threads; ++rank) {
+    std::thread thread;
+    if (!start_thread(thread, [this, rank] { work(rank); })) break;
+    threads_.push_back(std::move(thread));
+  }
+  use(most());
 }
 
 Team::~Team() {

@@ -2,6 +2,8 @@
 
 #include <csignal>
 
+#include "core/base/thread_start.h"
+
 namespace sim {
 
 // Signals are for the other threads.
@@ -9,7 +11,7 @@ Watchdog::Watchdog(LuaBudget& budget, LuaOverrun overrun) : budget_(budget), ove
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { watch(); });
+  start_thread(thread_, [this] { watch(); });
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
@@ -19,7 +21,7 @@ Watchdog::~Watchdog() {
     over_ = true;
   }
   changed_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Watchdog::watch() {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/base/text.h"
+#include "core/base/thread_start.h"
 #include "core/output/process.h"
 #include "core/output/stored_moments.h"
 #include "core/output/writer.h"
@@ -29,17 +30,22 @@ std::vector<std::string> codec(const std::string& format) {
           "20",   "-pix_fmt", "yuv420p", "-movflags", "+faststart"};
 }
 
-// Pictures of a film, drawn ahead by one thread a processor and taken in their order.
+// Pictures of a film, drawn ahead by one thread a processor and taken in their order. Where the
+// system gives no thread, the taker draws.
 class Drawers {
  public:
   // Each thread has a copy of the gallery.
-  Drawers(const sim::Gallery& gallery, std::size_t pictures) : pictures_(pictures) {
-    const std::size_t most =
-        std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce);
-    drawn_.resize(std::min(most, pictures));
-    for (std::size_t k = 0; k < drawn_.size(); ++k)
-      threads_.emplace_back(
-          [this, k, own = std::make_unique<sim::Gallery>(gallery)] { draw(k, *own); });
+  Drawers(sim::Gallery& gallery, std::size_t pictures) : gallery_(gallery), pictures_(pictures) {
+    const std::size_t most = std::min(
+        pictures, std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostAtOnce));
+    drawn_.resize(most);
+    for (std::size_t k = 0; k < most; ++k) {
+      std::jthread thread;
+      if (!sim::start_thread(thread,
+                             [this, own = std::make_shared<sim::Gallery>(gallery)] { draw(*own); }))
+        break;
+      threads_.push_back(std::move(thread));
+    }
   }
   ~Drawers() {
     {
@@ -51,26 +57,32 @@ class Drawers {
 
   // The i-th, valid until the next call.
   const sim::Image& take(std::size_t i) {
+    if (threads_.empty()) return gallery_.draw(i);
     std::unique_lock lock(mutex_);
     std::optional<sim::Image>& drawn = drawn_[i % drawn_.size()];
     changed_.wait(lock, [&] { return drawn || failure_; });
     if (failure_) std::rethrow_exception(failure_);
     std::swap(taken_, *drawn);
     drawn.reset();
+    taken_to_ = i + 1;
     changed_.notify_all();
     return taken_;
   }
 
  private:
-  // Every n-th picture, one ahead of the taker.
-  void draw(std::size_t rank, sim::Gallery& gallery) {
+  // Whichever picture is next, one ahead of the taker.
+  void draw(sim::Gallery& gallery) {
     try {
-      for (std::size_t i = rank; i < pictures_; i += drawn_.size()) {
+      std::unique_lock lock(mutex_);
+      while (next_ < pictures_ && !over_) {
+        const std::size_t i = next_++;
+        lock.unlock();
         const sim::Image& image = gallery.draw(i);
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return over_ || !drawn_[rank]; });
+        lock.lock();
+        std::optional<sim::Image>& drawn = drawn_[i % drawn_.size()];
+        changed_.wait(lock, [&] { return over_ || (!drawn && i < taken_to_ + drawn_.size()); });
         if (over_) return;
-        drawn_[rank] = image;
+        drawn = image;
         changed_.notify_all();
       }
     } catch (...) {
@@ -80,10 +92,11 @@ class Drawers {
     }
   }
 
-  std::size_t pictures_;
+  sim::Gallery& gallery_;
+  std::size_t pictures_, next_ = 0, taken_to_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<std::optional<sim::Image>> drawn_;  // the next of each thread
+  std::vector<std::optional<sim::Image>> drawn_;  // the i-th picture at i, in turns
   sim::Image taken_;
   std::exception_ptr failure_;
   bool over_ = false;

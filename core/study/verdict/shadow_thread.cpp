@@ -3,10 +3,14 @@
 #include <exception>
 #include <utility>
 
+#include "core/base/thread_start.h"
+
 namespace sim::study {
 
 ShadowThread::ShadowThread(ShadowRun shadow, std::function<bool()> stop)
-    : shadow_(std::move(shadow)), stop_(std::move(stop)), thread_([this] { follow(); }) {}
+    : shadow_(std::move(shadow)), stop_(std::move(stop)) {
+  start_thread(thread_, [this] { follow(); });
+}
 
 ShadowThread::~ShadowThread() { end(); }
 

@@ -14,7 +14,8 @@ namespace sim::study {
 
 class ShadowThread {
  public:
-  // What the shadow steps is used by no other thread then. `stop` ends it, from any thread.
+  // What the shadow steps is used by no other thread then. `stop` ends it, from any thread. Where
+  // the system gives no thread, the shadow stays at its start.
   ShadowThread(ShadowRun shadow, std::function<bool()> stop);
   ~ShadowThread();
 
