@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <filesystem>
 #include <regex>
+#include <sstream>
 
 #include "cli/prompt/repl_commands.h"
 #include "cli/prompt/repl_help.h"
@@ -14,6 +14,7 @@
 #include "cli/terminal/signals.h"
 #include "cli/verbs/describe.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/output/format.h"
 
 namespace sim::cli {
@@ -282,11 +283,8 @@ void Session::check_output(const std::string& command, const std::string& file) 
 void Session::read(const std::string& name) {
   if (depth_ >= kDeepest)
     throw Error(ErrorKind::kUsage, {"cannot read", name, "the files read each other", ""});
-  std::ifstream file(name, std::ios::binary);
-  std::error_code failed;
-  if (!file || std::filesystem::is_directory(name, failed))
-    throw Error(ErrorKind::kIo,
-                {"cannot read", name, file ? "it is a folder" : std::strerror(errno), ""});
+  constexpr double kMostBytes = 64e6;
+  std::istringstream file(read_input_file(name, kMostBytes, ""));
   files_.reads("the script", name);
   const std::string outer_where = where_;
   const int outer_line = line_;

@@ -1,12 +1,11 @@
 #include "cli/run/checkpoint_file.h"
 
-#include <cerrno>
-#include <cstring>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/output.h"
@@ -59,20 +58,17 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
 }
 
 Checkpoint read_checkpoint(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::error_code failed;
-  const bool folder = std::filesystem::is_directory(file, failed);
-  if (!stream || folder)
-    throw Error(ErrorKind::kIo, {"cannot read", file, folder ? "it is a folder" : strerror(errno),
-                                 "give a file that --snap or .snap wrote"});
-  // What is no checkpoint is not read to its end, which it may not have.
+  constexpr const char* kRemedy = "give a file that --snap or .snap wrote";
+  if (std::error_code failed; std::filesystem::is_other(file, failed))
+    refuse(file, "it is not a checkpoint file, for it is not a regular file", kRemedy);
+  // What is no checkpoint is not read to its end.
+  check_input_file(file, HUGE_VAL, kRemedy);
   std::string head(kHead, '\0');
+  std::ifstream stream(file, std::ios::binary);
   stream.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(stream.gcount()));
   if (!looks_like_checkpoint(head)) return decode(head, file);
-  std::ostringstream bytes;
-  bytes << head << stream.rdbuf();
-  return decode(bytes.str(), file);
+  return decode(read_input_file(file, most_of_memory(), kRemedy), file);
 }
 
 void complete(SceneRequest& request, const Checkpoint& saved) {

@@ -5,13 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
 #include "cli/run/scene.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/engine/lammps_frames.h"
 #include "core/engine/lammps_input.h"
@@ -83,15 +84,12 @@ void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
 }
 
 EngineNotes read_engine_notes(const std::string& folder) {
+  constexpr const char* kRemedy = "give a folder that sim export wrote";
   const std::string file = folder + "/" + kEngineNotes;
-  std::ifstream stream(file);
-  if (!stream)
-    throw Error(ErrorKind::kIo, {"cannot import", file, "it cannot be read",
-                                 "give a folder that sim export wrote"});
-  constexpr std::size_t kMostBytes = 100'000;
-  std::string text(kMostBytes, ' ');
-  stream.read(text.data(), kMostBytes);
-  text.resize(static_cast<std::size_t>(stream.gcount()));
+  const std::string text = read_input_file(file, 100e3, kRemedy);
+  for (const char* const name : {engine::kLammpsFrames, engine::kLammpsLog})
+    if (const std::string other = folder + "/" + name; std::filesystem::exists(other))
+      check_input_file(other, HUGE_VAL, kRemedy);
   EngineNotes notes;
   bool known = false, good = true;
   std::istringstream lines(text);

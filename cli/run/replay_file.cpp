@@ -1,18 +1,16 @@
 #include "cli/run/replay_file.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "cli/run/summary.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 
 namespace sim::cli {
 namespace {
+
+constexpr double kMostBytes = 256e6;
 
 [[noreturn]] void refuse_recording(const std::string& file, const std::string& why,
                                    const std::string& remedy) {
@@ -22,16 +20,8 @@ namespace {
 }  // namespace
 
 Replays::Replays(const std::string& file) : file_(file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::error_code failed;
-  const bool folder = std::filesystem::is_directory(file, failed);
-  if (!stream || folder)
-    throw Error(ErrorKind::kIo,
-                {"cannot read", file, folder ? "it is a folder" : std::strerror(errno),
-                 "give a file that --record wrote"});
-  std::ostringstream text;
-  text << stream.rdbuf();
-  recording_ = parse_recording(text.str(), file);
+  recording_ =
+      parse_recording(read_input_file(file, kMostBytes, "give a file that --record wrote"), file);
 }
 
 void Replays::complete(SceneRequest& request) {

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
 #include "cli/run/environment.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/output/output.h"
 #include "core/output/process.h"
 
@@ -52,9 +54,7 @@ class Between {
 
 int import_h5md(const ImportRequest& request, Console& console) {
   namespace fs = std::filesystem;
-  if (::access(request.mesh.c_str(), R_OK) != 0)
-    throw Error(ErrorKind::kIo, {"cannot read", request.mesh, std::strerror(errno),
-                                 "check the name and its permissions"});
+  check_input_file(request.mesh, HUGE_VAL, "check the name and its permissions");
   const fs::path reader = helper_program("read_h5md");
   if (::access(reader.c_str(), X_OK) != 0)
     throw Error(ErrorKind::kIo, {"cannot import", request.mesh, "this build has no HDF5",

@@ -14,6 +14,7 @@
 namespace sim::cli {
 namespace {
 
+constexpr std::size_t kMostBytes = 1'000'000'000;
 constexpr std::size_t kMostPoints = 5'000'000;
 constexpr std::size_t kMostCorners = 1000;  // of a polygon
 
@@ -228,7 +229,8 @@ Mesh used_part(const Reading& reading) {
 }  // namespace
 
 Mesh read_mesh(const std::string& file) {
-  const std::string text = read_whole_file(file, {"cannot read a mesh", file, "", ""});
+  const std::string text = read_whole_file(
+      file, {"cannot read a mesh", file, "", "give a file .obj or .ply"}, kMostBytes);
   Reading reading;
   reading.where = file;
   const std::string ending = ending_of(file);

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
+#include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 
@@ -119,10 +120,9 @@ SweepCases product_of(const std::vector<std::string>& axes) {
 }
 
 SweepCases cases_in(const std::string& file) {
-  std::ifstream in(file);
-  if (!in)
-    throw Error(ErrorKind::kIo, {"cannot read cases", file, "no such file, or no permission",
-                                 "it is a CSV file with the names in its first row"});
+  constexpr double kMostBytes = 256e6;
+  std::istringstream in(
+      read_input_file(file, kMostBytes, "it is a CSV file with the names in its first row"));
   SweepCases cases;
   std::string line;
   if (std::getline(in, line)) cases.names = csv_fields(line);

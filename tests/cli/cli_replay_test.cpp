@@ -118,7 +118,7 @@ TEST_CASE("what cannot be replayed is said with its line") {
   says(scene + "seed x\n+1 grab 1\n", 3, "seed");
   says(scene + "dt -1\n+1 grab 1\n", 3, "dt");
   says(scene + "set size=3\n+1 grab 1\n", 2, "size");
-  says("scene /dev/null\n+1 grab 1\n", 3, "");
+  says("scene /dev/null\n+1 grab 1\n", 5, "not a regular file");
   says("scene nowhere.lua\n+1 grab 1\n", 5, "nowhere");
   says(std::string(1 << 20, '\x80') + "\n", 3, "r:1");
   CHECK(run_sim({"--replay", "/nonexistent"}).code == 5);

@@ -14,10 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestFile = std::size_t{64} << 20;  // bytes
-constexpr std::uint64_t kFileWork = 10'000;                  // of looking for a file, in steps
-constexpr const char* kLanguage = "sim.language";            // registry: what require "sim" gives
-constexpr const char* kModules = "sim.modules";              // registry: canonical file -> value
+constexpr double kLargestFile = 64e6;              // bytes
+constexpr std::uint64_t kFileWork = 10'000;        // of looking for a file, in steps
+constexpr const char* kLanguage = "sim.language";  // registry: what require "sim" gives
+constexpr const char* kModules = "sim.modules";    // registry: canonical file -> value
 
 std::string read_file(const fs::path& file, const Place& asked_at) {
   const Place where = asked_at.empty() ? file.string() : asked_at;
