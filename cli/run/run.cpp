@@ -22,6 +22,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
+#include "core/scene/needs.h"
 
 namespace sim::cli {
 namespace {
@@ -121,6 +122,8 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
     }
     systems.push_back(&scene.systems[i]);
   }
+  const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
+  for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
   const TableScope scope{systems, scene.spec.world};
   if (request.dump) dump_.emplace(*request.dump, console.out, scope);
   if (request.energy) energy_.emplace(*request.energy, console.out, scope);

@@ -22,6 +22,11 @@ constexpr double kRod = 1100;       // of a chain, whose matrix has no fill
 constexpr double kProducts = 4000;  // of implicit methods on constraints: vectors of GMRES
 constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
 
+// Of files of frames. A checkpoint is written from the state, and takes nothing.
+constexpr double kModelParticle = 27;  // mass, triangles of a grid
+constexpr double kModelTie = 22;       // ends, rest length, stiffness
+constexpr double kFrames = 200;        // of a particle: the present frame, in all its copies
+
 double elements_of(const SystemSpec& spec, bool listed) {
   double count = 0;
   for (const PartSpec& part : spec.forces) {
@@ -81,6 +86,25 @@ Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
       triangles += static_cast<double>(surface->triangles().size());
   needs.parts.emplace_back("contact", kTriangle * triangles);
   return needs;
+}
+
+Needs needs_of_files(const SystemSpec& spec, int files) {
+  Needs needs;
+  if (!spec.particles || files == 0) return needs;
+  const auto n = static_cast<double>(spec.particles->count());
+  // Each file has a model of the scene, and there is one more while they are made.
+  needs.parts.emplace_back(
+      "models of the scene",
+      (files + 1) * (kModelParticle * n + kModelTie * elements_of(spec, false)));
+  needs.parts.emplace_back("frames", kFrames * n);
+  return needs;
+}
+
+void require_room_for_files(const SystemSpec& spec, int files) {
+  const Needs needs = needs_of_files(spec, files);
+  require_memory(needs.total(),
+                 "the files of '" + spec.name + "' need " + needs.text() + ": in all", spec.place,
+                 "write fewer of them in one run");
 }
 
 void require_room(const SystemSpec& spec, const IntegratorInfo& method) {

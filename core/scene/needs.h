@@ -19,8 +19,11 @@ struct Needs {
 };
 
 Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method);
+// Besides those of the system: of so many files of frames.
+Needs needs_of_files(const SystemSpec& spec, int files);
 
 // Throws Error{kIo} where that is more than is left.
 void require_room(const SystemSpec& spec, const IntegratorInfo& method);
+void require_room_for_files(const SystemSpec& spec, int files);
 
 }  // namespace sim

@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 
 // An XML file whose arrays lie behind it as raw bytes, each after its length.
 class Vtp {
+  static constexpr std::size_t kBlock = 4096;
+
  public:
   Vtp(const sim::Model& model, const sim::Frame& frame) {
     const std::size_t n = frame.x.size() / 3;
@@ -63,7 +65,10 @@ class Vtp {
   }
 
   void write(sim::Output& output) const {
-    output.buffer() += head_ + data_ + "\n</AppendedData>\n</VTKFile>\n";
+    output.buffer() += head_;
+    for (std::size_t at = 0; at < data_.size(); at += kBlock, output.flush_if_full())
+      output.buffer().append(data_, at, kBlock);
+    output.buffer() += "\n</AppendedData>\n</VTKFile>\n";
     output.commit();
   }
 

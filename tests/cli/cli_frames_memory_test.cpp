@@ -52,3 +52,18 @@ TEST_CASE("a checkpoint is written without a copy of the state", "[cli][memory]"
   INFO(without << " MB without, " << peak() << " MB with a checkpoint");
   CHECK(peak() < without + 10);
 }
+
+TEST_CASE("the memory of a run's files is estimated before its first step", "[cli][memory]") {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& more) {
+    return run_sim({"-c", std::string("ulimit -d 380000; exec '") + SIM_BINARY +
+                              "' -s n=700 -n 1 -j 1 --no-verify " + more},
+                   {.program = "/bin/sh", .folder = folder.path()});
+  };
+  CHECK(run("--snap a.snap").code == 0);
+  const Outcome refused = run("--out a.npz --out b.npz");
+  INFO(refused.err);
+  CHECK(refused.code == 5);
+  CHECK_THAT(refused.err, Catch::Contains("too little memory") &&
+                              Catch::Contains("the files of 'cloth' need models of the scene"));
+}
