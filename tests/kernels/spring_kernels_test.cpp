@@ -1,5 +1,5 @@
 // Kernels of springs and dashpots, compared with plain loops.
-#include <cstring>
+#include <limits>
 
 #include "core/base/bits.h"
 #include "core/particles/springs/dashpots.h"
@@ -14,7 +14,8 @@ using sim::Vec3;
 namespace {
 
 constexpr int kStride = 3;
-constexpr double kExtremes[] = {40, 1e-3, 1e160, 1e-160};  // coordinates of the extreme particle
+// Coordinates of the extreme particle.
+constexpr double kExtremes[] = {40, 1e-3, 1e160, 1e-160, std::numeric_limits<double>::quiet_NaN()};
 
 // Positions and velocities of particles, one of which is far away, or alone near the origin.
 struct Points {
@@ -165,7 +166,7 @@ TEST_CASE("forces of nets are those of a plain loop", "[net_kernel]") {
         sim::net_kernels().add(net, q, packed.data(), 0, items, sink_of(forces));
         CAPTURE(uniform, value);
         CHECK(near(forces, plain, 1e-12));
-        CHECK(size_of(forces) > 0);
+        CHECK((size_of(forces) > 0 || std::isnan(value)));
       }
   });
 }

@@ -14,7 +14,8 @@ FUNCTIONS = ('FUNCTION_DECL', 'CXX_METHOD', 'CONSTRUCTOR', 'FUNCTION_TEMPLATE', 
 # Where the compiler evaluates what stands there.
 CONSTANT = ('STATIC_ASSERT', 'ENUM_CONSTANT_DECL', 'TEMPLATE_NON_TYPE_PARAMETER', 'TYPE_ALIAS_DECL',
             'TYPE_ALIAS_TEMPLATE_DECL', 'CLASS_TEMPLATE_PARTIAL_SPECIALIZATION', 'CONCEPT_DECL')
-COUNTS = ('INT', 'UINT', 'LONG', 'ULONG', 'LONGLONG', 'ULONGLONG')
+SYMMETRIC = ('max', 'min', 'hypot', 'dot')
+COUNTS = ('INT', 'UINT', 'LONG', 'ULONG')
 
 class Point:
     """The bytes [start, end) of a file become `text`, or nothing. `pure`: in a function that the compiler may evaluate.
@@ -43,12 +44,10 @@ def other_number(text):
 class Finder:
     def __init__(self, path, source):
         self.path, self.source, self.points = path, source, {}
+        self.text = lambda start, end: source[start:end].decode(errors='replace')
 
     def add(self, rule, span, text, state):
         self.points.setdefault((*span, text), Point(rule, *span, text, **state))
-
-    def text(self, start, end):
-        return self.source[start:end].decode(errors='replace')
 
     def span(self, cursor):
         """Offsets of what a cursor stands for in this file, or None."""
@@ -78,8 +77,8 @@ class Finder:
             if len(spans) == 2:
                 self.binary(whole, *spans, state)
             return
-        # Only what is written as NAME(A, B).
-        if self.text(spans[-1][1], whole[1]).strip() != ')' or \
+        # Only what is written as NAME(A, B), where the order counts.
+        if cursor.spelling in SYMMETRIC or self.text(spans[-1][1], whole[1]).strip() != ')' or \
                 not self.text(whole[0], spans[0][0]).rstrip().endswith('('):
             return
         types = [a.type.get_canonical().spelling.replace('const ', '') for a in arguments]
@@ -109,8 +108,10 @@ class Finder:
         children = list(cursor.get_children())
         if name == 'CASE_STMT' or (name == 'IF_STMT' and re.match(rb'if\s+constexpr', written)):
             children = children[1:]
-        if name in ('VAR_DECL', 'PARM_DECL', 'FIELD_DECL') and b'[' in re.split(b'[={]', written)[0]:
-            children = [c for c in children if c.kind.name == 'INIT_LIST_EXPR']  # bounds of an array stay
+        if cursor.kind.is_declaration() and whole:  # types and bounds of arrays stay
+            bounds = name[:4] in ('VAR_', 'PARM', 'FIEL') and b'[' in re.split(b'[={]', written)[0]
+            children = [c for c in children if c.extent.start.offset >= cursor.location.offset and
+                        (not bounds or c.kind.name == 'INIT_LIST_EXPR')]
         if whole:
             self.offer(cursor, name, whole, children, state, parent)
         for child in children:
@@ -149,17 +150,13 @@ class Unit:
     def points(self):
         finder = Finder(self.path, self.source)
         for cursor in self.unit.cursor.get_children():
-            if cursor.location.file is not None and cursor.location.file.name == self.path:
+            if cursor.location.file and cursor.location.file.name == self.path:
                 finder.visit(cursor, {'pure': False}, 'TRANSLATION_UNIT')
         return list(finder.points.values())
 
     def wrong_now(self):
-        lines = set()
-        for note in self.unit.diagnostics:
-            if note.severity >= cindex.Diagnostic.Error:
-                where = note.location.file
-                lines.add(note.location.line if where and os.path.samefile(where.name, self.path) else 0)
-        return lines
+        where = [note.location for note in self.unit.diagnostics if note.severity >= cindex.Diagnostic.Error]
+        return {at.line if at.file and os.path.samefile(at.file.name, self.path) else 0 for at in where}
 
     def wrong_lines(self, text):
         """Lines of a changed file that do not compile; 0 stands for errors elsewhere."""
