@@ -36,6 +36,13 @@ std::string doubt_of(const Checkpoint& saved, const Provenance& now, const std::
 
 }  // namespace
 
+std::vector<Account> accounts_of(std::span<const Track> tracks) {
+  std::vector<Account> accounts;
+  for (const Track& track : tracks)
+    accounts.push_back({track.start_energy().total(), track.work_memory(), track.doubt()});
+  return accounts;
+}
+
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
                      std::span<const Account> accounts, std::ostream& standard_output) {
   Checkpoint saved;

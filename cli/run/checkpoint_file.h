@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/run/scene.h"
+#include "cli/run/track.h"
 #include "core/scene/checkpoint.h"
 
 namespace sim::cli {
@@ -17,6 +18,8 @@ struct Account {
   std::vector<double> work;  // WorkIntegral::memory(); empty: not known
   std::string doubt = {};    // why a verdict cannot trust the steps before; empty: it can
 };
+
+std::vector<Account> accounts_of(std::span<const Track> tracks);
 
 // Replaces the file as a whole; one account a system.
 // Throws Error{kIo}.

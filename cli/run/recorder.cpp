@@ -44,7 +44,8 @@ std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry) {
 
 // One file: its writer, and the frames of systems that wait for those of the others.
 struct Recorder::Channel {
-  std::unique_ptr<Writer> writer;
+  std::string file;                // empty: the terminal
+  std::unique_ptr<Writer> writer;  // none: it has failed
   Pace pace = Pace::kSteps;
   double interval = 0;      // s; 0: by steps
   std::int64_t stride = 1;  // steps
@@ -130,6 +131,7 @@ Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& regi
     task.file = file;
     task.fps = request.fps.value_or(kFilmRate);
     auto channel = std::make_unique<Channel>();
+    channel->file = file;
     channel->writer = make_writer(task, registry);
     channel->pace = channel->writer->pace();
     if (request.every)
@@ -159,6 +161,7 @@ Recorder::~Recorder() = default;
 std::int64_t Recorder::due(std::size_t system, const Simulation& simulation) const {
   std::int64_t steps = Track::kNever;
   for (const auto& channel : channels_) {
+    if (!channel->writer) continue;
     const std::int64_t step = channel->step_of(channel->systems[system].next, simulation);
     steps = std::min(steps, step - simulation.step_count());
   }
@@ -175,11 +178,28 @@ void Recorder::moments(std::size_t system, const Simulation& simulation, std::in
     }
 }
 
+template <class Use>
+void Recorder::use(Channel& channel, Use use) {
+  try {
+    use();
+  } catch (...) {
+    if (!failed_) throw;
+    channel.writer.reset();
+    failed_();
+  }
+}
+
+bool Recorder::any() const {
+  return std::ranges::any_of(
+      channels_, [](const auto& channel) { return channel->writer && !channel->file.empty(); });
+}
+
 void Recorder::look(std::size_t system, Track& track, bool last) {
   const Simulation& simulation = track.system();
   last = last || track.finished();
   std::optional<Frame> frame;
   for (const auto& channel : channels_) {
+    if (!channel->writer) continue;
     if (!last &&
         channel->step_of(channel->systems[system].next, simulation) > simulation.step_count())
       continue;
@@ -193,7 +213,7 @@ void Recorder::look(std::size_t system, Track& track, bool last) {
         frame->drift = track.drift();
       }
     }
-    channel->take(system, simulation, *frame, last);
+    use(*channel, [&] { channel->take(system, simulation, *frame, last); });
   }
 }
 
@@ -203,9 +223,17 @@ void Recorder::measure(std::size_t system, const Simulation& simulation, Frame& 
   if (!modes_.empty()) frame.values = modes_[system];
 }
 
-void Recorder::commit(const std::function<bool()>& stop) {
+std::vector<std::string> Recorder::commit(const std::function<bool()>& stop) {
   stop_ = stop;
-  for (const auto& channel : channels_) channel->writer->commit();
+  std::vector<std::string> made;
+  for (const auto& channel : channels_) {
+    if (!channel->writer) continue;
+    use(*channel, [&] {
+      channel->writer->commit();
+      if (!channel->file.empty()) made.push_back(channel->file);
+    });
+  }
+  return made;
 }
 
 }  // namespace sim::cli

@@ -50,18 +50,27 @@ class Recorder {
                const std::function<void(std::int64_t)>& tell) const;
   // Takes the frames that are due, and always the last one.
   void look(std::size_t system, Track& track, bool last);
-  void commit(const std::function<bool()>& stop);
+  // Each file by itself; the names of those that were made.
+  std::vector<std::string> commit(const std::function<bool()>& stop);
+
+  // A file that fails gets no more frames, and this is called while its exception is handled.
+  // Without it the exception passes.
+  void on_failure(std::function<void()> failed) { failed_ = std::move(failed); }
+  bool any() const;  // files that have not failed
 
  private:
   struct Channel;
 
   void measure(std::size_t system, const Simulation& simulation, Frame& frame);
+  template <class Use>
+  void use(Channel& channel, Use use);
 
   sim::Look look_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<study::Companion> companions_;  // of each system, to colour errors
   std::vector<std::vector<double>> modes_;    // of each system, to colour its fastest mode
   std::function<bool()> stop_;
+  std::function<void()> failed_;
 };
 
 }  // namespace sim::cli

@@ -11,6 +11,7 @@
 #include "cli/run/report.h"
 #include "cli/run/run_files.h"
 #include "cli/run/run_length.h"
+#include "cli/run/run_outputs.h"
 #include "cli/run/study_progress.h"
 #include "cli/run/summary.h"
 #include "cli/run/verification.h"
@@ -21,7 +22,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/output/tables.h"
 #include "core/scene/needs.h"
 
 namespace sim::cli {
@@ -45,14 +45,20 @@ class Run {
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
       std::optional<Replays> replays, Registry& registry, Console& console);
 
+  // The exit code; what fails on the way is said.
   int go();
 
  private:
+  int take_steps(const Interrupts& interrupts);
+  void take_last();
   Track* next_track();
   bool step(Track& track);
   void measure(Track& track, bool last = false);
+  std::size_t index_of(const Track& track) const {
+    return static_cast<std::size_t>(&track - tracks_.data());
+  }
   void perform(Track& track) {
-    if (replays_) replays_->perform(static_cast<std::size_t>(&track - tracks_.data()), track);
+    if (replays_) replays_->perform(index_of(track), track);
   }
   std::ostream* notes() { return request_.quiet ? nullptr : &console_.err; }
   int conclude(int caught);
@@ -65,16 +71,11 @@ class Run {
   Console& console_;
   std::vector<Track> tracks_;
   std::optional<Replays> replays_;
-  std::optional<DumpTable> dump_;
-  std::optional<EnergyTable> energy_;
-  std::optional<ObserveTable> observe_;
-  std::optional<TensionTable> tension_;
-  std::optional<Recorder> recorder_;
   std::vector<std::unique_ptr<EngineRun>> engines_;  // of each track, or none
   Report report_;
   Progress progress_;
+  RunOutputs outputs_;
   double seconds_ = 0;
-  std::vector<std::string> written_;           // files that were replaced
   std::string explanation_;                    // of what diverged, for people
   std::vector<std::string> explanation_json_;  // ... for machines, one a system
 };
@@ -97,12 +98,12 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       console_(console),
       replays_(std::move(replays)),
       report_(report_stream(request, console), scene),
-      progress_(console.err, shows_progress(request, console)) {
+      progress_(console.err, shows_progress(request, console)),
+      outputs_(request, scene, registry, console, progress_) {
   const bool tables = !tables_of(request).empty();
   const std::int64_t frame_stride = request.every.value_or(1);
   const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
   const RunLength length{request.time, request.steps};
-  std::vector<const Simulation*> systems;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     const std::int64_t steps = replays_ ? replays_->steps(i) : steps_of(length, scene.systems[i]);
     const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
@@ -120,16 +121,9 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
       tracks_.back().doubt_start(accounts[i].doubt);
     }
-    systems.push_back(&scene.systems[i]);
   }
   const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
   for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
-  const TableScope scope{systems, scene.spec.world};
-  if (request.dump) dump_.emplace(*request.dump, console.out, scope);
-  if (request.energy) energy_.emplace(*request.energy, console.out, scope);
-  if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
-  if (request.tension) tension_.emplace(*request.tension, console.out, scope);
-  if (request.out.any()) recorder_.emplace(request.out, scene, registry);
   if (!request.engine) return;
   const engine::Launch& launch = request.engine->launch;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -139,7 +133,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
     engines_.push_back(std::make_unique<EngineRun>(
         own, scene.spec.systems[i], tracks_[i],
         moments_of(tracks_[i], strides, launch.words.empty() ? launch.ranks : 0,
-                   recorder_ ? &*recorder_ : nullptr, i),
+                   outputs_.recorder(), i),
         registry, request.quiet, console));
   }
 }
@@ -153,45 +147,41 @@ Track* Run::next_track() {
   return next;
 }
 
-// The rows that are due in the present state. An energy that is not finite gets none.
 void Run::measure(Track& track, bool last) {
   track.sample();
-  const Simulation& system = track.system();
-  if (recorder_) recorder_->look(static_cast<std::size_t>(&track - tracks_.data()), track, last);
-  if (track.take_frame(last)) {
-    if (dump_) dump_->frame(system);
-    if (energy_ && system.second_order() && track.energy_is_finite())
-      energy_->row(system, track.energy(), track.work(), track.drift());
-    if (observe_) observe_->row(system, track.observers(), track.observed());
-    if (tension_) tension_->rows(system);
-  }
-  if (track.take_row(last) && (!system.second_order() || track.energy_is_finite())) {
+  outputs_.take(index_of(track), track, last);
+  if (track.take_row(last) && (!track.system().second_order() || track.energy_is_finite())) {
     progress_.clear();
     if (!request_.out.show) report_.row(track);
-    flush_or_throw(console_.out, "standard output");
+    outputs_.flush_words();
   }
 }
 
 // To where something of the track is due, or less far. Several systems go step by step. A
-// right-hand side in Lua may fail in a step: the error says when. Tables are not written then.
+// right-hand side in Lua may fail in a step: the error says when, and the system stays where it
+// was.
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   perform(track);
-  if (!engines_.empty())
-    return engines_[static_cast<std::size_t>(&track - tracks_.data())]->advance(track);
+  if (!engines_.empty()) return engines_[index_of(track)]->advance(track);
+  const bool calls_scene = scene_.spec.systems[index_of(track)].one_thread;
+  std::optional<Snapshot> before;
+  if (calls_scene && request_.snap) before = system.snapshot();
   try {
-    std::int64_t most = recorder_ ? recorder_->due(0, system) : Track::kNever;
+    std::int64_t most = outputs_.recorder() ? outputs_.recorder()->due(0, system) : Track::kNever;
     if (replays_) most = std::min(most, replays_->due(system));
-    return track.advance(tracks_.size() == 1 ? std::min(track.due(), most) : 1) > 0;
+    const bool single = tracks_.size() > 1 || calls_scene;
+    return track.advance(single ? 1 : std::min(track.due(), most)) > 0;
   } catch (const Error& error) {
+    if (before) system.restore(*before);
     if (SessionSignals::any()) return false;  // Lua was stopped
-    progress_.clear();
     throw in_step(error, system);
   }
 }
 
-int Run::go() {
-  const Interrupts interrupts;
+// Until all tracks are at their ends, or a signal came, which is returned, or nobody is left to run
+// for.
+int Run::take_steps(const Interrupts& interrupts) {
   report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
@@ -205,7 +195,7 @@ int Run::go() {
   bool beside = request_.verify != Verify::kAlways;
   for (const auto& each : engines_) each->start();
   Track* track = next_track();
-  for (; track && !interrupts.caught(); track = next_track()) {
+  for (; track && !interrupts.caught() && !outputs_.deserted(); track = next_track()) {
     if (!step(*track)) {
       if (interrupts.caught() || track->system().divergence().status == StepStatus::kStopped) break;
       if (!track->stuck()) track->mark_diverged();  // the others go on
@@ -231,16 +221,46 @@ int Run::go() {
     measure(each, true);
     if (caught && !each.stuck()) each.mark_interrupted();
   }
-  try {
-    return conclude(caught);
-  } catch (const Error& error) {
-    // A run that fails has replaced nothing, or says what.
-    if (written_.empty() || error.kind() == ErrorKind::kCheck) throw;
-    ErrorText text = error.text();
-    text.remedy += (text.remedy.empty() ? "written before that: " : "; written before that: ") +
-                   join(written_, ", ");
-    throw Error(error.kind(), text);
+  return caught;
+}
+
+// The last frames of a run that an error ended. An error that comes again was said.
+void Run::take_last() {
+  for (Track& track : tracks_) {
+    try {
+      outputs_.take(index_of(track), track, true);
+    } catch (const std::exception&) {
+      continue;
+    }
   }
+}
+
+int Run::go() {
+  const Interrupts interrupts;
+  int caught = 0;
+  bool complete = false;
+  try {
+    caught = take_steps(interrupts);
+    complete = true;
+  } catch (...) {
+    outputs_.fail();
+    take_last();
+  }
+  // A run that fails before its first step, or for want of a reader, replaces nothing; but a
+  // checkpoint that was asked for is made with all that belongs to it.
+  const bool began = std::ranges::any_of(tracks_, [](const Track& t) { return t.taken() > 0; });
+  const bool worth = complete ? !outputs_.deserted() : began && engines_.empty();
+  if (worth || (request_.snap && (complete || began))) outputs_.commit(tracks_);
+  int code = 0;
+  if (complete && !outputs_.deserted()) {
+    try {
+      code = conclude(caught);
+    } catch (...) {
+      outputs_.fail();
+    }
+  }
+  outputs_.tell_written();
+  return outputs_.code() ? outputs_.code() : code;
 }
 
 // Runs each system that diverged once more, to see why, and what works instead; in all for about 2
@@ -281,33 +301,13 @@ void Run::print_verdicts() {
   if (!request_.quiet && !request_.json && !table_on_standard_output(request_) &&
       !console_.one_place) {
     put(console_.out, text);
-    flush_or_throw(console_.out, "standard output");
+    outputs_.flush_words();
   }
   console_.err << text << std::flush;
 }
 
-// Tables first, then the report, then the error of a divergence, then the verdict.
+// The report, then the error of a divergence, then the verdict.
 int Run::conclude(int caught) {
-  const auto wrote = [this](const std::string& file) {
-    if (file != "-") written_.push_back(file);
-  };
-  if (dump_) dump_->commit(), wrote(request_.dump->file);
-  if (energy_) energy_->commit(), wrote(request_.energy->file);
-  if (observe_) observe_->commit(), wrote(request_.observe->file);
-  if (tension_) tension_->commit(), wrote(request_.tension->file);
-  if (recorder_) {
-    // A signal that ended the run lets the files be made; another one does not.
-    SessionSignals::clear();
-    recorder_->commit(SessionSignals::any);
-    for (const std::string& file : request_.out.files) wrote(file);
-  }
-  if (request_.snap) {
-    std::vector<Account> accounts;
-    for (const Track& track : tracks_)
-      accounts.push_back({track.start_energy().total(), track.work_memory(), track.doubt()});
-    save_checkpoint(*request_.snap, request_.scene, scene_, accounts, console_.out);
-    wrote(*request_.snap);
-  }
   if (!caught) verify(request_.verify, tracks_, seconds_, notes());
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle) {
@@ -319,7 +319,7 @@ int Run::conclude(int caught) {
   if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   if (request_.json)
     console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_) << '\n';
-  flush_or_throw(console_.out, "standard output");
+  outputs_.flush_words();
 
   const bool adaptive = scene_.systems.front().integrator_info().adaptive;
   if (verdict.trust == Trust::kDiverged)

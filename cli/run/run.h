@@ -38,9 +38,9 @@ struct RunRequest {
   Verify verify = Verify::kQuick;
 };
 
-// The exit code: 0, 4 (diverged, tables kept) or 130 / 143 (interrupted, tables kept). Throws
-// Error{kCheck} for a check that failed, tables kept, and Error for everything else; then files
-// that existed before are as they were.
+// The exit code: 0, 4 (diverged), 8 (a check failed), 130 / 143 (interrupted) or that of the first
+// failure of the scene or an output on the way; each file is then kept that can be. Throws Error
+// for what is wrong before the first step; then files that existed before are as they were.
 int run(const RunRequest& request, const Environment& environment, Registry& registry,
         Console& console);
 

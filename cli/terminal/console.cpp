@@ -93,7 +93,6 @@ void end_overrun(const ErrorText& why) {
 }
 
 int report_exception(std::ostream& err) {
-  constexpr int kClosedPipe = 141;  // 128 + SIGPIPE, as a shell reports it
   try {
     throw;
   } catch (const ClosedPipe&) {

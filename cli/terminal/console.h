@@ -28,6 +28,8 @@ void print_error(std::ostream& err, std::string_view message);
 // Ends the program with the error of a scene: Lua has used up its budget, and nothing else ends it.
 [[noreturn]] void end_overrun(const ErrorText& why);
 
+inline constexpr int kClosedPipe = 141;  // 128 + SIGPIPE, as a shell reports it
+
 // The exit code of the exception being handled; its error line goes to err. Called in a catch.
 int report_exception(std::ostream& err);
 

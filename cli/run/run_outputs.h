@@ -1,0 +1,61 @@
+// The outputs of a run: each is filled and committed by itself, so that one that fails costs no
+// other one.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/run/recorder.h"
+#include "cli/run/report.h"
+#include "cli/run/run.h"
+#include "cli/run/track.h"
+#include "core/output/tables.h"
+
+namespace sim::cli {
+
+class RunOutputs {
+ public:
+  // Opens all files; throws what one of them throws, and then none is left. All outlive it.
+  RunOutputs(const RunRequest& request, LoadedScene& scene, Registry& registry, Console& console,
+             Progress& progress);
+
+  Recorder* recorder() { return recorder_ ? &*recorder_ : nullptr; }
+  // Frames and rows of the present state where they are due. An energy that is not finite gets
+  // none. Throws only what functions of the scene throw.
+  void take(std::size_t system, Track& track, bool last);
+  void flush_words();  // to standard output
+
+  // The checkpoint first; a signal that comes during the rest skips what takes long.
+  void commit(std::span<Track> tracks);
+
+  // Of the exception that is being handled: it is said now, and its exit code kept.
+  void fail();
+  int code() const { return code_; }  // of the first failure, or 0
+  // Nobody is left to run for: all that was asked for has failed, or a reader has gone.
+  bool deserted() const;
+  void tell_written();                // after failures: what was written all the same
+
+ private:
+  template <class Table, class Use>
+  void use(std::optional<Table>& table, Use use);
+  template <class Table>
+  void commit(std::optional<Table>& table, const std::optional<Target>& target);
+  void wrote(const std::string& file);
+
+  const RunRequest& request_;
+  LoadedScene& scene_;
+  Console& console_;
+  Progress& progress_;
+  std::optional<DumpTable> dump_;
+  std::optional<EnergyTable> energy_;
+  std::optional<ObserveTable> observe_;
+  std::optional<TensionTable> tension_;
+  std::optional<Recorder> recorder_;
+  std::vector<std::string> written_;  // files that were replaced
+  int code_ = 0;
+  bool words_failed_ = false;
+};
+
+}  // namespace sim::cli
