@@ -318,12 +318,14 @@ std::vector<std::string> Scenery::warnings(const Moment& moment) const {
     for (const SolidShape& solid : moment[m].solids)
       within = within || (!solid.inside && encloses(solid, own - viewpoint_.offsets[m]));
   }
-  if (lost > no_numbers)
-    lines.push_back(std::to_string(lost - no_numbers) + " of " + std::to_string(all) +
-                    " particles are too far away to be shown");
-  if (no_numbers > 0)
-    lines.push_back(std::to_string(no_numbers) + " of " + std::to_string(all) +
-                    " particles have positions that are not numbers");
+  const auto add = [&](int count, const char* what) {
+    if (count <= 0) return;
+    std::string line = std::to_string(count);
+    line.append(" of ").append(std::to_string(all)).append(" particles ").append(what);
+    lines.push_back(std::move(line));
+  };
+  add(lost - no_numbers, "are too far away to be shown");
+  add(no_numbers, "have positions that are not numbers");
   if (within) lines.push_back("the camera is inside of a solid");
   return lines;
 }
