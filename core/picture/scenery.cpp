@@ -326,7 +326,7 @@ std::vector<std::string> Scenery::warnings(const Moment& moment) const {
   };
   add(lost - no_numbers, "are too far away to be shown");
   add(no_numbers, "have positions that are not numbers");
-  if (within) lines.push_back("the camera is inside of a solid");
+  if (within) lines.emplace_back("the camera is inside of a solid");
   return lines;
 }
 

@@ -21,7 +21,7 @@ using namespace sim_test;
 namespace {
 
 struct Circling final : sim::RigidMotion {
-  explicit Circling(double rate) : rate(rate) {}
+  explicit Circling(double angular) : rate(angular) {}
   sim::Pose at(double t, const sim::Vec3& center) const override {
     sim::Pose pose;
     pose.center = center;
@@ -39,7 +39,7 @@ struct Line final : sim::Curve {
 };
 
 struct Ground final : sim::Collider {
-  explicit Ground(double height) : height(height) {}
+  explicit Ground(double level) : height(level) {}
   sim::Surface surface() const override { return {}; }
   sim::Touch touch(double, const sim::Vec3& x) const override { return {x.y() - height}; }
   double height;
