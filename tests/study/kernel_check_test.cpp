@@ -76,19 +76,23 @@ TEST_CASE("a wrong lane of a force is named") {
 
 TEST_CASE("a spring that a kernel evaluates wrongly by 1e-9 is named by its family") {
   sim::Registry registry = registry_with_wrong_kernels();
-  sim::SystemSpec spec = make_net(9, 0);
-  for (const char* name : {"right", "wrong"}) {
-    sim::PartSpec springs = make_springs(name, 100);
-    springs.given["rest"] = 0.5;
-    const int apart = name[0] == 'w' ? 1 : 2;
-    for (int i = 0; i + apart < 9; ++i) springs.elements.add({i, i + apart});
-    if (name[0] == 'w') springs.plugin = "wrong_spring";
-    spec.forces.push_back(springs);
+  // As a scene in Lua says 100, and 100.0.
+  for (const sim::Value& stiffness : {sim::Value(std::int64_t{100}), sim::Value(100.0)}) {
+    sim::SystemSpec spec = make_net(9, 0);
+    for (const char* name : {"right", "wrong"}) {
+      sim::PartSpec springs = make_springs(name, 100);
+      springs.given["stiffness"] = stiffness;
+      springs.given["rest"] = 0.5;
+      const int apart = name[0] == 'w' ? 1 : 2;
+      for (int i = 0; i + apart < 9; ++i) springs.elements.add({i, i + apart});
+      if (name[0] == 'w') springs.plugin = "wrong_spring";
+      spec.forces.push_back(springs);
+    }
+    const Verdict verdict = verdict_of(spec, registry);
+    INFO(verdict.reason);
+    CHECK(verdict.trust == Trust::kSuspect);
+    CHECK(says(verdict, "the force of springs 'wrong' on particle 7 is ("));
   }
-  const Verdict verdict = verdict_of(spec, registry);
-  INFO(verdict.reason);
-  CHECK(verdict.trust == Trust::kSuspect);
-  CHECK(says(verdict, "the force of springs 'wrong' on particle 7 is ("));
 }
 
 TEST_CASE("a particle inside a collider that contact did not see is named") {

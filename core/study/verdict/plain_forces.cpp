@@ -2,21 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <set>
 
 namespace sim::study {
 namespace {
 
 constexpr int kAll = 1024;                    // particles, up to which all are evaluated
-constexpr int kEnd = 64;                      // of more, so many at each end
-constexpr int kBlocks = 24, kBlockSize = 16;  // and in between
+constexpr int kEnd = 48;                      // of more, so many at each end
+constexpr int kBlocks = 16, kBlockSize = 8;   // and in between
+constexpr double kSquareUnderflows = 1e-140;  // m
+
+// A plain loop over numbers: rooms around the steps are compiled with little optimisation.
+double distance(const ParticleView& view, int a, int b, double d[3]) {
+  d[0] = view.x[a] - view.x[b];
+  d[1] = view.y[a] - view.y[b];
+  d[2] = view.z[a] - view.z[b];
+  return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
 
 // A number that the scene gives for all elements of a force; nan without one.
 double given_number(const PartSpec& part, const std::string& name) {
   const auto given = part.given.find(name);
-  const double* const value =
-      given == part.given.end() ? nullptr : std::get_if<double>(&given->second);
-  return value ? *value : std::nan("");
+  if (given == part.given.end()) return std::nan("");
+  if (const auto* const integer = std::get_if<std::int64_t>(&given->second))
+    return static_cast<double>(*integer);
+  const double* const number = std::get_if<double>(&given->second);
+  return number ? *number : std::nan("");
 }
 
 // What each element gives for itself, or null.
@@ -50,7 +62,7 @@ PlainForces::PlainForces(const SystemSpec& spec, const ParticleSystem& particles
       known_ = f < spec.forces.size() && !std::isnan(given_number(spec.forces[f], "stiffness"));
       if (known_) add_springs(spec, spec.forces[f], view, potential);
     }
-    if (force.affine() || force.springs()) potentials_.push_back(potential);
+    if (force.affine() || (force.springs() && view.n <= kAll)) potentials_.push_back(potential);
   }
 }
 
@@ -85,18 +97,30 @@ void PlainForces::add_springs(const SystemSpec& spec, const PartSpec& part,
     return numbers && tie.index >= 0 && !std::isnan(numbers[tie.index]) ? numbers[tie.index]
                                                                         : otherwise;
   };
+  const bool whole = view.n <= kAll;
   part.elements.for_each([&](const Element& tie) {
     const int a = tie.ids[0], b = tie.ids[1];
+    if (!whole && place_[static_cast<std::size_t>(a)] < 0 &&
+        place_[static_cast<std::size_t>(b)] < 0)
+      return;
     const double k = own(own_stiffness, tie, stiffness);
     double r = own(own_rest, tie, std::isnan(rest) ? tie.length : rest);
     if (std::isnan(r)) r = (spec.particles->at(a).position - spec.particles->at(b).position).norm();
-    const double length = (view.position(a) - view.position(b)).norm();
-    potential.energy += 0.5 * k * (length - r) * (length - r);
-    potential.scale += k * (length * length + r * r);
-    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}})
-      if (const int k_from = place_[static_cast<std::size_t>(from)]; k_from >= 0)
-        ties_.push_back({static_cast<std::size_t>(k_from), to, families_.size() - 1, k, r});
+    if (whole) {
+      double d[3];
+      const double length = distance(view, a, b, d);
+      potential.energy += 0.5 * k * (length - r) * (length - r);
+      potential.scale += k * (length * length + r * r);
+    }
+    add_tie(a, b, k, r);
+    add_tie(b, a, k, r);
   });
+}
+
+void PlainForces::add_tie(int from, int to, double stiffness, double rest) {
+  const int k = place_[static_cast<std::size_t>(from)];
+  if (k >= 0)
+    ties_.push_back({static_cast<std::size_t>(k), to, families_.size() - 1, stiffness, rest});
 }
 
 std::vector<PlainForces::Sum> PlainForces::forces(const ParticleView& view) const {
@@ -107,11 +131,16 @@ std::vector<PlainForces::Sum> PlainForces::forces(const ParticleView& view) cons
     sums[k] = {weight - friction, weight.norm() + friction.norm()};
   }
   for (const Tie& tie : ties_) {
-    const Vec3 d = view.position(ids_[tie.k]) - view.position(tie.to);
-    const double length = d.norm();
+    double d[3];
+    const double length = distance(view, ids_[tie.k], tie.to, d);
+    const bool together = d[0] == 0 && d[1] == 0 && d[2] == 0;
+    if (together) continue;
     Sum& sum = sums[tie.k];
     sum.scale += tie.stiffness * (length + tie.rest);
-    if (length > 0) sum.force -= tie.stiffness * (1 - tie.rest / length) * d;
+    // Scalar code knows nothing where a square underflows, nor, by itself, where one overflows.
+    const double s =
+        length > kSquareUnderflows ? tie.stiffness * (1 - tie.rest / length) : HUGE_VAL;
+    for (int axis = 0; axis < 3; ++axis) sum.force[axis] -= s * d[axis];
   }
   return sums;
 }

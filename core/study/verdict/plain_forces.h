@@ -31,7 +31,7 @@ class PlainForces {
   // Families of springs at the k-th id, or "": those along which a force is off, if there are any.
   std::string springs_of(std::size_t k, const ParticleView& view, const Vec3& off) const;
 
-  // Potential energy of a force at that state, of springs and weights.
+  // Potential energy of a force at that state: of weights, in a small system of springs.
   struct Potential {
     const Force* force;
     double energy = 0, scale = 0;  // J
@@ -46,6 +46,7 @@ class PlainForces {
     double stiffness, rest;  // N/m, m
   };
 
+  void add_tie(int from, int to, double stiffness, double rest);
   void choose_ids(const ParticleView& view);
   void add_springs(const SystemSpec& spec, const PartSpec& part, const ParticleView& view,
                    Potential& potential);
