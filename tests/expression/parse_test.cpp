@@ -86,13 +86,14 @@ TEST_CASE("errors of formulas name the column and the nearest name") {
       {"x = 3", {"column 3", "unexpected '='"}},
       {"$", {"column 1", "unexpected '$'"}},
       {"\x01\xff", {"column 1", "unexpected character"}},
-      {"a; a = b; b = a", {"leads back to itself"}},
+      {"a; a = b; b = a", {"column 15", "leads back to itself"}},
       {"a; a = 1; a = 2", {"column 11", "has a meaning already"}},
       {"1; x = 2", {"column 4", "'x' has a meaning already"}},
-      {"1; k = 2", {"'k' has a meaning already"}},
-      {"1; d = 2", {"'d' is defined but not used"}},
-      {"a; a = ", {"it ends"}},
-      {"a; = 2", {"expected NAME = FORMULA"}},
+      {"1; k = 2", {"column 4", "'k' has a meaning already"}},
+      {"1; d = 2", {"column 4", "'d' is defined but not used"}},
+      {"a; a = 1; d = 2", {"column 11", "'d' is defined but not used"}},
+      {"a; a = ", {"column 8", "it ends"}},
+      {"a; = 2", {"column 4", "expected NAME = FORMULA"}},
       {"1/0", {"not finite", "division by 0"}},
       {"x + sqrt(c)", {"not finite"}},
   };
@@ -117,6 +118,9 @@ TEST_CASE("formulas from strangers are refused, not fallen over") {
     CHECK(error_of(repeated(part, 5000)).find("bad formula") == 0);
     CHECK(error_of(repeated(part, 400000)).find("more than 10000 characters") != std::string::npos);
   }
+  // The longest that is read, and one character more.
+  CHECK(Formula(std::string(9999, ' ') + "x")(4) == 4);
+  CHECK(error_of(std::string(10000, ' ') + "x").find("column 10001") != std::string::npos);
   CHECK(error_of(repeated("(", 150) + "x" + repeated(")", 150)).find("nested deeper") !=
         std::string::npos);
   CHECK(Formula(repeated("(", 80) + "x" + repeated(")", 80))(4) == 4);

@@ -35,8 +35,8 @@ class Point:
 
 def other_number(text):
     if re.fullmatch(r'(0|[1-9]\d*)[uUlLzZ]*', text):
-        digits = re.match(r'\d+', text).group()
-        return f'{int(digits) + 1}{text[len(digits):]}'
+        digits = re.match(r'\d+', text).group()  # an index or a small number; a size
+        return f'{int(digits) + max(1, int(digits) // 4 * (len(digits) > 1))}{text[len(digits):]}'
     if re.fullmatch(r'(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?f?', text):
         return '1.0' if float(text.rstrip('f')) == 0 else f'({text} * 1.25)'
     return None
@@ -50,7 +50,6 @@ class Finder:
         self.points.setdefault((*span, text), Point(rule, *span, text, **state))
 
     def span(self, cursor):
-        """Offsets of what a cursor stands for in this file, or None."""
         start, end = cursor.extent.start, cursor.extent.end
         if start.file is None or end.file is None or {start.file.name, end.file.name} != {self.path}:
             return None
