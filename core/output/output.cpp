@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/system_failure.h"
 #include "core/output/file_plan.h"
 #include "core/output/stream.h"
 
@@ -32,6 +33,18 @@ bool is_stream(const std::string& name) {
 
 constexpr std::string_view kTemporary = ".sim-";  // how names of temporary files begin
 
+// The number of the error that stopped it; 0 if all was written.
+int write_bytes(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+    if (count >= 0)
+      bytes.remove_prefix(static_cast<std::size_t>(count));
+    else if (errno != EINTR)
+      return errno;
+  }
+  return 0;
+}
+
 }  // namespace
 
 Target parse_target(std::string_view option, const std::string& text, bool plots) {
@@ -51,18 +64,20 @@ Output::Output(const Target& target, std::ostream& standard_output) : name_(targ
     stream_ = &standard_output;
     buffer_.reserve(kRoom);
   } else {
-    open();
+    open(name_);
   }
 }
 
-Output::Output(const std::string& file) : name_(file) { open(); }
+Output::Output(const std::string& file) : Output(file, file) {}
 
-void Output::open() {
-  if (is_stream(name_)) {
-    descriptor_ = ::open(name_.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC);
+Output::Output(const std::string& file, const std::string& name) : name_(name) { open(file); }
+
+void Output::open(const std::string& file) {
+  if (is_stream(file)) {
+    descriptor_ = ::open(file.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC);
     if (descriptor_ < 0) fail(errno);
   } else {
-    create_beside(resolved_file(name_));
+    create_beside(resolved_file(file));
   }
   buffer_.reserve(kRoom);
 }
@@ -107,7 +122,7 @@ void Output::create_beside(const fs::path& file) {
   const fs::path folder = file.parent_path();
 #ifdef O_TMPFILE
   if (::access("/proc/self/fd", X_OK) == 0)
-    descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
 #endif
   if (descriptor_ < 0) {
     collect_leftovers(folder);
@@ -129,8 +144,10 @@ Output::~Output() {
 }
 
 void Output::fail(int error) const {
+  const bool there = error != EMFILE && error != ENFILE && error != ENOMEM;
   throw Error(ErrorKind::kIo, {"cannot write", name_, std::strerror(error),
-                               "check the folder, its permissions and the space there"});
+                               there ? "check the folder, its permissions and the space there"
+                                     : remedy_for(error)});
 }
 
 void Output::write() {
@@ -139,20 +156,13 @@ void Output::write() {
     put(*stream_, buffer_);
     flush_or_throw(*stream_, name_);
   } else {
-    for (std::size_t done = 0; done < buffer_.size();) {
-      const ssize_t count = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
-      if (count >= 0) {
-        done += static_cast<std::size_t>(count);
-      } else if (errno == EPIPE) {
-        throw ClosedPipe();
-      } else if (errno != EINTR) {
-        const int error = errno;
-        buffer_.clear();
-        // A file that grows ends with the last whole piece.
-        if (whole >= 0 && ::ftruncate(descriptor_, whole) == 0)
-          ::lseek(descriptor_, whole, SEEK_SET);
-        fail(error);
-      }
+    const int error = write_bytes(descriptor_, buffer_);
+    if (error == EPIPE) throw ClosedPipe();
+    if (error != 0) {
+      buffer_.clear();
+      // A file that grows ends with the last whole piece.
+      if (whole >= 0 && ::ftruncate(descriptor_, whole) == 0) ::lseek(descriptor_, whole, SEEK_SET);
+      fail(error);
     }
   }
   buffer_.clear();
@@ -173,29 +183,64 @@ void Output::commit_safely() {
   take_name(true);
 }
 
-// A file without a name gets its final one if that is free, or else one for a moment, for only a
-// rename replaces. What fails before leaves the old file; after it the new one is there.
+// Names the unnamed file: its final name if that is free, or else one for a moment, for only a
+// rename replaces. Where the system cannot name it, a copy takes its place.
+void Output::name_unnamed(const fs::path& folder) {
+  const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);
+  fs::path name = final_;
+  const auto link = [&] {
+    return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (link()) return;
+  if (errno == EEXIST) collect_leftovers(folder);
+  errno = EEXIST;
+  for (int attempt = 0; errno == EEXIST && attempt <= 100; ++attempt) {
+    name = folder / (std::string(kTemporary) + std::to_string(::getpid()) + "-" +
+                     std::to_string(attempt) + ".tmp");
+    if (!link()) continue;
+    temporary_ = std::move(name);
+    return;
+  }
+  copy_unnamed(folder);
+}
+
+void Output::copy_unnamed(const fs::path& folder) {
+  std::string block(kChunk, '\0');
+  struct stat status {};
+  const int copy = open_temporary(folder, "", temporary_);
+  if (copy < 0) {
+    const int error = errno;
+    temporary_.clear();
+    fail(error);
+  }
+  if (::fstat(descriptor_, &status) == 0) ::fchmod(copy, status.st_mode & 07777);
+  int error = 0;
+  for (off_t at = 0; error == 0;) {
+    const ssize_t count = ::pread(descriptor_, block.data(), block.size(), at);
+    if (count == 0) break;
+    if (count < 0 && errno == EINTR) continue;
+    error = count < 0 ? errno : write_bytes(copy, {block.data(), static_cast<std::size_t>(count)});
+    at += count;
+  }
+  ::close(std::exchange(descriptor_, copy));
+  if (error != 0) fail(error);
+}
+
+// What fails before the rename leaves the old file; after it the new one is there.
 void Output::take_name(bool durable, bool stays_open) {
   if (descriptor_ < 0) return;
   const fs::path folder = final_.parent_path();
-  if (durable && !final_.empty() && ::fsync(descriptor_) != 0) fail(errno);
+  const auto sync = [&] {
+    if (durable && !final_.empty() && ::fsync(descriptor_) != 0) fail(errno);
+  };
+  sync();
   // A network's file system says only at a close what went wrong before.
   if (const int copy = ::dup(descriptor_); copy >= 0 && ::close(copy) != 0) fail(errno);
   if (!final_.empty() && temporary_.empty()) {
-    const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
-    const auto link = [&](const fs::path& name) {
-      return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
-    };
-    fs::path name = final_;
-    for (int attempt = 0; !link(name); ++attempt) {
-      if (errno != EEXIST || attempt == 100) fail(errno);
-      name = folder / (std::string(kTemporary) + std::to_string(::getpid()) + "-" +
-                       std::to_string(attempt) + ".tmp");
-    }
-    if (name != final_) {
-      ::flock(descriptor_, LOCK_EX | LOCK_NB);
-      temporary_ = name;
-    }
+    const int unnamed = descriptor_;
+    name_unnamed(folder);
+    if (descriptor_ != unnamed) sync();
   }
   if (!temporary_.empty()) {
     if (::rename(temporary_.c_str(), final_.c_str()) != 0) fail(errno);

@@ -38,7 +38,8 @@ class Output {
  public:
   // Throws Error{kIo}: no such folder, a folder of that name, no permission, ...
   Output(const Target& target, std::ostream& standard_output);
-  explicit Output(const std::string& file);  // whatever its name
+  explicit Output(const std::string& file);                  // whatever its name
+  Output(const std::string& file, const std::string& name);  // as errors call it
   ~Output();  // without commit(): the new file is removed, the old one stays
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -56,9 +57,11 @@ class Output {
  private:
   static constexpr std::size_t kChunk = std::size_t{1} << 20, kRoom = kChunk + 4096;
 
-  void open();
+  void open(const std::string& file);
   void create_beside(const std::filesystem::path& file);
   void take_name(bool durable, bool stays_open = false);
+  void name_unnamed(const std::filesystem::path& folder);
+  void copy_unnamed(const std::filesystem::path& folder);
   [[noreturn]] void fail(int error) const;
 
   std::string name_;  // as the user wrote it

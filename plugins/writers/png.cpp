@@ -76,7 +76,8 @@ class Png final : public sim::Writer {
     const std::string name = std::filesystem::path(task_.file).filename().string();
     std::size_t count = 0;
     for (; count < moments.size() && !(task_.stop && task_.stop()); ++count) {
-      sim::Output file(series_->temporary() / numbering_.name(name, count));
+      sim::Output file(series_->temporary() / numbering_.name(name, count),
+                       numbering_.name(task_.file, count));
       file.buffer() = sim::png(gallery.draw(count));
       file.commit();
     }

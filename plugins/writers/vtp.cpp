@@ -121,7 +121,7 @@ class ParaView final : public sim::Writer {
     }
     for (std::size_t m = 0; m < moment.size(); ++m) {
       const std::string name = name_of(m, count_);
-      sim::Output file(files_->temporary() / name);
+      sim::Output file(files_->temporary() / name, files_->folder() / name);
       Vtp(task_.models[m], moment[m]).write(file);
       output_->buffer() += "<DataSet timestep=\"" + sim::shortest(moment.front().t) + "\" part=\"" +
                            std::to_string(m) + "\" file=\"" + folder() + "/" + name + "\"/>\n";

@@ -5,7 +5,7 @@ The n-th call of write, fsync, rename, open, malloc .. of a whole command fails,
 until the command ends without a failure (fault_shim.cpp does it). After each: no signal, no hang;
 an error that names a place and a remedy, and exit code 5; every file of before whole, the older one
 or the new one of a run without faults; the checkpoint there unless its own calls failed; nothing
-left that the next run does not collect. `--list` names the commands.
+left that the next run does not collect. `--list` names the commands; COMMAND is a regular expression of such names.
 """
 import argparse
 import concurrent.futures
@@ -63,9 +63,10 @@ FFMPEG = "#!/bin/sh\nfor last; do :; done\ncat >\"${last#file:}\"\n"  # where th
 class Command:
     """One command line; {n} is 5, and 3 in the run before, which leaves the older files."""
 
-    def __init__(self, words, stdin="", files=(), before=(), program="sim", snap=None, varies=(), codes=(5,)):
+    def __init__(self, words, stdin="", files=(), before=(), program="sim", snap=None, varies=(), codes=(5,),
+                 series=None):
         self.words, self.stdin, self.files, self.before = words.split(), stdin, dict(files), before
-        self.program, self.snap, self.varies, self.codes = program, snap, varies, codes
+        self.program, self.snap, self.varies, self.codes, self.series = program, snap, varies, codes, series
 
 
 def run_of(rest, **more):
@@ -87,10 +88,11 @@ COMMANDS = {
     "csv": run_of("--out a.csv"),
     "jsonl writer": run_of("--out a.jsonl"),
     "png": run_of("--out a.png " + PICTURE),
-    "png series": run_of("--out a-%d.png --snap a.snap " + PICTURE, snap="a.snap"),
+    "png series": run_of("--out a-%d.png --snap a.snap " + PICTURE, snap="a.snap", series=r"a-\d\.png"),
     "html": run_of("--out a.html"),
     "npz": run_of("--out a.npz"),
     "vtp": run_of("--out a.vtp --every 2"),
+    "pvd": run_of("--out a.pvd --every 2", series=r"a/.*\.vtp"),
     "ply": run_of("--out a.ply"),
     "obj": run_of("--out a.obj"),
     "pc2": run_of("--out a.pc2"),
@@ -262,7 +264,7 @@ def wrong_end(place, ended):
     return ""
 
 
-def wrong_files(place, ended, folder):
+def wrong_files(place, ended, folder, for_ever):
     now = contents(folder)
     for name in set(now) | set(place.before) | set(place.after):
         data, old, new = now.get(name), place.before.get(name), place.after.get(name)
@@ -278,6 +280,10 @@ def wrong_files(place, ended, folder):
             return f"{name} is " + ("gone" if data is None else "neither the older nor the new one")
     if ended.returncode == 0 and ended.stdout != place.out and place.same_out:
         return "exit code 0 and another standard output"
+    series = [f for f in set(now) | set(place.after) if place.command.series and re.fullmatch(place.command.series, f)]
+    if (not for_ever and any(now.get(f) != place.before.get(f) for f in series)
+            and any(now.get(f) != place.after.get(f) for f in series)):
+        return "some files of a series are new and some old"
     if any(map(is_leftover, now)):
         again = place.run(folder)
         if again.returncode != 0 and place.name != "new plugin":
@@ -302,7 +308,9 @@ def attempt(place, call, number, how):
     except subprocess.TimeoutExpired as late:
         why = f"did not end in {OPTIONS.seconds} s"
     _, failed, frames = read_report(report)
-    why = why or wrong_end(place, ended) or wrong_files(place, ended, folder)
+    why = why or wrong_end(place, ended) or wrong_files(place, ended, folder, for_ever)
+    if not why and call == "linkat" and ended.returncode != 0:
+        why = "a file that could not be linked was not copied"
     if why and why.startswith("no checkpoint") and is_before_run(functions(frames)):
         why = ""
     if why:
