@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <ranges>
 
@@ -66,10 +67,28 @@ void StagingFolder::commit() {
     if (::access(old.c_str(), W_OK) != 0) fail(old, std::strerror(errno));
     fs::permissions(temporary_ / name, status.permissions(), failed);
   }
-  for (const fs::path& name : names)
-    if (::rename((temporary_ / name).c_str(), (folder_ / name).c_str()) != 0)
-      fail(folder_ / name, std::strerror(errno));
+  std::size_t placed = 0;
+  while (placed < names.size() && place(names[placed])) ++placed;
+  if (placed < names.size()) {
+    const int error = errno;
+    for (std::size_t i = placed; i-- > 0;) take_back(names[i]);
+    fail(folder_ / names[placed], std::strerror(error));
+  }
   made_.clear();
+}
+
+// An older file takes the new one's place in the temporary folder, so that all can be taken back.
+bool StagingFolder::place(const fs::path& name) const {
+  const fs::path from = temporary_ / name, to = folder_ / name;
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0) return true;
+  const bool unable = errno == ENOENT || errno == EINVAL || errno == ENOSYS;
+  return unable && ::rename(from.c_str(), to.c_str()) == 0;
+}
+
+void StagingFolder::take_back(const fs::path& name) const {
+  const fs::path from = folder_ / name, to = temporary_ / name;
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) != 0)
+    ::rename(from.c_str(), to.c_str());
 }
 
 }  // namespace sim

@@ -20,11 +20,14 @@ class StagingFolder {
   const std::filesystem::path& folder() const { return folder_; }
   const std::filesystem::path& temporary() const { return temporary_; }  // files are written here
 
-  // The files in temporary(), and in folders there, take their names. Throws Error{kIo}.
+  // The files in temporary(), and in folders there, take their names: all, or after an error none.
+  // Throws Error{kIo}.
   void commit();
 
  private:
   void make_folder(const std::filesystem::path& folder);
+  bool place(const std::filesystem::path& name) const;
+  void take_back(const std::filesystem::path& name) const;
 
   std::filesystem::path folder_, temporary_;
   std::vector<std::filesystem::path> made_;  // folders that were missing
