@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/md5.h"
 #include "core/output/format.h"
-#include "core/output/process.h"
+#include "core/output/output.h"
 
 namespace sim::cli {
 namespace {
@@ -93,13 +93,8 @@ void SweepStore::put(std::size_t index, std::uint64_t key, const CaseResult& res
   row.insert(row.begin(), kRow);
   text += csv_line(row);
   text += sum_line(text);
-  FileBeside file(file_of(index).string());
-  std::ofstream out(file.temporary(), std::ios::binary);
-  out << text;
-  out.close();
-  if (!out)
-    throw Error(ErrorKind::kIo,
-                {"cannot write", file_of(index).string(), "the disk may be full", ""});
+  Output file(file_of(index).string());
+  file.buffer() = std::move(text);
   file.commit();
 }
 

@@ -47,4 +47,9 @@ std::string remedy_for(int error) {
   }
 }
 
+std::string remedy_for_writing(int error) {
+  const bool limit = error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN;
+  return limit ? remedy_for(error) : "check the folder, its permissions and the space there";
+}
+
 }  // namespace sim

@@ -12,4 +12,8 @@ bool is_machine_failure(int error);
 // What helps against an error number; empty if nothing general does.
 std::string remedy_for(int error);
 
+// The same for a file that cannot be written or a program that cannot be started: the folder and
+// its room are to be looked at, unless this process has come to a limit of its own.
+std::string remedy_for_writing(int error);
+
 }  // namespace sim

@@ -144,10 +144,8 @@ Output::~Output() {
 }
 
 void Output::fail(int error) const {
-  const bool there = error != EMFILE && error != ENFILE && error != ENOMEM;
-  throw Error(ErrorKind::kIo, {"cannot write", name_, std::strerror(error),
-                               there ? "check the folder, its permissions and the space there"
-                                     : remedy_for(error)});
+  throw Error(ErrorKind::kIo,
+              {"cannot write", name_, std::strerror(error), remedy_for_writing(error)});
 }
 
 void Output::write() {

@@ -15,6 +15,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/system_failure.h"
 #include "core/output/file_plan.h"
 #include "core/output/output.h"
 
@@ -22,8 +23,7 @@ namespace sim {
 namespace {
 
 [[noreturn]] void fail_process(const std::string& what, const std::string& name, int error) {
-  throw Error(ErrorKind::kIo, {what, name, std::strerror(error),
-                               "check the folder, its permissions and the space there"});
+  throw Error(ErrorKind::kIo, {what, name, std::strerror(error), remedy_for_writing(error)});
 }
 
 void wait_for(pid_t child, int& status) {

@@ -12,6 +12,7 @@
 #include <ranges>
 
 #include "core/base/error.h"
+#include "core/base/system_failure.h"
 #include "core/output/output.h"
 
 namespace sim {
@@ -19,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& where, const std::string& why) {
-  throw Error(ErrorKind::kIo, {"cannot write", where.string(), why,
-                               "check the folder, its permissions and the space there"});
+[[noreturn]] void fail(const fs::path& where, int error) {
+  throw Error(ErrorKind::kIo,
+              {"cannot write", where.string(), std::strerror(error), remedy_for_writing(error)});
 }
 
 }  // namespace
@@ -30,7 +31,7 @@ StagingFolder::StagingFolder(const fs::path& folder) : folder_(folder.empty() ? 
   make_folder(folder_);
   collect_leftovers(folder_);
   std::string name = (folder_ / (".sim-" + std::to_string(::getpid()) + ".tmpXXXXXX")).string();
-  if (!::mkdtemp(name.data())) fail(folder_, std::strerror(errno));
+  if (!::mkdtemp(name.data())) fail(folder_, errno);
   temporary_ = name;
   lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ >= 0) ::flock(lock_, LOCK_EX | LOCK_NB);
@@ -63,8 +64,8 @@ void StagingFolder::commit() {
     make_folder(old.parent_path());
     const fs::file_status status = fs::status(old, failed);
     if (!fs::exists(status)) continue;
-    if (fs::is_directory(status)) fail(old, std::strerror(EISDIR));
-    if (::access(old.c_str(), W_OK) != 0) fail(old, std::strerror(errno));
+    if (fs::is_directory(status)) fail(old, EISDIR);
+    if (::access(old.c_str(), W_OK) != 0) fail(old, errno);
     fs::permissions(temporary_ / name, status.permissions(), failed);
   }
   std::size_t placed = 0;
@@ -72,7 +73,7 @@ void StagingFolder::commit() {
   if (placed < names.size()) {
     const int error = errno;
     for (std::size_t i = placed; i-- > 0;) take_back(names[i]);
-    fail(folder_ / names[placed], std::strerror(error));
+    fail(folder_ / names[placed], error);
   }
   made_.clear();
 }

@@ -47,13 +47,6 @@ class Drawers {
       threads_.push_back(std::move(thread));
     }
   }
-  ~Drawers() {
-    {
-      const std::lock_guard lock(mutex_);
-      over_ = true;
-    }
-    changed_.notify_all();
-  }
 
   // The i-th, valid until the next call.
   const sim::Image& take(std::size_t i) {
@@ -100,7 +93,18 @@ class Drawers {
   sim::Image taken_;
   std::exception_ptr failure_;
   bool over_ = false;
-  std::vector<std::jthread> threads_;  // the last: they end before what they use
+  std::vector<std::jthread> threads_;  // they end before what they use
+  // The first to go, also where the constructor fails: the threads do not wait any more.
+  struct End {
+    Drawers& drawers;
+    ~End() {
+      {
+        const std::lock_guard lock(drawers.mutex_);
+        drawers.over_ = true;
+      }
+      drawers.changed_.notify_all();
+    }
+  } end_{*this};
 };
 
 class Film final : public sim::Writer {
