@@ -122,8 +122,6 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       tracks_.back().doubt_start(accounts[i].doubt);
     }
   }
-  const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
-  for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
   if (!request.engine) return;
   const engine::Launch& launch = request.engine->launch;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -400,6 +398,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     console.err << "sim: note: " << accounts.front().doubt << '\n';
   if (!request.quiet)
     for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
+  const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
+  for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
   return Run(request, scene, accounts, std::move(replays), registry, console).go();
 }
 

@@ -2,6 +2,7 @@
 #include "core/base/read_file.h"
 
 #include <catch2/catch.hpp>
+#include <fstream>
 
 #include "tests/support/temporary.h"
 
@@ -43,5 +44,8 @@ TEST_CASE("a file that cannot be read names why and what helps", "[base][files]"
   CHECK(failure_of(folder.path()).why == "it is a folder");
   CHECK(failure_of(folder.path() / "none").why == "No such file or directory");
   CHECK(failure_of("/proc/self/mem").why == "Input/output error");
-  CHECK(failure_of("/dev/zero", std::size_t{1} << 20).why == "it is larger than 1 MB");
+  CHECK(failure_of("/dev/zero").why == "it is not a regular file");
+  const std::filesystem::path large = folder.path() / "large";
+  std::ofstream(large) << std::string((std::size_t{1} << 20) + 1, 'x');
+  CHECK(failure_of(large, std::size_t{1} << 20).why.starts_with("it is larger than 1"));
 }

@@ -61,7 +61,7 @@ TEST_CASE("a huge file that begins as a checkpoint does is refused", "[cli]") {
   const TemporaryFolder folder;
   const ProgramOptions here{.folder = folder.path()};
   REQUIRE(run_sim({"-q", "-n", "1", "--snap", "a.snap"}, here).code == 0);
-  fs::resize_file(folder.path() / "a.snap", std::uintmax_t{100} << 40);
+  fs::resize_file(folder.path() / "a.snap", std::uintmax_t{10} << 40);
   const Outcome outcome = run_sim({"--resume", "a.snap"}, here);
   CHECK(outcome.code == 5);
   CHECK_THAT(outcome.err, Contains("it is larger than "));

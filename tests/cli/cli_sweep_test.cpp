@@ -400,7 +400,7 @@ TEST_CASE("a sweep refuses what it does not understand before it runs anything")
            {{"--over", "dt=1", "--part", "2/2", "--out", "a.csv"}, "out of range"},
            {{"--over", "dt=1", "--out", "a.png"}, "writes .csv"},
            {{"--over", "steps=1", "--over", "time=1"}, "only one of them"},
-           {{"--cases", "/nowhere.csv"}, "no such file"}}) {
+           {{"--cases", "/nowhere.csv"}, "No such file"}}) {
     const Outcome outcome = run_sim(with({"sweep", "scenes/pendulum1.lua"}, words));
     INFO(outcome.err);
     CHECK(outcome.code >= 2);
@@ -425,7 +425,7 @@ TEST_CASE("a table is drawn, a curve for each value of a column") {
            {{"plot", "t.csv", "-x", "x", "-y", "who"}, "nothing to plot"},
            {{"plot", "t.csv", "-x", "x"}, "two columns"},
            {{"plot", "t.csv", "-x", "x", "-y", "y", "--out", "a.png"}, "a chart is .svg"},
-           {{"plot", "u.csv", "-x", "x", "-y", "y"}, "no such file"}}) {
+           {{"plot", "u.csv", "-x", "x", "-y", "y"}, "No such file"}}) {
     const Outcome outcome = run_sim(words, here);
     CHECK(outcome.code >= 2);
     CHECK_THAT(outcome.err, Contains(why));
