@@ -139,3 +139,12 @@ TEST_CASE("what a post-mortem says works was held to its shadow") {
   CHECK(run->verdict.trust == Trust::kSuspect);
   CHECK_FALSE(PostMortem::works(run->verdict));
 }
+
+TEST_CASE("remedies are tried in a scene that observes, too") {
+  sim::SystemSpec cloth = make_cloth(4);
+  cloth.observers.push_back(
+      {"sag", [](const sim::Simulation& system) { return system.position(5).y(); }});
+  const PostMortem found = examine(cloth, "euler", 0.05, 0.2);
+  REQUIRE(found.smaller.has_value());
+  CHECK(found.smaller->verdict.trust == Trust::kTrusted);
+}

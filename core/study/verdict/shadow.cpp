@@ -196,7 +196,7 @@ std::vector<double> Shadow::observe(ShadowRun& shadow, std::size_t frame) const 
 }
 
 void Shadow::compare_observed(ShadowRun& shadow, Parting& result) const {
-  if (spec_->observers.empty()) return;
+  if (frames_.back().observed.empty()) return;  // none, or looked at without them
   result.observed.resize(spec_->observers.size());
   for (std::size_t k = 1; k < frames_.size(); ++k) {
     const std::vector<double> observed = observe(shadow, k);
