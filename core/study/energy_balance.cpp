@@ -16,7 +16,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   driven_ = system.holding() && system.holding()->constraints().move();
   damped_ = particles.has_damping() || !working_.empty() || driven_ || led_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
-  confined_ = !particles.contacts().empty() || system.surface_contact() || any_projects(system);
+  confined_ = acts_between_steps(system);
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);

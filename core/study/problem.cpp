@@ -81,6 +81,12 @@ bool any_projects(Simulation& system) {
   return particles && sim::any_projects(particles->forces());
 }
 
+bool acts_between_steps(Simulation& system) {
+  const ParticleSystem* const particles = particles_of(system);
+  return (particles && !particles->contacts().empty()) || system.surface_contact() ||
+         system.rigid_contact() || any_projects(system);
+}
+
 StepMap::StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator)
     : system_(&system), integrator_(std::move(integrator)) {
   integrator_->prepare(system);

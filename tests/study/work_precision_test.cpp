@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/study/accuracy/trajectory.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -93,6 +94,28 @@ TEST_CASE("the front rises in cost and falls in error, and nothing beats it") {
         least = std::min(least, static_cast<double>(curve.cost[p]));
   REQUIRE(study->cheapest.has_value());
   CHECK(study->cost(*study->cheapest) == least);
+}
+
+TEST_CASE("a reference takes account of contact of surfaces between steps") {
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local p = sim.particles { mass = 1 }\nlocal triangles = {}\n"
+      "for s = 0, 1 do\n"
+      "  for i = 0, 3 do p:add { (i % 2) * (s == 0 and 1 or 0.5), 0.1 * s, (i // 2) * 0.7 } end\n"
+      "  triangles[#triangles + 1] = { 4 * s, 4 * s + 2, 4 * s + 1 }\n"
+      "  triangles[#triangles + 1] = { 4 * s + 1, 4 * s + 2, 4 * s + 3 }\n"
+      "end\n"
+      "p:pin(0, 1, 2, 3)\n"
+      "local squares = sim.surface { particles = p, triangles = triangles }\n"
+      "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+      "  contact = sim.contact { surfaces = { squares }, thickness = 0.01 },\n"
+      "  integrator = 'rk4', dt = 0.005, duration = 0.5 }\n");
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  const sim::study::Problem problem{&scene.systems[0], &registry};
+  const auto reference = sim::study::reference(problem, 0.4, no_watch());
+  CHECK(reference.how.find("extrapolation") == std::string::npos);
+  // The upper square lies on the lower one, which free fall would pass through by 0.7 m.
+  CHECK(reference.error.back() < 0.01);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(reference.points.back()[3 * i + 1] > -0.01);
 }
 
 TEST_CASE("measured errors are those of the literature") {

@@ -116,7 +116,7 @@ bool Search::extrapolate() {
       methods_, false, [](const Candidate& m) { return m.info.adaptive || m.info.implicit; });
   if (method == methods_.end()) return false;
   Simulation system = problem_.with(*method).simulation();
-  if (system.ode().confined() || any_projects(system)) return false;
+  if (system.ode().confined() || acts_between_steps(system)) return false;
   Array start(system.state().size());
   std::ranges::copy(system.state(), start.data());
   Points points;

@@ -89,9 +89,7 @@ Finding EnergyCriterion::finding(const Parting& shadow) const {
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
-  const bool drag = balance_.has_drag(), contact = !particles_of(*system_)->contacts().empty() ||
-                                                   system_->surface_contact() ||
-                                                   any_projects(*system_);
+  const bool drag = balance_.has_drag(), contact = acts_between_steps(*system_);
   constexpr double kHardly = 1e3;
   const IntegratorInfo info = system_->integrator_info();
   const bool hardly = at_rest(info) > kAtRest && way <= kHardly * at_rest(info) * size_;
