@@ -69,8 +69,7 @@ Answer rest(Call& call) {
     found = study::come_to_rest(system, SessionSignals::any);
     if (found.why == "interrupted") SessionSignals::check();
     if (!found.found)
-      throw Error(ErrorKind::kUsage,
-                  {"no rest was found", system.name(), found.why, "pin a particle"});
+      throw Error(ErrorKind::kUsage, {"no rest was found", system.name(), found.why, found.remedy});
   });
   return words(rest_text(found) + "\n", found.force);
 }

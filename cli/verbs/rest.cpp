@@ -11,10 +11,10 @@ namespace {
 study::Rest find(Simulation& system) {
   const study::Rest rest = study::come_to_rest(system, SessionSignals::any);
   if (!rest.found)
-    throw Error(ErrorKind::kDiverged,
-                {"no rest was found", system.name(),
-                 rest.why + "; the largest force left is " + brief(rest.force, 3) + " N",
-                 "pin a particle, or run the scene with drag"});
+    throw Error(
+        ErrorKind::kDiverged,
+        {"no rest was found", system.name(),
+         rest.why + "; the largest force left is " + brief(rest.force, 3) + " N", rest.remedy});
   return rest;
 }
 

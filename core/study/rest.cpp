@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/study/accuracy/trajectory.h"
 
 namespace sim::study {
 namespace {
@@ -39,11 +40,38 @@ void measure_forces(const Simulation& simulation, Rest& rest) {
   }
 }
 
+// The largest distance that a coordinate has gone.
+double largest_move(const StateShape& shape, const double* x, const double* start) {
+  double most = 0;
+  const StatePart& positions = shape.first();
+  for (std::size_t component = 0; component < positions.components.size(); ++component)
+    for (std::size_t i = 0; i < positions.count; ++i)
+      most = std::max(most,
+                      std::fabs(x[positions.at(i, component)] - start[positions.at(i, component)]));
+  return most;
+}
+
+// Says why no rest was found; `refused` steps did not converge at the end of the search.
+void explain(Rest& rest, bool moves_away, int refused, bool idle) {
+  rest.remedy = "run the scene with drag until it rests";
+  if (moves_away) {
+    rest.why = "a part of the scene moves away without end";
+    rest.remedy = "pin a particle, or give it something to lie on";
+  } else if (refused > 0) {
+    rest.why = "the last " + std::to_string(refused) + " steps did not converge";
+  } else if (idle) {
+    rest.why = "forces no longer become smaller";
+  } else {
+    rest.why = std::to_string(rest.effort.steps) + " steps were not enough";
+  }
+}
+
 }  // namespace
 
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kSteps = 200, kIdle = 4;
   constexpr double kGrow = 2, kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
+  constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   if (!simulation.second_order())
     throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
                                     "a first-order scene has no forces that could balance",
@@ -54,6 +82,8 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   Snapshot snapshot = simulation.snapshot();
   Array x(size), next(size), best(size), at(size), slope(size);
   std::ranges::copy(snapshot.x, x.data());
+  const std::vector<double> start = snapshot.x;
+  const double size_at_start = scene_size(simulation);
   const auto halt = [&](Array& state) {
     each_number(simulation.shape(), "velocity", [&](std::size_t i) { state[i] = 0; });
   };
@@ -63,7 +93,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   Rest rest;
   double least = largest_acceleration(simulation, x.data(), at, slope), scale = least;
   double h = 10 * simulation.h();
-  int idle = 0;
+  int idle = 0, refused = 0;
   for (int step = 0; step < kSteps && least > kEnough * scale && idle < kIdle; ++step) {
     if (stop && stop()) {
       rest.why = "interrupted";
@@ -74,8 +104,10 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     if (status != StepStatus::kDone) {
       h *= kShrink;
       ++idle;
+      ++refused;
       continue;
     }
+    refused = 0;
     halt(next);
     std::swap(x, next);
     const double now = largest_acceleration(simulation, x.data(), at, slope);
@@ -97,7 +129,10 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   rest.potential = simulation.energy().potential;
   measure_forces(simulation, rest);
   rest.found = rest.why.empty() && rest.force <= kNearly * rest.in_play;
-  if (!rest.found && rest.why.empty()) rest.why = "forces do not vanish: is everything held?";
+  if (!rest.found && rest.why.empty())
+    explain(rest,
+            !(largest_move(simulation.shape(), x.data(), start.data()) <= kFar * size_at_start),
+            refused, idle == kIdle);
   return rest;
 }
 

@@ -3,6 +3,7 @@
 
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
+#include "tests/lua/scene_text.h"
 
 namespace sim_test {
 namespace {
@@ -28,7 +29,21 @@ TEST_CASE("a run from rest stays there") {
   CHECK_THAT(run.out, Catch::Contains("-4.5548"));
 }
 
-TEST_CASE("what has no rest is said") {
+TEST_CASE("what has no rest is said, and why") {
+  const sim::test::SceneFolder folder;
+  const std::string falls = folder.write(
+      "falls.lua",
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\np:add {0, 0, 0}\n"
+      "p:add {1, 0, 0}\nreturn sim.scene { particles = p, forces = { sim.force.gravity {}, "
+      "sim.force.spring { stiffness = 10, ties = { {0, 1} } } }, integrator = 'rk4', dt = 0.01, "
+      "duration = 1 }\n");
+  const Outcome falling = run_sim({"rest", falls});
+  CHECK(falling.code == 4);
+  CHECK_THAT(falling.err, Catch::Contains("moves away without end") && Catch::Contains("pin"));
+  // Its left end is held.
+  const Outcome beam = run_sim({"rest", "scenes/beam.lua"});
+  CHECK(beam.code == 4);
+  CHECK_THAT(beam.err, !Catch::Contains("held") && !Catch::Contains("pin "));
   CHECK(run_sim({"rest", "scenes/circle.lua"}).code == 2);
   CHECK(run_sim({"rest", "scenes/cloth.lua", "--steps", "3"}).code == 2);
 }
