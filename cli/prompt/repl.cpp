@@ -79,7 +79,10 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
     } catch (const Interrupted&) {
       if (SessionSignals::caught() != SIGINT) return 128 + SessionSignals::caught();
       session.forget_unfinished();
-      if (running) session.tell("\r\x1b[Kstopped\n");
+      if (running) {
+        put_control(console.err, "\r\x1b[K");
+        session.tell("stopped\n");
+      }
       session.tell_position();
     } catch (const ClosedPipe&) {
       return report_exception(console.err);

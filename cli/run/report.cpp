@@ -135,12 +135,16 @@ void Progress::update(std::span<Track> tracks) {
   for (Track& each : tracks)
     if (each.system().second_order() && tracks.size() == 1)
       line += "   drift " + brief(each.drift(), 3) + " J";
-  err_ << '\r' << line << "\x1b[K" << std::flush;
+  put_control(err_, "\r");
+  err_ << line;
+  put_control(err_, "\x1b[K");
+  err_ << std::flush;
   drawn_ = true;
 }
 
 void Progress::clear() {
-  if (drawn_) err_ << "\r\x1b[K" << std::flush;
+  if (drawn_) put_control(err_, "\r\x1b[K");
+  err_ << std::flush;
   drawn_ = false;
 }
 

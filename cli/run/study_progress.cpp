@@ -34,8 +34,11 @@ void StudyProgress::draw(std::string_view what, double done) {
   last_ = now;
   const double part = std::clamp(done, 0.0, 1.0);
   const std::string bar(static_cast<std::size_t>(part * kWidth), '#');
-  err_ << "\r[" << left(bar, static_cast<std::size_t>(kWidth)) << "] "
-       << right(brief(100 * part, 3), 4) << " %  " << what << "\x1b[K" << std::flush;
+  put_control(err_, "\r");
+  err_ << "[" << left(bar, static_cast<std::size_t>(kWidth)) << "] "
+       << right(brief(100 * part, 3), 4) << " %  " << what;
+  put_control(err_, "\x1b[K");
+  err_ << std::flush;
   drawn_ = true;
 }
 
@@ -55,7 +58,8 @@ int StudyProgress::exit_code() {
 }
 
 void StudyProgress::clear() {
-  if (drawn_) err_ << "\r\x1b[K" << std::flush;
+  if (drawn_) put_control(err_, "\r\x1b[K");
+  err_ << std::flush;
   drawn_ = false;
 }
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -14,6 +15,9 @@
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <utility>
+
+#include "core/base/utf8.h"
 
 namespace sim::cli {
 namespace {
@@ -26,7 +30,7 @@ bool same_place(int a, int b) {
 }
 
 constexpr std::string_view kNoMemory =
-    "sim: error: out of memory: the machine has no more for this; make the scene smaller, or write "
+    "sim: error: out of memory: the system has no more for this; make the scene smaller, or write "
     "fewer frames\n";
 
 // What the handlers of the C++ library need, which take no argument.
@@ -50,6 +54,36 @@ std::terminate_handler otherwise;
 
 }  // namespace
 
+bool VisibleBuffer::put_raw(std::string_view text) {
+  const auto size = static_cast<std::streamsize>(text.size());
+  return inner_.sputn(text.data(), size) == size;
+}
+
+VisibleBuffer::int_type VisibleBuffer::overflow(int_type c) {
+  if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+  const char one = traits_type::to_char_type(c);
+  return xsputn(&one, 1) == 1 ? c : traits_type::eof();
+}
+
+// The last bytes of a block may begin a character that the next block ends.
+std::streamsize VisibleBuffer::xsputn(const char* text, std::streamsize size) {
+  const auto length = static_cast<std::size_t>(size);
+  std::string joined;
+  std::string_view block(text, length);
+  if (!piece_.empty()) block = joined = std::exchange(piece_, {}).append(block);
+  const std::size_t whole = block.size() - unfinished_utf8(block);
+  piece_ = block.substr(whole);
+  block = block.substr(0, whole);
+  return (is_visible(block) ? put_raw(block) : put_raw(visible_text(block))) ? size : 0;
+}
+
+void put_control(std::ostream& stream, std::string_view sequence) {
+  if (auto* const visible = dynamic_cast<VisibleBuffer*>(stream.rdbuf()))
+    visible->put_raw(sequence);
+  else
+    stream << sequence;
+}
+
 Console standard_console() {
   constexpr std::size_t kReserve = 1 << 18;
   reserve = new (std::nothrow) char[kReserve];
@@ -63,24 +97,16 @@ Console standard_console() {
   std::signal(SIGPIPE, SIG_IGN);
   std::ios::sync_with_stdio(false);
   std::cin.tie(nullptr);
+  // They last as long as the process, as the streams do, and take no memory that may be refused.
+  alignas(VisibleBuffer) static std::byte room[2][sizeof(VisibleBuffer)];
+  std::cout.rdbuf(new (room[0]) VisibleBuffer(*std::cout.rdbuf()));
+  std::cerr.rdbuf(new (room[1]) VisibleBuffer(*std::cerr.rdbuf()));
   return {std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1,
           same_place(STDOUT_FILENO, STDERR_FILENO)};
 }
 
 void print_error(std::ostream& err, std::string_view message) {
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string line = "sim: error: ";
-  for (const char c : message) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x20 && byte != 0x7f) {
-      line += c;
-    } else {
-      line += "\\x";
-      line += kHex[byte >> 4];
-      line += kHex[byte & 15];
-    }
-  }
-  err << line << '\n' << std::flush;
+  err << "sim: error: " << visible_line(message) << '\n' << std::flush;
 }
 
 // What other threads do meanwhile cannot be waited for: neither destructors nor buffers.

@@ -9,7 +9,9 @@
 #include <optional>
 
 #include "cli/terminal/cells.h"
+#include "cli/terminal/console.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/output/stream.h"
 #include "core/picture/raster/raster.h"
 #include "core/picture/scenery.h"
@@ -29,7 +31,7 @@ class TerminalView final : public Writer {
   }
 
   ~TerminalView() override {
-    if (shown_) put(std::cout, "\x1b[?25h\x1b[0m");
+    if (shown_) put_control(std::cout, "\x1b[?25h\x1b[0m");
   }
 
   Pace pace() const override { return Pace::kFilm; }
@@ -83,10 +85,9 @@ class TerminalView final : public Writer {
     for (int y = 0; y < rows_; ++y) out += cells_.row(image, y) + "\x1b[K\n";
     std::string line = "t = " + brief(moment.front().t, 4) + " s";
     for (const Model& model : task_.models) line += "   " + model.name;
-    if (line.size() >= static_cast<std::size_t>(columns_))
-      line.resize(static_cast<std::size_t>(columns_) - 1);
-    out += line + "\x1b[K\n";
-    put(std::cout, out);
+    out += cut_columns(visible_line(line), static_cast<std::size_t>(columns_) - 1) + "\x1b[K\n";
+    put_control(std::cout, out);
+    std::cout.flush();
     shown_ = true;
   }
 

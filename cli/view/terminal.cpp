@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 
 namespace sim::cli {
 namespace {
@@ -15,10 +16,8 @@ constexpr int kMostColumns = 240, kMostRows = 80;
 
 std::string cut(std::string text, int width) {
   std::ranges::replace_if(
-      text, [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
-  if (text.size() >= static_cast<std::size_t>(width))
-    text.resize(static_cast<std::size_t>(std::max(1, width) - 1));
-  return text;
+      text, [](char c) { return c == '\n' || c == '\t'; }, ' ');
+  return cut_columns(visible_line(text), static_cast<std::size_t>(std::max(1, width) - 1));
 }
 
 }  // namespace

@@ -212,7 +212,8 @@ void play_in_terminal(Live& live, const Caught& caught) {
     live.run(kShare * kFrame);
     if (Clock::now() < next_picture) continue;
     next_picture = Clock::now() + span(2 * kFrame);
-    put(std::cout, front.picture());
+    put_control(std::cout, front.picture());
+    std::cout.flush();
     std::cout.flush();
   }
 }

@@ -4,7 +4,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <vector>
+
+#include "core/base/utf8.h"
 
 namespace sim {
 
@@ -105,17 +108,18 @@ std::string join(std::span<const std::string> texts, std::string_view between) {
 
 std::string json_string(std::string_view text) {
   std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      constexpr std::string_view kHex = "0123456789abcdef";
-      out += "\\u00";
-      out += kHex[static_cast<unsigned char>(c) >> 4];
-      out += kHex[c & 15];
+  while (!text.empty()) {
+    const Character next = first_character(text);
+    text.remove_prefix(next.bytes.size());
+    if (next.code == U'"' || next.code == U'\\') {
+      out.append("\\").append(next.bytes);
+    } else if (!next.code || (!next.visible() && *next.code <= 0xffff)) {
+      std::array<char, 8> escape;
+      std::snprintf(escape.data(), escape.size(), "\\u%04x",
+                    static_cast<unsigned>(next.code.value_or(0xfffd)));
+      out += escape.data();
     } else {
-      out += c;
+      out += next.bytes;
     }
   }
   return out += '"';

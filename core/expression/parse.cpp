@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 
 namespace sim {
 namespace {
@@ -60,10 +61,10 @@ class Parser {
   [[noreturn]] void fail(const std::string& why, const std::string& remedy = {}) const {
     // The text around the place, on one line.
     constexpr std::size_t kAround = 30;
-    const std::size_t begin = at_ > kAround ? at_ - kAround : 0;
-    std::string part(text_.substr(begin, 2 * kAround));
-    for (char& c : part)
-      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    const std::size_t begin = at_ > kAround ? utf8_head(text_, at_ - kAround).size() : 0;
+    std::string part(utf8_head(text_.substr(begin), 2 * kAround));
+    std::ranges::replace_if(part, is_space, ' ');
+    part = visible_line(part);
     if (begin > 0) part = "..." + part;
     if (begin + 2 * kAround < text_.size()) part += "...";
     throw Error(

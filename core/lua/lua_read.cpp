@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 
 namespace sim {
 
@@ -25,7 +26,7 @@ std::string show(lua_State* L, int index) {
     case LUA_TSTRING: {
       const std::string_view text(lua_tostring(L, index), lua_rawlen(L, index));
       std::string quoted(1, '\'');
-      quoted += one_line_text(text.substr(0, 40));
+      quoted += one_line_text(utf8_head(text, 40));
       return quoted += text.size() > 40 ? "...'" : "'";
     }
     default:
@@ -49,7 +50,14 @@ double read_number(lua_State* L, int index, const Place& place, const std::strin
 std::string read_text(lua_State* L, int index, const Place& place, const std::string& what) {
   if (lua_type(L, index) != LUA_TSTRING)
     scene_error(place, "bad " + what, "expected text, got " + show(L, index));
-  return {lua_tostring(L, index), lua_rawlen(L, index)};
+  const std::string text(lua_tostring(L, index), lua_rawlen(L, index));
+  if (!is_visible(text))
+    scene_error(place, "bad " + what,
+                "control characters, marks that reorder text and bytes that are not UTF-8 cannot "
+                "stand in it, got " +
+                    show(L, index),
+                "write it in plain text");
+  return text;
 }
 
 Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string& what) {

@@ -49,6 +49,7 @@ int push_field(lua_State* L, int table, const char* key);
 
 // Each throws Error{kScene} with "bad WHAT: PLACE: expected ..., got ...".
 double read_number(lua_State* L, int index, const Place& place, const std::string& what);  // finite
+// ... text that can be shown everywhere: is_visible.
 std::string read_text(lua_State* L, int index, const Place& place, const std::string& what);
 Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string& what);
 

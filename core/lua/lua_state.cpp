@@ -5,6 +5,8 @@
 #include <cstring>
 #include <new>
 
+#include "core/base/utf8.h"
+
 namespace sim {
 namespace {
 
@@ -93,9 +95,10 @@ bool load_chunk(lua_State* L, std::string_view text, const std::string& chunk) {
 
 std::string one_line_text(std::string_view text) {
   constexpr std::size_t kLongest = 2000;
-  std::string line(text.substr(0, kLongest));
+  std::string line(utf8_head(text, kLongest));
   for (char& c : line)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    if (c == '\n' || c == '\t' || c == '\r') c = ' ';
+  line = visible_line(line);
   return text.size() > kLongest ? line + "..." : line;
 }
 

@@ -89,7 +89,7 @@ Place lua_place(const char* source, int line);
 std::optional<std::pair<int, std::string_view>> strip_place(std::string_view message,
                                                             const char* short_source);
 
-// Control characters as spaces, long text cut: fit for one line of an error.
+// Line ends and tabs as spaces, long text cut, visible_line of the rest: for one line of an error.
 std::string one_line_text(std::string_view text);
 
 }  // namespace sim

@@ -1,4 +1,5 @@
 #include "core/output/format.h"
+#include "core/base/utf8.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +8,14 @@ namespace sim {
 
 std::string left(std::string_view text, std::size_t width) {
   std::string padded(text);
-  if (padded.size() < width) padded.append(width - padded.size(), ' ');
+  if (const std::size_t columns = columns_of(text); columns < width)
+    padded.append(width - columns, ' ');
   return padded;
 }
 
 std::string right(std::string_view text, std::size_t width) {
-  const std::size_t pad = text.size() < width ? width - text.size() : 0;
-  return std::string(pad, ' ').append(text);
+  const std::size_t columns = columns_of(text);
+  return std::string(columns < width ? width - columns : 0, ' ').append(text);
 }
 
 std::string label(std::string_view name, std::string_view text, std::size_t width) {
@@ -36,7 +38,8 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t used,
   for (bool first = true; !text.empty(); first = false) {
     const std::size_t space = text.find(' ');
     const std::string_view word = text.substr(0, space);
-    if (used > indent && used + 1 + word.size() > width) {
+    const std::size_t columns = columns_of(word);
+    if (used > indent && used + 1 + columns > width) {
       out.append(1, '\n').append(indent, ' ');
       used = indent;
     } else if (!first) {
@@ -44,7 +47,7 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t used,
       ++used;
     }
     out += word;
-    used += word.size();
+    used += columns;
     text = space == std::string_view::npos ? std::string_view() : text.substr(space + 1);
   }
   return out;
@@ -54,7 +57,7 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows, std::stri
   std::vector<std::size_t> width;
   for (const auto& row : rows) {
     width.resize(std::max(width.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], columns_of(row[i]));
   }
   std::string text;
   for (const auto& row : rows) {

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 
 namespace sim {
 namespace {
@@ -60,7 +61,7 @@ std::vector<std::string> split_words(std::string_view text) {
                                 const std::string& remedy) {
   constexpr std::size_t kShown = 80;
   throw Error(ErrorKind::kUsage,
-              {"bad action", "'" + std::string(text.substr(0, kShown)) + "'", why, remedy});
+              {"bad action", "'" + std::string(utf8_head(text, kShown)) + "'", why, remedy});
 }
 
 class ActionReader {

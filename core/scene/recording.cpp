@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 
 namespace sim {
 namespace {
@@ -82,7 +83,8 @@ class RecordingReader {
     if (line.front() == '+') return take_step(line.substr(1));
     const std::string word(take_word(line));
     if (std::ranges::find(kHeaderWords, word) == std::end(kHeaderWords))
-      wrong("bad line", "'" + word.substr(0, 40) + "' is neither +STEPS nor a word of the header",
+      wrong("bad line",
+            "'" + std::string(utf8_head(word, 40)) + "' is neither +STEPS nor a word of the header",
             "write +STEPS ACTION");
     if (!ways_.empty())
       wrong("bad line", "'" + word + "' belongs above the first +STEPS", "put it there");
@@ -94,7 +96,7 @@ class RecordingReader {
     const std::string_view count = take_word(line);
     const auto steps = whole_number<std::int64_t>(count);
     if (!steps || *steps < 0 || *steps > kMostSteps)
-      wrong("bad line", "'+" + std::string(count.substr(0, 40)) + "' is no number of steps",
+      wrong("bad line", "'+" + std::string(utf8_head(count, 40)) + "' is no number of steps",
             "write +STEPS ACTION");
     std::string name;
     if (const std::size_t colon = line.find(':');
@@ -126,7 +128,7 @@ class RecordingReader {
     const auto steps = whole_number<std::int64_t>(rest);
     if (!steps || *steps < 0 || *steps > way.now)
       wrong("bad line",
-            "it goes back '" + std::string(rest.substr(0, 40)) + "' steps of " +
+            "it goes back '" + std::string(utf8_head(rest, 40)) + "' steps of " +
                 std::to_string(way.now),
             "write +STEPS back N");
     way.now -= *steps;
@@ -138,7 +140,7 @@ class RecordingReader {
     const auto count = whole_number<std::uint64_t>(rest);
     if (!count || *count == 0 || *count > actions.size())
       wrong("bad line",
-            "it takes back '" + std::string(rest.substr(0, 40)) + "' actions of " +
+            "it takes back '" + std::string(utf8_head(rest, 40)) + "' actions of " +
                 std::to_string(actions.size()),
             "write +STEPS undo N");
     actions.resize(actions.size() - *count + 1);

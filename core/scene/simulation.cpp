@@ -120,6 +120,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     check_surfaces(part, n);
     auto force =
         placed(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
+    for (const auto& [family, count] : force->families()) check_family(family, part.place);
     if (!joined.nodes.empty()) force = force_on_nodes(std::move(force), joined.nodes);
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
     parts.push_back(force.get());

@@ -4,10 +4,19 @@
 
 #include "core/base/text.h"
 #include "core/base/thrown.h"
+#include "core/base/utf8.h"
 #include "core/scene/foreign.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
+
+// Names of springs stand in tables and reports.
+void check_family(const std::string& name, const Place& place) {
+  if (visible_line(name) != name)
+    throw Error(ErrorKind::kScene,
+                {"bad family '" + visible_line(name) + "'", place,
+                 "a name is one line without control characters", "write it in plain text"});
+}
 
 // A method that does not fit is told at the line of the force that it cannot take, if it is one.
 Error Simulation::Impl::blaming_force(const Error& misfit, const Place& scene) const {

@@ -91,4 +91,7 @@ struct Simulation::Impl {
   bool find_divergence(StepStatus status);
 };
 
+// Throws Error{kScene} for a name of springs that is not one line of text.
+void check_family(const std::string& name, const Place& place);
+
 }  // namespace sim

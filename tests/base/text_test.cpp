@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <random>
 #include <vector>
+
+#include "core/base/utf8.h"
 
 using namespace sim;
 
@@ -45,4 +48,38 @@ TEST_CASE("a misspelt name finds the nearest known one", "[base]") {
 
 TEST_CASE("text becomes a JSON string", "[base]") {
   CHECK(json_string("a\"b\\c\n\x01") == "\"a\\\"b\\\\c\\u000a\\u0001\"");
+}
+
+TEST_CASE("text is cut and measured by characters", "[base]") {
+  const std::string euro = "\xe2\x82\xac";
+  CHECK(sim::utf8_head("a" + euro + "b", 1) == "a");
+  CHECK(sim::utf8_head("a" + euro + "b", 3) == "a");
+  CHECK(sim::utf8_head("a" + euro + "b", 4) == "a" + euro);
+  CHECK(sim::utf8_head("\x80\x80\x80\x80", 2) == "\x80\x80");
+  CHECK(sim::columns_of(euro + "\xff") == 2);
+  CHECK(sim::cut_columns(euro + euro + "x", 2) == euro + euro);
+  CHECK(sim::unfinished_utf8("a\xe2\x82") == 2);
+  CHECK(sim::unfinished_utf8("a" + euro) == 0);
+  CHECK(sim::unfinished_utf8("a\x82") == 0);
+}
+
+TEST_CASE("text of a stranger is shown, whatever its bytes", "[base]") {
+  CHECK(sim::visible_text("a\x1b\n\t\r\x7f") == "a\\x1b\n\t\\x0d\\x7f");
+  CHECK(sim::visible_line("a\n") == "a\\x0a");
+  CHECK(sim::visible_text("\xc2\x9b\xe2\x80\xae\xf3\xa0\x81\x81") == "\\u009b\\u202e\\U000e0041");
+  // A surrogate, a longer form of a short code, a code beyond the last, a piece of a character.
+  for (const char* wrong : {"\xed\xa0\x80", "\xc0\x80", "\xf4\x90\x80\x80", "\xe2\x82"}) {
+    const std::string shown = sim::visible_text(wrong);
+    CHECK(shown.size() == 4 * std::string(wrong).size());
+    CHECK(sim::is_visible(shown));
+  }
+  CHECK(sim::is_visible("\xc3\xa4 \xe2\x82\xac \xf0\x9f\x98\x80"));
+  CHECK(json_string("\xff\xc2\x85\x7f") == "\"\\ufffd\\u0085\\u007f\"");
+  std::mt19937 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    std::string bytes(random() % 12, '\0');
+    for (char& c : bytes) c = static_cast<char>(random() % 2 ? random() : 0x80 + random() % 0x80);
+    CHECK(sim::is_visible(sim::visible_text(bytes)));
+    CHECK(sim::is_visible(json_string(bytes)));
+  }
 }

@@ -144,7 +144,7 @@ TEST_CASE("runaway code ends in an error", "[lua][sandbox]") {
       {"error(nil)", "error object is a nil value"},
       {"error(setmetatable({}, {__tostring = error}))", "error object is a table value"},
       {"error(coroutine.create(print))", "error object is a thread value"},
-      {"error('two\\nlines\\27[31m')", "two lines [31m"},
+      {"error('two\\nlines\\27[31m')", "two lines\\x1b[31m"},
       {"coroutine.yield(1)", "outside a coroutine"},
       {"string.format('%d', 'x')", "number expected"},
       {"table.concat({}, 'x', 1, 3)", "invalid value"},
@@ -172,7 +172,7 @@ TEST_CASE("an error that a scene caught, changed and raised again stays a scene 
   REQUIRE(error);
   CHECK(error->kind() == ErrorKind::kScene);
   CHECK(error->text().where == "scene.lua:2");
-  CHECK(error->text().why == "two lines ");
+  CHECK(error->text().why == "two lines\\x1b");
   CHECK(error->text().remedy.empty());
 }
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/prompt/lua_data.h"
 #include "core/lua/scene/session.h"
@@ -356,7 +357,7 @@ std::vector<std::string> Prompt::completions(const std::string& path) {
   if (last == 0) found.insert(std::begin(kKeywords), std::end(kKeywords));
   std::vector<std::string> names;
   for (const std::string& name : found)
-    if (name.starts_with(stem) && !name.starts_with("__"))
+    if (name.starts_with(stem) && !name.starts_with("__") && is_visible(name))
       names.push_back(path.substr(0, last) + name);
   return names;
 }

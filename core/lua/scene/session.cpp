@@ -5,6 +5,7 @@
 
 #include "core/base/read_file.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/lua/library/library.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/sandbox.h"
@@ -84,7 +85,7 @@ void check_below(const fs::path& folder, const fs::path& file, const Place& plac
 std::string file_stem(const Place& place) {
   const std::size_t colon = place.rfind(".lua:");
   const fs::path file(colon == std::string::npos ? place : place.substr(0, colon + 4));
-  return file.stem().string().substr(0, 64);
+  return std::string(utf8_head(file.stem().string(), 64));
 }
 
 Place calling_place(lua_State* L) {
