@@ -60,7 +60,9 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
 LuaLimits lua_limits(const std::string& option, bool safe) {
   constexpr double kMost = 1e15;
   LuaLimits limits;
-  if (safe) limits = {.seconds = 2, .memory = std::size_t{256} << 20};
+  limits.steps_in_all = true;
+  if (safe) limits.memory = std::size_t{256} << 20;
+  limits.seconds_in_all = safe;
   const auto read = [&](const std::string& name, const std::string& text) {
     for (const std::string& word : comma_list(name, text)) {
       const std::size_t equals = std::min(word.find('='), word.size());
@@ -71,7 +73,10 @@ LuaLimits lua_limits(const std::string& option, bool safe) {
       const double value =
           positive_number(name + " " + key, word.substr(std::min(equals + 1, word.size())));
       if (value > kMost) bad_value(name, text, "it is out of range", "give at most 1e15");
-      if (key == "time") limits.seconds = value;
+      if (key == "time") {
+        limits.seconds = value;
+        limits.seconds_in_all = true;
+      }
       if (key == "memory") limits.memory = static_cast<std::size_t>(std::min(value, 1e12) * 0x1p20);
       if (key == "steps") limits.steps = static_cast<std::uint64_t>(std::max(1.0, value));
     }

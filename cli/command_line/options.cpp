@@ -155,11 +155,11 @@ Parser::Parser() {
         "it");
   app_.add_flag("--json", t.json, "the report as JSON on standard output")->disable_flag_override();
   value("--lua-budget", t.lua_budget, "LIMITS",
-        "of a scene's Lua: time=10,memory=1024 (s, MB) if\n"
-        "not given; also steps=N");
+        "of a scene's Lua in the whole run: time=60,\n"
+        "memory=1024 (s, MB), steps=N; not given: 10 s a call");
   app_.add_flag("--safe", t.safe,
                 "for a stranger's scene: no plugin of its own, no file\n"
-                "outside its folder, time=2,memory=256")
+                "outside its folder, time=10,memory=256")
       ->disable_flag_override();
   values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");

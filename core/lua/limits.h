@@ -8,11 +8,13 @@
 
 namespace sim {
 
-// For loading a scene, for each call of one of its functions, and for each line at a prompt.
+// For loading a scene and for each call of one of its functions, or for all of them in a run
+// together; and for each line at a prompt.
 struct LuaLimits {
   double seconds = 10;                        // of processor time
   std::size_t memory = std::size_t{1} << 30;  // bytes; at most half the machine's
   std::uint64_t steps = 0;  // instructions, or work in libraries that costs about as much; 0 = any
+  bool seconds_in_all = false, steps_in_all = false;  // of the run, not of each call
 };
 
 // Told from another thread that Lua is beyond its budget and cannot be ended: who hears it ends the

@@ -48,6 +48,7 @@ std::string running_line(lua_State* L) {
 LuaBudget::LuaBudget(const LuaLimits& limits, bool (*interrupted)())
     : limits_(limits), interrupted_(interrupted) {
   limits_.memory = std::min(limits.memory, half_of_machine());
+  born_ = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 LuaBudget& LuaBudget::of(lua_State* L) {
@@ -58,13 +59,36 @@ void LuaBudget::begin(lua_State* main) {
   main_ = running_ = main;
   ended_ = End::kNone;
   refused_ = 0;
+  const std::uint64_t steps = steps_, pending = pending_;
   fresh();
-  arm(main, interval_);
+  // Short calls count on where the last one ended: the hook is not set anew.
+  if (!limits_.steps_in_all || lua_gethookcount(main) != interval_) arm(main, interval_);
+  if (limits_.steps_in_all) {
+    steps_ = steps;
+    pending_ = pending;
+  }
+  if (limits_.seconds_in_all) {
+    before_ = spent_;
+    entered_ = Clock::now();
+    if (spent_ >= limits_.seconds) ended_ = End::kTime;
+  }
+  place_.clear();
   thread_.store(pthread_self(), std::memory_order_relaxed);
-  entries_.store(entries_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  flip();
 }
 
+// A call that was too short for a look at the processor's clock counts by the time of day, in all
+// not beyond what the process has used.
 void LuaBudget::end() {
+  flip();
+  if (!limits_.seconds_in_all) return;
+  const std::chrono::duration<double> passed = Clock::now() - entered_;
+  spent_ = clocked_ ? used() : spent_ + passed.count();
+  if (spent_ >= limits_.seconds)
+    spent_ = std::min(spent_, seconds_of(CLOCK_PROCESS_CPUTIME_ID) - born_);
+}
+
+void LuaBudget::flip() {
   entries_.store(entries_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
@@ -76,7 +100,7 @@ void LuaBudget::fresh() {
 
 LuaBudget::Aside::Aside(LuaBudget& budget)
     : budget_(budget), used_(budget.used()), steps_(budget.steps_ + budget.pending_) {
-  budget_.end();
+  budget_.flip();
   budget_.fresh();
 }
 
@@ -84,7 +108,7 @@ LuaBudget::Aside::~Aside() {
   budget_.fresh();
   budget_.before_ = used_;
   budget_.steps_ = steps_;
-  budget_.end();  // odd again
+  budget_.flip();  // odd again
 }
 
 LuaBudget::Thread::Thread(lua_State* L) : budget_(of(L)), before_(budget_.running_) {
@@ -156,12 +180,12 @@ void LuaBudget::look_at_clock(lua_State* L) {
   }
   if (!timed_) {
     timed_ = true;
-    deadline_ = now + seconds(std::min(kFirstLook, limits_.seconds / 2));
+    deadline_ = now + seconds(std::min(kFirstLook, (limits_.seconds - before_) / 2));
   } else if (now >= deadline_) {
     if (!clocked_) {
       clocked_ = true;
       start_ = seconds_of(CLOCK_THREAD_CPUTIME_ID);
-      before_ += std::min(kFirstLook, limits_.seconds / 2);
+      before_ += std::min(kFirstLook, (limits_.seconds - before_) / 2);
     }
     const double left = limits_.seconds - used();
     if (left <= 0) return stop(L, End::kTime);
@@ -224,8 +248,10 @@ void LuaBudget::note_string(std::size_t size) {
 
 ErrorText LuaBudget::time_error(const std::string& where) const {
   const std::string allow = brief(std::max(60.0, 6 * limits_.seconds));
-  return {"Lua takes too long", where, "it has run for " + brief(limits_.seconds) + " s",
-          "look for a loop without end, or allow more: --lua-budget time=" + allow};
+  return {
+      "Lua takes too long", where,
+      "it has run for " + brief(limits_.seconds) + (limits_.seconds_in_all ? " s in all" : " s"),
+      "look for a loop without end, or allow more: --lua-budget time=" + allow};
 }
 
 ErrorText LuaBudget::error(const std::string& place) const {
@@ -235,7 +261,8 @@ ErrorText LuaBudget::error(const std::string& place) const {
       return {"Lua error", where, kInterrupted, ""};
     case End::kSteps:
       return {"Lua takes too long", where,
-              "it has made " + brief(static_cast<double>(limits_.steps)) + " steps",
+              "it has made " + brief(static_cast<double>(limits_.steps)) +
+                  (limits_.steps_in_all ? " steps in all" : " steps"),
               "look for a loop without end, or allow more: --lua-budget steps=" +
                   brief(10 * static_cast<double>(limits_.steps))};
     case End::kMemory: {

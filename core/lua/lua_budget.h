@@ -27,7 +27,8 @@ class LuaBudget {
   static LuaBudget& of(lua_State* L);
   static void* allocate(void* budget, void* block, std::size_t old_size, std::size_t new_size);
 
-  // Around a call from outside; a new account each.
+  // Around a call from outside; a new account each, but for limits of the run. Where that is used
+  // up begin() ends it.
   void begin(lua_State* main);
   void end();
 
@@ -80,6 +81,7 @@ class LuaBudget {
 
   static void hook(lua_State* L, lua_Debug* event);
   void arm(lua_State* L, int count) const;
+  void flip();
   void settle(lua_State* L);
   void take(lua_State* L, std::uint64_t units);
   bool slow(double passed);
@@ -101,6 +103,8 @@ class LuaBudget {
        suspected_ = false;  // deadline_, start_, slow_since_ known
   Clock::time_point last_, deadline_;
   double start_ = 0, before_ = 0, slow_since_ = 0;  // s of processor time
+  Clock::time_point entered_;
+  double spent_ = 0, born_ = 0;  // s, by earlier calls of the run; of the process, when it began
   std::atomic<std::uint64_t> entries_{0};  // odd inside; read by the watchdog, as is the next
   std::atomic<pthread_t> thread_{};
   std::uint64_t seen_ = 0;  // by the watchdog, and since what time of the thread

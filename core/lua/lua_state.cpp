@@ -213,7 +213,8 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
   lua_pushcfunction(lua_, handle_message);
   lua_pushcfunction(lua_, enter);
   lua_pushlightuserdata(lua_, &call);
-  const int status = lua_pcall(lua_, 1, 0, top + 1);
+  const bool used_up = budget_.ended() != LuaBudget::End::kNone;  // by earlier calls
+  const int status = used_up ? LUA_ERRRUN : lua_pcall(lua_, 1, 0, top + 1);
   lua_settop(lua_, top);
   budget_.end();
 

@@ -40,6 +40,28 @@ TEST_CASE("a scene that does not end is ended, and the line named", "[cli][budge
   CHECK(has(outcome.err, "hostile.lua:1: the scene needs more than 20 MB in Lua"));
 }
 
+TEST_CASE("a budget is that of the run, not of each call", "[cli][budget]") {
+  const TemporaryFolder folder;
+  const auto scene = [&](const std::string& work) {
+    return scene_of(folder,
+                    "local sim = require 'sim'\nreturn sim.scene { state = {1}, field = "
+                    "sim.field.lua { function(t, x) " +
+                        work +
+                        " return { -x[1] } end }, integrator = 'rk4', dt = 1e-4, duration "
+                        "= 100 }\n");
+  };
+  for (const std::string work : {"", "for i = 1, 2e4 do end"})
+    for (const std::string limit : {"time=0.2", "steps=1e6"}) {
+      INFO(work << limit);
+      const Outcome outcome = run_sim({scene(work), "--lua-budget", limit});
+      CHECK(outcome.code == 3);
+      CHECK(has(outcome.err, "Lua takes too long: "));
+      CHECK(has(outcome.err, " in all (in step "));
+    }
+  // Without one each call has its own.
+  CHECK(run_sim({scene(""), "-n", "20000"}).code == 0);
+}
+
 // No instruction ends, and none of the library's functions runs: only the watchdog sees it.
 TEST_CASE("one instruction that does not end is ended", "[cli][budget]") {
   const TemporaryFolder folder;

@@ -239,7 +239,7 @@ TEST_CASE("files are short and headers begin with their purpose") {
     const bool kernel = file.path == "core/simd/foreach_target.h" ||
                         std::ranges::find(file.lines, "SIM_TARGET_BEGIN") != file.lines.end();
     const bool interface = file.header() && !kernel && !file.path.starts_with("tests/");
-    CHECK(file.lines.size() <= (interface ? 110u : 450u));
+    CHECK(file.lines.size() <= (interface ? 130u : 450u));
     if (!file.header()) continue;
     REQUIRE_FALSE(file.lines.empty());
     CHECK(file.lines.front().starts_with("// "));

@@ -241,11 +241,12 @@ void Prompt::Impl::load_chunk(lua_State* L, const std::string& chunk, const std:
   throw Error(ErrorKind::kScene, text);
 }
 
-Prompt::Prompt(const SceneOptions& options, Registry& registry,
+Prompt::Prompt(SceneOptions options, Registry& registry,
                std::function<void(const std::string&)> print)
     : impl_(std::make_unique<Impl>()) {
   impl_->print = std::move(print);
-  impl_->session = std::make_shared<SceneSession>("prompt", options, registry);
+  options.limits.seconds_in_all = options.limits.steps_in_all = false;  // they are of each line
+  impl_->session = std::make_shared<SceneSession>("prompt", std::move(options), registry);
   impl_->enter({}, [&](lua_State* L) { impl_->open(L); });
 }
 

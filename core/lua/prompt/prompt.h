@@ -20,8 +20,7 @@ class Prompt {
 
   // `print` gets the lines of Lua's print. The settings are not used. Throws Error{kIo} without the
   // scene language.
-  Prompt(const SceneOptions& options, Registry& registry,
-         std::function<void(const std::string&)> print);
+  Prompt(SceneOptions options, Registry& registry, std::function<void(const std::string&)> print);
   ~Prompt();
   Prompt(const Prompt&) = delete;
   Prompt& operator=(const Prompt&) = delete;
