@@ -12,6 +12,7 @@
 #include "cli/run/environment.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
+#include "core/base/temporary.h"
 #include "core/output/output.h"
 #include "core/output/process.h"
 
@@ -22,7 +23,7 @@ namespace {
 class Between {
  public:
   Between() {
-    std::string name = std::filesystem::temp_directory_path() / "sim-import-XXXXXX";
+    std::string name = temporary_folder() / "sim-import-XXXXXX";
     file_ = ::mkostemp(name.data(), O_CLOEXEC);
     if (file_ < 0)
       throw Error(ErrorKind::kIo, {"cannot write", name, std::strerror(errno),

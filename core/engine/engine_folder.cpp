@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/temporary.h"
 
 namespace sim::engine {
 namespace {
@@ -30,8 +31,8 @@ int lock(const std::string& folder) {
 void remove_leftovers() {
   namespace fs = std::filesystem;
   std::error_code failed;
-  for (fs::directory_iterator entry(fs::temp_directory_path(), failed), end;
-       !failed && entry != end; entry.increment(failed)) {
+  for (fs::directory_iterator entry(temporary_folder(), failed), end; !failed && entry != end;
+       entry.increment(failed)) {
     struct stat status {};
     if (!entry->path().filename().string().starts_with(kFolder) ||
         ::lstat(entry->path().c_str(), &status) != 0 || !S_ISDIR(status.st_mode) ||
@@ -48,7 +49,7 @@ void remove_leftovers() {
 
 EngineFolder::EngineFolder() {
   remove_leftovers();
-  path_ = (std::filesystem::temp_directory_path() / (std::string(kFolder) + "XXXXXX")).string();
+  path_ = (temporary_folder() / (std::string(kFolder) + "XXXXXX")).string();
   if (!::mkdtemp(path_.data()))
     throw Error(ErrorKind::kIo, {"cannot make a folder", path_, std::strerror(errno),
                                  "TMPDIR says where folders of a moment are"});

@@ -1,5 +1,6 @@
 #include "core/lua/lua_budget.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 #include <ctime>
 
@@ -59,6 +60,7 @@ void LuaBudget::begin(lua_State* main) {
   main_ = running_ = main;
   ended_ = End::kNone;
   refused_ = 0;
+  refused_at_.clear();
   const std::uint64_t steps = steps_, pending = pending_;
   fresh();
   // Short calls count on where the last one ended: the hook is not set anew.
@@ -224,10 +226,14 @@ void* LuaBudget::allocate(void* budget, void* block, std::size_t old_size, std::
     if (self.running_ && (self.refused_ == new_size || more > self.limits_.memory))
       self.stop(self.running_, End::kMemory);
     self.refused_ = new_size;
+    self.note_refusal(true);
     return nullptr;
   }
   void* const moved = std::realloc(block, new_size);
-  if (!moved) return nullptr;
+  if (!moved) {
+    self.note_refusal(false);
+    return nullptr;
+  }
   self.memory_ += new_size - old_size;
   if (more > 0) self.refused_ = 0;
   if (string && new_size > kLongString) self.note_string(new_size);
@@ -244,6 +250,29 @@ void LuaBudget::note_string(std::size_t size) {
   if (interval_ <= longest_interval_) return;
   interval_ = longest_interval_;
   if (running_ && ended_ == End::kNone) arm(running_, interval_);
+}
+
+void LuaBudget::note_refusal(bool by_limit) {
+  by_limit_ = by_limit;
+  if (running_) refused_at_ = running_line(running_);
+}
+
+ErrorText LuaBudget::memory_error(const std::string& place) const {
+  const std::string& where = refused_at_.empty() ? place : refused_at_;
+  if (by_limit_) {
+    const std::size_t mega = std::max<std::size_t>(1, limits_.memory >> 20);
+    return {"out of memory", where,
+            "the scene needs more than " + std::to_string(mega) + " MB in Lua",
+            "use sim.grid for large regular scenes, or allow more: --lua-budget memory=" +
+                std::to_string(4 * mega)};
+  }
+  rlimit limit{};
+  const bool limited = ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  return {"out of memory", where,
+          limited ? "the program may have " + std::to_string(limit.rlim_cur >> 20) +
+                        " MB, and Lua needs more"
+                  : "the system has no more for Lua",
+          limited ? "make the scene smaller, or allow more: ulimit -v" : "make the scene smaller"};
 }
 
 ErrorText LuaBudget::time_error(const std::string& where) const {
@@ -265,13 +294,8 @@ ErrorText LuaBudget::error(const std::string& place) const {
                   (limits_.steps_in_all ? " steps in all" : " steps"),
               "look for a loop without end, or allow more: --lua-budget steps=" +
                   brief(10 * static_cast<double>(limits_.steps))};
-    case End::kMemory: {
-      const std::size_t mega = std::max<std::size_t>(1, limits_.memory >> 20);
-      return {"out of memory", where,
-              "the scene needs more than " + std::to_string(mega) + " MB in Lua",
-              "use sim.grid for large regular scenes, or allow more: --lua-budget memory=" +
-                  std::to_string(4 * mega)};
-    }
+    case End::kMemory:
+      return memory_error(where);
     default:
       return time_error(where);
   }

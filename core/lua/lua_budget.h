@@ -70,6 +70,8 @@ class LuaBudget {
 
   // What to throw after the end; `place` where no line is known.
   ErrorText error(const std::string& place) const;
+  // What to throw where Lua was refused memory and could not be told.
+  ErrorText memory_error(const std::string& place) const;
   // From another thread: has one call taken so much longer than it may that it cannot be stopped?
   // To be asked every second or so.
   bool stuck();
@@ -89,11 +91,14 @@ class LuaBudget {
   void stop(lua_State* L, End end);
   [[noreturn]] void raise_end(lua_State* L) const;
   void note_string(std::size_t size);
+  void note_refusal(bool by_limit);
   double used() const;
   ErrorText time_error(const std::string& where) const;
   LuaLimits limits_;
   bool (*interrupted_)();
   std::size_t memory_ = 0, refused_ = 0;  // bytes
+  std::string refused_at_;                // where in the scene, by the limit or the system
+  bool by_limit_ = false;
   lua_State *main_ = nullptr, *running_ = nullptr;
   End ended_ = End::kNone;
   std::string place_;

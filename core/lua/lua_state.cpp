@@ -231,8 +231,7 @@ void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* da
     throw Error(ErrorKind::kScene,
                 {"Lua error", place, "the stack overflowed while an error was handled",
                  "look for a function that calls itself without end"});
-  throw Error(ErrorKind::kScene,
-              {"out of memory", place, "the machine has no more for Lua", kMemoryRemedy});
+  throw Error(ErrorKind::kScene, budget_.memory_error(place));
 }
 
 }  // namespace sim

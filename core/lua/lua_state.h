@@ -72,7 +72,7 @@ int guarded(lua_State* L) {
     raise(L, error.kind(), error.text());
   } catch (const std::bad_alloc&) {
     raise(L, ErrorKind::kIo,
-          {"out of memory", "", "the machine has no more for this", "make the scene smaller"});
+          {"out of memory", "", "the system has no more for this", "make the scene smaller"});
   } catch (const std::exception& error) {
     raise(L, ErrorKind::kInternal, {"internal error", "", error.what(), ""});
   }

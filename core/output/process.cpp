@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -60,9 +61,7 @@ std::string find_program(const std::string& name) {
 Process::Process(const std::vector<std::string>& words, const ProcessPlace& place) {
   int in[2] = {-1, -1};
   if (::pipe2(in, O_CLOEXEC) != 0) fail_process("cannot start", words[0], errno);
-  std::string name = std::filesystem::temp_directory_path() / "sim-said-XXXXXX";
-  said_ = ::mkostemp(name.data(), O_CLOEXEC);
-  if (said_ >= 0) ::unlink(name.c_str());
+  said_ = ::memfd_create("sim-said", MFD_CLOEXEC);
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);

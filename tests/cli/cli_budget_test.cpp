@@ -155,3 +155,12 @@ TEST_CASE("the prompt has a budget for each line", "[cli][budget]") {
   CHECK(run.code == 0);
   CHECK(has(run.out, "100"));
 }
+
+TEST_CASE("who refused memory is said", "[cli][budget]") {
+  const TemporaryFolder folder;
+  // One string of 1 GB, which takes as much again while it is made.
+  const Outcome limit = run_sim({scene_of(folder, "local x\nlocal s = ('x'):rep(2^30)\n")});
+  CHECK(limit.code == 3);
+  CHECK(has(limit.err, "hostile.lua:2: the scene needs more than 1024 MB in Lua"));
+  CHECK(has(limit.err, "--lua-budget memory=4096"));
+}
