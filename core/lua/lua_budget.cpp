@@ -16,9 +16,10 @@ namespace {
 
 constexpr double kFirstLook = 0.1;  // s; the clock of the processor is asked after them only
 constexpr double kGrace = 2;        // s beyond the budget, until what is stuck is given up
-constexpr std::size_t kLongString = 100'000;          // bytes
-constexpr std::size_t kStepBytes = 64;                // that cost as much as an instruction
-constexpr std::size_t kBatch = std::size_t{1} << 20;  // bytes allocated between two looks
+constexpr std::size_t kHeader = sizeof(std::uint64_t);  // before each block: the object's serial
+constexpr std::size_t kLongString = 100'000;            // bytes
+constexpr std::size_t kStepBytes = 64;                  // that cost as much as an instruction
+constexpr std::size_t kBatch = std::size_t{1} << 20;    // bytes allocated between two looks
 
 // Half of the memory of this machine, in bytes.
 std::size_t half_of_machine() {
@@ -215,9 +216,12 @@ void LuaBudget::raise_end(lua_State* L) const {
 void* LuaBudget::allocate(void* budget, void* block, std::size_t old_size, std::size_t new_size) {
   LuaBudget& self = *static_cast<LuaBudget*>(budget);
   const bool string = !block && old_size == LUA_TSTRING;  // Lua then passes the kind of object
+  const bool object = !block && (old_size == LUA_TTABLE || old_size == LUA_TFUNCTION ||
+                                 old_size == LUA_TUSERDATA || old_size == LUA_TTHREAD);
   if (!block) old_size = 0;
+  char* const whole = block ? static_cast<char*>(block) - kHeader : nullptr;
   if (new_size == 0) {
-    std::free(block);
+    std::free(whole);
     self.memory_ -= old_size;
     return nullptr;
   }
@@ -229,17 +233,45 @@ void* LuaBudget::allocate(void* budget, void* block, std::size_t old_size, std::
     self.note_refusal(true);
     return nullptr;
   }
-  void* const moved = std::realloc(block, new_size);
+  auto* const moved = static_cast<char*>(std::realloc(whole, new_size + kHeader));
   if (!moved) {
     self.note_refusal(false);
     return nullptr;
+  }
+  if (object) {
+    std::memcpy(moved, &++self.objects_, kHeader);
+    self.newest_ = moved + kHeader;
   }
   self.memory_ += new_size - old_size;
   if (more > 0) self.refused_ = 0;
   if (string && new_size > kLongString) self.note_string(new_size);
   if ((self.allocated_ += more) > kBatch && self.running_ && self.ended_ == End::kNone)
     self.take(self.running_, std::exchange(self.allocated_, 0) / kStepBytes);
-  return moved;
+  return moved + kHeader;
+}
+
+std::uint64_t LuaBudget::serial(lua_State* L, int index) {
+  const int type = lua_type(L, index);
+  const void* const shown = lua_topointer(L, index);
+  const char* object = static_cast<const char*>(shown);
+  if (type == LUA_TFUNCTION) {
+    const lua_CFunction function = lua_tocfunction(L, index);
+    if (function && reinterpret_cast<const void*>(function) == shown) return 0;  // no object
+  } else if (type == LUA_TTHREAD) {
+    object -= LUA_EXTRASPACE;
+  } else if (type == LUA_TUSERDATA) {
+    object -= of(L).userdata_offset_;
+  } else if (type != LUA_TTABLE) {
+    return 0;
+  }
+  std::uint64_t serial = 0;
+  std::memcpy(&serial, object - kHeader, kHeader);
+  return serial;
+}
+
+void LuaBudget::measure_userdata(lua_State* L) {
+  userdata_offset_ = static_cast<char*>(lua_newuserdatauv(L, 1, 0)) - newest_;
+  lua_pop(L, 1);
 }
 
 // An instruction may go through all of a string.

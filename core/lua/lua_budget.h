@@ -27,6 +27,11 @@ class LuaBudget {
   static LuaBudget& of(lua_State* L);
   static void* allocate(void* budget, void* block, std::size_t old_size, std::size_t new_size);
 
+  // How many tables, functions, userdata and threads of the state had been made when that one was,
+  // with itself; 0 for what is none. The same in every process, unlike an address.
+  static std::uint64_t serial(lua_State* L, int index);
+  void measure_userdata(lua_State* L);  // once, for serial()
+
   // Around a call from outside; a new account each, but for limits of the run. Where that is used
   // up begin() ends it.
   void begin(lua_State* main);
@@ -99,6 +104,9 @@ class LuaBudget {
   std::size_t memory_ = 0, refused_ = 0;  // bytes
   std::string refused_at_;                // where in the scene, by the limit or the system
   bool by_limit_ = false;
+  std::uint64_t objects_ = 0;             // made so far
+  const char* newest_ = nullptr;          // of them
+  std::ptrdiff_t userdata_offset_ = 0;    // bytes, of what a userdata holds, behind its beginning
   lua_State *main_ = nullptr, *running_ = nullptr;
   End ended_ = End::kNone;
   std::string place_;

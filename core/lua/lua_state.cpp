@@ -137,7 +137,8 @@ LuaState::LuaState(const LuaLimits& limits, bool (*interrupted)(), LuaOverrun ov
   lua_ = lua_newstate(LuaBudget::allocate, &budget_);
   if (!lua_) throw std::bad_alloc();
   *static_cast<LuaState**>(lua_getextraspace(lua_)) = this;
-  protect({}, [](lua_State* L) {
+  protect({}, [this](lua_State* L) {
+    budget_.measure_userdata(L);
     luaL_newmetatable(L, kErrorType);
     lua_pushcfunction(L, error_to_string);
     lua_setfield(L, -2, "__tostring");

@@ -10,7 +10,8 @@
 
 local host = ...  -- what the kernel lends: places in the scene, errors, parameters, plugins
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
-local type, next, setmetatable, tostring = type, next, setmetatable, tostring
+local type, setmetatable, tostring = type, setmetatable, tostring
+local next = host.next  -- quick; the order in which it visits entries decides nothing here
 local math_type, select = math.type, select
 
 local MOST = 2 ^ 31 - 1  -- particles of one scene

@@ -1,4 +1,4 @@
-// next, xpcall and setmetatable, and the functions of coroutines.
+// xpcall and setmetatable, and the functions of coroutines.
 #include "core/lua/library/library.h"
 
 namespace sim {
@@ -17,17 +17,6 @@ void replace_functions(lua_State* L, const char* library,
 namespace {
 
 constexpr std::uint64_t kThreadWork = 1000;  // as if a thread had used up its turn
-
-// In a table that was emptied it passes over all that is left of it.
-int bounded_next(lua_State* L) {
-  constexpr std::uint64_t kWork = 8;
-  charge(L, kWork);
-  luaL_checktype(L, 1, LUA_TTABLE);
-  lua_settop(L, 2);
-  if (lua_next(L, 1)) return 2;
-  lua_pushnil(L);
-  return 1;
-}
 
 // No hook is called in a message handler of an error that a hook has raised. Upvalue: the handler.
 int handle_unless_ended(lua_State* L) {
@@ -148,9 +137,8 @@ int bounded_wrap(lua_State* L) {
 }  // namespace
 
 void bound_basics(lua_State* L) {
-  replace_functions(
-      L, LUA_GNAME,
-      {{"next", bounded_next}, {"xpcall", bounded_xpcall}, {"setmetatable", bounded_setmetatable}});
+  replace_functions(L, LUA_GNAME,
+                    {{"xpcall", bounded_xpcall}, {"setmetatable", bounded_setmetatable}});
 }
 
 void bound_coroutines(lua_State* L) {

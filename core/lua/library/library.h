@@ -7,7 +7,7 @@
 namespace sim {
 
 // Each puts its functions in the place of those that luaL_requiref opened.
-void bound_basics(lua_State* L);      // next, xpcall, setmetatable (which refuses __gc)
+void bound_basics(lua_State* L);      // xpcall, setmetatable (which refuses __gc)
 void bound_strings(lua_State* L);     // find, match, gmatch, gsub, rep, pack, byte; utf8
 void bound_tables(lua_State* L);      // insert, remove, move, concat, unpack, sort
 void bound_coroutines(lua_State* L);  // create, wrap, resume, close

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/text.h"
-#include "core/lua/library/library.h"
+#include "core/lua/library/order.h"
 
 namespace sim {
 namespace {
@@ -34,85 +34,6 @@ int print(lua_State* L) {
   line += '\n';
   std::fwrite(line.data(), 1, line.size(), stderr);
   return 0;
-}
-
-struct Key {
-  int rank;  // 0 number, 1 text, 2 anything else
-  double number;
-  std::string_view text;  // kept alive by the table of keys
-  lua_Integer index;      // in the table of keys, from 1
-
-  bool before(const Key& other, lua_State* L) const {
-    charge(L, 2);
-    if (rank != other.rank) return rank < other.rank;
-    if (rank == 0) return number < other.number;
-    if (rank != 1) return index < other.index;
-    charge(L, std::min(text.size(), other.text.size()) / 64);
-    return text < other.text;
-  }
-};
-
-// Upvalues: the keys in order, the position in them. Values set to nil meanwhile are passed over.
-int next_in_order(lua_State* L) {
-  lua_Integer position = lua_tointeger(L, lua_upvalueindex(2));
-  while (lua_rawgeti(L, lua_upvalueindex(1), ++position) != LUA_TNIL) {
-    lua_pushvalue(L, -1);
-    if (lua_rawget(L, 1) != LUA_TNIL) {
-      lua_pushinteger(L, position);
-      lua_replace(L, lua_upvalueindex(2));
-      return 2;
-    }
-    lua_pop(L, 2);
-  }
-  return 1;
-}
-
-// Lua's own order of text keys differs in every process: here numbers ascend, then text.
-int ordered_pairs(lua_State* L) {
-  luaL_checkany(L, 1);
-  if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
-    lua_pushvalue(L, 1);
-    lua_call(L, 1, 3);
-    return 3;
-  }
-  luaL_checktype(L, 1, LUA_TTABLE);
-  lua_settop(L, 1);
-  lua_newtable(L);
-  lua_Integer count = 0;
-  for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
-    charge(L, 4);
-    lua_pushvalue(L, 3);
-    lua_rawseti(L, 2, ++count);
-  }
-  // In memory of Lua, which counts.
-  const auto size = static_cast<std::size_t>(count);
-  auto* const keys = static_cast<Key*>(lua_newuserdatauv(L, size * sizeof(Key) + 1, 0));
-  for (lua_Integer i = 1; i <= count; ++i) {
-    Key& key = *new (keys + i - 1) Key{2, 0, {}, i};
-    const int type = lua_rawgeti(L, 2, i);
-    if (type == LUA_TNUMBER) {
-      key.rank = 0;
-      key.number = lua_tonumber(L, -1);
-    } else if (type == LUA_TSTRING) {
-      std::size_t length = 0;
-      const char* const text = lua_tolstring(L, -1, &length);
-      key.rank = 1;
-      key.text = {text, length};
-    }
-    lua_pop(L, 1);
-  }
-  const auto before = [L](const Key& a, const Key& b) { return a.before(b, L); };
-  if (!std::is_sorted(keys, keys + size, before)) std::sort(keys, keys + size, before);
-  lua_createtable(L, static_cast<int>(std::min<std::size_t>(size, 1 << 20)), 0);
-  for (std::size_t i = 0; i < size; ++i) {
-    lua_rawgeti(L, 2, keys[i].index);
-    lua_rawseti(L, 4, static_cast<lua_Integer>(i) + 1);
-  }
-  lua_pushinteger(L, 0);
-  lua_pushcclosure(L, next_in_order, 2);
-  lua_pushvalue(L, 1);
-  lua_pushnil(L);
-  return 3;
 }
 
 void seed_random(lua_State* L, std::uint64_t seed) {
@@ -195,7 +116,6 @@ void open_sandbox(lua_State* L, std::uint64_t seed) {
   bound_coroutines(L);
 
   lua_register(L, "print", print);
-  lua_register(L, "pairs", ordered_pairs);
 
   // The library's generator, repeatable.
   lua_getglobal(L, LUA_MATHLIBNAME);
@@ -208,6 +128,8 @@ void open_sandbox(lua_State* L, std::uint64_t seed) {
   lua_setfield(L, -2, "randomseed");
   lua_pop(L, 1);
   seed_random(L, seed);
+
+  order_library(L);
 
   // Strict globals.
   lua_pushglobaltable(L);

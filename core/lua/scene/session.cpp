@@ -55,6 +55,15 @@ void push_kinds(lua_State* L) {
   }
 }
 
+// Lua's own `next`, for the language: quicker, where the order of entries decides nothing.
+int visit_next(lua_State* L) {
+  luaL_checktype(L, 1, LUA_TTABLE);
+  lua_settop(L, 2);
+  if (lua_next(L, 1)) return 2;
+  lua_pushnil(L);
+  return 1;
+}
+
 bool legal_module_name(const std::string& name) {
   constexpr std::string_view kLegal =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-";
@@ -164,6 +173,8 @@ void SceneSession::open_language(lua_State* L) {
     luaL_setfuncs(L, kHost, 1);
     push_kinds(L);
     lua_setfield(L, -2, "kinds");
+    lua_pushcfunction(L, visit_next);
+    lua_setfield(L, -2, "next");
     lua_call(L, 1, 3);
     tied_ = luaL_ref(L, LUA_REGISTRYINDEX);
     records_ = luaL_ref(L, LUA_REGISTRYINDEX);
