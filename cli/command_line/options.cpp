@@ -159,7 +159,7 @@ Parser::Parser() {
         "memory=1024 (s, MB), steps=N; not given: 10 s a call");
   app_.add_flag("--safe", t.safe,
                 "for a stranger's scene: no plugin of its own, no file\n"
-                "outside its folder, time=10,memory=256")
+                "outside its folder, time=10,memory=256, 1 MB of print")
       ->disable_flag_override();
   values("--plugin-path", t.plugin_path, "DIR", "folder of plugins; repeatable");
   values("--load", t.load, "FILE.so", "one plugin library; repeatable");

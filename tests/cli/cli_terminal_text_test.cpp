@@ -81,3 +81,35 @@ TEST_CASE("an error never cuts a character", "[cli][terminal]") {
     CHECK(outcome.err.find("\\x") == std::string::npos);
   }
 }
+
+TEST_CASE("what a scene prints is shown as text", "[cli][terminal]") {
+  const TemporaryFolder folder;
+  const std::string file = scene_of(folder, "print('a\\27[31m\\tb')\n", "\x1b[1m.lua");
+  const Outcome printed = shown({file});
+  CHECK(printed.code == 0);
+  CHECK_THAT(printed.err, Catch::Contains("a\\x1b[31m\tb\n"));
+  CHECK_THAT(printed.out, Catch::Contains("\\x1b[1m.lua"));
+}
+
+TEST_CASE("print ends at a size, and a line says what was left out", "[cli][terminal]") {
+  const TemporaryFolder folder;
+  const auto printing = [&](const std::string& lines) {
+    return scene_of(folder, "for i = 1, " + lines + " do print(('x'):rep(999)) end\n");
+  };
+  const Outcome safe = run_sim({printing("2500"), "--safe"});
+  CHECK(safe.code == 0);
+  CHECK(std::ranges::count(safe.err, 'x') >= 999'000);
+  CHECK(safe.err.size() < 1'002'000);
+  CHECK_THAT(safe.err,
+             Catch::Contains("print: 1500000 bytes in 1500 lines were left out, beyond 1 MB\n"));
+  const Outcome trusted = run_sim({printing("70000")});
+  CHECK(trusted.code == 0);
+  CHECK(trusted.err.size() < 64'002'000);
+  CHECK_THAT(trusted.err.substr(trusted.err.size() - 2000),
+             Catch::Contains("print: 6000000 bytes in 6000 lines were left out, beyond 64 MB\n"));
+  ProgramOptions repl{.program = SIM_REPL_BINARY};
+  const Outcome prompt = run_sim(
+      {"--safe", "-e", "for i = 1, 2500 do print(('x'):rep(999)) end", "-e", "print('next')"},
+      repl);
+  CHECK_THAT(prompt.out, Catch::Contains("1500 lines were left out") && Catch::EndsWith("next\n"));
+}

@@ -277,7 +277,7 @@ TEST_CASE("a question for the end is answered in the middle of a library call", 
     stop_now = 1;
     try {
       load_scene(folder.write("scene.lua", code), registry,
-                 {search_path(), {}, 0, {}, false, [] { return stop_now != 0; }});
+                 {.search_path = search_path(), .interrupted = [] { return stop_now != 0; }});
       FAIL("no error");
     } catch (const Error& error) {
       CHECK(error.text().why == "interrupted");

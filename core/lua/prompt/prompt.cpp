@@ -21,6 +21,17 @@ constexpr const char* kKeywords[] = {"and",   "break", "do",       "else", "else
                                      "local", "nil",   "not",      "or",   "repeat", "return",
                                      "then",  "true",  "until",    "while"};
 
+// Each chunk may print as much.
+struct FinishPrinting {
+  Printer& printer;
+  ~FinishPrinting() {
+    try {
+      printer.finish();
+    } catch (const std::exception&) {  // the reader of a pipe has gone, as the chunk was told
+    }
+  }
+};
+
 std::string chunk_name(const std::string& where, int line) {
   return "=" + where + ":" + std::to_string(line);
 }
@@ -37,7 +48,6 @@ struct Prompt::Impl {
   std::shared_ptr<SceneSession> session;
   std::deque<Host> hosts;
   std::vector<std::string> names;
-  std::function<void(const std::string&)> print;
   lua_State* inside = nullptr;  // while a host function runs
   std::exception_ptr pending;   // thrown by one, not an Error
   int sim = LUA_NOREF, language = LUA_NOREF;
@@ -114,21 +124,14 @@ int Prompt::Impl::call_host(lua_State* L) {
   return 1;
 }
 
+// What the writer throws ends all Lua that runs.
 int Prompt::Impl::print_line(lua_State* L) {
-  std::string line;
-  const int count = lua_gettop(L);
-  for (int i = 1; i <= count; ++i) {
-    std::size_t size = 0;
-    const char* text = luaL_tolstring(L, i, &size);
-    if (i > 1) line += '\t';
-    line.append(text, size);
-    lua_pop(L, 1);
-  }
+  Impl& self = of(L);
   try {
-    of(L).print(line + '\n');
+    self.session->printer().print(L);
     return 0;
   } catch (const std::exception&) {
-    of(L).pending = std::current_exception();
+    self.pending = std::current_exception();
   }
   return luaL_error(L, "stopped");
 }
@@ -244,7 +247,7 @@ void Prompt::Impl::load_chunk(lua_State* L, const std::string& chunk, const std:
 Prompt::Prompt(SceneOptions options, Registry& registry,
                std::function<void(const std::string&)> print)
     : impl_(std::make_unique<Impl>()) {
-  impl_->print = std::move(print);
+  options.print = std::move(print);
   options.limits.seconds_in_all = options.limits.steps_in_all = false;  // they are of each line
   impl_->session = std::make_shared<SceneSession>("prompt", std::move(options), registry);
   impl_->enter({}, [&](lua_State* L) { impl_->open(L); });
@@ -292,6 +295,7 @@ std::vector<Data> Prompt::run(const std::string& chunk, const std::string& where
                               std::size_t most) {
   std::vector<Data> values;
   const std::string name = chunk_name(where, line);
+  const FinishPrinting finish{impl_->session->printer()};
   impl_->enter(name.substr(1), [&](lua_State* L) {
     const int base = lua_gettop(L);
     impl_->load_chunk(L, chunk, name);

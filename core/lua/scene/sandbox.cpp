@@ -1,7 +1,6 @@
 #include "core/lua/scene/sandbox.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <string_view>
 #include <vector>
@@ -21,20 +20,6 @@ constexpr std::string_view kAbsent[] = {
     "loadstring", "dofile",  "loadfile", "collectgarbage", "warn",
     "unpack",     "setfenv", "getfenv",  "module",         "jit",
     "bit32",      "arg"};
-
-int print(lua_State* L) {
-  std::string line;
-  for (int i = 1; i <= lua_gettop(L); ++i) {
-    std::size_t size = 0;
-    const char* text = luaL_tolstring(L, i, &size);
-    if (i > 1) line += '\t';
-    line.append(text, size);
-    lua_pop(L, 1);
-  }
-  line += '\n';
-  std::fwrite(line.data(), 1, line.size(), stderr);
-  return 0;
-}
 
 void seed_random(lua_State* L, std::uint64_t seed) {
   lua_getfield(L, LUA_REGISTRYINDEX, kRandomSeed);
@@ -114,8 +99,6 @@ void open_sandbox(lua_State* L, std::uint64_t seed) {
   bound_strings(L);
   bound_tables(L);
   bound_coroutines(L);
-
-  lua_register(L, "print", print);
 
   // The library's generator, repeatable.
   lua_getglobal(L, LUA_MATHLIBNAME);

@@ -10,7 +10,7 @@
 namespace sim {
 
 // Opens base, string, table, math, utf8 and coroutine without everything that reaches files,
-// processes, bytecode or the state's inside. `print` writes to stderr, `pairs` visits keys in a
+// processes, bytecode or the state's inside, and without `print`. `pairs` visits keys in a
 // fixed order, and reading an unknown global is an error with the nearest known name.
 void open_sandbox(lua_State* L, std::uint64_t seed);
 

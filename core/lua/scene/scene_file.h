@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -20,8 +21,9 @@ struct SceneOptions {
   std::uint64_t seed = 0;                          // of math.random in the scene
   LuaLimits limits = {};
   bool safe = false;  // of a stranger: no plugins of its own, no files but below its folder
-  bool (*interrupted)() = nullptr;  // a yes ends Lua with an error
-  LuaOverrun overrun = nullptr;     // told when Lua cannot be ended
+  std::function<void(const std::string&)> print = {};  // gets what is printed; none: stderr
+  bool (*interrupted)() = nullptr;                     // a yes ends Lua with an error
+  LuaOverrun overrun = nullptr;                        // told when Lua cannot be ended
 };
 
 // Finds `name` as given, then below each folder of the search path. Throws Error{kIo} listing the

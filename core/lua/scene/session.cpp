@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLargestFile = 64e6;              // bytes
+constexpr std::size_t kSafePrint = 1'000'000, kMostPrint = 64'000'000;  // bytes
+constexpr std::size_t kLargestFile = 64'000'000;                        // bytes
 constexpr std::uint64_t kFileWork = 10'000;        // of looking for a file, in steps
 constexpr const char* kLanguage = "sim.language";  // registry: what require "sim" gives
 constexpr const char* kModules = "sim.modules";    // registry: canonical file -> value
@@ -112,6 +113,8 @@ SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& regist
       file_name_(file_.string()),
       options_(std::move(options)),
       registry_(registry),
+      printer_(options_.safe ? kSafePrint : kMostPrint,
+               options_.print ? options_.print : Printer::to_standard_error),
       lua_(options_.limits, options_.interrupted, options_.overrun) {}
 
 void SceneSession::count(double particles, double elements, const Place& place) {
@@ -132,6 +135,11 @@ SceneSession& SceneSession::of(lua_State* L) {
   return *static_cast<SceneSession*>(lua_touserdata(L, lua_upvalueindex(1)));
 }
 
+int SceneSession::print(lua_State* L) {
+  of(L).printer_.print(L);
+  return 0;
+}
+
 void SceneSession::open(lua_State* L) {
   open_sandbox(L, options_.seed);
   lua_newtable(L);
@@ -139,6 +147,9 @@ void SceneSession::open(lua_State* L) {
   lua_pushlightuserdata(L, this);
   lua_pushcclosure(L, guarded<require>, 1);
   lua_setglobal(L, "require");
+  lua_pushlightuserdata(L, this);
+  lua_pushcclosure(L, guarded<print>, 1);
+  lua_setglobal(L, "print");
   open_language(L);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/lua/lua_state.h"
+#include "core/lua/scene/printer.h"
 #include "core/lua/scene/scene_file.h"
 
 namespace sim {
@@ -16,6 +17,7 @@ class SceneSession {
   SceneSession(std::filesystem::path file, SceneOptions options, Registry& registry);
 
   LuaState& lua() { return lua_; }
+  Printer& printer() { return printer_; }
   const std::string& file() const { return file_name_; }
   // Declared parameters in order. Where files differ in the default of one name, each is listed as
   // FILE.NAME; both forms can be set.
@@ -71,6 +73,7 @@ class SceneSession {
   static int arg(lua_State* L);
   static int plugin(lua_State* L);
   static int require(lua_State* L);
+  static int print(lua_State* L);
 
   void open_language(lua_State* L);
   std::string read(const std::string& name, const std::filesystem::path& file,
@@ -94,7 +97,8 @@ class SceneSession {
   std::set<std::string> loading_;  // canonical names of the files that are running
   int records_ = LUA_NOREF;        // table: value made by the language -> its record
   int tied_ = LUA_NOREF;           // list of the forces that join something
-  LuaState lua_;                   // last: closed before the rest goes
+  Printer printer_;
+  LuaState lua_;  // last: closed before the rest goes
 };
 
 // "cloth" for the place "scenes/cloth.lua:12".
