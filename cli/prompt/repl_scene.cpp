@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "cli/run/run_length.h"
 #include "cli/terminal/signals.h"
@@ -67,22 +68,24 @@ void LiveScene::share_budget() {
 }
 
 // The condition of .until may look, but not change what is being run.
-void LiveScene::check_idle() const {
+void LiveScene::check_idle() {
   if (running_) usage_error("a run is going on", "its condition asks for a change", "only look");
+  judge_steps();
 }
 
 // --- Time -------------------------------------------------------------------------------------
 
 LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                                       const std::vector<std::int64_t>& targets,
-                                      const Condition* until, std::optional<double> seconds) {
+                                      const Condition* until, std::optional<double> seconds,
+                                      bool judge) {
   struct Running {
     bool& flag;
     ~Running() { flag = false; }
   } const running{running_};
   running_ = true;
   std::vector<Track> tracks;
-  bool repeats = false, moved = false;
+  bool repeats = false, moved = false, diverged = false;
   std::optional<double> cut;
   const double from = scene.systems.front().t();
   std::vector<bool> accounted;  // the work so far is known
@@ -134,6 +137,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     if (taken == 0) {
       SessionSignals::check();
       tracks[next].mark_diverged();
+      diverged = true;
       break;
     }
     tracks[next].sample();
@@ -142,7 +146,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   }
   for (std::size_t i = 0; i < tracks.size(); ++i)
     if (accounted[i]) ledger_.keep(i, scene.systems[i], tracks[i].work_memory());
-  if (repeats || !moved) return {};
+  if (repeats || !moved || (!judge && !diverged)) return {};
   const double taken =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (Track& track : tracks)
@@ -165,14 +169,56 @@ void LiveScene::take_looks(std::size_t index) {
     if (system().step_count() % look.every == 0) look.take();
 }
 
+std::vector<std::int64_t> LiveScene::present_steps() const {
+  std::vector<std::int64_t> steps;
+  for (const Simulation& each : scene().systems) steps.push_back(each.step_count());
+  return steps;
+}
+
+const std::optional<Judged>& LiveScene::judged() {
+  judge_steps();
+  return judged_;
+}
+
+// As one run: it is repeated, from where the history begins at least. Interrupted or not, it ends
+// where it was.
+void LiveScene::judge_steps() {
+  if (running_) return;
+  const std::optional<Stepped> stepped = std::exchange(stepped_, {});
+  if (!stepped || stepped->to != present_steps()) return;
+  struct Quiet {
+    LiveScene& live;
+    const std::vector<std::int64_t>& to;
+    std::vector<Look> looks = std::exchange(live.looks, {});
+    ~Quiet() {
+      live.looks = std::move(looks);
+      for (std::size_t i = 0; i < to.size(); ++i)
+        live.timelines_[i].go_to(live.loaded().systems[i], to[i], [] { return true; });
+    }
+  } const quiet{*this, stepped->to};
+  for (std::size_t i = 0; i < timelines_.size(); ++i)
+    timelines_[i].go_to(origin_->scene.systems[i],
+                        std::max(stepped->from[i], timelines_[i].first()), go_on);
+  SessionSignals::check();
+  advance(origin_->scene, timelines_, stepped->to);
+}
+
+// With changes by hand in the history, which no repetition judges, each command is judged at once.
 LiveScene::Outcome LiveScene::step(std::int64_t steps) {
-  check_idle();
+  const bool repeatable =
+      std::ranges::all_of(timelines_, [](const Timeline& each) { return each.edits() == 0; });
+  const std::vector<std::int64_t> from = present_steps();
+  if (running_ || !repeatable || (stepped_ && stepped_->to != from)) check_idle();
   std::vector<std::int64_t> targets;
   for (const Simulation& system : origin_->scene.systems) {
     check_steps(static_cast<double>(system.step_count()) + static_cast<double>(steps));
     targets.push_back(system.step_count() + steps);
   }
-  return advance(origin_->scene, timelines_, targets);
+  if (!repeatable) return advance(origin_->scene, timelines_, targets);
+  if (!stepped_) stepped_ = {from, from};
+  advance(origin_->scene, timelines_, targets, nullptr, {}, false);
+  stepped_->to = targets;
+  return {};
 }
 
 std::vector<std::int64_t> LiveScene::targets_after(double seconds) const {

@@ -40,10 +40,10 @@ class LiveScene {
   // Each system takes so many steps, or goes so far: the one furthest behind in time takes the next
   // step. Throws Interrupted and Error{kDiverged}; steps stay whole. `until` ends it; asked first.
   using Outcome = std::optional<Verdict>;  // none on what only ran again, with changes by hand
-  Outcome step(std::int64_t steps);
+  Outcome step(std::int64_t steps);  // judged when that is asked for, with others that came before
   Outcome run(double seconds);  // the last step is shorter if it has to be, beyond what is known
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
-  const std::optional<Judged>& judged() const { return judged_; }  // none before the first run
+  const std::optional<Judged>& judged();      // none before the first run
   std::vector<Look> looks;
   void reset();
   void back(std::int64_t steps);   // Error{kUsage} for what is before the first snapshot
@@ -79,10 +79,13 @@ class LiveScene {
  private:
   Outcome advance(LoadedScene& scene, std::vector<Timeline>& timelines,
                   const std::vector<std::int64_t>& targets, const Condition* until = nullptr,
-                  std::optional<double> seconds = {});  // ... to end after exactly so many
+                  std::optional<double> seconds = {},  // ... to end after exactly so many
+                  bool judge = true);
+  std::vector<std::int64_t> present_steps() const;
+  void judge_steps();
   std::vector<std::int64_t> targets_after(double seconds) const;
   void travel(const std::vector<std::int64_t>& steps);
-  void check_idle() const;     // throws Error{kUsage} inside a run
+  void check_idle();           // throws Error{kUsage} inside a run; judges what was only stepped
   void check_one_way() const;  // ... or in a recording
   std::string recorded_name(std::size_t system) const;
   void share_budget();
@@ -92,6 +95,11 @@ class LiveScene {
   Branch present();
   Branch branch_named(const std::string& name);
 
+  // Steps that were taken by commands of their own, one after the other, and not judged yet.
+  struct Stepped {
+    std::vector<std::int64_t> from, to;
+  };
+
   const Environment& environment_;
   Registry& registry_;
   std::size_t budget_;
@@ -99,6 +107,7 @@ class LiveScene {
   bool progress_, running_ = false;
   std::shared_ptr<SceneOrigin> origin_;
   std::optional<Judged> judged_;
+  std::optional<Stepped> stepped_;
   WorkLedger ledger_;
   std::vector<Timeline> timelines_;
   std::size_t current_ = 0;

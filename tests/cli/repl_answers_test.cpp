@@ -57,6 +57,23 @@ TEST_CASE("repl: the verdict on the last run, with its span") {
   CHECK(output("run(0.5)\nverdict().verdict\n") == "\"trusted\"\n");
 }
 
+TEST_CASE("repl: steps one by one are judged as one run, and take no longer") {
+  std::string steps;
+  for (int i = 0; i < 8000; ++i) steps += ".step 1\n";
+  const std::string apart = output(steps + ".verdict\n.hash\n");
+  CHECK(apart == output(".step 8000\n.verdict\n.hash\n"));
+  CHECK(says(apart, "trusted"));
+  CHECK(says(apart, "from t = 0 s to 40 s"));
+  // A change between them, a step back and an error do not lose the verdict on what came before.
+  const std::string touched = output(
+      ".step 1\n.step 9\n.pin 3\n.verdict\n.back 5\n.step 2\n"
+      ".verdict\n");
+  CHECK(says(touched, "from t = 0 s to 0.05 s"));
+  // Euler's method is caught when it is asked, and at once where a step fails.
+  CHECK(says(output(".integrator euler\n.step 3\n.step 30\n.verdict\n"), "suspect"));
+  CHECK(session(".integrator euler\n.step 100\n" + steps).code == 4);
+}
+
 TEST_CASE("repl: the studies, of the scene as it is set") {
   const std::string stable = output(".set n 4\n.stability rk4\n");
   CHECK(says(stable, "rk4"));

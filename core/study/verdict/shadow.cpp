@@ -43,6 +43,7 @@ Shadow::Shadow(const SystemSpec& spec, Simulation& run, std::int64_t steps, Regi
       run_(&run),
       registry_(&registry),
       start_(run.snapshot()),
+      start_evaluations_(run.integrator().effort().evaluations),
       last_step_(run.step_count() + steps) {
   const auto numbers = std::max<std::size_t>(1, run.state().size());
   const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
@@ -77,7 +78,8 @@ double Shadow::steps_per_step(double steps) const {
   if (info.adaptive)
     return std::clamp(std::ceil(kFinestStates / steps), 1.0, double(kFinestStates));
   const auto taken = static_cast<double>(run_->step_count() - start_.step);
-  const auto evaluations = static_cast<double>(run_->integrator().effort().evaluations);
+  const auto evaluations =
+      static_cast<double>(run_->integrator().effort().evaluations - start_evaluations_);
   const double inside = info.evaluations > 0 && taken > 0
                             ? std::max(1.0, std::round(evaluations / (info.evaluations * taken)))
                             : 1;

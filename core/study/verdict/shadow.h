@@ -76,6 +76,7 @@ class Shadow {
   Simulation* run_;
   Registry* registry_;
   Snapshot start_;
+  std::int64_t start_evaluations_;
   std::int64_t last_step_;
   std::int64_t stride_;  // looks a frame
   std::int64_t looks_ = 0;
