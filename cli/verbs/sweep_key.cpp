@@ -21,7 +21,8 @@ struct FieldsOf<Threads> {
 
 template <>
 struct FieldsOf<LuaLimits> {
-  static constexpr StructField list[] = {{"seconds"}, {"memory"}, {"steps"}};
+  static constexpr StructField list[] = {
+      {"seconds"}, {"memory"}, {"steps"}, {"seconds_in_all"}, {"steps_in_all"}};
 };
 
 template <>
