@@ -49,6 +49,7 @@ std::uint64_t digest(const ColliderMaker& maker) {
   const std::unique_ptr<Collider> collider = maker.make();
   hash.add(digest(collider->surface()));
   if (collider->sampled()) return hash.value();
+  collider->bind({});
   for (const double t : kTimes)
     for (const Vec3& x : kPoints) {
       const Touch touch = collider->touch(t, x);

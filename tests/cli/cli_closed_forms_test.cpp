@@ -103,6 +103,7 @@ TEST_CASE("minimal: what each part of a fall through air changes", "[cli]") {
   for (const char* option : {"--without gravity", "--without drag"})
     CHECK(part(option).at("energy").number ==
           Approx((potential - kinetic) / (potential + kinetic)).epsilon(1e-9));
+  CHECK(study.at("budget").number == Approx(0.01));  // of 1 m, the size of a single point
   CHECK(study.at("whole").at("evaluations").number == 4 * 100);
   CHECK(part("-d 0.02").at("evaluations").number == 4 * 50);
   CHECK(study.at("smallest").at("evaluations").number == 4 * 50);
@@ -128,6 +129,7 @@ TEST_CASE("rest: where a weight on a spring comes to rest", "[cli]") {
   const Json study = Scenes().json({"rest", "spring.lua"});
   const double there = -kMass * kGravity10 * (1 + kSag) + 0.5 * kStiffness * kSag * kSag;
   CHECK(study.at("potential").number == Approx(there).epsilon(1e-12));
+  CHECK(study.at("in_play").number == Approx(kMass * kGravity10).epsilon(1e-12));
   CHECK(study.at("force").number < 1e-12 * kMass * kGravity10);
 }
 
@@ -196,6 +198,14 @@ TEST_CASE("order and tradeoff: the errors of Verlet's method on a spring", "[cli
   CHECK(trade.at("cheapest").at("evaluations").number == 41);
   CHECK(trade.at("cheapest").at("error").number == verlet_error_seen(longest));
   CHECK(trade.at("cheapest").at("command").text == "sim spring.lua -i verlet -d 0.025 -T 1");
+}
+
+TEST_CASE("tradeoff: neighbours on a circle stay as far from each other", "[cli]") {
+  const Json trade = Scenes().json(
+      {"tradeoff", "scenes/circle.lua", "-T", "1", "--integrators", "rk4", "--budget", "1 mm"});
+  CHECK(trade.at("growth").number == Approx(1).epsilon(1e-6));
+  CHECK(trade.at("omega_max").number == Approx(1).epsilon(1e-6));
+  CHECK(trade.at("size").number == Approx(1).epsilon(1e-3));
 }
 
 TEST_CASE("sweep: the columns of a fall and of a spring", "[cli]") {
