@@ -18,8 +18,8 @@ namespace {
 constexpr double kRounding = 1e-11;     // of the sizes of what is added up
 constexpr double kBelow = 1e-6;         // of the scene's size, that a particle may be inside
 constexpr double kFewParticles = 2000;  // whose evaluation costs nothing to speak of
-constexpr double kOneOf = 200;          // evaluations of a run costs one look
-constexpr int kMostLooks = 1;           // besides the first and the last
+constexpr double kOneOf = 100, kOneOfOthers = 400;  // evaluations, of which a run affords a look
+constexpr int kMostLooks = 1;                       // besides the first and the last
 
 std::string newtons(const Vec3& f) {
   return "(" + brief(f[0], 6) + ", " + brief(f[1], 6) + ", " + brief(f[2], 6) + ") N";
@@ -35,7 +35,6 @@ class KernelCriterion final : public Criterion {
       : spec_(&run.spec),
         system_(&run.system),
         particles_(dynamic_cast<ParticleSystem*>(&run.system.ode())),
-        size_(scene_size(run.system)),
         spread_(run.steps, looks_of(run)),
         later_(looks_of(run) > 0) {
     const ParticleView view = now();
@@ -51,15 +50,21 @@ class KernelCriterion final : public Criterion {
   void touched() override { touched_ = true; }
 
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
-    const bool untouched = words_.empty() && !touched_;
-    if (untouched && later_ && spread_.last() != system_->step_count()) check_forces(now());
-    if (untouched) check_contact(now());
+    // The state may be asked for its verdict more than once.
+    const std::int64_t step = system_->step_count();
+    if (words_.empty() && !touched_ && concluded_ != step) {
+      if (later_ && spread_.last() != step) check_forces(now());
+      check_contact(now());
+    }
+    concluded_ = step;
     if (!words_.empty()) findings.push_back({Trust::kSuspect, words_});
   }
 
  private:
+  // Other forces are evaluated twice for a look, springs once.
   static int looks_of(const Watched& run) {
-    return static_cast<int>(std::min<double>(kMostLooks, evaluations_of_run(run) / kOneOf));
+    const double one = particles_of(run.system)->other_forces().empty() ? kOneOf : kOneOfOthers;
+    return static_cast<int>(std::min<double>(kMostLooks, evaluations_of_run(run) / one));
   }
 
   ParticleView now() const { return particles_->view(system_->t(), system_->state().data()); }
@@ -140,6 +145,7 @@ class KernelCriterion final : public Criterion {
   void check_contact(const ParticleView& view) {
     const Contacts& contacts = particles_->contacts();
     if (contacts.empty()) return;
+    const double most = kBelow * scene_size(*system_);
     std::vector<bool> in_body(static_cast<std::size_t>(view.n));
     for (const RigidSpec& body : spec_->bodies)
       std::fill_n(in_body.begin() + body.first, RigidBody::kParticles, true);
@@ -148,7 +154,7 @@ class KernelCriterion final : public Criterion {
         continue;
       for (const Collider* collider : contacts.all()) {
         const double gap = collider->touch(view.t, view.position(i)).gap;
-        if (!(gap < -kBelow * size_)) continue;
+        if (!(gap < -most)) continue;
         words_ = "particle " + std::to_string(i) + " is " + brief(-gap, 3) +
                  " m inside a collider and contact saw nothing of it: a kernel is wrong";
         return;
@@ -159,8 +165,8 @@ class KernelCriterion final : public Criterion {
   const SystemSpec* spec_;
   Simulation* system_;
   ParticleSystem* particles_;
-  double size_;  // m
   Spread spread_;
+  std::int64_t concluded_ = -1;
   bool later_, touched_ = false;
   std::optional<PlainForces> plain_;
   std::string words_;
