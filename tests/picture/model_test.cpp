@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/picture/scenery.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -267,4 +268,18 @@ TEST_CASE("a picked particle shows its springs, by family") {
     return text.text == "structural 4 11 13 20";
   });
   CHECK(said);
+}
+
+TEST_CASE("particles that rigid bodies are made of are drawn as their bodies alone") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local p = sim.particles { mass = 1 }\np:add {0, 3, 0}\n"
+      "local box = sim.rigid { shape = sim.box { half = {0.5, 0.2, 0.1} }, mass = 2 }\n"
+      "return sim.scene { particles = p, bodies = { box }, integrator = 'verlet', dt = 0.01,\n"
+      "  forces = { sim.force.gravity { g = {0, -9.81, 0} } }, duration = 1 }\n");
+  sim::Simulation system(scene.systems[0], registry);
+  const Model model = sim::make_model(scene.systems[0], system);
+  CHECK(model.in_bodies == std::vector<int>{1, 2, 3, 4});
+  CHECK(model.in_triangles() == std::vector<bool>{false, true, true, true, true});
+  CHECK(model.families.empty());
 }
