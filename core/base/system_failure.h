@@ -9,7 +9,7 @@ namespace sim {
 // no memory, no descriptors, a medium that cannot be read or is full.
 bool is_machine_failure(int error);
 
-// What helps against an error number; empty if nothing general does.
+// The remedy for an error number; empty if nothing general does.
 std::string remedy_for(int error);
 
 // The same for a file that cannot be written or a program that cannot be started: the folder and

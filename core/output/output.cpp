@@ -225,7 +225,7 @@ void Output::copy_unnamed(const fs::path& folder) {
   if (error != 0) fail(error);
 }
 
-// What fails before the rename leaves the old file; after it the new one is there.
+// A failure before the rename leaves the old file; after it the new one is there.
 void Output::take_name(bool durable, bool stays_open) {
   if (descriptor_ < 0) return;
   const fs::path folder = final_.parent_path();

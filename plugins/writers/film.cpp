@@ -135,12 +135,15 @@ class Film final : public sim::Writer {
     words.push_back("file:" + file_.temporary());
     sim::Process ffmpeg(words);
     Drawers drawers(gallery, moments_.size());
-    for (std::size_t i = 0; i < moments_.size(); ++i) {
+    bool taken = true;
+    for (std::size_t i = 0; taken && i < moments_.size(); ++i) {
       if (task_.stop && task_.stop()) return;
       const sim::Image& image = drawers.take(i);
-      if (!ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()})) break;
+      taken = ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()});
     }
-    if (const std::string why = ffmpeg.finish(); !why.empty())
+    std::string why = ffmpeg.finish();
+    if (why.empty() && !taken) why = "nothing, and took no more pictures";
+    if (!why.empty())
       throw sim::Error(sim::ErrorKind::kIo, {"no film", task_.file, "ffmpeg says: " + why,
                                              "pictures always work: --out frame-%04d.png"});
     file_.commit();

@@ -91,7 +91,7 @@ void write_number(char*& at, char* end, unsigned long number) {
   while (length > 0 && at < end) *at++ = digits[--length];
 }
 
-// Who made the call that fails, without a call that could fail itself.
+// The callers of the call that fails, found without a call that could fail itself.
 void report_frames() {
   void* addresses[kFrames];
   const int found = ::backtrace(addresses, kFrames);
