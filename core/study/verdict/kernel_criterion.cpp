@@ -15,13 +15,13 @@
 namespace sim::study {
 namespace {
 
-constexpr double kRounding = 1e-11;     // of the sizes of what is added up
+constexpr double kRoundings = 1e-11;     // of the sizes of what is added up
 constexpr double kBelow = 1e-6;         // of the scene's size, that a particle may be inside
 constexpr double kFewParticles = 2000;  // whose evaluation costs nothing to speak of
 constexpr double kOneOf = 100, kOneOfOthers = 400;  // evaluations, of which a run affords a look
 constexpr int kMostLooks = 1;                       // besides the first and the last
 
-std::string newtons(const Vec3& f) {
+std::string force_text(const Vec3& f) {
   return "(" + brief(f[0], 6) + ", " + brief(f[1], 6) + ", " + brief(f[2], 6) + ") N";
 }
 
@@ -84,7 +84,7 @@ class KernelCriterion final : public Criterion {
 
   void compare(const std::string& name, double of_kernel, double plain, double scale) {
     if (!words_.empty() || !std::isfinite(plain) || !std::isfinite(scale)) return;
-    if (std::abs(of_kernel - plain) <= kRounding * scale) return;
+    if (std::abs(of_kernel - plain) <= kRoundings * scale) return;
     words_ = "the " + name + " of the kernel is " + brief(of_kernel, 6) + " J, evaluated plainly " +
              brief(plain, 6) + " J";
   }
@@ -109,14 +109,14 @@ class KernelCriterion final : public Criterion {
   }
 
   static bool differ(const Vec3& f, const Vec3& plain, double scale) {
-    return plain.allFinite() && !((f - plain).norm() <= kRounding * scale);
+    return plain.allFinite() && !((f - plain).norm() <= kRoundings * scale);
   }
 
   void refuse(std::size_t k, const ParticleView& view, const Vec3& force, const Vec3& plain) {
     const std::string springs = plain_->springs_of(k, view, force - plain);
     words_ =
         (springs.empty() ? "the force of gravity and drag" : "the force of springs " + springs) +
-        " on particle " + std::to_string(plain_->ids()[k]) + " is " + newtons(force) + ", off by " +
+        " on particle " + std::to_string(plain_->ids()[k]) + " is " + force_text(force) + ", off by " +
         brief((force - plain).norm(), 3) + " N from scalar code: a kernel is wrong";
   }
 
@@ -134,7 +134,7 @@ class KernelCriterion final : public Criterion {
       const Vec3 together(sink.x[i], sink.y[i], sink.z[i]), single(one.x[i], one.y[i], one.z[i]);
       if (words_.empty() && differ(together, single, together.norm() + single.norm()))
         words_ = "force '" + particles_->name_of(force) + "' on particle " + std::to_string(i) +
-                 " is " + newtons(together) + ", evaluated alone " + newtons(single) +
+                 " is " + force_text(together) + ", evaluated alone " + force_text(single) +
                  ": a kernel is wrong";
       sums[k].force += single;
       sums[k].scale += single.norm();
