@@ -19,6 +19,8 @@ namespace sim::cli {
 // Each throws Error{kUsage} naming the option and what it wants.
 double positive_number(const std::string& option, const std::string& text);
 double non_negative_number(const std::string& option, const std::string& text);
+double wall_time(const std::string& option, const std::string& text);  // "30s", "5min", "1h": in s
+std::string checkpoint_name(const std::string& option, const std::string& text);
 std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
                              std::int64_t high);
 ParticleChoice particle_choice(const std::string& option, const std::string& text);

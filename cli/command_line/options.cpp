@@ -26,7 +26,7 @@ struct Texts {
   std::vector<std::string> integrator, dt;  // several to compare
   std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
       tension, every;
-  std::string snap, resume, replay, check, lua_budget;
+  std::string snap, snap_every, resume, replay, check, lua_budget;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
   OutTexts out;
@@ -124,7 +124,9 @@ Parser::Parser() {
              "of what the scene observes, for the whole run:\n\"mean sag\", max, min, period; "
              "\"late mean sag\" of\nits second half; judged by studies; repeatable"),
       value("--every", t.every, "N", "frames of the files: each N-th step"),
-      value("--snap", t.snap, "FILE", "a checkpoint at the end of the run"),
+      value("--snap", t.snap, "FILE",
+            "a checkpoint every 15 minutes and at the end; what\nstood there before is FILE.prev"),
+      value("--snap-every", t.snap_every, "TIME", "... as often as that: 30s, 5min, 1h"),
       value("--resume", t.resume, "FILE",
             "goes on from one, bit for bit; --time and --steps\n"
             "count from the start of the first run"),
@@ -290,9 +292,8 @@ RunRequest Parser::run_request() const {
   if (!t.dump.empty()) request.dump = parse_target("--dump", t.dump);
   if (!t.observe.empty()) request.observe = parse_target("--observe", t.observe);
   if (!t.tension.empty()) request.tension = parse_target("--tension", t.tension);
-  if (t.snap == "-")
-    usage_error("bad value", "--snap -", "a checkpoint needs a file", "give the name of one");
-  if (!t.snap.empty()) request.snap = t.snap;
+  if (!t.snap.empty()) request.snap = checkpoint_name("--snap", t.snap);
+  if (!t.snap_every.empty()) request.snap_every = wall_time("--snap-every", t.snap_every);
   if (!t.resume.empty()) request.resume = t.resume;
   if (!t.replay.empty()) {
     request.replay = t.replay;

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 #include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
@@ -38,13 +39,18 @@ std::string doubt_of(const Checkpoint& saved, const Provenance& now, const std::
 
 std::vector<Account> accounts_of(std::span<const Track> tracks) {
   std::vector<Account> accounts;
-  for (const Track& track : tracks)
+  for (const Track& track : tracks) {
     accounts.push_back({track.start_energy().total(), track.work_memory(), track.doubt()});
+    // Work of a state that has exploded may be no number: it is not known.
+    std::vector<double>& work = accounts.back().work;
+    if (!all_finite(work)) work.clear();
+  }
   return accounts;
 }
 
-void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
-                     std::span<const Account> accounts, std::ostream& standard_output) {
+std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequest& request,
+                                        const LoadedScene& scene, std::span<const Account> accounts,
+                                        std::ostream& standard_output) {
   Checkpoint saved;
   saved.scene = request.scene;
   saved.settings = request.settings;
@@ -56,12 +62,17 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
         live_checkpoint(scene.systems[i], scene.spec.systems[i], accounts[i].start_energy));
     saved.systems.back().work = accounts[i].work;
   }
-  Output output({file}, standard_output);
+  auto output = std::make_unique<Output>(Target{file}, standard_output);
   encode(saved, [&](std::string_view block) {
-    output.buffer() += block;
-    output.flush_if_full();
+    output->buffer() += block;
+    output->flush_if_full();
   });
-  output.commit_safely();
+  return output;
+}
+
+void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
+                     std::span<const Account> accounts, std::ostream& standard_output) {
+  make_checkpoint(file, request, scene, accounts, standard_output)->commit_safely();
 }
 
 Checkpoint read_checkpoint(const std::string& file) {

@@ -1,6 +1,7 @@
 // Checkpoints as files: --snap, --resume, and the same of a session.
 #pragma once
 
+#include <memory>
 #include <ostream>
 #include <span>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "cli/run/scene.h"
 #include "cli/run/track.h"
+#include "core/output/output.h"
 #include "core/scene/checkpoint.h"
 
 namespace sim::cli {
@@ -21,8 +23,12 @@ struct Account {
 
 std::vector<Account> accounts_of(std::span<const Track> tracks);
 
-// Replaces the file as a whole; one account a system.
-// Throws Error{kIo}.
+// To a file that is not there until commit_safely(); one account a system. Throws Error{kIo}.
+std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequest& request,
+                                        const LoadedScene& scene, std::span<const Account> accounts,
+                                        std::ostream& standard_output);
+
+// Replaces the file as a whole. Throws Error{kIo}.
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
                      std::span<const Account> accounts, std::ostream& standard_output);
 

@@ -22,7 +22,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/scene/needs.h"
 
 namespace sim::cli {
 namespace {
@@ -185,6 +184,7 @@ int Run::take_steps(const Interrupts& interrupts) {
     track.system().stop_when(SessionSignals::any);
     measure(track);
   }
+  outputs_.look(tracks_);
 
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [begin] {
@@ -200,6 +200,7 @@ int Run::take_steps(const Interrupts& interrupts) {
       continue;
     }
     measure(*track);
+    outputs_.look(tracks_);
     progress_.update(tracks_);
     if (!beside && seconds() > Track::kQuick) {
       beside = true;
@@ -248,7 +249,10 @@ int Run::go() {
   // checkpoint that was asked for is made with all that belongs to it.
   const bool began = std::ranges::any_of(tracks_, [](const Track& t) { return t.taken() > 0; });
   const bool worth = complete ? !outputs_.deserted() : began && engines_.empty();
-  if (worth || (request_.snap && (complete || began))) outputs_.commit(tracks_);
+  if (worth || (request_.snap && (complete || began))) {
+    outputs_.commit_checkpoint(tracks_);
+    outputs_.commit_files();
+  }
   int code = 0;
   if (complete && !outputs_.deserted()) {
     try {
@@ -314,6 +318,7 @@ int Run::conclude(int caught) {
     print_adjacency(scene_, *request_.debug_particle, request_.json, out);
   }
   const Verdict verdict = overall_verdict(tracks_);
+  outputs_.settle(verdict.trust == Trust::kDiverged);
   if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   if (request_.json)
     console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_) << '\n';

@@ -25,6 +25,7 @@ struct RunRequest {
   std::optional<Target> energy, dump, observe, tension;
   std::optional<std::int64_t> every;  // frames of the tables and rows of the report; 1 in tables
   std::optional<std::string> snap, resume;  // files of checkpoints
+  std::optional<double> snap_every;         // s, of wall time; else 15 minutes
   std::optional<std::string> replay;        // a recording; the run is as long as that
   bool from_rest = false;                   // starts where the scene comes to rest
   std::vector<std::string> of;              // figures of what the scene observes, for the report

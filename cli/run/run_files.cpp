@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cli/run/run_checkpoints.h"
 #include "core/base/error.h"
 #include "core/engine/lammps_input.h"
 #include "core/output/output.h"
@@ -52,12 +53,15 @@ FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& syst
       plan.reads("the export", request.engine->results + "/" + name);
   if (request.replay) plan.reads("--replay", *request.replay);
   for (const auto& [option, table] : tables_of(request)) plan.writes(option, table->file);
-  if (request.snap) plan.writes("--snap", *request.snap);
+  if (request.snap) plan.writes("--snap", *request.snap, names_beside_checkpoint(*request.snap));
   plan_outputs(request.out, systems, plan);
   return plan;
 }
 
 void check_request(const RunRequest& request) {
+  if (request.snap_every && !request.snap)
+    throw Error(ErrorKind::kUsage, {"no checkpoint to write", "--snap-every",
+                                    "it says how often, and there is no file", "add --snap FILE"});
   plan_of(request).check();
   const auto tables = tables_of(request);
   if (request.json && table_on_standard_output(request))

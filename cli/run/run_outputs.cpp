@@ -1,14 +1,16 @@
 #include "cli/run/run_outputs.h"
 
-#include "cli/run/checkpoint_file.h"
 #include "cli/terminal/signals.h"
 #include "core/base/text.h"
+#include "core/scene/needs.h"
 
 namespace sim::cli {
 
 RunOutputs::RunOutputs(const RunRequest& request, LoadedScene& scene, Registry& registry,
                        Console& console, Progress& progress)
-    : request_(request), scene_(scene), console_(console), progress_(progress) {
+    : request_(request), console_(console), progress_(progress) {
+  const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
+  for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
   std::vector<const Simulation*> systems;
   for (const Simulation& system : scene.systems) systems.push_back(&system);
   const TableScope scope{systems, scene.spec.world};
@@ -16,6 +18,7 @@ RunOutputs::RunOutputs(const RunRequest& request, LoadedScene& scene, Registry& 
   if (request.energy) energy_.emplace(*request.energy, console.out, scope);
   if (request.observe) observe_.emplace(*request.observe, console.out, scope, scene.spec.systems);
   if (request.tension) tension_.emplace(*request.tension, console.out, scope);
+  if (request.snap) checkpoints_.emplace(request, scene, console, progress);
   if (!request.out.any()) return;
   recorder_.emplace(request.out, scene, registry);
   recorder_->on_failure([this] { fail(); });
@@ -34,15 +37,20 @@ bool RunOutputs::deserted() const {
   return code_ == kClosedPipe || (code_ != 0 && none);
 }
 
+template <class Use>
+bool RunOutputs::attempt(Use use) {
+  try {
+    use();
+    return true;
+  } catch (...) {
+    fail();
+    return false;
+  }
+}
+
 template <class Table, class Use>
 void RunOutputs::use(std::optional<Table>& table, Use use) {
-  if (!table) return;
-  try {
-    use(*table);
-  } catch (...) {
-    table.reset();
-    fail();
-  }
+  if (table && !attempt([&] { use(*table); })) table.reset();
 }
 
 void RunOutputs::take(std::size_t system, Track& track, bool last) {
@@ -60,12 +68,11 @@ void RunOutputs::take(std::size_t system, Track& track, bool last) {
 }
 
 void RunOutputs::flush_words() {
-  if (words_failed_) return;
-  try {
-    flush_or_throw(console_.out, "standard output");
-  } catch (...) {
-    fail();
-  }
+  if (!words_failed_) attempt([&] { flush_or_throw(console_.out, "standard output"); });
+}
+
+void RunOutputs::look(std::span<const Track> tracks) {
+  if (checkpoints_) checkpoints_->look(tracks);
 }
 
 void RunOutputs::wrote(const std::string& file) {
@@ -80,15 +87,17 @@ void RunOutputs::commit(std::optional<Table>& table, const std::optional<Target>
   });
 }
 
-void RunOutputs::commit(std::span<Track> tracks) {
-  if (request_.snap) {
-    try {
-      save_checkpoint(*request_.snap, request_.scene, scene_, accounts_of(tracks), console_.out);
-      wrote(*request_.snap);
-    } catch (...) {
-      fail();
-    }
-  }
+void RunOutputs::commit_checkpoint(std::span<const Track> tracks) {
+  if (!checkpoints_) return;
+  attempt([&] { checkpoints_->keep_diverged(tracks); });
+  if (attempt([&] { checkpoints_->commit(tracks); })) wrote(*request_.snap);
+}
+
+void RunOutputs::settle(bool diverged) {
+  if (checkpoints_) attempt([&] { checkpoints_->settle(diverged); });
+}
+
+void RunOutputs::commit_files() {
   commit(dump_, request_.dump);
   commit(energy_, request_.energy);
   commit(observe_, request_.observe);

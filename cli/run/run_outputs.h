@@ -10,6 +10,7 @@
 #include "cli/run/recorder.h"
 #include "cli/run/report.h"
 #include "cli/run/run.h"
+#include "cli/run/run_checkpoints.h"
 #include "cli/run/track.h"
 #include "core/output/tables.h"
 
@@ -27,17 +28,23 @@ class RunOutputs {
   void take(std::size_t system, Track& track, bool last);
   void flush_words();  // to standard output
 
+  void look(std::span<const Track> tracks);  // between steps: a checkpoint, where it is time
+
   // The checkpoint first; a signal that comes during the rest skips what takes long.
-  void commit(std::span<Track> tracks);
+  void commit_checkpoint(std::span<const Track> tracks);
+  void commit_files();
+  void settle(bool diverged);  // after the verification
 
   // Of the exception that is being handled: it is said now, and its exit code kept.
   void fail();
   int code() const { return code_; }  // of the first failure, or 0
   // Nobody is left to run for: all that was asked for has failed, or a reader has gone.
   bool deserted() const;
-  void tell_written();                // after failures: what was written all the same
+  void tell_written();  // after failures: what was written all the same
 
  private:
+  template <class Use>
+  bool attempt(Use use);
   template <class Table, class Use>
   void use(std::optional<Table>& table, Use use);
   template <class Table>
@@ -45,7 +52,6 @@ class RunOutputs {
   void wrote(const std::string& file);
 
   const RunRequest& request_;
-  LoadedScene& scene_;
   Console& console_;
   Progress& progress_;
   std::optional<DumpTable> dump_;
@@ -53,6 +59,7 @@ class RunOutputs {
   std::optional<ObserveTable> observe_;
   std::optional<TensionTable> tension_;
   std::optional<Recorder> recorder_;
+  std::optional<RunCheckpoints> checkpoints_;
   std::vector<std::string> written_;  // files that were replaced
   int code_ = 0;
   bool words_failed_ = false;

@@ -116,6 +116,7 @@ void Track::sample() {
   const std::int64_t step = system_->step_count();
   if (step > sampled_) monitor_.advance(step - sampled_);
   sampled_ = step;
+  looked_ = false;
   if (cut())
     keeps_steps_ = !system_->integrator_info().adaptive && !system_->integrator().memory().empty();
   for (std::size_t i = 0; i < judged_.size(); ++i)
@@ -124,7 +125,10 @@ void Track::sample() {
   if (!due && !(shadow_ && is_early(step - first_step_))) return;
   const Energy* const now = system_->second_order() ? &energy() : nullptr;
   if (now && !energy_is_finite()) return;
-  if (due) monitor_.look(now);
+  if (due) {
+    monitor_.look(now);
+    looked_ = true;
+  }
   if (shadow_) shadow_->look(now, observed());
 }
 

@@ -15,8 +15,7 @@
 
 namespace sim::cli {
 
-using study::Trust;
-using study::Verdict;
+using study::Trust, study::Verdict;
 
 class Track {
  public:
@@ -45,7 +44,6 @@ class Track {
   bool began_anew() const;                   // for it, as the method keeps earlier ones
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
-
   // Is the present state due? Yes once a step, and for the `last` one of a run that stops early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
@@ -58,7 +56,6 @@ class Track {
   double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
-
   void judge(const std::vector<study::Quantity>& figures);  // of all steps; before the first
   std::span<const study::Quantity> judged() const { return judged_; }
   double figure(std::size_t i) const { return courses_[i].figure(judged_[i]); }
@@ -80,6 +77,9 @@ class Track {
   void mark_diverged();  // as the system's divergence() says; it takes no more steps
   void mark_diverged(std::string why);
   bool stuck() const { return stuck_; }
+  bool diverges() const { return !diverged_.empty() || (!energy_unknown_ && monitor_.exploded()); }
+  bool looked() const { return looked_; }  // at the present state
+  bool sound() const { return diverged_.empty() && monitor_.sound(); }
   Verdict verdict();
 
  private:
@@ -100,7 +100,7 @@ class Track {
   std::optional<study::Shadow> shadow_;
   study::Parting parting_;
   std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
-  bool energy_unknown_ = false;                // beyond the range of numbers from the start
+  bool looked_ = false, energy_unknown_ = false;  // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
 };
 

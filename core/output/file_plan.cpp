@@ -74,7 +74,7 @@ struct Series {
 // A name of the plan with the files that it stands for.
 struct Planned {
   std::string role, file;
-  bool written = false;
+  int output = 0;                    // 0: it is read
   std::vector<Identity> files = {};  // those of a series that are there already
   std::optional<Series> series = {};
   Identity folder = {};  // with `name`: where a series may have it
@@ -84,8 +84,8 @@ struct Planned {
 constexpr std::string_view kStandardOutput = "-";
 
 // Nothing for a device. Standard output is a file of its own, unless it was led into one.
-std::optional<Planned> planned(const std::string& role, const std::string& file, bool written) {
-  Planned plan{role, file, written};
+std::optional<Planned> planned(const std::string& role, const std::string& file, int output) {
+  Planned plan{role, file, output};
   struct stat status {};
   if (file == kStandardOutput) {
     if (::fstat(STDOUT_FILENO, &status) == 0 && S_ISREG(status.st_mode))
@@ -98,7 +98,7 @@ std::optional<Planned> planned(const std::string& role, const std::string& file,
   plan.files.push_back(identity_of(resolved));
   plan.folder = identity_of(resolved.parent_path());
   plan.name = resolved.filename().string();
-  if (written) plan.series = Series::of(plan.name);
+  if (output > 0) plan.series = Series::of(plan.name);
   std::error_code failed;
   fs::directory_iterator entry, end;
   if (plan.series) entry = fs::directory_iterator(resolved.parent_path(), failed);
@@ -121,8 +121,8 @@ std::string shown(const Planned& plan) {
 }
 
 [[noreturn]] void refuse(const Planned& one, const Planned& other) {
-  if (!one.written || !other.written) {
-    const Planned &output = one.written ? one : other, &input = one.written ? other : one;
+  if (one.output == 0 || other.output == 0) {
+    const Planned &output = one.output > 0 ? one : other, &input = one.output > 0 ? other : one;
     throw Error(ErrorKind::kUsage,
                 {"an output would replace an input", output.role + " " + shown(output),
                  "it is " + input.role + " " + shown(input) + ", which is read",
@@ -149,24 +149,26 @@ fs::path resolved_file(const std::string& name) {
 }
 
 void FilePlan::reads(const std::string& role, const std::string& file) {
-  entries_.push_back({role, file, false});
+  entries_.push_back({role, file});
 }
 
-void FilePlan::writes(const std::string& role, const std::string& file) {
-  entries_.push_back({role, file, true});
+void FilePlan::writes(const std::string& role, const std::string& file,
+                      const std::vector<std::string>& beside) {
+  entries_.push_back({role, file, ++outputs_});
+  for (const std::string& name : beside) entries_.push_back({role, name, outputs_});
 }
 
 void FilePlan::check() const {
   std::vector<Planned> plans;
   for (const Entry& entry : entries_)
-    if (auto plan = planned(entry.role, entry.file, entry.written))
+    if (auto plan = planned(entry.role, entry.file, entry.output))
       plans.push_back(std::move(*plan));
   // Words go to standard output where no table does.
   if (std::ranges::find(plans, kStandardOutput, &Planned::file) == plans.end())
-    plans.push_back(*planned("the report", std::string(kStandardOutput), true));
+    plans.push_back(*planned("the report", std::string(kStandardOutput), outputs_ + 1));
   for (std::size_t i = 0; i < plans.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if ((plans[i].written || plans[j].written) && in_conflict(plans[j], plans[i]))
+      if (plans[i].output != plans[j].output && in_conflict(plans[j], plans[i]))
         refuse(plans[j], plans[i]);
 }
 

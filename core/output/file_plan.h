@@ -17,7 +17,9 @@ class FilePlan {
   // own, as devices, are never in conflict. "-" is standard output. In the last part of a name that
   // is written, %d or %04d stands for the digits of all files of a series.
   void reads(const std::string& role, const std::string& file);
-  void writes(const std::string& role, const std::string& file);
+  // `beside`: other names of the same output, which may be one file with it.
+  void writes(const std::string& role, const std::string& file,
+              const std::vector<std::string>& beside = {});
 
   // Compares by device and inode, and a file that is not there yet by its folder and name. Throws
   // Error{kUsage}.
@@ -26,10 +28,11 @@ class FilePlan {
  private:
   struct Entry {
     std::string role, file;
-    bool written = false;
+    int output = 0;  // its number; 0: it is read
   };
 
   std::vector<Entry> entries_;
+  int outputs_ = 0;
 };
 
 }  // namespace sim

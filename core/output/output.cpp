@@ -23,14 +23,6 @@ bool is_standard_output(const std::string& name) {
   return name == "-" || name == "/dev/stdout" || name == "/dev/fd/1" || name == "/proc/self/fd/1";
 }
 
-// Opened as it is, never replaced: devices, named pipes, and whatever /dev/fd/N stands for.
-bool is_stream(const std::string& name) {
-  if (name.starts_with("/dev/") || name.starts_with("/proc/self/fd/")) return true;
-  std::error_code error;
-  const fs::file_status status = fs::status(name, error);
-  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
-
 constexpr std::string_view kTemporary = ".sim-";  // how names of temporary files begin
 
 // The number of the error that stopped it; 0 if all was written.
@@ -46,6 +38,13 @@ int write_bytes(int descriptor, std::string_view bytes) {
 }
 
 }  // namespace
+
+bool is_stream(const std::string& name) {
+  if (name.starts_with("/dev/") || name.starts_with("/proc/self/fd/")) return true;
+  std::error_code error;
+  const fs::file_status status = fs::status(name, error);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
 
 Target parse_target(std::string_view option, const std::string& text, bool plots) {
   if (is_standard_output(text)) return {};

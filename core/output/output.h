@@ -26,6 +26,9 @@ struct Target {
 // `option`. Opens nothing.
 Target parse_target(std::string_view option, const std::string& text, bool plots = false);
 
+// Opened as it is, never replaced: devices, named pipes, and whatever /dev/fd/N stands for.
+bool is_stream(const std::string& name);
+
 // A name for a new file in a folder, which no other has: the open file, and its path; -1 and errno
 // if there can be none. The file is locked as long as it is open: its writer is alive.
 int open_temporary(const std::filesystem::path& folder, const std::string& ending,

@@ -44,12 +44,23 @@ Deviation deviation(const SystemSpec& spec, const Simulation& system) {
   return result;
 }
 
+namespace {
+
+double largest(const Simulation& system) {
+  double most = 0;
+  for (const double each : system.state()) most = std::max(most, std::abs(each));
+  return most;
+}
+
+}  // namespace
+
 Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps, Registry* registry)
     : system_(&system) {
   if (system.second_order()) {
     start_ = system.energy();
     balance_ = std::make_unique<EnergyBalance>(system, steps);
   }
+  start_size_ = largest(system);
   const Watched run{spec, system, steps, registry, balance_.get()};
   for (const auto watch : {watch_kernels, watch_forces, watch_exact, watch_energy, watch_limit,
                            watch_strain, watch_single_steps, watch_momentum, watch_contact,
@@ -78,6 +89,17 @@ void Monitor::look(const Energy* energy) {
       start_scale_ = moving + start_.kinetic + std::abs(start_.potential);
   }
   for (const auto& criterion : criteria_) criterion->look(energy);
+  if (balance_)
+    sound_ = !(std::abs(balance_->error()) > kMostlyWrong * balance_->in_play()) && !exploded();
+  else
+    sound_ = start_size_ == 0 || largest(*system_) <= kExplosion * start_size_;
+}
+
+// What forces that do work gave is no explosion.
+bool Monitor::exploded() const {
+  const bool given =
+      balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
+  return !given && start_scale_ > 0 && highest_ > kExplosion * start_scale_;
 }
 
 Verdict Monitor::verdict(const Parting& parting) {
@@ -93,13 +115,9 @@ Verdict Monitor::verdict(const Parting& parting) {
                   [](const Finding& each) { return each.words.starts_with("momentum changed"); });
   }
   const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
-  // What forces that do work gave is no explosion.
-  const bool given =
-      balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
-  const double rise = given ? 0 : highest_;
-  if (start_scale_ > 0 && rise > kExplosion * start_scale_ && !right) {
+  if (exploded() && !right) {
     verdict.trust = Trust::kDiverged;
-    verdict.reason = "energy rose by " + brief(rise, 3) + " J, from " + brief(start_scale_, 3) +
+    verdict.reason = "energy rose by " + brief(highest_, 3) + " J, from " + brief(start_scale_, 3) +
                      " J at the start: the step is unstable";
     return verdict;
   }

@@ -91,6 +91,8 @@ class Monitor {
   // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);
 
+  bool exploded() const;                 // as far as the looks say: far above the start
+  bool sound() const { return sound_; }  // not, and energy mostly kept, at the last look
   // Of the run up to the present state; `parting` from its shadow, where it had one.
   Verdict verdict(const Parting& parting = {});
 
@@ -100,7 +102,8 @@ class Monitor {
   double start_scale_ = 0;  // J, at the start and the first time that anything moves
   double highest_ = 0;      // J, rise of E above the start
   Energy start_;
-  bool touched_ = false;  // by a hand
+  bool touched_ = false, sound_ = true;  // by a hand; see sound()
+  double start_size_ = 0;                // largest number of a first-order state at the start
   std::vector<std::unique_ptr<Criterion>> criteria_;
 };
 
