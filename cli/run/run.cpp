@@ -235,7 +235,7 @@ void Run::take_last() {
 }
 
 int Run::go() {
-  const Interrupts interrupts;
+  Interrupts interrupts(request_.snap.has_value());
   int caught = 0;
   bool complete = false;
   try {
@@ -251,6 +251,7 @@ int Run::go() {
   const bool worth = complete ? !outputs_.deserted() : began && engines_.empty();
   if (worth || (request_.snap && (complete || began))) {
     outputs_.commit_checkpoint(tracks_);
+    interrupts.checkpoint_is_safe();
     outputs_.commit_files();
   }
   int code = 0;

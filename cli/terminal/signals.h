@@ -1,23 +1,30 @@
-// SIGINT, SIGTERM and SIGHUP during a run: remembered, so that the run ends after its current step.
+// SIGINT, SIGTERM, SIGHUP and SIGXCPU during a run: remembered, so that the run ends after its
+// current step.
 #pragma once
 
+#include <array>
 #include <csignal>
 #include <exception>
 
 namespace sim::cli {
 
-// While one exists, the first of each signal is only remembered; a second one ends the program.
+// While one exists, signals are only remembered. Those within a second are one, as some programs
+// send each twice; of those after that the third of all ends the program at once, but not before a
+// checkpoint that the run owes is written: then SIGQUIT and SIGUSR1, 2 are only remembered, too.
 class Interrupts {
  public:
-  Interrupts();
+  explicit Interrupts(bool owes_checkpoint = false);
   ~Interrupts();  // the handlers from before are back
   Interrupts(const Interrupts&) = delete;
   Interrupts& operator=(const Interrupts&) = delete;
 
-  int caught() const;  // the signal, or 0
+  int caught() const;         // the first signal, or 0
+  void checkpoint_is_safe();  // ends the program where a signal has asked for that meanwhile
 
  private:
-  struct sigaction before_[3];
+  std::array<struct sigaction, 7> before_;
+  std::size_t count_;  // of the signals that it hears
+  bool owed_before_;
 };
 
 // Thrown by what stops because of a signal.

@@ -76,6 +76,7 @@ Process::Process(const std::vector<std::string>& words, const ProcessPlace& plac
     ::dup2(nothing, 1);
     ::dup2(said_ >= 0 ? said_ : nothing, 2);
     ::signal(SIGPIPE, SIG_DFL);
+    ::signal(SIGXFSZ, SIG_DFL);
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != parent) ::_exit(127);
     if (!place.folder.empty() && ::chdir(place.folder.c_str()) != 0) ::_exit(127);
