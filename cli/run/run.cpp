@@ -404,8 +404,6 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     console.err << "sim: note: " << accounts.front().doubt << '\n';
   if (!request.quiet)
     for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
-  const auto files = static_cast<int>(request.out.files.size()) + request.out.show;
-  for (const SystemSpec& spec : scene.spec.systems) require_room_for_files(spec, files);
   return Run(request, scene, accounts, std::move(replays), registry, console).go();
 }
 

@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kInterval = 15 * 60;  // s, where nothing else is asked for
-constexpr double kLongest = 1e9;       // s, that clocks can count
+constexpr double kInterval = 15 * 60;     // s, where nothing else is asked for
+constexpr double kLongestInterval = 1e9;  // s, that clocks can count
 
 [[noreturn]] void fail(const std::string& what, const std::string& file, const std::string& why) {
   throw Error(ErrorKind::kIo,
@@ -66,7 +66,7 @@ RunCheckpoints::RunCheckpoints(const RunRequest& request, LoadedScene& scene, Co
       progress_(progress),
       file_(*request.snap),
       interval_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-          std::min(request.snap_every.value_or(kInterval), kLongest)))),
+          std::min(request.snap_every.value_or(kInterval), kLongestInterval)))),
       next_(Clock::now() + interval_) {
   const std::vector<std::string> names = names_beside_checkpoint(file_);
   if (names.empty()) return;

@@ -26,10 +26,10 @@
 namespace sim::cli {
 namespace {
 
-constexpr double kQuiet = 0.2;       // s between frames where nothing changes
-constexpr double kFrame = 1.0 / 60;  // s between two frames
-constexpr double kLongest = 0.1;     // s of steps without a picture
-constexpr double kShare = 0.75;      // of it, for steps
+constexpr double kQuiet = 0.2;           // s between frames where nothing changes
+constexpr double kFrame = 1.0 / 60;      // s between two frames
+constexpr double kLongestSilence = 0.1;  // s of steps without a picture
+constexpr double kStepShare = 0.75;      // of it, for steps
 
 using Clock = std::chrono::steady_clock;
 
@@ -180,7 +180,7 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
     Live& live = stage.live();
     next = std::max(next + span(kFrame), Clock::now());
     // Where drawing is slow, steps get as long a time: pictures are left out, not steps.
-    live.run(kShare * std::max(kFrame, std::min(drawn, kLongest)));
+    live.run(kStepShare * std::max(kFrame, std::min(drawn, kLongestSilence)));
     // Where nothing happens a few frames are enough, for whoever missed the last one.
     const bool changed = live.fresh() || shown->touched();
     if (!shown->wants_frame() || (!changed && Clock::now() < quiet)) continue;
@@ -209,7 +209,7 @@ void play_in_terminal(Live& live, const Caught& caught) {
     }
     if (Clock::now() < next) continue;
     next = std::max(next + span(kFrame), Clock::now());
-    live.run(kShare * kFrame);
+    live.run(kStepShare * kFrame);
     if (Clock::now() < next_picture) continue;
     next_picture = Clock::now() + span(2 * kFrame);
     put_control(std::cout, front.picture());
