@@ -157,8 +157,9 @@ def run(names, commands, timeout, **environment):
         command = commands[names[0]]
         if not command:
             cases = pathlib.Path(folder) / 'cases'
-            cases.write_text(''.join(f'"{name[5:]}"\n' for name in names))
-            command = [OUT / 'bin/sim_tests', '--abort', '--input-file', cases]
+            words = (name[5:].replace('\\', r'\\').replace(',', r'\,') for name in names)
+            cases.write_text(''.join(f'"{text}"\n' for text in words))
+            command = [OUT / 'bin/sim_tests', '--abort', '--warn', 'NoTests', '--input-file', cases]
         start = time.monotonic()
         process = subprocess.Popen(command, env={**os.environ, 'TMPDIR': folder, **environment}, cwd=OUT / 'tests',
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
