@@ -2,10 +2,13 @@
 // nonsense.
 #include "core/picture/raster/raster.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/picture/raster/samples.h"
 #include "core/picture/raster/text.h"
 #include "core/picture/raster/tone.h"
 
@@ -143,6 +146,48 @@ TEST_CASE("a triangle covers the pixels on its side of an edge") {
   sim::Raster raster(100, 100);
   raster.draw(picture);
   CHECK(raster.covered() == 50 * 100);
+}
+
+// A square of triangles, with corners on samples: each sample in it, but none on the lower and the
+// right edge, is in one of them. Corners lie on a grid of 1/256 pixel.
+TEST_CASE("triangles that share their edges share no sample and leave none out") {
+  using sim::raster::Samples;
+  constexpr int kPixels = 16;
+  sim::Eye eye;
+  eye.focal = 2.0F / kPixels;  // a pixel is a unit at distance 1
+  const sim::raster::Projection projection(eye, kPixels, kPixels);
+  const auto [x0, y0] = Samples::kPlaces[0];
+  const auto corner = [&](int i, int j, int size) {
+    return V3{static_cast<float>(512 + x0 + i * size) / 256 - kPixels / 2,
+              kPixels / 2 - static_cast<float>(512 + y0 + j * size) / 256, 1};
+  };
+  Samples samples(kPixels, kPixels);
+  const auto count = [&] {
+    int covered = 0;
+    for (int y = 0; y < kPixels; ++y)
+      for (int x = 0; x < kPixels; ++x)
+        covered += static_cast<int>(std::count_if(samples.ids(x, y), samples.ids(x, y) + 4,
+                                                  [](std::uint32_t id) { return id > 0; }));
+    return covered;
+  };
+  for (const auto& [size, cells, wanted] :
+       {std::array{1, 4, 1}, {32, 8, 4}, {256, 8, 256}, {512, 3, 144}})
+    for (const bool falling : {true, false}) {
+      CAPTURE(size, falling);
+      int sum = 0;
+      for (int i = 0; i < cells; ++i)
+        for (int j = 0; j < cells; ++j) {
+          const V3 a = corner(i, j, size), b = corner(i + 1, j, size), c = corner(i, j + 1, size),
+                   d = corner(i + 1, j + 1, size);
+          for (const auto& [p, q, r] :
+               {std::array{a, b, falling ? d : c}, {falling ? a : b, d, c}}) {
+            samples.clear(projection);
+            samples.triangle(1, p, q, r);
+            sum += count();
+          }
+        }
+      CHECK(sum == wanted);
+    }
 }
 
 TEST_CASE("what is nearer hides what is further, in any order") {
