@@ -23,10 +23,10 @@ enum class Accuracy { kSettle, kProject, kEvent };
 // second at its end, by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
-  // Throws Error{kScene} with the first of the free particles [0, count), or of all, that is inside
-  // at the start.
+  // Throws Error{kScene} with the first of the free particles [0, count) that is inside at the
+  // start.
   void add(std::unique_ptr<Collider> collider, const std::string& name, const ParticleView& initial,
-           int count = -1);
+           int count);
 
   // Those that were added as number so and so; the others act.
   void set_off(std::span<const std::size_t> colliders);

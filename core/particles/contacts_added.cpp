@@ -15,7 +15,6 @@ void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
     sides.push_back(std::move(collider));
   else
     bodies_.push_back({std::move(collider), parts_});
-  if (count < 0) count = initial.n;
   for (auto& side : sides) add_one(std::move(side), name, initial, count);
   ++parts_;
   set_off({});

@@ -47,7 +47,7 @@ class Floor final : public sim::Collider {
 template <class... Colliders>
 sim::Contacts contacts_of(Colliders... colliders) {
   sim::Contacts contacts;
-  (contacts.add(std::make_unique<Colliders>(colliders), "test", sim::ParticleView{}), ...);
+  (contacts.add(std::make_unique<Colliders>(colliders), "test", sim::ParticleView{}, 0), ...);
   return contacts;
 }
 
@@ -139,10 +139,11 @@ TEST_CASE("a start inside is refused with the particle and the depth, a pinned o
   const double zero[] = {0, 0}, y[] = {0.5, -0.25}, mass[] = {1, 1}, held[] = {1, HUGE_VAL};
   sim::ParticleView view{.n = 2, .x = zero, .y = y, .z = zero, .mass = mass};
   sim::Contacts contacts;
-  CHECK_THROWS_WITH(contacts.add(std::make_unique<Floor>(sim::Vec3(0, 1, 0)), "floor", view),
-                    Catch::Contains("particle 1 starts 0.25 m inside"));
+  CHECK_THROWS_WITH(
+      contacts.add(std::make_unique<Floor>(sim::Vec3(0, 1, 0)), "floor", view, view.n),
+      Catch::Contains("particle 1 starts 0.25 m inside"));
   CHECK(contacts.empty());
   view.mass = held;
-  contacts.add(std::make_unique<Floor>(sim::Vec3(0, 1, 0)), "floor", view);
+  contacts.add(std::make_unique<Floor>(sim::Vec3(0, 1, 0)), "floor", view, view.n);
   CHECK_FALSE(contacts.empty());
 }
