@@ -276,8 +276,10 @@ TEST_CASE("a question for the end is answered in the middle of a library call", 
     INFO(code);
     stop_now = 1;
     try {
-      load_scene(folder.write("scene.lua", code), registry,
-                 {.search_path = search_path(), .interrupted = [] { return stop_now != 0; }});
+      SceneOptions options;
+      options.search_path = search_path();
+      options.interrupted = [] { return stop_now != 0; };
+      load_scene(folder.write("scene.lua", code), registry, options);
       FAIL("no error");
     } catch (const Error& error) {
       CHECK(error.text().why == "interrupted");
