@@ -1,6 +1,8 @@
 // What a run says and how it ends.
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <iterator>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -157,6 +159,20 @@ TEST_CASE("a run that leaves the finite numbers stops and keeps its last frame")
   CHECK(cells_of(rows.back())[2] == "63");
   CHECK(rows.size() == 1 + 64 * static_cast<std::size_t>((steps + 6) / 7 + 1));
   CHECK(files_in(folder.path()) == 2);
+}
+
+TEST_CASE("a run that diverges tells the command that writes the last state before") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_sim({"scenes/cloth.lua", "euler", "0.02", "-s", "n=4", "-T", "20"});
+  CHECK(outcome.code == 4);
+  std::smatch first, look;
+  REQUIRE(std::regex_search(outcome.err, first, std::regex("\n  first .*, step ([0-9]+),")));
+  REQUIRE(std::regex_search(outcome.err, look, std::regex("\n  look +sim (.*)\n")));
+  std::istringstream words(look[1].str());
+  const std::vector<std::string> command{std::istream_iterator<std::string>(words), {}};
+  CHECK(run_sim(command, {.folder = folder.path()}).code == 0);
+  const auto rows = lines_of(read_text(folder.path() / "before.csv"));
+  CHECK(std::stol(cells_of(rows.back())[0]) == std::stol(first[1]) - 1);
 }
 
 TEST_CASE("verdicts say what was seen") {
