@@ -68,8 +68,7 @@ PetscErrorCode Stepper::tear_down() {
   PetscCall(SNESDestroy(&snes_));
   PetscCall(MatDestroy(&matrix_));
   PetscCall(MatDestroy(&positive_));
-  for (Vec* each : {&places_, &q_, &v_, &q0_, &v0_, &g_, &near_, &w_})
-    PetscCall(VecDestroy(each));
+  for (Vec* each : {&places_, &q_, &v_, &q0_, &v0_, &g_, &near_, &w_}) PetscCall(VecDestroy(each));
   for (Vec& each : k_) PetscCall(VecDestroy(&each));
   PetscFunctionReturn(0);
 }

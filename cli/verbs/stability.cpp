@@ -16,7 +16,7 @@ using study::Stability;
 
 constexpr std::size_t kStep = 10, kOff = 7, kDt = 9, kEnergy = 8;
 constexpr std::size_t kMostName = 20;  // of a name that its row stands beside
-constexpr std::size_t kShownRun = 1;  // the first of the runs at shares of the limit that is shown
+constexpr std::size_t kShownRun = 1;   // the first of the runs at shares of the limit that is shown
 
 std::string step_text(const std::optional<double>& step) {
   if (!step) return "-";

@@ -104,9 +104,9 @@ class LuaBudget {
   std::size_t memory_ = 0, refused_ = 0;  // bytes
   std::string refused_at_;                // where in the scene, by the limit or the system
   bool by_limit_ = false;
-  std::uint64_t objects_ = 0;             // made so far
-  const char* newest_ = nullptr;          // of them
-  std::ptrdiff_t userdata_offset_ = 0;    // bytes, of what a userdata holds, behind its beginning
+  std::uint64_t objects_ = 0;           // made so far
+  const char* newest_ = nullptr;        // of them
+  std::ptrdiff_t userdata_offset_ = 0;  // bytes, of what a userdata holds, behind its beginning
   lua_State *main_ = nullptr, *running_ = nullptr;
   End ended_ = End::kNone;
   std::string place_;

@@ -81,7 +81,7 @@ class Simulation {
   std::uint64_t hash() const;     // of the bits of the state and the step count
   Snapshot snapshot() const;
   Snapshot snapshot_without_state() const;  // for who reads state()
-  void restore(const Snapshot& snapshot);  // of this system: it goes on from there bit for bit
+  void restore(const Snapshot& snapshot);   // of this system: it goes on from there bit for bit
   // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or what a plugin throws,
   // and then leaves all as it was. A particle that is pinned or unpinned is at rest.
   void set_position(int i, const Vec3& x);

@@ -11,10 +11,10 @@ namespace sim::study {
 
 struct Rest {
   bool found = false;
-  double force = 0;      // N, the largest that is left on a free particle
-  double in_play = 0;    // N, the largest of a single kind of force on one
-  double potential = 0;  // J
-  Effort effort;         // steps: of growing length, each from rest
+  double force = 0;         // N, the largest that is left on a free particle
+  double in_play = 0;       // N, the largest of a single kind of force on one
+  double potential = 0;     // J
+  Effort effort;            // steps: of growing length, each from rest
   std::string why, remedy;  // where it was not found
 };
 

@@ -75,7 +75,6 @@ class PlainTerminal {
 
 class Tmux {
  public:
-
   Tmux(const std::string& command, const std::filesystem::path& socket) : socket_(socket.string()) {
     run({"-f", "/dev/null", "new-session", "-d", "-s", "s", "-x", "100", "-y", "40", command});
   }

@@ -15,7 +15,7 @@
 namespace sim::study {
 namespace {
 
-constexpr double kRoundings = 1e-11;     // of the sizes of what is added up
+constexpr double kRoundings = 1e-11;    // of the sizes of what is added up
 constexpr double kBelow = 1e-6;         // of the scene's size, that a particle may be inside
 constexpr double kFewParticles = 2000;  // whose evaluation costs nothing to speak of
 constexpr double kOneOf = 100, kOneOfOthers = 400;  // evaluations, of which a run affords a look
@@ -116,8 +116,8 @@ class KernelCriterion final : public Criterion {
     const std::string springs = plain_->springs_of(k, view, force - plain);
     words_ =
         (springs.empty() ? "the force of gravity and drag" : "the force of springs " + springs) +
-        " on particle " + std::to_string(plain_->ids()[k]) + " is " + force_text(force) + ", off by " +
-        brief((force - plain).norm(), 3) + " N from scalar code: a kernel is wrong";
+        " on particle " + std::to_string(plain_->ids()[k]) + " is " + force_text(force) +
+        ", off by " + brief((force - plain).norm(), 3) + " N from scalar code: a kernel is wrong";
   }
 
   void add_other(Force& force, const ParticleView& state, std::vector<PlainForces::Sum>& sums) {
