@@ -8,7 +8,7 @@ import tempfile
 TEXTS = ("</script><script>window.pwned=1</script>", "<img src=x onerror=window.pwned=1>",
          "\" onmouseover=window.pwned=1 x=\"", "' autofocus onfocus=window.pwned=1 x='",
          "<!--<script>", "@SOCKET@ @HEAD@ @DATA@ @LIVE@ text=DATA H=HEAD /*LIVE*/",
-         "\u2028window.pwned=1\u2029", "\\u003cscript\\u003e${window.pwned=1}`")
+         "\\u003cscript\\u003e${window.pwned=1}`")
 
 
 def write_scene():
