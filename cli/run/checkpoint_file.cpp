@@ -79,7 +79,7 @@ Checkpoint read_checkpoint(const std::string& file) {
   constexpr const char* kRemedy = "give a file that --snap or .snap wrote";
   if (std::error_code failed; std::filesystem::is_other(file, failed))
     refuse(file, "it is not a checkpoint file, for it is not a regular file", kRemedy);
-  // What is no checkpoint is not read to its end.
+  // A file that is no checkpoint is not read to its end.
   check_input_file(file, HUGE_VAL, kRemedy);
   std::string head(kHead, '\0');
   std::ifstream stream(file, std::ios::binary);

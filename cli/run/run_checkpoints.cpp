@@ -121,7 +121,7 @@ void RunCheckpoints::keep_previous() {
   }
 }
 
-// What fails once, as a system call may, is tried once more.
+// A call that fails once, as those of the system may, is tried once more.
 void RunCheckpoints::write(const std::vector<Account>& accounts) {
   for (bool again = false;; again = true) {
     try {

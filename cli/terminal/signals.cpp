@@ -22,7 +22,7 @@ volatile std::sig_atomic_t caught_signal = 0;
 volatile std::sig_atomic_t signals_since = 0;
 timespec first_since{};
 
-// Of a run.
+// The signals of a run.
 volatile std::sig_atomic_t run_signals = 0, checkpoint_owed = 0, end_owed = 0;
 timespec run_first{};
 

@@ -185,10 +185,11 @@ std::string Sweep::list() const {
 
 bool Sweep::recall(std::size_t index, bool with_failed) {
   if (!store_) return false;
-  KeptCase kept = store_->get(index, key(index));
-  if (kept.state == KeptCase::State::kDamaged && damaged_.empty())
+  StoredCase kept = store_->get(index, key(index));
+  if (kept.state == StoredCase::State::kDamaged && damaged_.empty())
     damaged_ = store_->file_of(index).string();
-  if (kept.state != KeptCase::State::kWhole || kept.result.fields.size() != fields()) return false;
+  if (kept.state != StoredCase::State::kWhole || kept.result.fields.size() != fields())
+    return false;
   if (const InputFile* const changed = contents_.changed(kept.result.inputs)) {
     if (changed_.empty()) changed_ = changed->name + " (" + changed->path + ")";
     return false;

@@ -53,15 +53,15 @@ std::string SweepStore::names() const { return (folder_ / "%06d.csv").string(); 
 
 // Lines of words between commas, the first of which says what the line is; the last one is the
 // checksum of all before it.
-KeptCase SweepStore::get(std::size_t index, std::uint64_t key) const {
+StoredCase SweepStore::get(std::size_t index, std::uint64_t key) const {
   std::ifstream in(file_of(index), std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(in), {});
   if (!in.is_open()) return {};
-  const KeptCase damaged{KeptCase::State::kDamaged};
+  const StoredCase damaged{StoredCase::State::kDamaged};
   const std::size_t size = text.size() - std::min(text.size(), kSumLine);
   const std::string_view body = std::string_view(text).substr(0, size);
   if (text.substr(size) != sum_line(body)) return damaged;
-  KeptCase kept{KeptCase::State::kWhole};
+  StoredCase kept{StoredCase::State::kWhole};
   std::istringstream lines{std::string(body)};
   for (std::string line; std::getline(lines, line);) {
     std::vector<std::string> words = csv_fields(line);

@@ -11,7 +11,7 @@
 
 namespace sim::cli {
 
-struct KeptCase {
+struct StoredCase {
   enum class State { kNone, kDamaged, kWhole };
 
   State state = State::kNone;  // none, too, where the row was made with another key
@@ -26,7 +26,7 @@ class SweepStore {
   std::string names() const;  // of its files, as FilePlan takes them
 
   // A case as it was put, held to its checksum.
-  KeptCase get(std::size_t index, std::uint64_t key) const;
+  StoredCase get(std::size_t index, std::uint64_t key) const;
 
   // Whole or not at all. Throws Error{kIo}.
   void put(std::size_t index, std::uint64_t key, const CaseResult& result) const;

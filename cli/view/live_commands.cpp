@@ -1,4 +1,4 @@
-// What is said to a live scene: checked, and done.
+// Commands to a live scene, checked and carried out.
 #include <algorithm>
 
 #include "cli/view/live.h"

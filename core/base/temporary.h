@@ -1,4 +1,4 @@
-// Where files and folders of a moment are made.
+// The folder in which temporary files and folders are made.
 #pragma once
 
 #include <filesystem>

@@ -75,7 +75,7 @@ class LuaBudget {
 
   // What to throw after the end; `place` where no line is known.
   ErrorText error(const std::string& place) const;
-  // What to throw where Lua was refused memory and could not be told.
+  // The error to throw where Lua was refused memory and could not be told.
   ErrorText memory_error(const std::string& place) const;
   // From another thread: has one call taken so much longer than it may that it cannot be stopped?
   // To be asked every second or so.

@@ -12,7 +12,7 @@ namespace sim {
 // A few operations of Lua take as long as they like and ask nobody (collecting a chain of weak
 // tables, a chain of __call). A thread looks at the processor time of each call and, some seconds
 // after the end of its budget, says so; who hears it ends the process.
-// Where the system gives no thread, nothing watches.
+// Nothing watches if the system gives no thread.
 class Watchdog {
  public:
   Watchdog(LuaBudget& budget, LuaOverrun overrun);

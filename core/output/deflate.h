@@ -17,7 +17,7 @@ std::string deflated(std::string_view bytes, int level = 6);
 // The same stream of bytes that come in pieces.
 class Deflater {
  public:
-  // Of more than `most` bytes nothing is kept.
+  // Nothing is stored of more than `most` bytes.
   explicit Deflater(int level, std::size_t most = std::numeric_limits<std::size_t>::max());
   ~Deflater();
   Deflater(const Deflater&) = delete;

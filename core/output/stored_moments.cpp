@@ -21,7 +21,7 @@ Frame head_of(const Frame& frame) {
 }  // namespace
 
 void StoredMoments::add(const Moment& moment) {
-  Kept kept;
+  StoredFrame kept;
   kept.at = file_.size();
   for (const Frame& frame : moment) {
     kept.head.push_back(head_of(frame));
@@ -35,7 +35,7 @@ void StoredMoments::add(const Moment& moment) {
 }
 
 Moment StoredMoments::get(std::size_t i) const {
-  const Kept& kept = kept_[i];
+  const StoredFrame& kept = kept_[i];
   Moment moment = kept.head;
   std::uint64_t at = kept.at;
   std::size_t next = 0;

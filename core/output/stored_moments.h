@@ -20,14 +20,14 @@ class StoredMoments final : public MomentStore {
   const Moment& head(std::size_t i) const override { return kept_[i].head; }
 
  private:
-  struct Kept {
+  struct StoredFrame {
     Moment head;
     std::vector<std::size_t> sizes;  // of the arrays of each frame in turn
     std::uint64_t at = 0;
   };
 
   ScratchFile file_;
-  std::vector<Kept> kept_;
+  std::vector<StoredFrame> kept_;
 };
 
 }  // namespace sim

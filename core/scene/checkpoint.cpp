@@ -28,7 +28,7 @@ std::uint64_t word_at(const char* bytes) {
   return word;
 }
 
-// Of bytes that come in pieces: words of 8 bytes, then the bytes behind the last one.
+// The hash of bytes that come in pieces: words of 8 bytes, then the bytes behind the last one.
 class ByteHash {
  public:
   // All pieces but the last are whole words.

@@ -22,7 +22,7 @@ constexpr double kRod = 1100;       // of a chain, whose matrix has no fill
 constexpr double kProducts = 4000;  // of implicit methods on constraints: vectors of GMRES
 constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
 
-// Of files of frames. A checkpoint is written from the state, and takes nothing.
+// The needs of files of frames. A checkpoint is written from the state, and takes nothing.
 constexpr double kModelParticle = 27;  // mass, triangles of a grid
 constexpr double kModelTie = 22;       // ends, rest length, stiffness
 constexpr double kFrames = 200;        // of a particle: the present frame, in all its copies

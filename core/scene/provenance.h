@@ -1,4 +1,4 @@
-// Where a run comes from: the program, the files and the arguments that made it.
+// The origin of a run: the program, the files and the arguments that made it.
 #pragma once
 
 #include <cstdint>

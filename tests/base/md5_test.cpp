@@ -5,7 +5,7 @@
 
 namespace {
 
-// Of the bytes (7 i + 3) mod 256 for i = 0, 1, .. n - 1; n from 0 to 130.
+// Digests of the bytes (7 i + 3) mod 256 for i = 0, 1, .. n - 1; n from 0 to 130.
 constexpr const char* kDigests[] = {
     "d41d8cd98f00b204e9800998ecf8427e", "8666683506aacd900bbd5a74ac4edf68",
     "c950ee5a697ceb1f1feafbca1147e254", "c9aee4810523ef8658121b8d492c6b41",

@@ -24,7 +24,7 @@ class Desk {
     options.close_after = close_after;
     return run_sim(arguments, options);
   }
-  // Of a shell in the folder, for which $SIM is the program.
+  // The outcome of a shell in the folder, for which $SIM is the program.
   Outcome shell(const std::string& script) const {
     ProgramOptions options;
     options.folder = folder_.path();

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 class Desk {
  public:
   fs::path path(const std::string& name) const { return folder_.path() / name; }
-  // Of a shell in the folder, where `run` is a run without an end that has begun.
+  // The outcome of a shell in the folder, where `run` is a run without an end that has begun.
   Outcome shell(const std::string& script) const {
     ProgramOptions options;
     options.folder = folder_.path();

@@ -1,4 +1,4 @@
-// What a stranger's scene, file or path brings reaches a terminal as characters.
+// Text of a stranger's scene, file or path reaches a terminal as characters.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -76,7 +76,7 @@ TEST_CASE("a wrong lane of a force is named") {
 
 TEST_CASE("a spring that a kernel evaluates wrongly by 1e-9 is named by its family") {
   sim::Registry registry = registry_with_wrong_kernels();
-  // As a scene in Lua says 100, and 100.0.
+  // A scene in Lua may say 100 or 100.0.
   for (const sim::Value& stiffness : {sim::Value(std::int64_t{100}), sim::Value(100.0)}) {
     sim::SystemSpec spec = make_net(9, 0);
     for (const char* name : {"right", "wrong"}) {

@@ -306,7 +306,7 @@ int plain_tostring(lua_State* L) {
   return 1;
 }
 
-// What %p stands for: a number for whatever is an object, as Lua's own for all else.
+// The text of %p: a number for whatever is an object, as Lua's own for all else.
 void push_pointer(lua_State* L, int index) {
   const std::uint64_t serial = LuaBudget::serial(L, index);
   if (serial == 0)

@@ -124,7 +124,7 @@ int Prompt::Impl::call_host(lua_State* L) {
   return 1;
 }
 
-// What the writer throws ends all Lua that runs.
+// An exception of the writer ends all Lua that runs.
 int Prompt::Impl::print_line(lua_State* L) {
   Impl& self = of(L);
   try {

@@ -31,7 +31,7 @@ double given_number(const PartSpec& part, const std::string& name) {
   return number ? *number : std::nan("");
 }
 
-// What each element gives for itself, or null.
+// The numbers that each element gives for itself, or null.
 const double* own_numbers(const PartSpec& part, const std::string& name) {
   const auto column = part.elements.values.find(name);
   return column == part.elements.values.end() ? nullptr : column->second.data();

@@ -95,7 +95,7 @@ void Monitor::look(const Energy* energy) {
     sound_ = start_size_ == 0 || largest(*system_) <= kExplosion * start_size_;
 }
 
-// What forces that do work gave is no explosion.
+// Energy that was given by forces that do work is no explosion.
 bool Monitor::exploded() const {
   const bool given =
       balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
