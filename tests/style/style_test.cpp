@@ -201,17 +201,24 @@ TEST_CASE("foreign libraries stay where they belong") {
 }
 
 TEST_CASE("the top level holds what it should and nothing else") {
-  const std::set<std::string> allowed = {"CMakeLists.txt",
-                                         "README.md",
-                                         "CHANGELOG.md",
+  const std::set<std::string> allowed = {"CHANGELOG.md",
+                                         "CITATION.cff",
+                                         "CMakeLists.txt",
                                          "CMakePresets.json",
-                                         "dev",
+                                         "CODE_OF_CONDUCT.md",
+                                         "CONTRIBUTING.md",
+                                         "LICENSE",
+                                         "README.md",
+                                         "SECURITY.md",
+                                         "THIRD_PARTY.md",
+                                         "build",
+                                         "cli",
                                          "core",
+                                         "dev",
+                                         "docs",
                                          "plugins",
                                          "scripts",
-                                         "cli",
-                                         "tests",
-                                         "build"};
+                                         "tests"};
   for (const auto& entry : fs::directory_iterator(SIM_SOURCE_DIR)) {
     const std::string name = entry.path().filename().string();
     INFO(name);
