@@ -1,12 +1,18 @@
-# What an installation holds: programs, kernel, plugins, scripts, headers, and how others find them.
+# What an installation holds: programs, both libraries, plugins, scripts, public headers, and how
+# others find them.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS simkernel sim_flags EXPORT sim LIBRARY DESTINATION lib)
+install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION lib)
 install(DIRECTORY scripts/ DESTINATION share/sim)
-install(DIRECTORY core/ DESTINATION include/sim/core
-  FILES_MATCHING PATTERN "*.h")
+# The public headers: what plugins and programs may include. All others may change at any time.
+file(STRINGS core/public_headers.txt public_headers)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core/public_headers.txt)
+foreach(header ${public_headers})
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES ${header} DESTINATION include/sim/${folder})
+endforeach()
 
-# find_package(sim) gives sim::simkernel and sim_add_plugin(NAME FILE...).
+# find_package(sim) gives sim::simkernel, sim::simlab and sim_add_plugin(NAME FILE...).
 set(package lib/cmake/sim)
 install(EXPORT sim NAMESPACE sim:: FILE sim-targets.cmake DESTINATION ${package})
 configure_package_config_file(core/sim-config.cmake.in ${PROJECT_BINARY_DIR}/sim-config.cmake
@@ -16,9 +22,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/sim-config-version.cmake
 install(FILES ${PROJECT_BINARY_DIR}/sim-config.cmake ${PROJECT_BINARY_DIR}/sim-config-version.cmake
   plugins/sim_add_plugin.cmake plugins/seal.cmake DESTINATION ${package})
 
-# pkg-config --cflags --libs sim
-configure_file(core/sim.pc.in ${PROJECT_BINARY_DIR}/sim.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/sim.pc DESTINATION lib/pkgconfig)
+# pkg-config --cflags --libs sim, the kernel; or simlab, with the laboratory
+foreach(package_file sim.pc simlab.pc)
+  configure_file(core/${package_file}.in ${PROJECT_BINARY_DIR}/${package_file} @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${package_file} DESTINATION lib/pkgconfig)
+endforeach()
 
 # A package of Debian: `cpack` in the build folder, or ./dev deb.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests need not be built for it

@@ -4,7 +4,8 @@ set(SIM_SEAL ${CMAKE_CURRENT_LIST_DIR}/seal.cmake)
 
 function(sim_add_plugin name)
   add_library(${name} MODULE ${ARGN})
-  target_link_libraries(${name} PRIVATE sim::simkernel)
+  # It needs the laboratory only if it uses it: forces and methods run in programs without one.
+  target_link_libraries(${name} PRIVATE -Wl,--as-needed sim::simlab sim::simkernel)
   # A precompiled header that plugins share must not see the name of one of them: no DEFINE_SYMBOL.
   set_target_properties(${name} PROPERTIES PREFIX "" DEFINE_SYMBOL "" CXX_EXTENSIONS OFF
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs a build into a folder, moves the folder, and makes a plugin against it outside the tree:
-# with find_package(sim), and with the flags of pkg-config. Both have to run in the installed
-# program, and to give the same bits.
+# Installs a build into a folder, moves the folder, and makes a plugin against it outside the tree,
+# and a program on the kernel alone: with find_package(sim), and with the flags of pkg-config. The
+# plugins have to run in the installed program; plugins and programs have to give the same bits.
 # usage: outside.sh BUILD SOURCE CMAKE CXX
 set -euo pipefail
 
@@ -38,3 +38,28 @@ export PKG_CONFIG_PATH=$place/prefix/lib/pkgconfig
 "$cxx" -O2 -shared attraction/attraction.cpp -o attraction.so $(pkg-config --cflags --libs sim)
 by_hand=$(orbit attraction.so) || fail 'the plugin of pkg-config does not run'
 [[ $by_cmake == "$by_hand" ]] || fail "two results: $by_cmake, $by_hand"
+
+# The program of core/README.md: as scenes/cloth.lua, without the laboratory and without Lua.
+"$cmake" -S "$source/tests/install/program" -B program -DCMAKE_PREFIX_PATH="$place/prefix" \
+  -DCMAKE_CXX_COMPILER="$cxx" >cmake.log || { cat cmake.log; exit 1; }
+"$cmake" --build program >>cmake.log || { cat cmake.log; exit 1; }
+# shellcheck disable=SC2046
+"$cxx" "$source/tests/install/program/cloth.cpp" -o cloth -Wl,-rpath,"$place/prefix/lib" \
+  $(pkg-config --cflags --libs sim)
+wanted=$("$sim" scenes/cloth.lua --quiet --json | sed -n 's/.*"hash":"\([^"]*\)".*/\1/p')
+for program in program/cloth ./cloth; do
+  said=$("$program" "$place/prefix/lib/sim/plugins") || fail "$program does not run"
+  [[ $said == *"hash $wanted" ]] || fail "$program says '$said', the scene has hash $wanted"
+  LD_DEBUG=libs "$program" "$place/prefix/lib/sim/plugins" 2>libraries >/dev/null
+  grep -q libsimkernel libraries || fail 'the libraries of the program are not known'
+  ! grep -E 'find library=lib(simlab|lua)' libraries || fail "$program needs the laboratory"
+done
+
+# What is not public is not there.
+for header in $(cd "$source" && find core -name '*.h'); do
+  if grep -qx "$header" "$source/core/public_headers.txt"; then
+    [[ -f prefix/include/sim/$header ]] || fail "$header is not installed"
+  else
+    [[ ! -e prefix/include/sim/$header ]] || fail "$header is installed, but not public"
+  fi
+done

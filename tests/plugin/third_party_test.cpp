@@ -71,6 +71,15 @@ TEST_CASE("the README prints the example plugins as they are compiled") {
   }
 }
 
+// install/outside.sh builds it with what is installed, and compares its bits with those of the
+// scene.
+TEST_CASE("the README of the kernel prints the program on the kernel alone as it is compiled") {
+  const fs::path root = SIM_SOURCE_DIR;
+  const std::string source = text_of(root / "tests" / "install" / "program" / "cloth.cpp");
+  CHECK_THAT(text_of(root / "core" / "README.md"), Contains("```cpp\n" + source + "```\n"));
+  CHECK(std::count(source.begin(), source.end(), '\n') < 35);
+}
+
 TEST_CASE("a third-party force works like the kernel's own") {
   sim::Registry registry = make_registry();
   registry.load(fixture("attraction"));

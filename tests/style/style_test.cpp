@@ -143,6 +143,63 @@ TEST_CASE("includes follow the layers of the tree") {
   CHECK(checked > 20);
 }
 
+// The rooms of a library, as the top CMakeLists.txt says.
+std::set<std::string> rooms_of(const std::string& library) {
+  const std::regex list("^set\\(" + library + "_rooms (.+)\\)$");
+  std::set<std::string> rooms;
+  for (const std::string& line : lines_of(fs::path(SIM_SOURCE_DIR) / "CMakeLists.txt"))
+    if (std::smatch match; std::regex_search(line, match, list)) {
+      std::istringstream names(match[1].str());
+      for (std::string name; names >> name;) rooms.insert("core/" + name);
+    }
+  return rooms;
+}
+
+TEST_CASE("the kernel includes nothing of the laboratory, the plugins or the programs") {
+  const std::set<std::string> kernel = rooms_of("kernel"), lab = rooms_of("lab");
+  std::set<std::string> all = kernel, present;
+  all.insert(lab.begin(), lab.end());
+  CHECK(all.size() == kernel.size() + lab.size());
+  for (const auto& entry : fs::directory_iterator(fs::path(SIM_SOURCE_DIR) / "core"))
+    if (entry.is_directory()) present.insert("core/" + entry.path().filename().string());
+  CHECK(present == all);
+  int checked = 0;
+  for (const File& file : cpp_files({"core"})) {
+    if (!kernel.contains(part_of(file.path))) continue;
+    for (const std::string& include : includes_of(file)) {
+      if (!is_of_tree(include)) continue;
+      INFO(file.path << " includes " << include);
+      CHECK(kernel.contains(part_of(include)));
+      ++checked;
+    }
+  }
+  CHECK(checked > 100);
+}
+
+TEST_CASE("plugins include public headers and their own folder, which public headers do as well") {
+  const std::vector<std::string> list =
+      lines_of(fs::path(SIM_SOURCE_DIR) / "core" / "public_headers.txt");
+  CHECK(std::ranges::is_sorted(list));
+  const std::set<std::string> open(list.begin(), list.end());
+  for (const std::string& header : open) {
+    INFO("core/public_headers.txt has " << header);
+    CHECK(fs::is_regular_file(fs::path(SIM_SOURCE_DIR) / header));
+  }
+  int checked = 0;
+  for (const File& file : cpp_files({"core", "plugins"})) {
+    const bool plugin = file.path.starts_with("plugins/");
+    if (!plugin && !open.contains(file.path)) continue;
+    for (const std::string& include : includes_of(file)) {
+      if (!is_of_tree(include)) continue;
+      if (plugin && fs::path(include).parent_path() == file.folder()) continue;
+      INFO(file.path << " includes " << include << ", which core/public_headers.txt lacks");
+      CHECK(open.contains(include));
+      ++checked;
+    }
+  }
+  CHECK(checked > 100);
+}
+
 // A unit is a header and the source of the same name. The sources that make what is built upon
 // their own header: the only ones that may close a circle.
 const std::set<std::string> kFactories = {
