@@ -50,7 +50,9 @@ std::string help_list() {
   for (const Command& command : commands()) {
     if (section != command.section) text += std::string("\n") + command.section + "\n";
     section = command.section;
-    text += wrapped("  " + left(use_of(command), kUseWidth) + command.help, kUseWidth + 2) + "\n";
+    text +=
+        wrapped("  " + left(use_of(command), kUseWidth - 1) + " " + command.help, kUseWidth + 2) +
+        "\n";
   }
   return text +
          "\nA command may be shortened while it is clear; each is a function: sim.step(9)\n"

@@ -63,7 +63,7 @@ bool logarithmic(const std::vector<ChartCurve>& curves) {
 }  // namespace
 
 int plot_table(const PlotRequest& request, Console& console) {
-  const SweepCases table = cases_in(request.table);
+  const SweepCases table = table_in(request.table);
   const std::vector<ChartCurve> curves = curves_of(table, request);
   const std::filesystem::path source = request.table;
   const std::string out = request.out.empty()

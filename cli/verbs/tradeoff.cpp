@@ -93,6 +93,9 @@ std::string error_text(const WorkPrecision& study, const Point& point) {
   return point.rms > floor ? brief(point.rms, 3) : "<" + brief(floor, 2);
 }
 
+// Six digits and more would fill the column.
+std::string cost_text(double cost) { return brief(cost, cost < 99999.5 ? 5 : 3); }
+
 // It has constraints, of which the methods leave some.
 bool drifts(const WorkPrecision& study) {
   return std::ranges::any_of(study.curves, [](const Curve& curve) {
@@ -116,7 +119,7 @@ std::string table_text(const WorkPrecision& study) {
     text += (on_front(study, place) ? "* " : "  ") + first_cell(curve.method.label, width - 2) +
             right(order_text(curve), 7) +
             right(brief(point.tolerance > 0 ? point.tolerance : point.dt, 3), 9) +
-            right(brief(study.cost(place), 5), 9) + right(error_text(study, point), 10) +
+            right(cost_text(study.cost(place)), 9) + right(error_text(study, point), 10) +
             (drift ? "" : right(brief(point.rms / study.size, 2), 9)) +
             right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 8) +
             right(brief(1e3 * point.seconds, 2), 7) +

@@ -21,7 +21,11 @@ std::string brief(double value, int digits) {
 }
 
 std::string percent(double part, double whole, int digits) {
-  return brief(whole > 0 ? 100 * part / whole : 0, digits) + " %";
+  const double value = whole > 0 ? 100 * part / whole : 0;
+  // Whole percents up to 999 are written out: "120 %", not "1.2e+02 %".
+  return brief(value,
+               std::abs(value) >= 99 && std::abs(value) < 999 ? std::max(digits, 3) : digits) +
+         " %";
 }
 
 void append_number(std::string& out, double value) {
