@@ -11,6 +11,7 @@ function(sim_rooms target folder)
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   get_target_property(sources ${target} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "^\\$<")  # objects of other targets
   foreach(source ${sources})
     file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR}/${folder} ${source})
     string(REGEX REPLACE "/.*" "" room ${path})
