@@ -116,8 +116,7 @@ void Live::run(double seconds) {
     const auto start_of_steps = Clock::now();
     const std::int64_t steps = player_.advance(std::min(most, accounts_.front().due()));
     if (steps == 0) {
-      failure_ = failure();
-      playing_ = false;
+      fail_as_player();
       break;
     }
     taken_ += steps;
@@ -155,9 +154,8 @@ void Live::stop_explosion() {
     const Simulation& system = player_.system(i);
     const std::string text = "diverged: the energy of " + system.name() +
                              " rose a million times by t = " + brief(system.t()) + " s";
-    playing_ = false;
     go_to(i == 0 ? good : player_.step_at(system.t(good)));
-    failure_ = text + limit_words(i);
+    fail(i, text + limit_words(i));
   }
 }
 
@@ -189,15 +187,25 @@ void Live::travel(const std::function<bool()>& go_on) {
            player_.advance(std::min<std::int64_t>(8, travel_->to - player_.step())) > 0)
       for (EnergyAccount& each : accounts_) each.stepped();
     if (!more) return;
-    if (player_.failed() >= 0) failure_ = failure();
+    if (player_.failed() >= 0) fail_as_player();
   }
   travel_.reset();
 }
 
 void Live::settle() {
   for (EnergyAccount& each : accounts_) each.stepped();
-  failure_.clear();
   debt_ = 0;
+}
+
+void Live::begin_anew() {
+  failure_.clear();
+  settle();
+}
+
+void Live::fail(std::size_t system, std::string words) {
+  failure_ = std::move(words);
+  failed_ = system;
+  playing_ = false;
 }
 
 void Live::measure_limits() {
@@ -211,12 +219,12 @@ void Live::measure_limits() {
 }
 
 // In the words of a run.
-std::string Live::failure() {
+void Live::fail_as_player() {
   const auto i = static_cast<std::size_t>(std::max(0, player_.failed()));
   Simulation& system = player_.system(i);
   Track track(scene_.spec.systems[i], system, system.step_count(), Track::kNever, Track::kNever);
   track.mark_diverged();
-  return "diverged: " + track.verdict().reason + limit_words(i);
+  fail(i, "diverged: " + track.verdict().reason + limit_words(i));
 }
 
 // --- Hands ------------------------------------------------------------------------------------
@@ -269,8 +277,9 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
   before_[system] = std::min(before_[system], player_.timeline(system).actions());
   perform(system, action);
   if (grabs && !held) hands_.push_back({system, action.particle, from});
-  if (action.what == Action::What::kRelease) std::erase_if(hands_, same);
-  settle();
+  const bool releases = action.what == Action::What::kRelease;
+  if (releases) std::erase_if(hands_, same);
+  releases ? settle() : begin_anew();
   if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
     accounts_[system].travelled();
   const bool pins = action.what == Action::What::kPin || action.what == Action::What::kUnpin;
@@ -289,6 +298,7 @@ Moment Live::moment() {
 // As that of a run which ends here, but for what only a run that has ended can be asked: whether
 // positions that differ with half the step do so by the step or by chaos.
 std::string Live::verdict(std::size_t i) {
+  if (!failure_.empty() && failed_ == i) return failure_;
   constexpr double kWrong = 0.02;  // of the size, as in a verdict
   const study::Parting parted = measured_.parted(i);
   const bool right = parted.verified() && parted.share <= kWrong;

@@ -70,10 +70,12 @@ class Live {
   void let_go(std::uint64_t from);
   void go_to(std::int64_t step);
   void travel(const std::function<bool()>& go_on);
-  void settle();  // after anything but steps
+  void settle();      // after anything but steps
+  void begin_anew();  // likewise, where another run begins than the one that failed
+  void fail(std::size_t system, std::string words);
   void measure_limits();
   bool few() const;
-  std::string failure();
+  void fail_as_player();
   std::string verdict(std::size_t system);
   std::string limit_words(std::size_t system);
   void stop_explosion();
@@ -104,7 +106,9 @@ class Live {
   double spent_ = 0, wall_ = 0, simulated_ = 0;  // s, since the last measurement
   std::int64_t taken_ = 0;
   double us_ = 0, real_ = 0;
+  // Why the run stopped, until it goes on or another one begins.
   std::string failure_;
+  std::size_t failed_ = 0;  // the system that did
 };
 
 }  // namespace sim::cli

@@ -113,7 +113,7 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
       any = any || player_.timeline(i).actions() > before_[i];
     if (!any || !player_.undo()) refuse_word("nothing to undo", "no hand has done anything");
     measured_.begin_anew();
-    settle();
+    begin_anew();
     shares_stale_ = true;
   } else if (word == "reset") {
     hands_.clear();
@@ -124,7 +124,7 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
     accounts_.clear();
     for (std::size_t i = 0; i < player_.count(); ++i)
       accounts_.emplace_back(player_, i, scene_.spec.systems[i], registry_);
-    settle();
+    begin_anew();
   } else if (word == "colour") {
     measured_.ask(from, argument);
   } else if (word == "bye") {

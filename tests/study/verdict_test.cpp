@@ -8,6 +8,7 @@
 #include "core/lua/scene/scene_file.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -324,4 +325,34 @@ TEST_CASE("what forces give to a particle at rest is no explosion") {
   INFO(text(driven));
   CHECK(driven.trust == Trust::kTrusted);
   CHECK(driven.figures.energy < 1e-3);
+}
+
+// Looks are rare where they cost much. In free fall the kinetic energy is m (g t)^2/2 = 48.1 J.
+TEST_CASE("a verdict is of the state that it is asked at, not of the last look") {
+  const sim::SystemSpec spec = make_falling(1, 0);
+  sim::Registry registry = make_registry();
+  sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = 0.01});
+  sim::study::Monitor monitor(spec, system, 100, &registry);
+  const sim::Energy start = system.energy();
+  monitor.look(&start);
+  CHECK(text(monitor.verdict()).find("hardly anything moves") != std::string::npos);
+  REQUIRE(run(system, 100));
+  monitor.advance(100);
+  const std::string words = text(monitor.verdict());
+  INFO(words);
+  CHECK(words.find("hardly anything moves") == std::string::npos);
+  CHECK(words.find("trusted: energy to ") == 0);
+}
+
+// The energy of a neo-Hookean cell is a sum of terms of mu, 3.4e4 Pa, that cancel at rest: what is
+// left is rounding, some 1e-16 of mu times the volume of 2e-3 m^3.
+TEST_CASE("a solid at rest without forces is at rest, though its energy is rounding") {
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local bar = sim.grid { 5, 3, 3, du = {0.05, 0, 0}, dv = {0, 0.05, 0}, dw = {0, 0, 0.05} }\n"
+      "return sim.scene { particles = bar, dt = 1e-4, forces = { sim.force.solid {\n"
+      "  cells = sim.cells { grid = bar }, young = 1e5, poisson = 0.45, density = 900,\n"
+      "  model = 'neo_hookean' } }, integrator = 'verlet', duration = 1 }");
+  const std::string words = text(verdict_of(scene.systems.front(), "verlet", 1e-4, 0.1));
+  INFO(words);
+  CHECK(words.find("trusted: hardly anything moves") == 0);
 }

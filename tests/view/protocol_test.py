@@ -280,9 +280,28 @@ def test_diverges(server):
     page.say("dt 0.2"), page.say("play")
     failed = page.until(lambda s: s["failure"])
     assert failed["failure"].startswith("diverged") and "try dt" in failed["failure"]
+    # It has diverged for whoever looks at it later, at whatever state before.
+    Socket(server).close()
+    page.say("colour error"), page.say("back 1"), page.say("speed 3")
+    later = page.until(lambda s: s["speed"] == 3)
+    for each in (failed, later):
+        assert each["systems"][0]["verdict"] == failed["failure"] == each["failure"], each
     page.say("reset"), page.say("dt 0.005"), page.say("play")
     page.until(lambda s: not s["failure"] and s["systems"][0]["step"] > 10)
     page.close()
+
+
+def test_moves():
+    """A verdict knows the state that it is shown with, however dear a look at it is."""
+    with Server(PROGRAM, "scenes/cloth.lua", record=False) as server:
+        page = Socket(server)
+        page.until(lambda s: s["page"] == 0)
+        page.say("set n 80"), page.until(lambda s: s["page"] == 1)
+        verdict = page.until(lambda s: s["systems"][0]["kinetic"] > 0.1)["systems"][0]["verdict"]
+        assert "hardly anything moves" not in verdict, verdict
+        page.close()
+        server.stop()
+    print("test_moves ok")
 
 
 def test_browser_launch():
@@ -342,6 +361,7 @@ if __name__ == "__main__":
     run(test_nothing_else_of_http)
     run(test_garbage)
     run(test_each_word)
+    test_moves()
     run(test_cost, "scenes/cloth.lua", "-s", "n=64")
     run(test_flood)
     run(test_diverges)

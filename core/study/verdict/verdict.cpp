@@ -75,6 +75,7 @@ Monitor& Monitor::operator=(Monitor&&) noexcept = default;
 // Momentum holds no longer where a hand pulled.
 void Monitor::touched(double energy) {
   for (const auto& criterion : criteria_) criterion->touched();
+  looked_ = -1;
   if (!balance_) return;
   balance_->touched(energy);
   start_.potential += energy;
@@ -82,6 +83,7 @@ void Monitor::touched(double energy) {
 }
 
 void Monitor::look(const Energy* energy) {
+  looked_ = system_->step_count();
   if (energy) {
     highest_ = std::max(highest_, energy->total() - start_.total());
     const double moving = energy->kinetic + std::abs(energy->potential - start_.potential);
@@ -102,7 +104,14 @@ bool Monitor::exploded() const {
   return !given && start_scale_ > 0 && highest_ > kExplosion * start_scale_;
 }
 
+void Monitor::look_at_present() {
+  if (looked_ == system_->step_count()) return;
+  if (!balance_) return look(nullptr);
+  if (const Energy energy = system_->energy(); std::isfinite(energy.total())) look(&energy);
+}
+
 Verdict Monitor::verdict(const Parting& parting) {
+  look_at_present();
   Verdict verdict;
   verdict.figures.shadow = parting;
   verdict.figures.strain = parting.strain;

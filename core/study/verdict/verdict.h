@@ -93,11 +93,15 @@ class Monitor {
 
   bool exploded() const;                 // as far as the looks say: far above the start
   bool sound() const { return sound_; }  // not, and energy mostly kept, at the last look
-  // Of the run up to the present state; `parting` from its shadow, where it had one.
+  // Of the run up to the present state, which is looked at if the last look was not at it;
+  // `parting` from its shadow, where it had one.
   Verdict verdict(const Parting& parting = {});
 
  private:
+  void look_at_present();
+
   Simulation* system_;
+  std::int64_t looked_ = -1;                // the step of the last look
   std::unique_ptr<EnergyBalance> balance_;  // null in a first-order system
   double start_scale_ = 0;  // J, at the start and the first time that anything moves
   double highest_ = 0;      // J, rise of E above the start
