@@ -5,9 +5,9 @@
 #include <set>
 
 #include "core/particles/constraints/holding.h"
+#include "core/particles/elements/tetrahedra.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
-#include "core/particles/solid/tetrahedra.h"
 #include "core/scene/simulation.h"
 
 namespace sim {

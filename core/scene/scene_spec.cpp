@@ -1,6 +1,6 @@
 #include "core/scene/scene_spec.h"
 
-#include "core/particles/solid/tetrahedra.h"
+#include "core/particles/elements/tetrahedra.h"
 
 namespace sim {
 

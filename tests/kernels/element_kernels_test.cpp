@@ -1,10 +1,10 @@
 // Kernels of triangles and cells, compared with plain loops.
 #include "core/base/bits.h"
 #include "core/base/team.h"
-#include "core/particles/solid/solid_forces.h"
-#include "core/particles/solid/tetrahedra.h"
+#include "core/particles/elements/tetrahedra.h"
 #include "core/particles/surface_contact/unfolded.h"
-#include "core/particles/wind/wind_forces.h"
+#include "plugins/forces/fem/solid_forces.h"
+#include "plugins/forces/wind/wind_forces.h"
 #include "tests/support/kernel_cases.h"
 
 using namespace sim_test;

@@ -1,7 +1,7 @@
 // Kernels of pairs of particles, compared with sums over all pairs.
-#include "core/particles/fluid/fluid_forces.h"
-#include "core/particles/fluid/fluid_rows.h"
 #include "core/particles/neighbours/pair_forces.h"
+#include "plugins/forces/fluid/fluid_forces.h"
+#include "plugins/forces/fluid/fluid_rows.h"
 #include "tests/support/kernel_lists.h"
 
 using namespace sim_test;

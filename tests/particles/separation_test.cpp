@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "core/particles/surface_contact/crossings.h"
+#include "core/particles/elements/crossings.h"
 #include "core/particles/surface_contact/unfolded.h"
 #include "tests/support/table.h"
 

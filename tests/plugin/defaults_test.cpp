@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/particles/elements/tetrahedra.h"
 #include "core/particles/rigid_motion.h"
-#include "core/particles/solid/tetrahedra.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

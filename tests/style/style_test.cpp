@@ -63,6 +63,12 @@ std::string part_of(const std::string& path) {
   return second == std::string::npos ? top : path.substr(0, second);
 }
 
+// The folder of a plugin that is one, plugins/forces/fluid; else empty.
+std::string physics_of(const File& file) {
+  const std::string folder = file.folder();
+  return folder.starts_with("plugins/") && std::ranges::count(folder, '/') == 2 ? folder : "";
+}
+
 // What each part may include besides its own files. An entry is a part or one header.
 const std::set<std::string> kGround = {"core/base", "core/simd", "core/math"};
 
@@ -241,7 +247,11 @@ TEST_CASE("includes are written from the top of the tree and exist") {
       std::smatch match;
       if (!std::regex_search(line, match, quoted) || match[1] == kGenerated) continue;
       INFO(file.path << " includes " << match[1].str());
-      CHECK(fs::is_regular_file(fs::path(SIM_SOURCE_DIR) / match[1].str()));
+      // A physics stands anywhere: it includes its own files by their names, and no other plugin.
+      const std::string own = physics_of(file);
+      const bool bare = match[1].str().find('/') == std::string::npos;
+      CHECK_FALSE((!own.empty() && match[1].str().starts_with("plugins/")));
+      CHECK(fs::is_regular_file(fs::path(SIM_SOURCE_DIR) / (bare ? own : "") / match[1].str()));
     }
   }
 }
@@ -319,9 +329,10 @@ TEST_CASE("files are short and headers begin with their purpose") {
 TEST_CASE("constants of files hide none of their room's headers") {
   const std::regex constant(R"(^(?:inline |static )?constexpr .*?\b(k[A-Z]\w*)\b)");
   const auto room = [](const File& file) {
+    if (const std::string own = physics_of(file); !own.empty()) return own;
     return file.path.substr(0, file.path.find('/', file.path.find('/') + 1));
   };
-  const std::vector<File> files = cpp_files({"core", "cli"});
+  const std::vector<File> files = cpp_files({"core", "cli", "plugins"});
   std::map<std::pair<std::string, std::string>, std::string> of_headers;  // room and name: header
   const auto each_constant = [&](const File& file, const auto& visit) {
     for (const std::string& line : file.lines)
@@ -343,7 +354,7 @@ TEST_CASE("constants of files hide none of their room's headers") {
 
 TEST_CASE("a file that is compiled once an instruction set says so in its name") {
   int kernels = 0;
-  for (const File& file : cpp_files({"core"})) {
+  for (const File& file : cpp_files({"core", "plugins"})) {
     if (file.header()) continue;
     INFO(file.path);
     const auto includes = includes_of(file);
@@ -352,13 +363,15 @@ TEST_CASE("a file that is compiled once an instruction set says so in its name")
     CHECK(several == file.path.ends_with("_kernel.cpp"));
     if (!several) continue;
     ++kernels;
-    CHECK(std::ranges::find(file.lines, "#define SIM_THIS_FILE \"" + file.path + "\"") !=
+    const std::string own = physics_of(file);
+    const std::string name = own.empty() ? file.path : file.path.substr(own.size() + 1);
+    CHECK(std::ranges::find(file.lines, "#define SIM_THIS_FILE \"" + name + "\"") !=
           file.lines.end());
   }
   CHECK(kernels >= 6);
 }
 
-TEST_CASE("every plugin file has its line in CMakeLists.txt") {
+TEST_CASE("every plugin, a file or a folder, has its line in CMakeLists.txt") {
   std::set<std::string> named;
   for (const std::string& line : lines_of(fs::path(SIM_SOURCE_DIR) / "CMakeLists.txt"))
     if (std::smatch match;
@@ -368,7 +381,8 @@ TEST_CASE("every plugin file has its line in CMakeLists.txt") {
     }
   std::set<std::string> present;
   for (const File& file : cpp_files({"plugins", "core"}))
-    if (file.path.starts_with("plugins/") && file.path.ends_with(".cpp")) present.insert(file.path);
+    if (file.path.starts_with("plugins/") && file.path.ends_with(".cpp"))
+      present.insert(physics_of(file).empty() ? file.path : physics_of(file));
   CHECK(named == present);
   CHECK(named.size() >= 8);
 }

@@ -5,7 +5,7 @@
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
-#include "core/particles/solid/tetrahedra.h"
+#include "core/particles/elements/tetrahedra.h"
 
 namespace sim {
 

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/particles/surface_contact/crossings.h"
+#include "core/particles/elements/crossings.h"
 
 namespace sim {
 namespace {

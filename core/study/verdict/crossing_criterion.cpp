@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "core/base/text.h"
+#include "core/particles/elements/crossings.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/surface_contact/crossings.h"
 #include "core/particles/surface_contact/surface_contact.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"

@@ -1,0 +1,69 @@
+// A fluid that keeps its density: what is led back behind each step.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "core/particles/projection.h"
+#include "fluid_rows.h"
+#include "pressure_solve.h"
+
+namespace sim {
+
+// Two problems of complementarity, after Bender & Koschier (2015), Divergence-free smoothed
+// particle hydrodynamics, Proc. SCA 147-155, with the densities and walls of FluidLaw:
+//   places      n(x - M^-1 J' p) <= 1        in places alone, as often as it takes
+//   viscosity   M (v' - v) = -h K v', with the pairs of FluidLaw: no step is too long for it
+//   velocities  h J(v - M^-1 J' p) <= max(0, 1 - n)      in velocities alone
+// with p >= 0 that is 0 wherever a row is not at its limit, for a fluid can be torn. All of it is
+// of first order, keeps momentum, and takes energy, which whoever calls has to book. Velocities are
+// not led by what places miss, as in the paper: that gives energy.
+class FluidProjection final : public Projection {
+ public:
+  // error: of the density, the mean of max(n - 1, 0); ten times that of a single particle.
+  FluidProjection(double error, std::vector<int> ids) : error_(error), ids_(std::move(ids)) {}
+
+  void add_wall(std::unique_ptr<Collider> collider) { rows_.add_wall(std::move(collider)); }
+  void bind(const FluidLaw& law, const ParticleView& initial);
+  int count() const { return static_cast<int>(mass_.size()); }  // particles
+
+  // Its memory: their pressures, Pa, from which those of the next step are looked for.
+  bool project(const End& end, Team& team) override;
+  bool leads(int particle) const override {
+    return ids_.empty() || std::ranges::binary_search(ids_, particle);
+  }
+  Account account() const override;
+  void forget() override;
+
+ private:
+  struct Counts {
+    long steps = 0, missed = 0, products = 0;
+    double mean = 0, worst = 0;  // of n - 1, the largest
+  };
+  ParticleView own(const ParticleView& view);
+  bool is_free(int k) const { return mass_[static_cast<std::size_t>(k)] < HUGE_VAL; }
+  int id_at(int place) const;
+  bool meets_error();
+  void load(const double* const* v);  // ways_ := v of each place
+  void add(const double* changes, double* const* to) const;
+  bool correct_places(const End& end, Team& team);
+  bool brake(const End& end, Team& team);
+  bool correct_velocities(const End& end, Team& team);
+
+  FluidLaw law_;
+  double error_;
+  std::vector<int> ids_;
+  FluidRows rows_;
+  PressureSolve solve_;
+  PlaceSums sum_;
+  Array own_, mass_;                                // of each particle
+  Array wanted_, rates_, ways_;                     // of each place
+  Array changes_, residual_, direction_, product_;  // of viscosity
+  double mean_ = 0, worst_ = 0;
+  bool met_ = true;  // all of the last step
+  Counts counts_;
+};
+
+}  // namespace sim

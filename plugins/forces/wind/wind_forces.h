@@ -1,0 +1,69 @@
+// Wind on a surface: the force of the air on each triangle, a third of it on each corner.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "air.h"
+#include "core/base/array.h"
+#include "core/base/team.h"
+#include "core/particles/elements/incidence.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/force_sweep.h"
+#include "wind_law.h"
+
+namespace sim {
+
+// Triangles a, a + b, a + c for the bits a, as grids have them; b, c > 0.
+struct TriangleRun {
+  std::int64_t b = 0, c = 0;
+  std::vector<std::uint8_t> bits;  // of the first corner, eight to an entry
+};
+
+// Wind on triangles in runs, each evaluated once, at its first corner; the others find their third
+// of its force in a ring.
+class WindSweep final : public ForceSweep {
+ public:
+  // All of these stay where they are.
+  WindSweep(const WindLaw& law, const Air& air, std::span<const TriangleRun> runs);
+
+  int reach() const override { return reach_; }
+  void start(const ParticleView& view, int begin) override;
+  void add(const ParticleView& view, Tile tile, ForceSink sink) override;
+
+ private:
+  WindLaw law_;
+  WindKernels kernels_ = wind_kernels();
+  const Air* air_;
+  AirNow now_;
+  int reach_ = 0;
+  std::vector<TriangleRing> rings_;
+  Array memory_;
+  std::int64_t turn_ = 0;  // where the next block goes in every ring, without its wraps
+};
+
+class WindForces {
+ public:
+  WindForces(const WindLaw& law, const Air& air, const TriangleMesh& surface);
+
+  void prepare(const ParticleView& view, Team& team);
+  void add(Tile tile, ForceSink sink) const;
+  std::unique_ptr<ForceSweep> sweep() const;  // null where some triangles are in no run
+
+ private:
+  WindLaw law_;
+  const Air* air_;
+  WindKernels kernels_ = wind_kernels();
+  std::vector<TriangleRun> runs_;
+  std::vector<WindSweep> sweeps_;  // of each thread
+  Array sums_;                     // N, what the runs give to each particle: x, y, z
+  std::vector<int> loose_;         // ids of the triangles that fit no run
+  Incidence at_;                   // of those
+  Array loose_thirds_;
+  std::size_t stride_, loose_stride_;
+};
+
+}  // namespace sim
