@@ -167,6 +167,14 @@ TEST_CASE("results that are damaged, cut off or of another run are refused") {
   const Outcome lost = here.sim({"import", "out", "-q"});
   CHECK(lost.code == 4);
   CHECK_THAT(lost.err, Contains("in lammps a number is not finite at step 1"));
+  write_text(file, frames);
+  // Notes that do not say how often frames were asked for mean each step.
+  const std::string notes = read_text(here("out") / "run.txt");
+  const std::size_t every = notes.find("every 20\n");
+  REQUIRE(every != std::string::npos);
+  write_text(here("out") / "run.txt", notes.substr(0, every));
+  REQUIRE(here.sim({"import", "out", "-q", "--energy=each.csv"}).code == 0);
+  CHECK(lines_of(read_text(here("each.csv"))).size() == 202);
   write_text(here("out") / "run.txt", "engine gromacs\ntime 1\nevery 1\n");
   refused("does not say what was run");
   std::filesystem::remove(here("out") / "run.txt");

@@ -301,6 +301,15 @@ TEST_CASE("repl: help, time, read and the end") {
   CHECK(timed.out == "100\n");
   CHECK(std::regex_match(timed.err, std::regex("[0-9.e-]+ s\n[0-9.e-]+ s: 100 steps, [0-9.e-]+ us "
                                                "a step, [0-9.e+]+ x real time\n")));
+  // Three digits each.
+  const std::regex number("[0-9.]+(?=[e ])");
+  for (std::sregex_iterator at(timed.err.begin(), timed.err.end(), number), last; at != last;
+       ++at) {
+    std::string digits = at->str();
+    std::erase(digits, '.');
+    digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size()));
+    CHECK(digits.size() <= 3);
+  }
   CHECK(output("time(function() step(3) end) < 10, taken()\n") == "true\n3\n");
 
   TemporaryFolder folder;

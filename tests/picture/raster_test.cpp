@@ -257,6 +257,33 @@ TEST_CASE("light becomes sRGB and back") {
   for (int i = 0; i <= 255; ++i) CHECK(Tone::encode(Tone::decode(i / 255.0)) == Approx(i / 255.0));
 }
 
+// Light above 0.8 is pressed to 0.8 + 0.2 (l - 0.8) / (l - 0.6), which rises from 0.8 to 1 with the
+// slope 1 at first; the mean of 4 x 4 pixels is what lies between two values of eight bits.
+TEST_CASE("bright light is pressed together below white, and rises") {
+  const sim::raster::Tone tone;
+  const auto mean = [&](float light) {
+    double sum = 0;
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 4; ++x) {
+        std::uint8_t rgb[3] = {};
+        tone.put({light, 0.5F * light, 0}, x, y, rgb);
+        CHECK(rgb[2] == 0);
+        sum += rgb[0];
+      }
+    return sum / 16;
+  };
+  using sim::raster::Tone;
+  for (const float light : {0.02F, 0.2F, 0.5F, 0.79F})
+    CHECK(mean(light) == Approx(255 * Tone::encode(light)).margin(0.3));
+  for (const float light : {0.85F, 1.0F, 1.5F, 3.0F, 50.0F}) {
+    const double pressed = 0.8 + 0.2 * (light - 0.8) / (light - 0.6);
+    CHECK(mean(light) == Approx(255 * Tone::encode(pressed)).margin(0.3));
+  }
+  CHECK(mean(1e30F) == 255);
+  CHECK(mean(-1) == 0);
+  CHECK(mean(std::numeric_limits<float>::quiet_NaN()) == 0);
+}
+
 TEST_CASE("every character has a width") {
   using sim::raster::text_width;
   for (char c = ' '; c <= '~'; ++c) CHECK(text_width({c}) > 0);

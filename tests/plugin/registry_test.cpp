@@ -136,9 +136,13 @@ TEST_CASE("a library is judged by its card before any of its code runs") {
 
 TEST_CASE("a library that breaks its promises is refused with the reason") {
   CHECK_THAT(refusal(fixture("no_register")), Contains("sim_plugin_register"));
-  CHECK_THAT(refusal(fixture("undeclared")), Contains("stowaway"));
+  CHECK_THAT(refusal(fixture("undeclared")),
+             Contains("it registers the force 'stowaway', which its card does not name"));
   CHECK_THAT(refusal(fixture("forgotten")), Contains("missing_force"));
-  CHECK_THAT(refusal(fixture("wrong_kind")), Contains("wrong_kind"));
+  CHECK_THAT(refusal(fixture("wrong_kind")),
+             Contains("it registers the force 'wrong_kind', which its card does not name"));
+  CHECK(refusal(fixture("bad_default")) ==
+        "force 'bad_default': the default of the parameter 'k' is '1', not a number");
   CHECK_THAT(refusal(fixture("throws")), Contains("the cat sat on the licence server"));
   CHECK_THAT(refusal(fixture("throws_number")), Contains("registration failed"));
   CHECK_THAT(refusal(fixture("unresolved")), Contains("sim_fixture_function_that_does_not_exist"));
@@ -170,6 +174,18 @@ TEST_CASE("files that are no plugin libraries are refused") {
       const fs::path part = folder.path() / ("part" + std::to_string(size) + ".so");
       write(part, whole.substr(0, size));
       CHECK_FALSE(refusal(part).empty());
+    }
+  }
+  SECTION("other kinds of ELF files") {
+    // Elf64_Ehdr: the class is byte 4, the type byte 16, the size of a section's header byte 58.
+    const std::string whole = bytes_of(fixture("noticed"));
+    const std::pair<std::size_t, char> changes[] = {{0, 'e'}, {4, 1}, {16, 1}, {16, 2}, {58, 63}};
+    for (const auto& [at, value] : changes) {
+      std::string bytes = whole;
+      bytes[at] = value;
+      write(file, bytes);
+      INFO(at << " " << int{value});
+      CHECK(refusal(file) == "it is not a shared library of this machine");
     }
   }
   SECTION("headers that point nowhere") {

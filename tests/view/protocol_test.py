@@ -65,6 +65,7 @@ def test_headers(server):
         assert headers["Cache-Control"] == "no-store"
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Referrer-Policy"] == "no-referrer"
+        assert headers["X-Frame-Options"] == "DENY"
         policy = headers["Content-Security-Policy"].split("; ")
         assert "default-src 'none'" in policy and "frame-ancestors 'none'" in policy
     page = server.exchange("GET /%s/ HTTP/1.1\r\nHost: localhost:%d\r\n\r\n"
@@ -275,6 +276,36 @@ def test_flood(server):
     page.close()
 
 
+def test_verdict(server):
+    """Positions are compared with those of half the step once a hundred steps are done."""
+    page = Socket(server)
+
+    def verdict(s):
+        return s["systems"][0]["verdict"]
+
+    page.say("pause"), page.say("reset"), page.say("step 90")
+    unknown = page.until(lambda s: s["systems"][0]["step"] == 90)
+    assert "positions to" not in verdict(unknown), verdict(unknown)
+    page.say("play")
+    page.until(lambda s: re.match(r"trusted: positions to .* \(verified\)", verdict(s)))
+    page.say("pause"), page.say("reset"), page.say("integrator verlet"), page.say("dt 0.05"), page.say("play")
+    page.until(lambda s: re.match("suspect: positions differ by up to .* half the step", verdict(s)))
+    page.close()
+
+
+def test_world(server):
+    """The strip shows the energies of the first system that has any, here the last of all."""
+    page = Socket(server)
+    page.say("pause"), page.say("reset"), page.say("step 20")
+    page.until(lambda s: s["systems"][1]["step"] > 0)
+    newcomer = Socket(server)
+    newcomer.say("hello")
+    past = next(m for m in (newcomer.receive() for _ in range(100)) if "kinetic" in m)
+    assert max(past["kinetic"]) > 0 > min(past["potential"]), past
+    newcomer.close()
+    page.close()
+
+
 def test_diverges(server):
     page = Socket(server)
     page.say("dt 0.2"), page.say("play")
@@ -365,3 +396,10 @@ if __name__ == "__main__":
     run(test_cost, "scenes/cloth.lua", "-s", "n=64")
     run(test_flood)
     run(test_diverges)
+    run(test_verdict, "scenes/pendulum.lua")
+    with tempfile.TemporaryDirectory() as folder:
+        scene = os.path.join(folder, "world.lua")
+        with open(scene, "w", encoding="ascii") as file:
+            file.write("local sim = require 'sim'\nreturn sim.world { a = require 'scenes.circle', "
+                       "b = require 'scenes.pendulum' }\n")
+        run(test_world, scene)
