@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/engine/petsc_files.h"
+#include "plugins/engines/petsc_files.h"
 
 namespace sim::petsc {
 

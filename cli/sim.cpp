@@ -1,4 +1,5 @@
 // sim: runs scenes and answers questions about them.
+#include "cli/command_line/line_plugins.h"
 #include "cli/command_line/options.h"
 #include "cli/run/environment.h"
 #include "cli/terminal/console.h"
@@ -9,6 +10,7 @@ using namespace sim::cli;
 
 struct Dispatch {
   const CommandLine& line;
+  LinePlugins& plugins;
   Console& console;
 
   int operator()(const Message& message) const {
@@ -30,8 +32,7 @@ struct Dispatch {
   template <class Request>
   int operator()(const Request& request) const {
     const Environment environment = find_environment(line.plugin_path);
-    sim::Registry registry = open_registry(environment, line.libraries, line.probe);
-    return verb(request, environment, registry);
+    return verb(request, environment, plugins.registry());
   }
 
   int verb(const RunRequest& request, const Environment& env, sim::Registry& registry) const {
@@ -64,8 +65,8 @@ struct Dispatch {
   int verb(const RestRequest& request, const Environment& env, sim::Registry& registry) const {
     return rest(request, env, registry, console);
   }
-  int verb(const MinimalRequest& request, const Environment& env, sim::Registry& registry) const {
-    return minimal(request, env, registry, console);
+  int verb(const StudyRequest& request, const Environment& env, sim::Registry& registry) const {
+    return study(request, env, registry, console);
   }
   int verb(const CompareRequest& request, const Environment& env, sim::Registry& registry) const {
     return compare(request, env, registry, console);
@@ -80,8 +81,9 @@ struct Dispatch {
 int main(int argc, char** argv) {
   Console console = standard_console();
   try {
-    const CommandLine line = parse_command_line(argc, argv);
-    return std::visit(Dispatch{line, console}, line.request);
+    LinePlugins plugins(argc, argv);
+    const CommandLine line = parse_command_line(argc, argv, {plugins.studies(), plugins.names()});
+    return std::visit(Dispatch{line, plugins, console}, line.request);
   } catch (...) {
     return report_exception(console.err);
   }

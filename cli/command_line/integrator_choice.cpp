@@ -16,7 +16,21 @@ bool has_param(const PluginInfo& plugin, const std::string& name) {
                      [&](const Param& param) { return param.name == name; });
 }
 
-// The text as the declared type says; texts that do not fit stay texts, for Params to refuse.
+// Integrators that have the parameter; those that cannot be opened are passed over.
+std::vector<std::string> names_with(const std::string& param, Registry& registry) {
+  std::vector<std::string> names;
+  for (const std::string& name : registry.names<Integrator>()) {
+    try {
+      if (has_param(registry.get<Integrator>(name), param)) names.push_back(name);
+    } catch (const Error&) {
+      continue;
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
 Value value_of(const std::string& text, const Param& param) {
   switch (param.type) {
     case ParamType::kFlag:
@@ -34,21 +48,6 @@ Value value_of(const std::string& text, const Param& param) {
   }
   return text;
 }
-
-// Integrators that have the parameter; those that cannot be opened are passed over.
-std::vector<std::string> names_with(const std::string& param, Registry& registry) {
-  std::vector<std::string> names;
-  for (const std::string& name : registry.names<Integrator>()) {
-    try {
-      if (has_param(registry.get<Integrator>(name), param)) names.push_back(name);
-    } catch (const Error&) {
-      continue;
-    }
-  }
-  return names;
-}
-
-}  // namespace
 
 MethodChoice parse_integrator(const std::string& text) {
   const std::size_t colon = text.find(':');

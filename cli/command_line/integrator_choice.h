@@ -9,6 +9,9 @@
 
 namespace sim::cli {
 
+// The text as the declared type says; one that does not fit stays a text, for Params to refuse.
+Value value_of(const std::string& text, const Param& param);
+
 // "NAME" or "NAME:PARAM=VALUE,PARAM=VALUE"; the values are texts. Throws Error{kUsage}.
 MethodChoice parse_integrator(const std::string& text);
 

@@ -11,6 +11,7 @@
 #include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/units.h"
 
 namespace sim::cli {
 
@@ -96,30 +97,6 @@ ParticleChoice particle_choice(const std::string& option, const std::string& tex
           integer_between(option, id, 0, std::numeric_limits<std::int64_t>::max())};
 }
 
-namespace {
-
-struct Unit {
-  const char* name;
-  double size;
-};
-
-// A number with the first of the units that it ends with, or without one.
-std::optional<double> number_in(std::span<const Unit> units, const std::string& text) {
-  std::string digits = text;
-  double size = 1;
-  for (const Unit& unit : units) {
-    if (!text.ends_with(unit.name)) continue;
-    digits.resize(text.size() - std::string_view(unit.name).size());
-    size = unit.size;
-    break;
-  }
-  while (digits.ends_with(' ')) digits.pop_back();
-  const std::optional<double> value = parse_number(digits);
-  return value ? std::optional(*value * size) : std::nullopt;
-}
-
-}  // namespace
-
 double wall_time(const std::string& option, const std::string& text) {
   constexpr Unit kUnits[] = {{"ms", 1e-3}, {"min", 60}, {"h", 3600}, {"s", 1}};
   const std::optional<double> value = number_in(kUnits, text);
@@ -131,15 +108,6 @@ double wall_time(const std::string& option, const std::string& text) {
 std::string checkpoint_name(const std::string& option, const std::string& text) {
   if (text == "-") bad_value(option, text, "a checkpoint needs a file", "give the name of one");
   return text;
-}
-
-Budget budget(const std::string& option, const std::string& text) {
-  constexpr Unit kUnits[] = {{"%", 0.01}, {"um", 1e-6}, {"mm", 1e-3}, {"cm", 0.01}, {"m", 1}};
-  const std::optional<double> value = number_in(kUnits, text);
-  if (!value || !(*value > 0))
-    bad_value(option, text, "expected a share or an amount above 0",
-              "write it like 1%, \"1 mm\" or 1e-3");
-  return {*value, !text.ends_with('%')};
 }
 
 std::vector<std::string> comma_list(const std::string& option, const std::string& text) {

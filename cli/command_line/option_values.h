@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/run.h"
 #include "cli/verbs/adjacency.h"
-#include "cli/verbs/tradeoff.h"
 #include "core/base/thread_choice.h"
 #include "core/lua/limits.h"
 
@@ -24,7 +24,6 @@ std::string checkpoint_name(const std::string& option, const std::string& text);
 std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
                              std::int64_t high);
 ParticleChoice particle_choice(const std::string& option, const std::string& text);
-Budget budget(const std::string& option, const std::string& text);  // "1%", "1e-3 m", "1e-3"
 std::vector<std::string> comma_list(const std::string& option, const std::string& text);  // a,b,c
 
 // The value that is given as an option or as an argument; "" if neither. Throws if both are.

@@ -12,7 +12,9 @@
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
 #include "cli/command_line/out_options.h"
+#include "cli/command_line/plugin_studies.h"
 #include "cli/command_line/study_options.h"
+#include "cli/command_line/texts.h"
 #include "cli/command_line/view_options.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -20,31 +22,9 @@
 namespace sim::cli {
 namespace {
 
-// Everything as text, as CLI11 found it.
-struct Texts {
-  std::string scene, integrator_word, dt_word;
-  std::vector<std::string> integrator, dt;  // several to compare
-  std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
-      tension, every;
-  std::string snap, snap_every, resume, replay, check, lua_budget;
-  std::string progress = "auto";
-  std::vector<std::string> set, off, plugin_path, load;
-  OutTexts out;
-  ViewTexts view;
-  bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
-       verify = false, no_verify = false, from_rest = false, man = false, safe = false,
-       probe = false;
-  std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene;
-  std::string test_library;
-  std::string plugin_words[3];
-  PlotRequest plot;
-  EngineTexts engine;
-  std::vector<std::string> without, of;
-};
-
 class Parser {
  public:
-  Parser();
+  explicit Parser(const KnownStudies& studies);
 
   CommandLine parse(int argc, const char* const* argv);
 
@@ -71,6 +51,8 @@ class Parser {
   CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_,
       *export_, *import_;
   StudyOptions studies_;
+  PluginStudies plugin_studies_;
+  std::vector<std::string> study_names_;
   std::vector<CLI::Option*> run_only_;
   std::map<const CLI::App*, std::set<std::string>> takes_;  // ... that other verbs take, too
 };
@@ -93,7 +75,7 @@ CLI::App* Parser::verb(const std::string& name, const std::string& doc) {
   return app;
 }
 
-Parser::Parser() {
+Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   Texts& t = texts_;
   app_.allow_extras()->require_subcommand(0, 1);
   app_.set_help_flag("-h,--help", "this text");
@@ -194,7 +176,7 @@ Parser::Parser() {
   plugin_->add_option("new", t.plugin_words[0], "the word new")->type_name("");
   plugin_
       ->add_option("KIND", t.plugin_words[1],
-                   "force, field, integrator, constraint, collider or\nmotion")
+                   "force, field, integrator, constraint, collider,\nmotion or study")
       ->type_name("");
   plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
   studies_.add_to(app_);
@@ -212,10 +194,12 @@ Parser::Parser() {
             {import_, {import_takes().begin(), import_takes().end()}},
             {view_, {"--integrator", "--dt"}},
             {rest_, {"--dump", "--quiet"}}};
+  plugin_studies_.add_to(app_, studies.opened);
 }
 
 // Words that no option or argument wanted.
 void Parser::check_words() const {
+  const auto near_verb = [&] { return nearest_verb(app_, study_names_, texts_.scene); };
   const std::vector<std::string> rest = app_.remaining(true);
   for (const std::string& word : rest) {
     if (word == "--") continue;
@@ -226,10 +210,20 @@ void Parser::check_words() const {
     std::vector<std::string> known;
     for (const CLI::Option* option : app_.get_options())
       for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
-    const std::string near = nearest(name, known);
+    for (const CLI::App* chosen : app_.get_subcommands())
+      for (const CLI::Option* option : chosen->get_options())
+        for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
+    const std::string near = nearest(name, known), verb = near_verb();
     usage_error("unknown option", name, "sim has no such option",
-                near.empty() ? "see sim --help" : "did you mean '" + near + "'?");
+                !near.empty()   ? "did you mean '" + near + "'?"
+                : !verb.empty() ? verb
+                                : "see sim --help");
   }
+  // What is no integrator is a file: the word before it may be a verb.
+  const std::string& second = texts_.integrator_word;
+  if (second.ends_with(".lua") && !texts_.scene.ends_with(".lua") && !near_verb().empty())
+    usage_error("unknown verb", "'" + texts_.scene + "'", "no verb or study has that name",
+                near_verb());
 }
 
 // Options of a run say nothing to the other verbs.
@@ -237,6 +231,7 @@ void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;
     if (studies_.takes(&chosen, option->get_name())) continue;
+    if (plugin_studies_.takes(&chosen, option->get_name())) continue;
     const auto own = takes_.find(&chosen);
     if (own != takes_.end() && own->second.contains(option->get_name())) continue;
     const bool positional = option->get_positional();
@@ -432,6 +427,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     if (const std::string dt = only("--dt", texts_.dt); !dt.empty())
       scene.dt = positive_number("--dt", dt);
     line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
+  } else if (plugin_studies_.has(chosen.front())) {
+    line.request = plugin_studies_.request(chosen.front(), study_base());
   } else if (studies_.has(chosen.front())) {
     std::visit([&](auto&& request) { line.request = std::move(request); },
                studies_.request(chosen.front(), study_base()));
@@ -443,8 +440,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
 
 }  // namespace
 
-CommandLine parse_command_line(int argc, const char* const* argv) {
-  return Parser().parse(argc, argv);
+CommandLine parse_command_line(int argc, const char* const* argv, const KnownStudies& studies) {
+  return Parser(studies).parse(argc, argv);
 }
 
 }  // namespace sim::cli

@@ -11,12 +11,12 @@
 #include "cli/verbs/doctor.h"
 #include "cli/verbs/import_mesh.h"
 #include "cli/verbs/list.h"
-#include "cli/verbs/minimal.h"
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/plot_table.h"
 #include "cli/verbs/rest.h"
 #include "cli/verbs/stability.h"
+#include "cli/verbs/study.h"
 #include "cli/verbs/sweep.h"
 #include "cli/verbs/test_plugin.h"
 #include "cli/verbs/tradeoff.h"
@@ -31,7 +31,7 @@ struct Message {
 
 struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
-               DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
+               DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, StudyRequest,
                CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest,
                RestRequest, ImportRequest>
       request;
@@ -40,7 +40,14 @@ struct CommandLine {
   bool probe = false;   // --probe
 };
 
-// Throws Error{kUsage} for everything that is wrong before any file is looked at.
-CommandLine parse_command_line(int argc, const char* const* argv);
+// Studies of plugins. Those that the line may mean are opened; of the others the names are known.
+struct KnownStudies {
+  std::vector<const Plugin<Study>*> opened;
+  std::vector<std::string> names;
+};
+
+// Throws Error{kUsage} for everything that is wrong before any file is looked at, and
+// Error{kPlugin} for a study that cannot be a verb.
+CommandLine parse_command_line(int argc, const char* const* argv, const KnownStudies& studies);
 
 }  // namespace sim::cli

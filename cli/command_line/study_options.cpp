@@ -35,16 +35,6 @@ constexpr const char* kTradeoffFooter =
     "  error: rms over what is compared, the largest of all steps; of a figure (--of\n"
     "  \"mean sag\") how far it is off, and off with all finer steps.\n";
 
-constexpr const char* kMinimalFooter =
-    "Keys of --json, one object:\n"
-    "  system, time, budget, own_error (of the whole scene), complete,\n"
-    "  whole: {seconds, evaluations}, command, parts: [what, option, seconds,\n"
-    "  evaluations, change, energy, observed: {NAME: change}, figure, within],\n"
-    "  smallest: {seconds, evaluations, change, energy, observed, figure}\n"
-    "  change: of positions, as a share of the size, the largest on the way; figure:\n"
-    "  of --of \"mean sag\". A world: budget {SYSTEM: number}, observed\n"
-    "  {SYSTEM.NAME: ..}; changes are those of the system that changes most.\n";
-
 constexpr const char* kCompareFooter =
     "Examples:\n"
     "  sim compare scenes/cloth.lua -i rk4 -i verlet -i implicit_euler --out c.mp4\n"
@@ -134,11 +124,6 @@ void StudyOptions::add_to(CLI::App& app) {
   order_->add_option("SCENE", words_[1], "Lua file; the two in either order")->type_name("");
   integrators(order_);
 
-  minimal_ = study(app, "minimal", "SCENE: which of its parts does a result need?", kMinimalFooter,
-                   {"--integrator", "--dt", "--time", "--of", "--progress"});
-  scene_of(minimal_);
-  budget_of(minimal_, "change allowed: 1% of the size (or of the range of\n--of) if not given");
-
   compare_ =
       study(app, "compare", "SCENE: methods side by side, each with its error", kCompareFooter,
             {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs",
@@ -191,8 +176,7 @@ StudyOptions::Request StudyOptions::request(const CLI::App* verb, const StudyBas
   if (verb == order_) return order(base);
   if (verb == tradeoff_) return tradeoff(base);
   if (verb == compare_) return compare(base);
-  if (verb == sweep_) return sweep(base);
-  return minimal(base);
+  return sweep(base);
 }
 
 StabilityRequest StudyOptions::stability(const StudyBase& base) const {
@@ -225,7 +209,7 @@ OrderRequest StudyOptions::order(const StudyBase& base) const {
 TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
   TradeoffRequest request;
   request.scene = named_scene(base);
-  if (!budget_.empty()) request.budget = budget("--budget", budget_);
+  if (!budget_.empty()) request.budget = study::parse_budget("--budget", budget_);
   request.of = only("--of", base.of);
   if (!base.time.empty()) request.time = positive_number("--time", base.time);
   request.integrators = parse_integrators("--integrators", integrators_);
@@ -236,17 +220,6 @@ TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
   if (request.csv && request.csv->standard_output() && request.json)
     usage_error("two kinds of data for standard output", "--json with --csv -",
                 "the study and the table would mix", "give the table a file");
-  return request;
-}
-
-MinimalRequest StudyOptions::minimal(const StudyBase& base) const {
-  MinimalRequest request;
-  request.scene = stepped_scene(base);
-  if (!base.time.empty()) request.time = positive_number("--time", base.time);
-  if (!budget_.empty()) request.budget = budget("--budget", budget_);
-  request.of = only("--of", base.of);
-  request.json = base.json;
-  request.progress = base.progress;
   return request;
 }
 

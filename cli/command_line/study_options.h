@@ -10,7 +10,6 @@
 
 #include "cli/command_line/out_options.h"
 #include "cli/verbs/compare.h"
-#include "cli/verbs/minimal.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/sweep.h"
@@ -41,15 +40,14 @@ class StudyOptions {
   bool takes(const CLI::App* verb, const std::string& option) const;
 
   // Of one of these verbs. Throws Error{kUsage}.
-  using Request = std::variant<StabilityRequest, OrderRequest, TradeoffRequest, MinimalRequest,
-                               CompareRequest, SweepRequest>;
+  using Request =
+      std::variant<StabilityRequest, OrderRequest, TradeoffRequest, CompareRequest, SweepRequest>;
   Request request(const CLI::App* verb, const StudyBase& base) const;
 
  private:
   StabilityRequest stability(const StudyBase& base) const;
   OrderRequest order(const StudyBase& base) const;
   TradeoffRequest tradeoff(const StudyBase& base) const;
-  MinimalRequest minimal(const StudyBase& base) const;
   CompareRequest compare(const StudyBase& base) const;
   SweepRequest sweep(const StudyBase& base) const;
   CLI::App* study(CLI::App& app, const std::string& name, const std::string& doc,
@@ -64,8 +62,8 @@ class StudyOptions {
   std::vector<std::string> over_;
   std::string cases_, part_, timeout_;
   bool extremes_ = false, list_ = false, collect_ = false, keep_failed_ = false;
-  CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *minimal_ = nullptr,
-           *compare_ = nullptr, *sweep_ = nullptr;
+  CLI::App *stability_ = nullptr, *order_ = nullptr, *tradeoff_ = nullptr, *compare_ = nullptr,
+           *sweep_ = nullptr;
   std::map<const CLI::App*, std::set<std::string>> taken_;
 };
 

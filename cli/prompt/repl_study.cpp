@@ -3,9 +3,9 @@
 
 #include "cli/command_line/option_values.h"
 #include "cli/prompt/repl_actions.h"
-#include "cli/verbs/minimal.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
+#include "cli/verbs/study.h"
 #include "cli/verbs/tradeoff.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
@@ -49,13 +49,14 @@ SceneRequest scene_of(Session& session) {
   return request;
 }
 
-// "1%" or "1e-3 m", which may be two words.
-Budget allowed(Call& call, const std::string& command, const Budget& otherwise) {
+// "1%" or "1e-3 m", which may be two words; "" if it is not given.
+std::string allowed(Call& call, const std::string& command) {
   call.take(0, 2);
   std::string text;
   for (std::size_t i = 0; i < call.count(); ++i)
     text += (i > 0 ? " " : "") + call.text(i, "an error allowed, as 1% or 1e-3 m");
-  return text.empty() ? otherwise : budget(command, text);
+  if (!text.empty()) study::parse_budget(command, text);
+  return text;
 }
 
 }  // namespace
@@ -91,7 +92,8 @@ Answer tradeoff(Call& call) {
   Session& session = call.session;
   TradeoffRequest request;
   request.scene = session.live().request();
-  request.budget = allowed(call, ".tradeoff", request.budget);
+  if (const std::string text = allowed(call, ".tradeoff"); !text.empty())
+    request.budget = study::parse_budget(".tradeoff", text);
   request.json = session.mode == Mode::kJson;
   request.progress = progress_of(session);
   cli::tradeoff(request, session.environment(), session.registry(), session.console());
@@ -100,12 +102,14 @@ Answer tradeoff(Call& call) {
 
 Answer minimal(Call& call) {
   Session& session = call.session;
-  MinimalRequest request;
+  StudyRequest request;
+  request.study = "minimal";
   request.scene = scene_of(session);
-  request.budget = allowed(call, ".minimal", request.budget);
+  if (const std::string text = allowed(call, ".minimal"); !text.empty())
+    request.given["budget"] = text;
   request.json = session.mode == Mode::kJson;
   request.progress = progress_of(session);
-  cli::minimal(request, session.environment(), session.registry(), session.console());
+  cli::study(request, session.environment(), session.registry(), session.console());
   return {};
 }
 

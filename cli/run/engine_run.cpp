@@ -14,8 +14,6 @@
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/text.h"
-#include "core/engine/lammps_frames.h"
-#include "core/engine/lammps_input.h"
 #include "core/output/output.h"
 #include "core/study/verdict/looks.h"
 
@@ -29,9 +27,9 @@ namespace {
 std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
   constexpr double kMostFrames = 1e5, kMostBytes = 2e9;
   constexpr int kParticlesPerStep = 2048, kMostSteps = 16;
+  constexpr int kColumns = 10;  // numbers of a particle in a state, of whoever writes the most
   const int n = track.system().particles();
-  const double frames =
-      std::clamp(kMostBytes / (8.0 * engine::kLammpsColumns * n), 1.0, kMostFrames);
+  const double frames = std::clamp(kMostBytes / (8.0 * kColumns * n), 1.0, kMostFrames);
   const auto stride = static_cast<std::int64_t>(std::ceil(static_cast<double>(steps) / frames));
   if (n <= kParticlesPerStep) return std::max<std::int64_t>(1, stride);
   if (ranks == 0) return Track::kNever;
@@ -39,6 +37,14 @@ std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
 }
 
 }  // namespace
+
+std::unique_ptr<engine::Engine> make_engine(const std::string& name, Registry& registry) {
+  if (!registry.find(kind_of<engine::Engine>, name))
+    throw Error(ErrorKind::kUsage, {"unknown engine", "'" + name + "'", "no plugin has that name",
+                                    suggestion(name, registry.names<engine::Engine>())});
+  const auto& plugin = registry.get<engine::Engine>(name);
+  return made(plugin.make(Params(plugin.title(), plugin.params, {}, "")), plugin);
+}
 
 std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
                                      const Recorder* recorder, std::size_t number) {
@@ -75,7 +81,7 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
 
 void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
   Output file(folder + "/" + kEngineNotes);
-  file.buffer() = "engine lammps\n" +
+  file.buffer() = "engine " + notes.engine + "\n" +
                   (notes.steps ? "steps " + std::to_string(*notes.steps)
                                : "time " + shortest(notes.time.value_or(0))) +
                   "\nevery " + std::to_string(notes.every) + '\n';
@@ -83,13 +89,10 @@ void write_engine_notes(const EngineNotes& notes, const std::string& folder) {
   file.commit();
 }
 
-EngineNotes read_engine_notes(const std::string& folder) {
+EngineNotes read_engine_notes(const std::string& folder, Registry& registry) {
   constexpr const char* kRemedy = "give a folder that sim export wrote";
   const std::string file = folder + "/" + kEngineNotes;
   const std::string text = read_input_file(file, 100e3, kRemedy);
-  for (const char* const name : {engine::kLammpsFrames, engine::kLammpsLog})
-    if (const std::string other = folder + "/" + name; std::filesystem::exists(other))
-      check_input_file(other, HUGE_VAL, kRemedy);
   EngineNotes notes;
   bool known = false, good = true;
   std::istringstream lines(text);
@@ -100,7 +103,8 @@ EngineNotes read_engine_notes(const std::string& folder) {
     const auto whole = parse_integer(value);
     const auto number = parse_number(value);
     if (name == "engine") {
-      known = value == "lammps";
+      notes.engine = value;
+      known = registry.find(kind_of<engine::Engine>, value);
     } else if (name == "steps" && whole && *whole >= 0 && *whole <= kMostSteps) {
       notes.steps = whole;
     } else if (name == "time" && number && *number >= 0) {
@@ -116,6 +120,9 @@ EngineNotes read_engine_notes(const std::string& folder) {
   if (!known || !good || notes.steps.has_value() == notes.time.has_value())
     throw Error(ErrorKind::kCheckpoint,
                 {"cannot import", file, "it does not say what was run", "export the scene again"});
+  for (const std::string& name : make_engine(notes.engine, registry)->files().results)
+    if (const std::string other = folder + "/" + name; std::filesystem::exists(other))
+      check_input_file(other, HUGE_VAL, kRemedy);
   return notes;
 }
 
@@ -127,7 +134,7 @@ EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track
       console_(console),
       last_(moments.back()),
       folder_(request.results),
-      engine_(engine::make_engine(request.name)),
+      engine_(make_engine(request.name, registry)),
       scene_(track.system(), spec, engine_->name(), engine_->methods()) {
   const bool started = request.results.empty() && moments.size() > 1;
   title_ = engine_->name() + ", " + std::string(request.results.empty() ? "" : "results of ") +

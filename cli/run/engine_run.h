@@ -16,12 +16,17 @@
 
 namespace sim::cli {
 
+// The engine that a plugin brings. Throws Error{kUsage} for a name that none has, and
+// Error{kPlugin}.
+std::unique_ptr<engine::Engine> make_engine(const std::string& name, Registry& registry);
+
 // --engine NAME, or sim import of a folder.
 struct EngineRequest {
   std::string name = "lammps";
   engine::Launch launch;
   bool compare = true;  // the first steps with those of the kernel
   std::string results;  // a folder with frames that are there already; empty: it is started
+  std::vector<std::string> result_files = {};  // in it, of the engine
 };
 
 // The ascending steps of a run at which something is looked at, the present one first, the last one
@@ -32,13 +37,15 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
 
 // What a folder needs besides the engine's own files, for `sim import`.
 struct EngineNotes {
+  std::string engine = "lammps";
   std::optional<double> time;  // s, as asked for; or
   std::optional<std::int64_t> steps;
   std::int64_t every = 1;
   std::vector<std::string> without;  // parts that are left out
 };
 void write_engine_notes(const EngineNotes& notes, const std::string& folder);
-EngineNotes read_engine_notes(const std::string& folder);  // throws Error{kIo}, Error{kCheckpoint}
+// Throws Error{kIo}, Error{kCheckpoint}, also for results that are no files.
+EngineNotes read_engine_notes(const std::string& folder, Registry& registry);
 
 inline constexpr const char* kEngineNotes = "run.txt";
 inline constexpr const char* kEngineStart = "start.snap";  // a checkpoint

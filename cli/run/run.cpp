@@ -349,12 +349,14 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         Console& console) {
   check_request(asked);
   collect_leftovers_of(asked);
+  if (asked.engine && asked.engine->results.empty()) make_engine(asked.engine->name, registry);
   RunRequest request = asked;
   std::optional<Checkpoint> saved;
   if (asked.resume) {
     saved = read_checkpoint(*asked.resume);
     complete(request.scene, *saved);
-    if (request.engine && !request.engine->results.empty()) complete_import(request, *saved);
+    if (request.engine && !request.engine->results.empty())
+      complete_import(request, *saved, registry);
   }
   std::optional<Replays> replays;
   if (asked.replay) replays.emplace(*asked.replay).complete(request.scene);
@@ -375,7 +377,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
   if (request.export_file) return export_state(request, scene, accounts, plan, registry, console);
-  if (!request.export_to.empty()) return export_scene(request, scene, accounts, plan, console);
+  if (!request.export_to.empty())
+    return export_scene(request, scene, accounts, plan, registry, console);
   if (request.energy && !scene.has_second_order())
     throw Error(ErrorKind::kUsage,
                 {"no energy to write", "--energy", "a first-order scene has no energy",

@@ -33,6 +33,7 @@ struct RunRequest {
   OutRequest out;                       // pictures, films and files for other programs
   std::optional<EngineRequest> engine;  // another program makes the steps, of one system
   std::string export_to;                // a folder for its files, instead of a run
+  std::string export_engine;            // that they are for
   bool export_file = false;             // it is a file, of the state the run begins with
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;

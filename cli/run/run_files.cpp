@@ -5,7 +5,6 @@
 
 #include "cli/run/run_checkpoints.h"
 #include "core/base/error.h"
-#include "core/engine/lammps_input.h"
 #include "core/output/output.h"
 #include "core/output/writer.h"
 
@@ -48,9 +47,12 @@ FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& syst
   const bool goes_on = request.resume && request.snap &&
                        resolved_file(*request.resume) == resolved_file(*request.snap);
   if (request.resume && !goes_on) plan.reads("--resume", *request.resume);
-  if (request.engine && !request.engine->results.empty())
-    for (const char* name : {kEngineNotes, kEngineStart, engine::kLammpsFrames})
+  if (request.engine && !request.engine->results.empty()) {
+    std::vector<std::string> names = request.engine->result_files;
+    names.insert(names.end(), {kEngineNotes, kEngineStart});
+    for (const std::string& name : names)
       plan.reads("the export", request.engine->results + "/" + name);
+  }
   if (request.replay) plan.reads("--replay", *request.replay);
   for (const auto& [option, table] : tables_of(request)) plan.writes(option, table->file);
   if (request.snap) plan.writes("--snap", *request.snap, names_beside_checkpoint(*request.snap));

@@ -12,6 +12,7 @@
 #include "core/lua/limits.h"
 #include "core/output/file_plan.h"
 #include "core/scene/simulation.h"
+#include "core/study/study.h"
 
 namespace sim::cli {
 
@@ -37,9 +38,7 @@ struct SceneRequest {
 // not exist or does not take what is said of it.
 RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry);
 
-struct LoadedScene {
-  SceneSpec spec;
-  std::vector<Simulation> systems;  // in the order of spec.systems
+struct LoadedScene : StudiedScene {
   const Registry* registry = nullptr;
 
   bool has_second_order() const;

@@ -7,10 +7,11 @@
 #include <thread>
 #include <vector>
 
+#include "cli/run/engine_run.h"
 #include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/engine/petsc.h"
+#include "core/engine/engine.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
 #include "core/output/process.h"
@@ -31,6 +32,7 @@ class Examination {
   void build();
   void folders(const std::string& name, const Folders& list);
   void plugins(const Folders& libraries);
+  void engines();
   void scenes();
 
   const std::vector<Check>& checks() const { return checks_; }
@@ -47,15 +49,25 @@ void Examination::build() {
   checks_.push_back({"program", version_line()});
   const unsigned threads = std::thread::hardware_concurrency();
   checks_.push_back({"threads", threads ? counted(threads, "hardware thread") : "unknown"});
-  std::vector<std::string> engines;
-  for (const char* name : {"lmp", "mpirun"})
-    if (const std::string found = find_program(name); !found.empty()) engines.push_back(found);
-  const std::string petsc = engine::petsc_program();
-  if (!petsc.empty()) engines.push_back(petsc);
-  checks_.push_back({"engines", engines.empty()
-                                    ? "none; lammps needs the package lammps, petsc a build with "
-                                      "libpetsc-real-dev"
-                                    : join(engines, ", ")});
+}
+
+// The programs of the engines that there are.
+void Examination::engines() {
+  if (!registry_) return;
+  std::vector<std::string> programs, missing;
+  for (const std::string& name : registry_->names<engine::Engine>()) {
+    try {
+      const auto engine = make_engine(name, *registry_);
+      const std::vector<std::string> found = engine->programs();
+      programs.insert(programs.end(), found.begin(), found.end());
+      if (found.empty()) missing.push_back(name + " needs " + engine->needs());
+    } catch (const Error&) {
+      continue;  // told among the plugins
+    }
+  }
+  if (const std::string found = find_program("mpirun"); !found.empty()) programs.push_back(found);
+  if (programs.empty()) programs.push_back(join(missing, "; "));
+  checks_.push_back({"programs", join(programs, ", ")});
 }
 
 void Examination::folders(const std::string& name, const Folders& list) {
@@ -116,6 +128,7 @@ int doctor(const DoctorRequest& request, const Environment& environment, Console
   examination.folders("plugin path", environment.plugin_folders);
   examination.folders("scene path", environment.scene_folders);
   examination.plugins(request.libraries);
+  examination.engines();
   examination.scenes();
 
   std::string text;

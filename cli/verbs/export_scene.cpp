@@ -5,9 +5,6 @@
 #include "cli/run/run_files.h"
 #include "cli/run/run_length.h"
 #include "core/base/error.h"
-#include "core/engine/lammps.h"
-#include "core/engine/lammps_frames.h"
-#include "core/engine/lammps_input.h"
 #include "core/output/format.h"
 #include "core/output/staging_folder.h"
 
@@ -16,19 +13,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void check_folder(const std::string& folder) {
-  if (fs::exists(fs::path(folder) / engine::kLammpsFrames))
+void check_folder(const std::string& folder, const engine::EngineFiles& files) {
+  const std::string& states = files.results.front();
+  if (fs::exists(fs::path(folder) / states))
     throw Error(ErrorKind::kIo,
-                {"results would be lost", folder,
-                 std::string("it holds ") + engine::kLammpsFrames + " of an earlier export",
+                {"results would be lost", folder, "it holds " + states + " of an earlier export",
                  "sim import it, then give another folder or remove it"});
 }
 
-void plan_folder(const std::string& folder, bool whole, FilePlan& plan) {
-  std::vector<const char*> names{engine::kLammpsScript, engine::kLammpsData,
-                                 engine::kLammpsMoments};
+void plan_folder(const std::string& folder, bool whole, const engine::EngineFiles& files,
+                 FilePlan& plan) {
+  std::vector<std::string> names = files.scene;
   if (whole) names.insert(names.end(), {kEngineNotes, kEngineStart});
-  for (const char* name : names) plan.writes("the export", folder + "/" + name);
+  for (const std::string& name : names) plan.writes("the export", folder + "/" + name);
+}
+
+// The engine of --format. Throws Error{kUsage} for one that nobody else can start.
+std::unique_ptr<engine::Engine> exportable(const std::string& name, Registry& registry) {
+  const auto made_for = [&](const std::string& each) {
+    auto engine = registry.find(kind_of<engine::Engine>, each) ? make_engine(each, registry)
+                                                               : std::unique_ptr<engine::Engine>();
+    return engine && !engine->files().by_hand.empty() ? std::move(engine) : nullptr;
+  };
+  if (auto engine = made_for(name)) return engine;
+  std::vector<std::string> known;
+  for (const std::string& each : registry.names<engine::Engine>())
+    if (made_for(each)) known.push_back(each);
+  known.emplace_back("h5md");
+  throw Error(ErrorKind::kUsage,
+              {"unknown format", "--format '" + name + "'",
+               "no engine of that name takes a scene by hand", suggestion(name, known)});
 }
 
 // From where the folder is read, the scene is found again.
@@ -57,23 +71,25 @@ std::string part_json(const Exported& part, const Simulation& system) {
       .str();
 }
 
-std::string part_text(const Exported& part, const Simulation& system) {
+std::string part_text(const Exported& part, const engine::EngineFiles& files,
+                      const Simulation& system) {
   const auto frames = static_cast<double>(part.moments.size());
-  const double bytes = 8.0 * engine::kLammpsColumns * system.particles() * frames;
+  const double bytes = 8.0 * files.columns * system.particles() * frames;
   return label("wrote", part.folder) + label("particles", std::to_string(system.particles())) +
          label("springs", std::to_string(spring_count(system))) +
          label("steps", std::to_string(part.steps()) + " of " + brief(system.h()) + " s, " +
                             system.method().name()) +
          label("frames",
                std::to_string(part.moments.size()) + ", " + brief(1e-6 * bytes, 3) + " MB") +
-         label("run", "cd " + part.folder + "; mpirun -np 4 lmp -in " + engine::kLammpsScript);
+         label("run", "cd " + part.folder + "; " + files.by_hand);
 }
 
 }  // namespace
 
 int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 FilePlan plan, Console& console) {
-  const engine::Lammps lammps;
+                 FilePlan plan, Registry& registry, Console& console) {
+  const auto engine = exportable(request.export_engine, registry);
+  const engine::EngineFiles names = engine->files();
   std::vector<Exported> parts;
   std::vector<Account> starts;
   const RunLength length{request.time, request.steps};
@@ -86,7 +102,7 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     Simulation& system = scene.systems[i];
     const SystemSpec& spec = scene.spec.systems[i];
-    Exported part{engine::Exchange(system, spec, lammps.name(), lammps.methods()), {}, {}, {}};
+    Exported part{engine::Exchange(system, spec, engine->name(), engine->methods()), {}, {}, {}};
     const std::int64_t tenth = tenth_of(system);
     Track track(spec, system, steps_of(length, system), every, tenth);
     shorten(length, track);
@@ -99,15 +115,16 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
     parts.push_back(std::move(part));
   }
 
-  plan_folder(request.export_to, true, plan);
+  plan_folder(request.export_to, true, names, plan);
   if (scene.spec.world)
-    for (const Exported& part : parts) plan_folder(part.folder, false, plan);
+    for (const Exported& part : parts) plan_folder(part.folder, false, names, plan);
   plan.check();
-  check_folder(request.export_to);
-  for (const Exported& part : parts) check_folder(part.folder);
+  check_folder(request.export_to, names);
+  for (const Exported& part : parts) check_folder(part.folder, names);
   StagingFolder files(request.export_to);
   const std::string temporary = files.temporary().string();
   EngineNotes notes;
+  notes.engine = engine->name();
   if (request.steps)
     notes.steps = request.steps;
   else
@@ -122,9 +139,9 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::string folder = temporary + parts[i].name;
     fs::create_directories(folder);
-    lammps.write(parts[i].scene, parts[i].moments, folder);
+    engine->write(parts[i].scene, parts[i].moments, folder);
     objects.push_back(part_json(parts[i], scene.systems[i]));
-    text += part_text(parts[i], scene.systems[i]);
+    text += part_text(parts[i], names, scene.systems[i]);
   }
   files.commit();
   if (request.json)
@@ -171,8 +188,10 @@ int export_state(const RunRequest& request, LoadedScene& scene, std::span<const 
   return 0;
 }
 
-void complete_import(RunRequest& request, const Checkpoint& saved) {
-  const EngineNotes notes = read_engine_notes(request.engine->results);
+void complete_import(RunRequest& request, const Checkpoint& saved, Registry& registry) {
+  const EngineNotes notes = read_engine_notes(request.engine->results, registry);
+  request.engine->name = notes.engine;
+  request.engine->result_files = make_engine(notes.engine, registry)->files().results;
   request.scene.scene = saved.scene;
   if (request.scene.without.empty()) request.scene.without = notes.without;
   if (!request.time && !request.steps) {

@@ -1,5 +1,5 @@
-// `sim export SCENE DIR`: a scene as files that LAMMPS runs, on this machine or another; or as one
-// file of its state.
+// `sim export SCENE DIR`: a scene as files that an engine runs, on this machine or another; or as
+// one file of its state.
 #pragma once
 
 #include "cli/run/checkpoint_file.h"
@@ -11,7 +11,7 @@ namespace sim::cli {
 // a run that goes on, or none; `plan` has what was read. Throws Error for what is refused, before
 // anything is written, and for a folder that holds results.
 int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-                 FilePlan plan, Console& console);
+                 FilePlan plan, Registry& registry, Console& console);
 
 // Writes the present state as a file by its ending; `accounts` of a run that goes on, or none.
 int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
@@ -19,6 +19,6 @@ int export_state(const RunRequest& request, LoadedScene& scene, std::span<const 
 
 // What an import of results starts from: the checkpoint and length of the folder, where the request
 // says nothing else.
-void complete_import(RunRequest& request, const Checkpoint& saved);
+void complete_import(RunRequest& request, const Checkpoint& saved, Registry& registry);
 
 }  // namespace sim::cli

@@ -40,11 +40,12 @@ bool legal_name(const std::string& name) {
          std::ranges::all_of(name, [&](char c) { return lower(c) || (c >= '0' && c <= '9'); });
 }
 
-// How a library is built from one file without CMake.
-std::string compiler_line(const std::string& name) {
+// How a library is built from one file without CMake; what no scene names is of the laboratory.
+std::string compiler_line(const std::string& name, bool in_scenes) {
   const DevelopmentFiles files = development_files();
   return "g++ -std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() + " " +
-         name + ".cpp -o " + name + ".so -L " + files.libraries.string() + " -lsimkernel";
+         name + ".cpp -o " + name + ".so -L " + files.libraries.string() +
+         (in_scenes ? "" : " -lsimlab") + " -lsimkernel";
 }
 
 std::string cmake_file(const std::string& name) {
@@ -114,19 +115,20 @@ int new_plugin(const NewPluginRequest& request, Console& console) {
   const auto filled = [&](const char* text) {
     return replaced(replaced(text, "CLASS", class_name(name)), "NAME", name);
   };
-  const std::string by_hand = compiler_line(name);
+  const std::string by_hand = compiler_line(name, begin.scene), run = filled(begin.run);
   folder.write(name + ".cpp", filled(begin.source));
-  folder.write(name + ".lua", filled(begin.scene));
+  if (begin.scene) folder.write(name + ".lua", filled(begin.scene));
   folder.write("CMakeLists.txt", cmake_file(name));
   folder.write("README.md", "# " + name + "\n\nA plugin of the kind `" + request.kind +
                                 "` for `sim`.\n\n```sh\n" +
                                 "cmake -B build && cmake --build build    # or:\n" + by_hand +
-                                "\n" + "sim test " + name + ".so\nsim " + name + ".lua\n```\n");
+                                "\n" + "sim test " + name + ".so\n" + run + "\n```\n");
   folder.keep();
 
-  put(console.out, "wrote " + name + "/: " + name + ".cpp, CMakeLists.txt, " + name +
-                       ".lua, README.md\n\nbuild, test, run:\n  cd " + name + "\n  " + by_hand +
-                       "\n  sim test " + name + ".so\n  sim " + name + ".lua\n");
+  put(console.out, "wrote " + name + "/: " + name + ".cpp, CMakeLists.txt, " +
+                       (begin.scene ? name + ".lua, " : "") +
+                       "README.md\n\nbuild, test, run:\n  cd " + name + "\n  " + by_hand +
+                       "\n  sim test " + name + ".so\n  " + run + "\n");
   flush_or_throw(console.out, "standard output");
   return 0;
 }

@@ -315,6 +315,73 @@ return sim.scene {
   integrator = "rk4", dt = 0.01, duration = 5,
 }
 )--"},
+    {"study", R"--(// How far the end of a scene moves when its step is halved, again and again.
+#include <cmath>
+
+#include "core/output/format.h"
+#include "core/plugin/plugin.h"
+#include "core/study/study.h"
+
+namespace {
+
+class CLASS final : public sim::Study {
+ public:
+  explicit CLASS(std::int64_t halvings) : halvings_(halvings) {}
+
+  std::string run(const sim::StudyTask& task) override {
+    const sim::StudiedScene scene = task.scene->load(task.variant);
+    const sim::SystemSpec& spec = scene.spec.systems.front();
+    const sim::study::Problem problem{&spec, task.registry,
+                                      task.scene->options(task.variant, spec)};
+    std::vector<std::vector<std::string>> table{{"dt [s]", "moved"}};
+    std::vector<std::string> points;
+    std::vector<double> last;
+    double dt = scene.systems.front().h();
+    for (std::int64_t i = 0; i <= halvings_; ++i, dt /= 2) {
+      const double done = static_cast<double>(i) / static_cast<double>(halvings_ + 1);
+      if (!task.watch("dt = " + sim::brief(dt), done)) break;
+      sim::Simulation system = problem.simulation(dt);
+      const std::int64_t steps = system.steps_for(task.time.value_or(spec.duration));
+      while (system.step_count() < steps && system.step()) continue;
+
+      // The largest change of a number of the state, which is not known of the first step.
+      double moved = last.empty() ? std::nan("") : 0;
+      for (std::size_t k = 0; k < last.size(); ++k)
+        moved = std::fmax(moved, std::fabs(system.state()[k] - last[k]));
+      last.assign(system.state().begin(), system.state().end());
+      table.push_back({sim::brief(dt), std::isnan(moved) ? "-" : sim::brief(moved, 3)});
+      points.push_back(sim::JsonObject().number("dt", dt).number("moved", moved).str());
+    }
+    return task.json ? sim::JsonObject().json("points", sim::json_array(points)).str()
+                     : sim::aligned(table, "");
+  }
+
+ private:
+  std::int64_t halvings_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(Study, "NAME") {
+  registrar.add(sim::Plugin<sim::Study>{
+      {.name = "NAME",
+       .summary = "how far does a smaller step move the end?",
+       .formula = "sim NAME SCENE [--halvings 3]",
+       .params = {{.name = "halvings",
+                   .type = sim::ParamType::kInteger,
+                   .default_value = std::int64_t{3},
+                   .doc = "of the step",
+                   .min = 1,
+                   .max = 20}}},
+      [](const sim::Params& params) {
+        return std::make_unique<CLASS>(params.integer("halvings"));
+      },
+      true,
+      {"--integrator", "--dt", "--time"},
+      "Keys of --json: points: [dt (s), moved (m, m/s, or numbers of a flat state)]\n"});
+}
+)--",
+     nullptr, "sim NAME scenes/circle.lua --load ./NAME.so"},
 };
 
 }  // namespace

@@ -8,7 +8,8 @@ namespace sim::cli {
 struct PluginTemplate {
   const char* kind;
   const char* source;  // NAME.cpp
-  const char* scene;   // NAME.lua
+  const char* scene;   // NAME.lua; null for a kind that no scene names
+  const char* run = "sim NAME.lua";
 };
 
 std::span<const PluginTemplate> plugin_templates();

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "cli/run/study_progress.h"
-#include "cli/verbs/extremes.h"
+#include "cli/verbs/study.h"
 #include "core/output/format.h"
 #include "core/study/limits/stability.h"
 
@@ -205,7 +205,14 @@ std::string json_of(const Stability& result) {
 
 int stability(const StabilityRequest& request, const Environment& environment, Registry& registry,
               Console& console) {
-  if (request.extremes) return extremes(request, registry, console);
+  if (request.extremes) {  // a study of its own, by its older name
+    StudyRequest study;
+    study.study = "extremes";
+    study.integrators = request.integrators;
+    study.json = request.json;
+    study.progress = request.progress;
+    return cli::study(study, environment, registry, console);
+  }
   const LoadedScene scene = load(request.scene, environment, registry);
   StudyProgress progress(request.progress, console);
   std::vector<std::string> texts;

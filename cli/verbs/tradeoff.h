@@ -9,18 +9,13 @@
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "core/output/output.h"
+#include "core/study/budget.h"
 
 namespace sim::cli {
 
-// "1%" of the scene's size, or metres: "1 mm", "1e-3 m", "1e-3".
-struct Budget {
-  double value = 1e-3;
-  bool in_metres = false;
-};
-
 struct TradeoffRequest {
   SceneRequest scene;
-  Budget budget;                          // 0.1 % of the size if not given
+  study::Budget budget;                   // 0.1 % of the size if not given
   std::string of;                         // as study::Quantity; empty: positions
   std::optional<double> time;             // s; nothing = the scene's duration
   std::vector<MethodChoice> integrators;  // empty = all that fit

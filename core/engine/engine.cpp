@@ -5,16 +5,8 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/engine/lammps.h"
-#include "core/engine/petsc.h"
 
 namespace sim::engine {
-
-std::unique_ptr<Engine> make_engine(const std::string& name) {
-  if (name == "lammps") return std::make_unique<Lammps>();
-  if (name == "petsc") return std::make_unique<Petsc>();
-  return nullptr;
-}
 
 std::string program_or_throw(const std::string& name, const std::string& option,
                              const std::string& remedy) {

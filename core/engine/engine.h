@@ -43,12 +43,25 @@ class Frames {
   virtual std::int64_t step() const = 0;  // of the frame that was read last
 };
 
+// The files of a folder, by their names in it.
+struct EngineFiles {
+  std::vector<std::string> scene;    // that write() makes
+  std::vector<std::string> results;  // that the program leaves, the states first
+  int columns = 0;                   // numbers of a particle in a state
+  std::string by_hand = {};          // how a person starts it there; empty: not without us
+};
+
+// A plugin of the kind `engine`: --engine NAME, sim export --format NAME.
 class Engine {
  public:
   virtual ~Engine() = default;
 
   virtual std::string name() const = 0;
   virtual std::span<const EngineMethod> methods() const = 0;
+  virtual EngineFiles files() const = 0;
+  // What of it is on this machine, as paths; where nothing is, what it needs.
+  virtual std::vector<std::string> programs() const = 0;
+  virtual std::string needs() const = 0;
   // Solves equations to a tolerance, which the first steps are held to beyond what is asked for.
   virtual bool solves() const { return false; }
 
@@ -67,9 +80,6 @@ class Engine {
                                          Simulation& system) const = 0;
   virtual EngineLog log(const std::string& folder) const = 0;
 };
-
-inline constexpr const char* kEngines = "lammps, petsc";
-std::unique_ptr<Engine> make_engine(const std::string& name);  // null: there is none of that name
 
 // For engines: a program in PATH or by its path; throws Error{kIo}.
 std::string program_or_throw(const std::string& name, const std::string& option,

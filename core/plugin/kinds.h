@@ -2,13 +2,9 @@
 // where its libraries lie and how an object is made. Lists, folders and the registry follow.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string_view>
-#include <type_traits>
 
 #include "core/fields/field.h"
 #include "core/ode/integrator.h"
@@ -17,17 +13,20 @@
 #include "core/particles/force.h"
 #include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
+#include "core/plugin/kind.h"
 #include "core/plugin/params.h"
 
 namespace sim {
 
+// Kinds of the laboratory, which the kernel knows by name only.
 class Writer;       // core/output/writer.h
 struct WriterTask;  // what it is to write
 class View;         // core/output/view.h
 struct ViewTask;    // what it is to show
-
-template <class Object>
-struct Kind;
+class Study;        // core/study/study.h
+namespace engine {
+class Engine;  // core/engine/engine.h
+}
 
 template <>
 struct Kind<Integrator> {
@@ -68,40 +67,34 @@ struct Kind<RigidMotion> {
 template <>
 struct Kind<Writer> {
   static constexpr std::string_view name = "writer", folder = "writers";
+  static constexpr bool in_scenes = false;
   using Make = std::function<std::unique_ptr<Writer>(const Params&, const WriterTask&)>;
 };
 
 template <>
 struct Kind<View> {
   static constexpr std::string_view name = "view", folder = "view";
+  static constexpr bool in_scenes = false;
   using Make = std::function<std::unique_ptr<View>(const Params&, const ViewTask&)>;
 };
 
-// A kind as a value. The list of all kinds gives the order in which they are shown and numbered.
-struct PluginKind {
-  std::uint32_t number;     // on the cards of plugins
-  std::string_view name;    // sim.NAME.PLUGIN { ... } in a scene
-  std::string_view folder;  // below a plugin folder; also the plural of the name
-  bool in_scenes = true;    // or a scene never names one: files are for the command line
-  bool operator==(const PluginKind&) const = default;
+template <>
+struct Kind<Study> {
+  static constexpr std::string_view name = "study", folder = "studies";
+  static constexpr bool in_scenes = false;
+  using Make = std::function<std::unique_ptr<Study>(const Params&)>;
 };
 
-template <class... Objects>
-struct KindList {
-  static constexpr std::array<PluginKind, sizeof...(Objects)> all() {
-    std::uint32_t number = 0;
-    return {PluginKind{number++, Kind<Objects>::name, Kind<Objects>::folder,
-                       !std::is_same_v<Objects, Writer> && !std::is_same_v<Objects, View>}...};
-  }
-  template <class Object>
-  static constexpr std::size_t index() {
-    std::size_t i = 0;
-    static_cast<void>(((std::is_same_v<Object, Objects> || (++i, false)) || ...));
-    return i;
-  }
+template <>
+struct Kind<engine::Engine> {
+  static constexpr std::string_view name = "engine", folder = "engines";
+  static constexpr bool in_scenes = false;
+  using Make = std::function<std::unique_ptr<engine::Engine>(const Params&)>;
 };
 
-using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint>;
+// In the order in which they are shown and numbered.
+using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint,
+                       Study, engine::Engine>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -2,19 +2,11 @@
 
 namespace sim {
 
-template <class Object>
-void Registrar::add(Plugin<Object> plugin) {
-  plugin.kind = kind_of<Object>;
-  keep(std::make_shared<Plugin<Object>>(std::move(plugin)));
-}
-
 template void Registrar::add(Plugin<Integrator>);
 template void Registrar::add(Plugin<Force>);
 template void Registrar::add(Plugin<Field>);
 template void Registrar::add(Plugin<Collider>);
 template void Registrar::add(Plugin<RigidMotion>);
-template void Registrar::add(Plugin<Writer>);
-template void Registrar::add(Plugin<View>);
 template void Registrar::add(Plugin<Constraint>);
 
 std::string PluginInfo::title() const { return std::string(kind.name) + " '" + name + "'"; }

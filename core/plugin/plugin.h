@@ -14,7 +14,7 @@
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 25;
+inline constexpr std::uint32_t kPluginAbi = 26;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".
@@ -48,12 +48,23 @@ constexpr PluginCard make_card(std::string_view names) {
 class Registrar {
  public:
   template <class Object>  // of every kind
-  void add(Plugin<Object> plugin);
+  void add(Plugin<Object> plugin) {
+    plugin.kind = kind_of<Object>;
+    keep(std::make_shared<Plugin<Object>>(std::move(plugin)));
+  }
 
  protected:
   ~Registrar() = default;
   virtual void keep(std::shared_ptr<PluginInfo> plugin) = 0;
 };
+
+// Compiled once, in the kernel; those of the laboratory's kinds where they are used.
+extern template void Registrar::add(Plugin<Integrator>);
+extern template void Registrar::add(Plugin<Force>);
+extern template void Registrar::add(Plugin<Field>);
+extern template void Registrar::add(Plugin<Collider>);
+extern template void Registrar::add(Plugin<RigidMotion>);
+extern template void Registrar::add(Plugin<Constraint>);
 
 }  // namespace sim
 

@@ -328,6 +328,30 @@ TEST_CASE("wrong options of engines are told") {
   CHECK_FALSE(std::filesystem::exists(here("owned")));
 }
 
+TEST_CASE("an engine of somebody else makes the steps, and is listed and suggested") {
+  Here here;
+  const std::string library = std::string(SIM_FIXTURE_DIR) + "/free_fall/free_fall.so";
+  const Words words{"net.lua", "-s", "ties=0", "-s", "pins=0", "-s", "drag=0", "--load", library};
+  const Outcome mine = here.sim(with(words, {"--dump=mine.csv"}));
+  const Outcome theirs = here.sim(with(words, {"--dump=theirs.csv", "--engine", "free_fall"}));
+  INFO(theirs.err);
+  REQUIRE(mine.code == 0);
+  REQUIRE(theirs.code == 0);
+  CHECK_THAT(theirs.err, Contains("free_fall 1 and the kernel agree to"));
+  const Apart off = apart(here("mine.csv"), here("theirs.csv"));
+  CHECK(off.x < 1e-13);
+  CHECK(off.v < 1e-13);
+
+  CHECK_THAT(here.sim({"list", "engines", "--load", library}).out,
+             Contains("free_fall") && Contains("lammps") && Contains("petsc"));
+  CHECK_THAT(here.sim(with(words, {"--engine", "free_fal"})).err,
+             Contains("did you mean 'free_fall'?"));
+  const Outcome refused = here.sim(with(words, {"--engine", "free_fall", "-i", "rk4"}));
+  CHECK(refused.code == 2);
+  CHECK(here.sim({"export", "net.lua", "--format", "free_fall", "out", "--load", library}).code ==
+        2);
+}
+
 TEST_CASE("LAMMPS itself makes the run, on one rank and on two") {
   need_program("lmp", "lammps");
   need_program("mpirun", "openmpi-bin");

@@ -29,5 +29,5 @@ void sim_fuzz::fuzz(std::string_view bytes) {
   } catch (const sim::Error& error) {
     if (error.kind() == sim::ErrorKind::kInternal) throw;
   }
-  sim::cli::parse_command_line(count, arguments.data());
+  sim::cli::parse_command_line(count, arguments.data(), {});
 }

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "core/study/study.h"
 #include "tests/support/allocations.h"
 #include "tests/support/scenes.h"
 
@@ -65,6 +66,17 @@ TEST_CASE("each broken promise of a force is found, and no other") {
   CHECK(broken("allocates") == Names{"no memory is taken in a step"});
   CHECK(broken("wrong_damping") == Names{"Jacobian against differences, with damping"});
   CHECK(broken("at_bound") == Names{"parameters at their bounds"});
+}
+
+TEST_CASE("each broken promise of a study is found, and no other") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_studies")});
+  const auto broken = [&](const char* name) {
+    return failures(contract_of(registry.get<sim::Study>(name), registry));
+  };
+  CHECK(broken("keeps").empty());
+  CHECK(broken("silent") == Names{"says what it found"});
+  CHECK(broken("no_json") == Names{"JSON is one object"});
+  CHECK(broken("deaf") == Names{"ends when it is told to"});
 }
 
 TEST_CASE("each broken promise of an integrator is found") {

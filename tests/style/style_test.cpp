@@ -113,10 +113,18 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"plugins/integrators", ground_and({"core/ode", "core/plugin"})},
     {"plugins/writers", ground_and({"core/plugin", "core/picture", "core/output"})},
     {"plugins/view", ground_and({"core/plugin", "core/picture", "core/output"})},
+    {"plugins/studies", kToOutput},
+    {"plugins/engines",
+     [] {
+       std::set<std::string> rooms = kToOutput;
+       rooms.insert("core/engine");
+       return rooms;
+     }()},
     {"cli",
      [] {
        std::set<std::string> rooms = kToOutput;
-       rooms.insert({"core/engine", "core/lua"});
+       // sim-petsc reads what its engine writes.
+       rooms.insert({"core/engine", "core/lua", "plugins/engines/petsc_files.h"});
        return rooms;
      }()},
 };

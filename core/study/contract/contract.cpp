@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/study/contract/examiner.h"
+#include "core/study/study.h"
 
 namespace sim::study::contract {
 namespace {
@@ -197,6 +198,8 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
     contract::check_collider(static_cast<const Plugin<Collider>&>(plugin), contract);
   else if (plugin.kind == kind_of<RigidMotion>)
     contract::check_motion(static_cast<const Plugin<RigidMotion>&>(plugin), contract);
+  else if (plugin.kind == kind_of<Study>)
+    contract::check_study(registry, static_cast<const Plugin<Study>&>(plugin), contract);
   else
     contract.checks.push_back({plugin.title(), "registers", Outcome::kOk,
                                "there are no checks of this kind of plugin yet"});

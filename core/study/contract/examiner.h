@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/hash.h"
 #include "core/study/contract/contract.h"
+#include "core/study/study.h"
 
 namespace sim::study::contract {
 
@@ -54,6 +55,7 @@ void check_field(const FieldPlugin& plugin, Contract& contract);
 void check_constraint(const Plugin<Constraint>& plugin, Contract& contract);
 void check_collider(const Plugin<Collider>& plugin, Contract& contract);
 void check_motion(const Plugin<RigidMotion>& plugin, Contract& contract);
+void check_study(Registry& registry, const Plugin<Study>& plugin, Contract& contract);
 void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contract& contract);
 
 Params example_params(const PluginInfo& plugin);

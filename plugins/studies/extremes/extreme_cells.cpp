@@ -1,4 +1,4 @@
-#include "core/study/verdict/extremes.h"
+#include "extreme_cells.h"
 
 #include <algorithm>
 #include <cmath>

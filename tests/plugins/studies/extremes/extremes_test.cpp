@@ -1,5 +1,5 @@
 // At the extremes every verdict is right: never trusted and wrong.
-#include "core/study/verdict/extremes.h"
+#include "plugins/studies/extremes/extreme_cells.h"
 
 #include <catch2/catch.hpp>
 

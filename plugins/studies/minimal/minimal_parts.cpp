@@ -1,4 +1,4 @@
-#include "cli/verbs/minimal_parts.h"
+#include "minimal_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "core/base/text.h"
 #include "core/study/problem.h"
 
-namespace sim::cli {
+namespace sim::studies {
 namespace {
 
 // The families of springs by their names, everything else by its plugin.
@@ -28,7 +28,7 @@ void add_forces(const SystemSpec& spec, const std::string& before, std::vector<P
                                : list == &spec.forces ? "force "
                                                       : "collider ";
       parts.push_back({kind + before + name, "--without " + before + name, false,
-                       [word = before + name](SceneRequest& scene) {
+                       [word = before + name](SceneVariant& scene) {
                          scene.without.push_back(word);
                          return true;
                        }});
@@ -45,7 +45,7 @@ void add_settings(const SceneSpec& spec, std::vector<Part>& parts) {
       const double whole = *value;
       parts.push_back(
           {"half the particles a side", "-s " + name + "=" + shortest(std::floor(whole / 2)), true,
-           [whole, name](SceneRequest& scene) {
+           [whole, name](SceneVariant& scene) {
              const auto now = scene.settings.find(name);
              const double n =
                  now == scene.settings.end() ? whole : parse_number(now->second).value_or(whole);
@@ -56,7 +56,7 @@ void add_settings(const SceneSpec& spec, std::vector<Part>& parts) {
       continue;
     }
     parts.push_back({"parameter " + arg.name, "-s " + arg.name + "=0", false,
-                     [name = arg.name](SceneRequest& scene) {
+                     [name = arg.name](SceneVariant& scene) {
                        scene.settings[name] = "0";
                        return true;
                      }});
@@ -93,12 +93,12 @@ std::string simpler(const std::string& now, const std::vector<study::Problem>& p
 }
 
 // Of all systems together, where they have one step or one method: options of a run hold for all.
-void add_method(const LoadedScene& scene, const std::vector<study::Problem>& problems,
+void add_method(const StudiedScene& scene, const std::vector<study::Problem>& problems,
                 std::vector<Part>& parts) {
   const auto all = [&](auto holds) { return std::ranges::all_of(scene.systems, holds); };
   const double h = scene.systems.front().h();
   if (all([h](const Simulation& system) { return system.h() == h; }))
-    parts.push_back({"twice the step", "-d " + shortest(2 * h), true, [h](SceneRequest& next) {
+    parts.push_back({"twice the step", "-d " + shortest(2 * h), true, [h](SceneVariant& next) {
                        next.dt = 2 * (next.dt > 0 ? next.dt : h);
                        return true;
                      }});
@@ -107,7 +107,7 @@ void add_method(const LoadedScene& scene, const std::vector<study::Problem>& pro
            system.integrator_info().precision == Precision::kDouble;
   };
   if (all(has_precision))
-    parts.push_back({"single precision", "--precision single", false, [](SceneRequest& next) {
+    parts.push_back({"single precision", "--precision single", false, [](SceneVariant& next) {
                        next.integrator.given["precision"] = std::string("single");
                        return true;
                      }});
@@ -116,7 +116,7 @@ void add_method(const LoadedScene& scene, const std::vector<study::Problem>& pro
   const std::string next_name = simpler(own, problems);
   if (next_name.empty()) return;
   parts.push_back(
-      {"a simpler method", "-i " + next_name, true, [own, problems](SceneRequest& next) {
+      {"a simpler method", "-i " + next_name, true, [own, problems](SceneVariant& next) {
          const std::string now = next.integrator.name.empty() ? own : next.integrator.name;
          const std::string name = simpler(now, problems);
          if (name.empty()) return false;
@@ -131,35 +131,34 @@ void add_method(const LoadedScene& scene, const std::vector<study::Problem>& pro
 
 }  // namespace
 
-std::vector<Part> parts_of(const SceneRequest& request, const LoadedScene& scene,
-                           Registry& registry) {
+std::vector<Part> parts_of(const StudyTask& task, const StudiedScene& scene) {
   std::vector<Part> parts;
   std::vector<study::Problem> problems;
   for (const SystemSpec& spec : scene.spec.systems) {
     add_forces(spec, scene.spec.world ? spec.name + "." : "", parts);
-    problems.push_back({&spec, &registry, run_options(request, spec, registry)});
+    problems.push_back({&spec, task.registry, task.scene->options(task.variant, spec)});
   }
   add_settings(scene.spec, parts);
   add_method(scene, problems, parts);
   return parts;
 }
 
-std::string run_command(const SceneRequest& request, const std::optional<double>& time) {
-  std::string text = command_for(request);
-  if (!request.integrator.name.empty()) text += " -i " + request.integrator.name;
+std::string run_command(const StudyTask& task, const SceneVariant& variant) {
+  std::string text = task.scene->command(variant);
+  if (!variant.integrator.name.empty()) text += " -i " + variant.integrator.name;
   std::string rest;
-  for (const auto& [name, value] : request.integrator.given) {
+  for (const auto& [name, value] : variant.integrator.given) {
     if (name == "precision")
       rest += " --precision " + to_text(value);
     else if (name == "tol")
       rest += " --tol " + to_text(value);
-    else if (!request.integrator.name.empty())
-      text += (text.ends_with(request.integrator.name) ? ":" : ",") + name + "=" + to_text(value);
+    else if (!variant.integrator.name.empty())
+      text += (text.ends_with(variant.integrator.name) ? ":" : ",") + name + "=" + to_text(value);
   }
   text += rest;
-  if (request.dt > 0) text += " -d " + shortest(request.dt);
-  if (time) text += " -T " + shortest(*time);
+  if (variant.dt > 0) text += " -d " + shortest(variant.dt);
+  if (task.time) text += " -T " + shortest(*task.time);
   return text;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::studies

@@ -1,4 +1,4 @@
-#include "core/study/likeness.h"
+#include "likeness.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "core/engine/lammps_input.h"
+#include "lammps_input.h"
 
 #include <algorithm>
 #include <bit>

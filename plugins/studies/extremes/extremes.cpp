@@ -1,12 +1,12 @@
-#include "cli/verbs/extremes.h"
-
+// The verdict on every integrator at the extremes: a map of each.
 #include <algorithm>
 
-#include "cli/run/study_progress.h"
 #include "core/output/format.h"
-#include "core/study/verdict/extremes.h"
+#include "core/plugin/plugin.h"
+#include "core/study/study.h"
+#include "extreme_cells.h"
 
-namespace sim::cli {
+namespace sim::studies {
 namespace {
 
 using study::ExtremeCell;
@@ -79,31 +79,47 @@ std::string map_json(const ExtremeMap& map) {
       .str();
 }
 
-}  // namespace
-
-int extremes(const StabilityRequest& request, Registry& registry, Console& console) {
-  StudyProgress progress(request.progress, console);
-  const Extremes all =
-      study::extremes(registry, study_choices(request.integrators, registry), progress.watch());
-  progress.clear();
-  std::string text;
-  if (request.json) {
-    std::vector<std::string> maps;
-    for (const ExtremeMap& map : all.maps) maps.push_back(map_json(map));
-    text = JsonObject().flag("complete", all.complete).json("integrators", json_array(maps)).str() +
-           '\n';
-  } else {
+class AtTheExtremes final : public Study {
+ public:
+  std::string run(const StudyTask& task) override {
+    const Extremes all = study::extremes(*task.registry, task.integrators, task.watch);
+    if (task.json) {
+      std::vector<std::string> maps;
+      for (const ExtremeMap& map : all.maps) maps.push_back(map_json(map));
+      return JsonObject()
+          .flag("complete", all.complete)
+          .json("integrators", json_array(maps))
+          .str();
+    }
     std::vector<std::string> steps;
     for (const double dt : all.dt) steps.push_back(brief(dt));
-    text = "A particle let go on a vertical spring, 60 steps; in each cell a mark for dt = " +
-           join(steps, ", ") +
-           " s:\n+ trusted  ? suspect  x diverged  - too many steps of its own"
-           "  ! trusted, but off by more than 10 %\n";
+    std::string text =
+        "A particle let go on a vertical spring, 60 steps; in each cell a mark for dt = " +
+        join(steps, ", ") +
+        " s:\n+ trusted  ? suspect  x diverged  - too many steps of its own"
+        "  ! trusted, but off by more than 10 %\n";
     for (const ExtremeMap& map : all.maps) text += '\n' + map_text(all, map);
+    return text;
   }
-  put(console.out, text);
-  flush_or_throw(console.out, "standard output");
-  return progress.exit_code();
-}
+};
 
-}  // namespace sim::cli
+constexpr const char* kHelp =
+    "Keys of --json, one object:\n"
+    "  complete, integrators: [name, trusted, suspect, diverged, not_run,\n"
+    "  silently_wrong, cells: [stiffness (N/m), mass (kg), dt (s), offset (m),\n"
+    "  verdict, error, reason]]\n";
+
+}  // namespace
+}  // namespace sim::studies
+
+SIM_PLUGIN(Study, "extremes") {
+  registrar.add(sim::Plugin<sim::Study>{
+      {.name = "extremes",
+       .summary = "is any integrator silently wrong at the extremes?",
+       .formula = "sim extremes [--integrators A,B]: a spring at all extremes of stiffness, mass, "
+                  "step and distance from the origin"},
+      [](const sim::Params&) { return std::make_unique<sim::studies::AtTheExtremes>(); },
+      false,
+      {"--integrators"},
+      sim::studies::kHelp});
+}

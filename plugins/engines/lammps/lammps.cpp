@@ -1,21 +1,54 @@
-#include "core/engine/lammps.h"
-
+// LAMMPS as a program beside ours.
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/engine/lammps_frames.h"
-#include "core/engine/lammps_input.h"
+#include "core/engine/engine.h"
+#include "core/plugin/plugin.h"
+#include "lammps_frames.h"
+#include "lammps_input.h"
 
 namespace sim::engine {
+namespace {
+
+class Lammps final : public Engine {
+ public:
+  std::string name() const override { return "lammps"; }
+  std::span<const EngineMethod> methods() const override;
+  EngineFiles files() const override;
+  std::vector<std::string> programs() const override;
+  std::string needs() const override;
+  std::vector<std::string> command(const Launch& launch) const override;
+  void write(const Exchange& scene, std::span<const std::int64_t> moments,
+             const std::string& folder) const override;
+  std::unique_ptr<Process> start(std::vector<std::string> command,
+                                 const std::string& folder) const override;
+  std::unique_ptr<Frames> frames(const std::string& folder, const Exchange& scene,
+                                 Simulation& system) const override;
+  EngineLog log(const std::string& folder) const override;
+};
 
 std::span<const EngineMethod> Lammps::methods() const {
   static constexpr EngineMethod kMethods[] = {{"verlet", Method::kVerlet},
                                               {"symplectic_euler", Method::kSymplecticEuler}};
   return kMethods;
 }
+
+EngineFiles Lammps::files() const {
+  return {{kLammpsScript, kLammpsData, kLammpsMoments},
+          {kLammpsFrames, kLammpsLog},
+          kLammpsColumns,
+          std::string("mpirun -np 4 lmp -in ") + kLammpsScript};
+}
+
+std::vector<std::string> Lammps::programs() const {
+  const std::string found = find_program("lmp");
+  return found.empty() ? std::vector<std::string>{} : std::vector{found};
+}
+
+std::string Lammps::needs() const { return "the package lammps"; }
 
 std::vector<std::string> Lammps::command(const Launch& launch) const {
   std::vector<std::string> words = launch.words;
@@ -62,4 +95,15 @@ EngineLog Lammps::log(const std::string& folder) const {
   return log;
 }
 
+}  // namespace
 }  // namespace sim::engine
+
+SIM_PLUGIN(engine::Engine, "lammps") {
+  registrar.add(sim::Plugin<sim::engine::Engine>{
+      {.name = "lammps",
+       .summary =
+           "LAMMPS makes the steps: springs, gravity and drag, by verlet or symplectic_euler",
+       .formula = "sim SCENE --engine lammps --ranks N; sim export SCENE DIR",
+       .source = "Thompson et al. (2022), Comput. Phys. Commun. 271, 108171"},
+      [](const sim::Params&) { return std::make_unique<sim::engine::Lammps>(); }});
+}

@@ -1,11 +1,11 @@
-#include "core/engine/lammps_frames.h"
+#include "lammps_frames.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/engine/lammps_input.h"
+#include "lammps_input.h"
 
 namespace sim::engine {
 

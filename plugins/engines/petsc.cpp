@@ -1,5 +1,4 @@
-#include "core/engine/petsc.h"
-
+// sim-petsc, a program of this tree that is built where PETSc is, as an engine.
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,11 +11,13 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/engine/petsc_files.h"
+#include "core/engine/engine.h"
 #include "core/output/bytes.h"
 #include "core/output/output.h"
 #include "core/particles/layout.h"
+#include "core/plugin/plugin.h"
 #include "core/scene/snapshot.h"
+#include "plugins/engines/petsc_files.h"
 
 namespace sim::engine {
 namespace {
@@ -157,8 +158,25 @@ class PetscFrames final : public Frames {
   std::int64_t step_;
 };
 
-}  // namespace
+class Petsc final : public Engine {
+ public:
+  std::string name() const override { return "petsc"; }
+  std::span<const EngineMethod> methods() const override;
+  EngineFiles files() const override;
+  std::vector<std::string> programs() const override;
+  std::string needs() const override;
+  bool solves() const override { return true; }
+  std::vector<std::string> command(const Launch& launch) const override;
+  void write(const Exchange& scene, std::span<const std::int64_t> moments,
+             const std::string& folder) const override;
+  std::unique_ptr<Process> start(std::vector<std::string> command,
+                                 const std::string& folder) const override;
+  std::unique_ptr<Frames> frames(const std::string& folder, const Exchange& scene,
+                                 Simulation& system) const override;
+  EngineLog log(const std::string& folder) const override;
+};
 
+// Beside the program, or in PATH; "" where there is none.
 std::string petsc_program() {
   std::error_code failed;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", failed);
@@ -173,6 +191,17 @@ std::span<const EngineMethod> Petsc::methods() const {
                                               {"trbdf2", Method::kTrBdf2}};
   return kMethods;
 }
+
+EngineFiles Petsc::files() const {
+  return {{kPetscScene}, {kPetscFrames, kPetscLog}, kPetscColumns};
+}
+
+std::vector<std::string> Petsc::programs() const {
+  const std::string found = petsc_program();
+  return found.empty() ? std::vector<std::string>{} : std::vector{found};
+}
+
+std::string Petsc::needs() const { return "a build with libpetsc-real-dev"; }
 
 std::vector<std::string> Petsc::command(const Launch& launch) const {
   std::vector<std::string> words = launch.words;
@@ -262,4 +291,15 @@ EngineLog Petsc::log(const std::string& folder) const {
   return log;
 }
 
+}  // namespace
 }  // namespace sim::engine
+
+SIM_PLUGIN(engine::Engine, "petsc") {
+  registrar.add(sim::Plugin<sim::engine::Engine>{
+      {.name = "petsc",
+       .summary = "sim-petsc makes the steps on many processes: springs, gravity and drag, by rk4 "
+                  "or an implicit method",
+       .formula = "sim SCENE --engine petsc --ranks N",
+       .source = "Balay et al. (1997), Modern Software Tools in Scientific Computing, 163-202"},
+      [](const sim::Params&) { return std::make_unique<sim::engine::Petsc>(); }});
+}

@@ -1,16 +1,20 @@
-#include "cli/verbs/minimal.h"
-
+// Leaves out each force, spring family, collider and numeric parameter in turn, takes half the
+// particles a side where the scene has a parameter `n`, single precision, twice the step and the
+// next simpler method; then all of that together which stays within the budget. A table, and the
+// smallest scene as a command.
 #include <algorithm>
 #include <cmath>
 
-#include "cli/run/study_progress.h"
-#include "cli/verbs/minimal_parts.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/study/likeness.h"
+#include "core/plugin/plugin.h"
+#include "core/study/budget.h"
+#include "core/study/study.h"
+#include "likeness.h"
+#include "minimal_parts.h"
 
-namespace sim::cli {
+namespace sim::studies {
 namespace {
 
 using study::Likeness;
@@ -35,7 +39,7 @@ struct Looks {
 
 struct Row {
   Part part;
-  SceneRequest scene;
+  SceneVariant scene;
   std::optional<Looks> look;  // nothing: it cannot be loaded, or its run failed
   std::string why;
   std::vector<Likeness> change;  // of each system
@@ -53,28 +57,26 @@ double worst(const std::vector<Likeness>& changes, double Likeness::*what) {
 // The judge of all reductions: what the whole scene does, and how far another is from it.
 class Bench {
  public:
-  Bench(const MinimalRequest& request, const Environment& environment, Registry& registry,
-        const study::Watch& watch)
-      : request_(request), environment_(environment), registry_(registry), watch_(watch) {}
+  Bench(const StudyTask& task, const study::Budget& budget) : task_(task), budget_(budget) {}
 
   // Nothing when told to end. Throws what load() throws.
-  std::optional<Looks> look(const SceneRequest& scene, const std::string& what, double done) {
-    return look_at_all(scene, load(scene, environment_, registry_), what, done,
+  std::optional<Looks> look(const SceneVariant& scene, const std::string& what, double done) {
+    return look_at_all(scene, task_.scene->load(scene), what, done,
                        [](study::Problem&, const Simulation&) {});
   }
 
-  bool start(const LoadedScene& loaded) {
+  bool start(const StudiedScene& loaded) {
     const bool world = loaded.spec.world;
     for (std::size_t s = 0; s < loaded.spec.systems.size(); ++s) {
       const SystemSpec& spec = loaded.spec.systems[s];
-      of_.push_back(quantity(spec, request_.of));
+      of_.push_back(quantity(spec));
       for (std::size_t i = 0; i < spec.observers.size(); ++i)
         observers_.push_back({s, i, (world ? spec.name + "." : "") + spec.observers[i].name});
     }
-    auto whole = look(request_.scene, "the whole scene", 0);
+    auto whole = look(task_.variant, "the whole scene", 0);
     if (!whole) return false;
     if (!whole->finished())
-      throw Error(ErrorKind::kUsage, {"nothing to compare with", request_.scene.scene,
+      throw Error(ErrorKind::kUsage, {"nothing to compare with", task_.scene->name(),
                                       "the scene itself diverges", "see what sim says of it"});
     whole_ = std::move(*whole);
     const auto fine = finer(loaded);
@@ -90,12 +92,11 @@ class Bench {
     return true;
   }
   double budget(std::size_t s) const {
-    if (request_.budget.in_metres) return request_.budget.value;
     const Look& look = whole_.systems[s];
     const double range = !of_[s]               ? look.size
                          : of_[s]->is_period() ? look.figure
                                                : look.ranges[of_[s]->observer()];
-    return request_.budget.value * range;
+    return budget_.of(range);
   }
   void judge(Row& row, const std::string& what, double done) {
     try {
@@ -118,7 +119,7 @@ class Bench {
   const Looks& whole() const { return whole_; }
   const std::vector<Likeness>& own() const { return own_; }
   const std::vector<Observer>& observers() const { return observers_; }
-  double time(const SystemSpec& spec) const { return request_.time.value_or(spec.duration); }
+  double time(const SystemSpec& spec) const { return task_.time.value_or(spec.duration); }
   bool by_figure() const { return of_.front() && of_.front()->is_figure(); }
 
  private:
@@ -133,9 +134,9 @@ class Bench {
     return list;
   }
   // Each system with half its step, or a tenth of its tolerance.
-  std::optional<Looks> finer(const LoadedScene& loaded) const {
+  std::optional<Looks> finer(const StudiedScene& loaded) const {
     return look_at_all(
-        request_.scene, loaded, "the whole scene, finer", 0.05,
+        task_.variant, loaded, "the whole scene, finer", 0.05,
         [](study::Problem& problem, const Simulation& system) {
           problem.options.dt = system.h() / 2;
           if (system.integrator_info().adaptive && system.method().params().has("tol"))
@@ -144,26 +145,29 @@ class Bench {
   }
   // change(problem, system): of each before it is looked at.
   template <class Change>
-  std::optional<Looks> look_at_all(const SceneRequest& scene, const LoadedScene& loaded,
+  std::optional<Looks> look_at_all(const SceneVariant& scene, const StudiedScene& loaded,
                                    const std::string& what, double done,
                                    const Change& change) const {
     Looks looks;
     for (std::size_t s = 0; s < loaded.systems.size(); ++s) {
       const SystemSpec& spec = loaded.spec.systems[s];
-      study::Problem problem{&spec, &registry_, run_options(scene, spec, registry_)};
-      problem.of = quantity(spec, request_.of);
+      study::Problem problem{&spec, task_.registry, task_.scene->options(scene, spec)};
+      problem.of = quantity(spec);
       change(problem, loaded.systems[s]);
-      auto found = study::look_at(problem, time(spec), [&] { return watch_(what, done); });
+      auto found = study::look_at(problem, time(spec), [&] { return task_.watch(what, done); });
       if (!found) return {};
       looks.systems.push_back(std::move(*found));
     }
     return looks;
   }
 
-  const MinimalRequest& request_;
-  const Environment& environment_;
-  Registry& registry_;
-  const study::Watch& watch_;
+  std::optional<study::Quantity> quantity(const SystemSpec& spec) const {
+    if (task_.of.empty()) return {};
+    return study::Quantity(spec, task_.of);
+  }
+
+  const StudyTask& task_;
+  study::Budget budget_;
   std::vector<std::optional<study::Quantity>> of_;  // of each system
   std::vector<Observer> observers_;
   Looks whole_;
@@ -200,11 +204,11 @@ std::vector<std::string> cells(const Bench& bench, const std::string& name,
   return row;
 }
 
-std::string table_text(const Bench& bench, const MinimalRequest& request,
-                       const std::vector<Row>& rows, const std::optional<Row>& smallest) {
+std::string table_text(const Bench& bench, const StudyTask& task, const std::vector<Row>& rows,
+                       const std::optional<Row>& smallest) {
   std::vector<std::string> head{"", "ms", "evals", "positions", "energy"};
   if (bench.by_figure())
-    head.push_back(request.of);
+    head.push_back(task.of);
   else
     for (std::size_t i = 0; i < std::min(kShown, bench.observers().size()); ++i)
       head.push_back(bench.observers()[i].name);
@@ -283,16 +287,15 @@ std::string json_of(const Bench& bench, const SceneSpec& scene, const std::vecto
 
 // Again and again what saves the most time of all that keeps the budget; at the end what may be
 // left out without more of it.
-std::optional<Row> together(Bench& bench, const std::vector<Row>& rows, const SceneRequest& whole,
-                            const study::Watch& watch) {
+std::optional<Row> together(Bench& bench, const std::vector<Row>& rows, const StudyTask& task) {
   constexpr double kGain = 0.95, kNoise = 1.1, kLong = 0.3;
   constexpr int kMost = 12;
   std::optional<Row> best;
   const auto seconds = [&] { return best ? best->look->seconds() : bench.whole().seconds(); };
   const auto tried = [&](const Row& row) -> std::optional<Row> {
     Row next;
-    next.scene = best ? best->scene : whole;
-    if (!row.part.apply(next.scene) || !watch("together", 0.6)) return {};
+    next.scene = best ? best->scene : task.variant;
+    if (!row.part.apply(next.scene) || !task.watch("together", 0.6)) return {};
     bench.judge(next, "together", 0.6);
     if (!next.within) return {};
     return next;
@@ -324,18 +327,18 @@ std::optional<Row> together(Bench& bench, const std::vector<Row>& rows, const Sc
   return best;
 }
 
-std::string text_of(const Bench& bench, const MinimalRequest& request, const LoadedScene& scene,
+std::string text_of(const Bench& bench, const StudyTask& task, const StudiedScene& scene,
                     const std::vector<Row>& rows, const std::optional<Row>& smallest,
                     const std::string& command) {
   std::string text;
   for (std::size_t s = 0; s < scene.systems.size(); ++s) {
-    const std::string unit = request.of.empty() && !scene.systems[s].flat() ? " m" : "";
+    const std::string unit = task.of.empty() && !scene.systems[s].flat() ? " m" : "";
     text += label("system", scene.systems[s].name() +
                                 " to t = " + brief(bench.time(scene.spec.systems[s])) + " s") +
             label("budget", brief(bench.budget(s), 3) + unit + " of " +
-                                (request.of.empty() ? "positions" : request.of));
+                                (task.of.empty() ? "positions" : task.of));
   }
-  text += '\n' + table_text(bench, request, rows, smallest) +
+  text += '\n' + table_text(bench, task, rows, smallest) +
           wrapped(std::string("* within the budget. Changes are the largest on the way: of a "
                               "position as a share of the scene's size, of the energy of that in "
                               "play, of what the scene observes as numbers") +
@@ -350,40 +353,65 @@ std::string text_of(const Bench& bench, const MinimalRequest& request, const Loa
                           : "nothing can be left out within the budget\n");
 }
 
-}  // namespace
+class Minimal final : public Study {
+ public:
+  explicit Minimal(const Params& params)
+      : budget_(study::parse_budget("--budget", params.text("budget"))) {}
 
-int minimal(const MinimalRequest& request, const Environment& environment, Registry& registry,
-            Console& console) {
-  StudyProgress progress(request.progress, console);
-  const study::Watch watch = progress.watch();
-  Bench bench(request, environment, registry, watch);
-  std::vector<Row> rows;
-  std::optional<Row> smallest;
-  const LoadedScene loaded = load(request.scene, environment, registry);
-  const bool started = bench.start(loaded);
-  if (started) {
-    const std::vector<Part> parts = parts_of(request.scene, loaded, registry);
-    progress.announce(2.0 * static_cast<double>(parts.size() + 2) * 3 * bench.whole().seconds());
+  std::string run(const StudyTask& task) override {
+    Bench bench(task, budget_);
+    const StudiedScene loaded = task.scene->load(task.variant);
+    if (!bench.start(loaded)) return "";
+    const std::vector<Part> parts = parts_of(task, loaded);
+    task.announce(2.0 * static_cast<double>(parts.size() + 2) * 3 * bench.whole().seconds());
+    std::vector<Row> rows;
+    bool complete = true;
     for (const Part& part : parts) {
-      Row row{part, request.scene, {}, "", {}, false};
+      Row row{part, task.variant, {}, "", {}, false};
       if (!row.part.apply(row.scene)) continue;
       const double done = static_cast<double>(rows.size()) / static_cast<double>(parts.size());
       bench.judge(row, part.option, 0.1 + 0.5 * done);
-      if (progress.caught()) break;
+      complete = task.watch(part.option, 0.1 + 0.5 * done);
+      if (!complete) break;
       rows.push_back(std::move(row));
     }
-    if (!progress.caught()) smallest = together(bench, rows, request.scene, watch);
+    std::optional<Row> smallest;
+    if (complete) smallest = together(bench, rows, task);
+    complete = complete && task.watch("together", 1);
+    const std::string command = run_command(task, smallest ? smallest->scene : task.variant);
+    return task.json ? json_of(bench, loaded.spec, rows, smallest, command, complete)
+                     : text_of(bench, task, loaded, rows, smallest, command);
   }
-  progress.clear();
-  if (!started) return progress.exit_code();
-  const std::string command = run_command(smallest ? smallest->scene : request.scene, request.time);
-  if (request.json)
-    put(console.out,
-        json_of(bench, loaded.spec, rows, smallest, command, !progress.caught()) + '\n');
-  else
-    put(console.out, text_of(bench, request, loaded, rows, smallest, command));
-  flush_or_throw(console.out, "standard output");
-  return progress.exit_code();
-}
 
-}  // namespace sim::cli
+ private:
+  study::Budget budget_;
+};
+
+constexpr const char* kHelp =
+    "Keys of --json, one object:\n"
+    "  system, time, budget, own_error (of the whole scene), complete,\n"
+    "  whole: {seconds, evaluations}, command, parts: [what, option, seconds,\n"
+    "  evaluations, change, energy, observed: {NAME: change}, figure, within],\n"
+    "  smallest: {seconds, evaluations, change, energy, observed, figure}\n"
+    "  change: of positions, as a share of the size, the largest on the way; figure:\n"
+    "  of --of \"mean sag\". A world: budget {SYSTEM: number}, observed\n"
+    "  {SYSTEM.NAME: ..}; changes are those of the system that changes most.\n";
+
+}  // namespace
+}  // namespace sim::studies
+
+SIM_PLUGIN(Study, "minimal") {
+  registrar.add(sim::Plugin<sim::Study>{
+      {.name = "minimal",
+       .summary = "which of its parts does a result need?",
+       .formula = "sim minimal SCENE [--budget 5%]",
+       .params = {{.name = "budget",
+                   .type = sim::ParamType::kText,
+                   .default_value = std::string("1%"),
+                   .doc = "change allowed: a share of the size (or of the range of --of), or an "
+                          "amount, as \"1 mm\""}}},
+      [](const sim::Params& params) { return std::make_unique<sim::studies::Minimal>(params); },
+      true,
+      {"--integrator", "--dt", "--time", "--of"},
+      sim::studies::kHelp});
+}

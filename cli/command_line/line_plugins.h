@@ -1,0 +1,35 @@
+// The plugins of a command line. Studies are verbs: they are looked up before the line is
+// understood.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "cli/run/environment.h"
+#include "core/study/study.h"
+
+namespace sim::cli {
+
+class LinePlugins {
+ public:
+  // Of the words only --plugin-path, --load and --probe are looked at. No library is opened yet,
+  // and folders that cannot be read are no error before registry().
+  LinePlugins(int argc, const char* const* argv);
+
+  // The studies that a word may mean, by name or alias; where help is asked for all that can be
+  // used. Throws Error{kPlugin} where the library of one that is named cannot be used.
+  std::vector<const Plugin<Study>*> studies();
+  // Names of all studies, for suggestions.
+  std::vector<std::string> names() const;
+
+  // Every plugin, those of --load opened. Throws Error{kIo}, Error{kPlugin}.
+  Registry& registry();
+
+ private:
+  std::vector<std::string> words_;
+  Folders plugin_path_, libraries_;
+  bool probe_ = false;
+  std::unique_ptr<Registry> registry_;  // null: see registry()
+};
+
+}  // namespace sim::cli

@@ -1,0 +1,76 @@
+// A study, `sim NAME SCENE`: runs a scene as often as it has to and says what it found. A plugin.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/plugin/plugin_info.h"
+#include "core/scene/simulation.h"
+#include "core/study/problem.h"
+
+namespace sim {
+
+// What a command line says of a scene besides its file, and what a study may change in it.
+struct SceneVariant {
+  std::map<std::string, std::string> settings = {};  // --set
+  std::vector<std::string> off = {};                 // --off: switches
+  std::vector<std::string> without = {};             // --without: forces, colliders, families
+  MethodChoice integrator = {};  // without a name: the scene's own, with these values
+  double dt = 0;                 // s; 0 = the scene's own
+};
+
+struct StudiedScene {
+  SceneSpec spec;
+  std::vector<Simulation> systems;  // in the order of spec.systems
+};
+
+// The scene that a study is about, in as many variants as the study wants.
+class SceneSource {
+ public:
+  virtual ~SceneSource() = default;
+
+  virtual std::string name() const = 0;  // its file, as it was asked for
+  // Throws Error for a scene that cannot be made, or that lacks what the variant names.
+  virtual StudiedScene load(const SceneVariant& variant) = 0;
+  // Of a run of one of its systems, for study::Problem. Throws Error{kUsage}.
+  virtual RunOptions options(const SceneVariant& variant, const SystemSpec& system) = 0;
+  // "sim SCENE -s n=3 --without drag": the words that run the variant, but for method and step.
+  virtual std::string command(const SceneVariant& variant) const = 0;
+};
+
+// What is studied, and how: it outlives the study.
+struct StudyTask {
+  SceneSource* scene = nullptr;  // null for a study that takes no scene
+  Registry* registry = nullptr;
+  SceneVariant variant = {};                   // as the command line asks for it
+  std::optional<double> time = {};             // s, --time
+  std::string of = {};                         // --of, as study::Quantity; empty: positions
+  std::vector<MethodChoice> integrators = {};  // --integrators; empty: all that fit
+  bool json = false;                           // one JSON object is asked for, not words
+  study::Watch watch = {};                     // progress; false: end now, with what there is
+  std::function<void(double)> announce = {};   // how many seconds the study will take about
+};
+
+class Study {
+ public:
+  virtual ~Study() = default;
+  // What it found, which goes to standard output; "" where it was ended before it knew anything.
+  // Throws Error.
+  virtual std::string run(const StudyTask& task) = 0;
+};
+
+// Its parameters are options of its verb: `max_step` is --max-step.
+template <>
+struct Plugin<Study> : PluginInfo {
+  Kind<Study>::Make make;
+  bool takes_scene = true;
+  // Options of `sim` that it takes, of --integrator, --dt, --time, --of and --integrators.
+  std::vector<std::string> takes = {};
+  std::string help = {};  // what stands below its options: the keys of --json, examples
+};
+
+}  // namespace sim
