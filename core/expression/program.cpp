@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 
 namespace sim {
@@ -76,6 +77,7 @@ Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
     Instruction now{node.op, 0, {0, 0, 0}};
     for (int i = 0; i < operands; ++i) {
       const int from = slot_of(node.operand[i]);
+      SIM_ASSERT(from >= 0);  // operands come before what reads them
       now.operand[i] = static_cast<std::uint16_t>(from);
       const bool repeated = std::count(node.operand, node.operand + i, node.operand[i]) > 0;
       if (from >= first_register && last_of(node.operand[i]) == id && !repeated)

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/array.h"
+#include "core/base/assert.h"
 
 namespace sim {
 namespace {
@@ -44,6 +45,7 @@ Arnoldi::Arnoldi(Product product, std::span<const double> start, int most)
           static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(most), start.size())),
           {},
           {}}) {
+  SIM_ASSERT(most > 0 && !start.empty());
   impl_->h = Eigen::MatrixXd::Zero(impl_->most + 1, impl_->most);
   impl_->basis.emplace_back(start.size());
   std::ranges::copy(start, impl_->basis.front().data());
@@ -105,6 +107,7 @@ std::vector<Complex> Arnoldi::values() const {
 
 std::vector<Complex> Arnoldi::vector(const RitzPairs& pairs, std::size_t i) const {
   const std::size_t k = pairs.values.size();
+  SIM_ASSERT(i < k && pairs.coefficients.size() == k * k && k <= impl_->basis.size());
   std::vector<Complex> sum(impl_->length);
   for (std::size_t j = 0; j < k; ++j)
     for (std::size_t row = 0; row < sum.size(); ++row)

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/assert.h"
+
 namespace sim {
 
 StateShape::StateShape(std::size_t size, std::vector<StatePart> parts)
@@ -18,6 +20,11 @@ StateShape::StateShape(std::size_t size, std::vector<StatePart> parts)
     }
   }
   std::ranges::sort(ranges_, {}, &Range::begin);
+  // They share no number, and all are numbers of X.
+  SIM_ASSERT(std::ranges::adjacent_find(ranges_, [](const Range& a, const Range& b) {
+               return a.end > b.begin;
+             }) == ranges_.end());
+  SIM_ASSERT(ranges_.empty() || ranges_.back().end <= size_);
 }
 
 StateShape StateShape::flat(std::size_t count) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/particles/axes.h"
@@ -28,6 +29,7 @@ void Leads::add(int i, const Vec3& now, std::shared_ptr<const RigidMotion> motio
                  "particle " + std::to_string(i) + " is at " + text_of(now) +
                      ", but its path begins at " + text_of(start),
                  "put the particle there, or let the path begin where the particle is"});
+  SIM_ASSERT(std::ranges::count(ids_, i) == 0);
   ids_.push_back(i);
   paths_.emplace_back(std::move(motion), now, offset);
 }
@@ -45,6 +47,7 @@ void Leads::velocities(double t, const Axes& v) const {
 }
 
 void Leads::chords(double t, double d, const Axes& q, const Axes& v) const {
+  SIM_ASSERT(d != 0);
   for (std::size_t k = 0; k < ids_.size(); ++k) {
     const int i = ids_[k];
     put_vector(v, i, (paths_[k].place(t + d) - Vec3(q[0][i], q[1][i], q[2][i])) / d);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/assert.h"
 #include "core/base/bits.h"
 #include "core/particles/projection.h"
 #include "core/simd/lanes.h"
@@ -57,6 +58,7 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
 
 void Particles::set_off(std::span<const std::size_t> forces,
                         std::span<const std::size_t> colliders) {
+  SIM_ASSERT(std::ranges::all_of(forces, [&](std::size_t i) { return i < forces_.size(); }));
   contacts_.set_off(colliders);
   for (double& g : motion_.gravity) g = 0;
   motion_.damping = 0;
@@ -113,9 +115,13 @@ void Particles::add(Force& force, std::vector<const Net*>& nets) {
 // own, 0 for them.
 void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                            bool some_move) {
+  SIM_ASSERT(masses.size() == mass_.size());
+  SIM_ASSERT(std::ranges::all_of(masses, [](double mass) { return mass > 0; }));
   std::ranges::copy(masses, mass_.begin());
-  for (const int i : pinned)
+  for (const int i : pinned) {
+    SIM_ASSERT(0 <= i && i < layout_.n());
     mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
+  }
 
   // Free particles of one mass share a constant; otherwise every particle has its own.
   const std::size_t n = mass_.size();

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 #include "core/base/hash.h"
 #include "core/base/text.h"
@@ -33,6 +34,8 @@ class ByteHash {
  public:
   // All pieces but the last are whole words.
   void add(std::string_view bytes) {
+    SIM_ASSERT(!ended_);
+    ended_ = bytes.size() % 8 != 0;
     for (; bytes.size() >= 8; bytes.remove_prefix(8)) hash_.add(word_at(bytes.data()));
     for (const char c : bytes) hash_.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
   }
@@ -40,6 +43,7 @@ class ByteHash {
 
  private:
   StateHash hash_;
+  bool ended_ = false;
 };
 
 std::uint64_t hash_of(std::string_view bytes) {
@@ -71,6 +75,7 @@ class ByteWriter {
   }
   // `zeros`: places of numbers that are written as 0, ascending.
   void numbers(std::span<const double> values, std::span<const std::size_t> zeros = {}) {
+    SIM_ASSERT(std::ranges::is_sorted(zeros) && (zeros.empty() || zeros.back() < values.size()));
     integer(values.size());
     for (std::size_t begin = 0; begin < values.size(); begin += kBlock) {
       const std::size_t count = std::min(kBlock, values.size() - begin), at = bytes_.size();
@@ -253,6 +258,7 @@ Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpe
     for (std::size_t axis = 0; axis < 3; ++axis)
       zeros.push_back(simulation.shape().find("velocity")->at(static_cast<std::size_t>(i), axis));
   std::ranges::sort(zeros);
+  SIM_ASSERT(snapshot.n0 <= snapshot.step && settings.h > 0);
   return {simulation.name(),
           scene_identity(spec),
           settings.method.choice(),

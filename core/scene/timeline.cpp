@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 
 namespace sim {
@@ -31,6 +32,8 @@ void Timeline::note(const Simulation& simulation, bool edited, bool stays) {
   marks_.push_back(
       {std::make_shared<Snapshot>(simulation.snapshot()), edited, edited || stays, start_, done_});
   bytes_ += marks_.back().state->bytes() + sizeof(Mark);
+  SIM_ASSERT(std::ranges::is_sorted(marks_, {}, [](const Mark& mark) { return mark.state->step; }));
+  SIM_ASSERT(done_ <= acts_.size());
   if (bytes_ > budget_) thin();
 }
 
@@ -59,6 +62,7 @@ std::size_t Timeline::mark_at_or_before(std::int64_t step) const {
 }
 
 void Timeline::restore(Simulation& simulation, std::size_t mark) {
+  SIM_ASSERT(mark < marks_.size() && marks_[mark].acts <= acts_.size());
   simulation.restore(*marks_[mark].state);
   start_ = marks_[mark].start;
   done_ = marks_[mark].acts;
@@ -110,6 +114,7 @@ void Timeline::act(Simulation& simulation, const Action& action) {
   close_edit(simulation);
   perform(simulation, action, simulation.step_count());
   discard_after(simulation);
+  SIM_ASSERT(acts_.empty() || acts_.back().step <= last_);
   acts_.push_back({last_, part_, action});
   done_ = acts_.size();
   bytes_ += sizeof(Act);
@@ -161,6 +166,7 @@ void Timeline::forget_oldest() {
   forgotten_.moves.forget_ended(marks_.front().state->step);
   forgotten_.acts += acts;
   acts_.erase(acts_.begin(), acts_.begin() + static_cast<std::ptrdiff_t>(acts));
+  SIM_ASSERT(!marks_.empty() && acts <= done_);
   done_ -= acts;
   for (Mark& mark : marks_) mark.acts -= acts;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
+
 namespace sim {
 
 void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string& name,
@@ -12,6 +14,10 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   if (const std::string note = constraint->note(); !note.empty())
     notes_.push_back("constraint '" + name + "': " + note);
   const RowPattern pattern = constraint->pattern();
+  // Rows one behind the other, of particles that there are.
+  SIM_ASSERT(std::ranges::is_sorted(pattern.begin) && pattern.begin.front() == 0);
+  SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
+  SIM_ASSERT(std::ranges::all_of(pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
   const auto memory = static_cast<std::size_t>(constraint->memory_size());
   RowPattern& all = rows_.pattern;
   rows_.parts.push_back({constraint.get(), all.rows(), all.begin.back(), memory_, memory});

@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -72,6 +74,8 @@ std::vector<int> little_fill(const Graph& columns) {
 RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
     : size_(pattern.rows()) {
   const auto n = static_cast<std::size_t>(size_);
+  SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
+  SIM_ASSERT(std::ranges::all_of(weights, [](double weight) { return weight >= 0; }));
   // Who meets whom, and where.
   std::vector<std::vector<std::pair<int, int>>> at_particle(weights.size());  // row, entry
   for (int r = 0; r < size_; ++r)
@@ -159,6 +163,7 @@ void RowMatrix::analyse(const std::vector<std::vector<int>>& columns) {
 
 void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights,
                           double shift) {
+  SIM_ASSERT(product_begin_.size() == entries_.size() + 1 && shift >= 0);
   for (std::size_t e = 0; e < entries_.size(); ++e) {
     double sum = 0;
     for (int p = product_begin_[e]; p < product_begin_[e + 1]; ++p) {

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
+
 namespace sim {
 
 const RowList::Part& RowList::part_of(int row) const {
+  SIM_ASSERT(0 <= row && row < rows());
+  SIM_ASSERT(std::ranges::is_sorted(parts, {}, &Part::row));
   const auto after = std::ranges::upper_bound(parts, row, {}, &Part::row);
   return *(after - 1);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -97,9 +99,11 @@ Renumbering::Renumbering(const Particles& particles, const std::vector<int>& row
 
 void Renumbering::number_springs(const Particles& particles) {
   const int n = particles.layout().n();
+  SIM_ASSERT(order_.size() == static_cast<std::size_t>(n));
   place_.resize(order_.size());
   for (int p = 0; p < n; ++p)
     place_[static_cast<std::size_t>(order_[static_cast<std::size_t>(p)])] = p;
+  SIM_ASSERT(std::ranges::is_permutation(order_, place_));  // both number all particles
   springs_.clear();
   for (const Springs* given : given_)
     springs_.emplace_back(n, [&](const Springs::Visit& visit) {
@@ -159,6 +163,7 @@ void copy_in_order(const Particles& particles, std::span<const int> from, const 
 }  // namespace
 
 bool RenumberedStepper::step(double t, double h, int count, const double* x, double* x_next) {
+  SIM_ASSERT(count > 0 && x != x_next);
   double* const start = states_[now_].data();
   if (x != last_) copy_in_order(*particles_, numbering_->order(), x, start);
   now_ = 1 - now_;

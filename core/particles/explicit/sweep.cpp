@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -18,6 +20,7 @@ void add(double s, const Vec3& d, int lane, double (*sum)[8]) {
 
 void add_block_carefully(std::span<const SweepRun<double>> runs, std::int64_t turn,
                          const double* const q[3], int i, int lanes, double (*sum)[8]) {
+  SIM_ASSERT(i >= 0 && 0 < lanes && lanes <= 8);
   for (const SweepRun<double>& run : runs) {
     const std::int64_t to = turn & run.mask;
     for (int lane = 0; lane < lanes; ++lane) {
@@ -48,10 +51,12 @@ Rings<Real>::Rings(std::span<const SpringRun* const> runs) {
   memory_ = ArrayOf<Real>(total);
   Real* next = memory_.data();
   for (const SpringRun* run : runs) {
+    SIM_ASSERT(run->stride > 0);
     const unsigned whole = run->uniform ? kAllOwn<Real> : ~0U;
     runs_.push_back({RunColumns(*run), entries(*run) - 1, next, -std::int64_t{run->stride}, whole});
     next += entries(*run) + kBlock<Real>;
   }
+  SIM_ASSERT(next == memory_.data() + total);
 }
 
 template <class Real>

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -40,12 +42,14 @@ int Sweeps<Real>::useful_ranks(int stages, int members) const {
 
 template <class Real>
 void Sweeps<Real>::start(int rank, int ranks, int stage, int begin, const Real* const* q) {
+  SIM_ASSERT(0 <= rank && rank < ranks && 0 <= stage && stage < most_stages_);
   if (q) kernels_.start(rings(rank, stage), ranks, q, begin, system_->reach());
 }
 
 template <class Real>
 void Sweeps<Real>::gather(int rank, int stage, const ParticleView& view, Tile tile,
                           ForceSink sink) {
+  SIM_ASSERT(0 <= tile.begin && tile.begin <= tile.end && tile.end <= view.n);
   for (double* const sum : {sink.x, sink.y, sink.z})
     std::fill(sum + tile.begin, sum + (tile.end + 7) / 8 * 8, 0.0);
   for (const auto& force : forces_[place(rank, stage)]) force->add(view, tile, sink);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
 #include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
 
@@ -47,6 +48,7 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   // Iterations that cost as much as to prepare more, and after which it shows how they go.
   constexpr int kSoon = 12, kLook = 4;
   double own = matrix.precondition(r_.data(), z_.data()), rz = own, beta = 0;
+  SIM_ASSERT(eta > 0 && !(own < 0));  // D^-1 is symmetric and positive
   const double goal = eta * eta * own;
   const double first = own;
   bool corrected = false;

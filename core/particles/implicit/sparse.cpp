@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
+
 namespace sim {
 
 struct SparseSymmetric::Matrices {
@@ -30,6 +32,9 @@ struct SparseSymmetric::Matrices {
 SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper)
     : matrices_(std::make_unique<Matrices>()) {
   std::vector<Eigen::Triplet<double>> entries;
+  SIM_ASSERT(std::ranges::all_of(upper, [rows](const auto& entry) {
+    return 0 <= entry.first && entry.first <= entry.second && entry.second < rows;
+  }));
   for (const auto& [row, column] : upper) entries.emplace_back(row, column, 0.0);
   matrices_->upper.resize(rows, rows);
   matrices_->upper.setFromTriplets(entries.begin(), entries.end());
@@ -45,8 +50,10 @@ SparseSymmetric::~SparseSymmetric() = default;
 int SparseSymmetric::entry(int row, int column) const {
   const int* const rows = matrices_->upper.innerIndexPtr();
   const int* const columns = matrices_->upper.outerIndexPtr();
-  return static_cast<int>(
-      std::lower_bound(rows + columns[column], rows + columns[column + 1], row) - rows);
+  const int* const found =
+      std::lower_bound(rows + columns[column], rows + columns[column + 1], row);
+  SIM_ASSERT(found != rows + columns[column + 1] && *found == row);
+  return static_cast<int>(found - rows);
 }
 
 std::span<double> SparseSymmetric::values() {
@@ -60,6 +67,7 @@ std::span<const double> SparseSymmetric::values() const {
 bool SparseSymmetric::factorise() { return matrices_->ldlt.factorise(matrices_->upper); }
 
 void SparseSymmetric::solve(std::span<double> x) const {
+  SIM_ASSERT(static_cast<Eigen::Index>(x.size()) == matrices_->upper.rows());
   matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
 #include "core/particles/implicit/linear_solver.h"
 
 namespace sim {
@@ -64,6 +65,7 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
         values[at.column[col] + row] +=
             scale * (stiffness.across * d[row] * d[col] + (row == col ? stiffness.along : 0.0));
   });
+  SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
 }
 
 LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {

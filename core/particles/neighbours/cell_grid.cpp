@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -24,6 +26,7 @@ double median(const double* values, int n, std::vector<double>& sample) {
 }  // namespace
 
 void CellGrid::sort(const ParticleView& view, double width) {
+  SIM_ASSERT(width > 0);
   const auto n = static_cast<std::size_t>(view.n);
   const double* const q[3] = {view.x, view.y, view.z};
   std::int64_t cells = 1;
@@ -63,6 +66,7 @@ void CellGrid::sort(const ParticleView& view, double width) {
     ++starts_[static_cast<std::size_t>(cell) + 1];
   }
   for (std::size_t cell = 1; cell < starts_.size(); ++cell) starts_[cell] += starts_[cell - 1];
+  SIM_ASSERT(starts_.back() == view.n);
   next_ = starts_;
   order_.resize(n);
   cells_.resize(n);
@@ -75,6 +79,7 @@ void CellGrid::sort(const ParticleView& view, double width) {
 
 CellGrid::Rows CellGrid::around(int cell) const {
   const auto [a, b, c] = size_;
+  SIM_ASSERT(0 <= cell && cell < a * b * c);
   const int x = cell % a, y = cell / a % b, z = cell / a / b;
   Rows rows{};
   for (int dz = -1; dz <= 1; ++dz)
@@ -89,6 +94,7 @@ CellGrid::Rows CellGrid::around(int cell) const {
       if (x == 0) add(a - 1, a);
       if (x == a - 1) add(0, 1);
     }
+  SIM_ASSERT(rows.count <= static_cast<int>(std::size(rows.at)));
   return rows;
 }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <bit>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 #include "core/base/memory.h"
 #include "core/base/text.h"
@@ -18,8 +19,9 @@ constexpr double kMargin = 1 + 1e-9;
 
 }  // namespace
 
-Neighbours::Neighbours(double cutoff, double skin)
-    : range_(cutoff + skin), half_skin_(0.5 * skin) {}
+Neighbours::Neighbours(double cutoff, double skin) : range_(cutoff + skin), half_skin_(0.5 * skin) {
+  SIM_ASSERT(cutoff > 0 && skin >= 0);
+}
 
 // Two particles that were more than cutoff + skin apart are more than the cutoff apart as long as
 // neither has moved more than skin / 2.
@@ -53,6 +55,7 @@ bool Neighbours::update(const ParticleView& view, Team& team) {
 
 void Neighbours::build(const ParticleView& view, Team& team) {
   const auto n = static_cast<std::size_t>(view.n), blocks = (n + 7) / 8;
+  SIM_ASSERT(builds_ == 0 || place_.size() == n);
   grid_.sort(view, range_);
   order_ = grid_.order();
   if (builds_++ == 0) {
@@ -152,10 +155,14 @@ void Neighbours::list(int first, int last, Share& share) {
         own = 0;
       }
       // Further on than that of the place before: the ids of a cell ascend.
-      while (share.places[static_cast<std::size_t>(own)] != place) ++own;
+      while (share.places[static_cast<std::size_t>(own)] != place) {
+        ++own;
+        SIM_ASSERT(own < share.count);
+      }
       std::int32_t* const found = share.found.data();
       int count = near_(q, 0, own, own, limit, found);
       count += near_(q, own + 1, share.count, own, limit, found + count);
+      SIM_ASSERT(count < share.count);  // it is no neighbour of its own
       block.count[lane] = count;
       block.length = std::max(block.length, count);
       if (share.needed + 8 * static_cast<std::size_t>(block.length) > share.slots.size()) continue;

@@ -1,5 +1,6 @@
 #include "core/particles/neighbours/pair_forces.h"
 
+#include "core/base/assert.h"
 #include "core/simd/inverse_sqrt.h"
 
 namespace sim {
@@ -30,6 +31,7 @@ void PairForces::prepare(const ParticleView& view, Team& team) {
 }
 
 void PairForces::add(Tile tile, ForceSink sink) const {
+  SIM_ASSERT(tile.begin >= 0 && 4 * static_cast<std::size_t>(tile.end) <= forces_.size());
   for (int i = tile.begin; i < tile.end; ++i) {
     const double* const force = forces_.data() + 4 * std::ptrdiff_t{neighbours_.place(i)};
     sink.x[i] += force[0];

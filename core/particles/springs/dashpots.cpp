@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/assert.h"
 #include "core/simd/inverse_sqrt.h"
 
 namespace sim {
@@ -45,6 +46,7 @@ Vec3 dashpot_force(const Vec3& d, const Vec3& w, double c) {
 
 void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView& view, int i,
                             int lanes, double (*sum)[8]) {
+  SIM_ASSERT(i >= 0 && 0 < lanes && lanes <= 8);
   for (const DashpotRun& run : runs)
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int64_t at = i + lane;
@@ -68,6 +70,7 @@ Dashpots::Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_
 }
 
 void Dashpots::accumulate(const ParticleView& view, Tile tile, ForceSink sink) const {
+  SIM_ASSERT(0 <= tile.begin && tile.begin <= tile.end && tile.end <= view.n);
   forces_(runs_, view, tile.begin, tile.end, sink);
   if (pairs_.net().empty()) return;
   for (int i = tile.begin; i < tile.end; ++i)

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/base/assert.h"
+
 namespace sim {
 namespace {
 
@@ -22,6 +24,7 @@ class Ends {
   Ends(int n, std::span<const Net::Spring> springs)
       : first_(static_cast<std::size_t>(n) + 1), ends_(2 * springs.size()) {
     for (const Net::Spring& s : springs) {
+      SIM_ASSERT(s.a != s.b && s.a >= 0 && s.a < n && s.b >= 0 && s.b < n);
       ++first_[static_cast<std::size_t>(s.a)];
       ++first_[static_cast<std::size_t>(s.b)];
     }
@@ -73,6 +76,7 @@ std::vector<std::int32_t> cuthill_mckee(int n, const Ends& ends) {
       for (const End& end : ends.at(order[next])) append(end.to);
       std::sort(order.begin() + neighbours, order.end(), fewer_ends);
     }
+  SIM_ASSERT(order.size() == starts.size());  // a permutation: each particle is appended once
   return order;
 }
 
@@ -144,6 +148,7 @@ Net::Net(int n, std::span<const Spring> springs) {
         slot.present |= static_cast<std::uint8_t>(1u << lane);
         slot.to[lane] = end.to;
       }
+      SIM_ASSERT(model);  // a block has no more slots than its fullest particle has ends
       if (alike) {
         const auto [found, fresh] =
             kind_numbers.try_emplace({model->k, model->rest}, static_cast<int>(kinds.size()));
@@ -159,6 +164,8 @@ Net::Net(int n, std::span<const Spring> springs) {
       }
     }
   }
+  SIM_ASSERT(next == slots.data() + slots.size());
+  SIM_ASSERT(ks.size() == rests.size() && ks.size() % 8 == 0);
 }
 
 }  // namespace sim

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "core/base/assert.h"
 #include "core/particles/springs/energy.h"
 #include "core/simd/inverse_sqrt.h"
 
@@ -45,6 +46,8 @@ SpringRun empty_run(int n, int stride, const StrideStatistics& statistics) {
 }
 
 void put(SpringRun& run, int a, double k, double rest) {
+  SIM_ASSERT(a >= 0 && static_cast<std::size_t>(a) / 8 < run.owners.size());
+  SIM_ASSERT(!run.owns(a));
   set_bit(run.owners.data(), a);
   ++run.count;
   if (run.uniform) return;
@@ -85,6 +88,7 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
   std::map<int, StrideStatistics> strides;
   auto last = strides.end();
   for_each([&](int a, int b, double k, double rest) {
+    SIM_ASSERT(a != b && a >= 0 && a < n && b >= 0 && b < n);
     const int stride = std::abs(a - b);
     if (last == strides.end() || last->first != stride) last = strides.try_emplace(stride).first;
     last->second.add(k, rest);
@@ -119,10 +123,17 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
       for (int a = 0; a + stride < n; ++a)
         if (run.owns(a)) others.push_back({a, a + stride, run.k_of(a), run.rest_of(a)});
     }
+  // Every spring is in one run or in the net.
+  SIM_ASSERT([&] {
+    long all = static_cast<long>(others.size());
+    for (const SpringRun& run : runs_) all += run.count;
+    return all == count_;
+  }());
   net_ = Net(n, others);
 }
 
 double Springs::potential(const ParticleView& view, Tile tile) const {
+  SIM_ASSERT(0 <= tile.begin && tile.begin <= tile.end && tile.end <= n_);
   double sum = 0;
   for (const SpringRun& run : runs_) sum += run_energy(run, view, tile.begin, tile.end);
   for (int i = tile.begin; i < tile.end; ++i)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/assert.h"
 #include "core/simd/inverse_sqrt.h"
 
 namespace sim {
@@ -55,6 +56,7 @@ SpringStiffness softer(const SpringStiffness& spring, double share, double k) {
 
 void linearise_carefully(const StiffRun& run, const double* const q[3], const SpringModel& model,
                          int i, int lanes) {
+  SIM_ASSERT(i >= 0 && 0 < lanes && lanes <= 8);
   for (int a = i; a < i + lanes; ++a) {
     if (!bit(run.owners, a)) continue;
     const auto [along, across] =
@@ -90,6 +92,7 @@ void Stiffness::at(const double* const q[3], const SpringModel& model) {
 
 void Stiffness::find_parts(const double* shift, double scale, const std::uint8_t* free,
                            double most_share, double* parts) const {
+  SIM_ASSERT(scale >= 0 && most_share > 0 && most_share <= 1);
   system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     std::fill(parts + begin, parts + end, 0.0);
     kernels_.pushes(runs_, parts, begin, end);
