@@ -31,7 +31,8 @@ bool meet(const HalfSpace* planes, const int* members, int count, const Vec3& v,
     for (int k = 0; k < i; ++k) sum -= l[i][k] * y[k];
     y[i] = sum / l[i][i];
   }
-  for (int i = count; i-- > 0;) {
+  // With `i-- > 0` instead gcc 12 leaves the loop out at -O2, for it loses count of the inner one.
+  for (int i = count - 1; i >= 0; --i) {
     double sum = y[i];
     for (int k = i + 1; k < count; ++k) sum -= l[k][i] * sizes[k];
     sizes[i] = sum / l[i][i];
