@@ -1,5 +1,7 @@
 #include "core/particles/elements/incidence.h"
 
+#include <algorithm>
+
 #include "core/base/assert.h"
 
 namespace sim {

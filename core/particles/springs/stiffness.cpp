@@ -92,7 +92,7 @@ void Stiffness::at(const double* const q[3], const SpringModel& model) {
 
 void Stiffness::find_parts(const double* shift, double scale, const std::uint8_t* free,
                            double most_share, double* parts) const {
-  SIM_ASSERT(scale >= 0 && most_share > 0 && most_share <= 1);
+  SIM_ASSERT(scale >= 0 && most_share >= 0);
   system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     std::fill(parts + begin, parts + end, 0.0);
     kernels_.pushes(runs_, parts, begin, end);
