@@ -2,8 +2,9 @@
 """./dev mutate: puts mistakes into a copy of the sources and asks which tests notice them.
 
 All mutants are in one build and are switched on one at a time (Untch, Offutt & Harrold (1993), Mutation analysis
-using mutant schemata, ISSTA 139-148), each against the tests that reach it, quick ones first. Results are kept in
-build/mutate: an interrupted call goes on where it stopped, and survivors are tried again on tests that are new.
+using mutant schemata, ISSTA 139-148), each against tests that reach it, quick ones that reach little else first, for
+as many seconds of tests as said. Results are kept in build/mutate: a call goes on where the last one stopped, and
+survivors are asked of tests with new names and of those for which there was no time.
 """
 
 import collections
@@ -31,8 +32,7 @@ SOURCE, TREE, OUT = WORK / 'source', WORK / 'tree', WORK / 'out'  # as it was, w
 FOLDERS = ('core', 'plugins', 'cli')
 TARGETS = ('sim', 'simrepl', 'plugins', 'sim_tests', 'sim_hunt')
 LEFT_OUT = {'slow', 'browser', 'window'}  # labels of tests that are not asked
-BATCH = 4.0  # s, of test cases that run in one process
-JOBS = os.cpu_count() or 1
+BATCH, JOBS = 4.0, os.cpu_count() or 1  # s, of test cases that run in one process; processes at a time
 
 def say(text):
     print(f'mutate: {text}', file=sys.stderr, flush=True)
@@ -57,9 +57,8 @@ def including(path, text):
     """A file that is compiled and reads a header that cannot be read alone; or None."""
     if path.suffix == '.h' and b'SIM_TARGET_BEGIN' in text:
         name = path.relative_to(SOURCE).as_posix()
-        kernels = sorted(SOURCE.glob('core/**/*_kernel.cpp'))
+        kernels = sorted(SOURCE.glob('[cp]*/**/*_kernel.cpp'))
         return str(next((kernel for kernel in kernels if name in kernel.read_text()), kernels[0]))
-    return None
 
 def changed(source, chosen):
     """The source with all of the chosen (number, point) in it."""
@@ -107,6 +106,8 @@ def copy_tree():
         shutil.copytree(ROOT, copy, symlinks=True, ignore=lambda folder, names: {
             n for n in names if n in ('.git', '__pycache__') or (n == 'build' and pathlib.Path(folder) == ROOT)})
     shutil.copy(TREE / 'tests/mutate/mutants.cpp.in', TREE / 'core/base/mutants.cpp')
+    with open(TREE / 'cli/CMakeLists.txt', 'a') as file:  # the program without the kernel
+        file.write('if(TARGET sim-petsc)\n  target_sources(sim-petsc PRIVATE ../core/base/mutants.cpp)\nendif()\n')
 
 def ninja():
     with open(WORK / 'build.log', 'w') as log:
@@ -146,32 +147,28 @@ def build(mutants):
         for number in at or beside:
             say(f'{number} in {mutants.pop(number)[0]} does not compile and is dropped')
 
-def limit():
-    """A mutant may ask for any amount."""
-    resource.setrlimit(resource.RLIMIT_AS, (12 << 30, 12 << 30))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4 << 30, 4 << 30))
-
-def run(names, commands, timeout, **environment):
-    """True where a program, or some cases of sim_tests, pass in time; and how long they took, in s."""
+def run(names, commands, timeout, seconds=600, **environment):
+    """Whether a program or some cases of sim_tests pass in `timeout` s, `seconds` of a processor; what they took."""
+    def limit():  # a mutant may ask for any amount
+        for kind, most in (('AS', 12 << 30), ('FSIZE', 4 << 30), ('CPU', seconds)):
+            resource.setrlimit(getattr(resource, 'RLIMIT_' + kind), (most, most))
     with tempfile.TemporaryDirectory(dir=WORK / 'tmp') as folder:
         command = commands[names[0]]
         if not command:
             cases = pathlib.Path(folder) / 'cases'
-            words = (name[5:].replace('\\', r'\\').replace(',', r'\,') for name in names)
-            cases.write_text(''.join(f'"{text}"\n' for text in words))
+            cases.write_text(''.join('"%s"\n' % n[5:].replace('\\', r'\\').replace(',', r'\,') for n in names))
             command = [OUT / 'bin/sim_tests', '--abort', '--warn', 'NoTests', '--input-file', cases]
-        start = time.monotonic()
         process = subprocess.Popen(command, env={**os.environ, 'TMPDIR': folder, **environment}, cwd=OUT / 'tests',
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                    start_new_session=True, preexec_fn=limit)
-        try:
-            passed = process.wait(timeout) in (0, 77)
-        except subprocess.TimeoutExpired:
-            passed = False
+        end = time.monotonic() + timeout
+        while not (ended := os.wait4(process.pid, os.WNOHANG))[0] and time.monotonic() < end:
+            time.sleep(0.01)
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        return passed, time.monotonic() - start
+        ended = ended if ended[0] else os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(ended[1])
+        return process.returncode in (0, 77), ended[2].ru_utime + ended[2].ru_stime
 
 def tests():
     """The command of each test that is a program; none for a case of sim_tests."""
@@ -184,36 +181,42 @@ def tests():
     listed = subprocess.run([OUT / 'bin/sim_tests', '--list-test-names-only'], capture_output=True, text=True).stdout
     return found | {f'case {line}': None for line in listed.splitlines() if line.strip()}
 
-def reach_of(name, commands):
+def reach_of(name, commands, most):
     with tempfile.NamedTemporaryFile(dir=WORK / 'tmp') as file:
         file.truncate(1 << 16)
-        passed, seconds = run([name], commands, 1500, SIM_MUTANT_REACHED=file.name)
+        passed, seconds = run([name], commands, 20 * most, most, SIM_MUTANT_REACHED=file.name)
         return name, passed, seconds, [i for i, byte in enumerate(pathlib.Path(file.name).read_bytes()) if byte]
 
 def read_lines(path):
     return {key: rest for key, *rest in map(json.loads, path.read_text().splitlines())} if path.exists() else {}
 
-def find_reach(commands):
-    """{name: (seconds, reached)} of the tests that pass without a mutant, and the names that are new."""
+def find_reach(commands, most):
+    """{name: (seconds, reached)} of tests that pass in so many s without a mutant, and the names that are new."""
     path = WORK / 'reach.jsonl'
     found = read_lines(path)
     new = [name for name in commands if name not in found]
     say(f'{len(new)} tests show what they reach')
     with concurrent.futures.ThreadPoolExecutor(JOBS) as pool, open(path, 'a') as file:
-        for n, (name, *rest) in enumerate(pool.map(lambda test: reach_of(test, commands), new), 1):
+        for name, *rest in pool.map(lambda test: reach_of(test, commands, most), new):
             found[name] = rest
             print(json.dumps([name, *rest]), file=file, flush=True)
-            if n % 100 == 0:
-                say(f'{n} of {len(new)} tests')
     failing = [name for name, (passed, *_) in found.items() if not passed and name in commands]
     if failing:
-        say(f'{len(failing)} tests fail without a mutant and are not asked: ' + '; '.join(failing))
+        say(f'{len(failing)} tests fail or take long without a mutant and are not asked: ' + '; '.join(failing))
     return {name: rest[1:] for name, rest in found.items() if rest[0] and name in commands}, new
 
+def most_telling(names, reach, new, budget):
+    """New tests, then quick ones that reach few mutants, while the budget lasts."""
+    seconds = 0.0
+    for name in sorted(names, key=lambda name: (name not in new, (reach[name][0] + 0.02) * len(reach[name][1]))):
+        if name in new or seconds + reach[name][0] <= budget:
+            seconds += reach[name][0]
+            yield name
+
 def batches(names, reach, commands):
-    """Quick tests first; cases together while they take no longer than BATCH."""
+    """Cases together while they take no longer than BATCH."""
     together, seconds = [], 0.0
-    for name in sorted(names, key=lambda name: reach[name][0]):
+    for name in names:
         if together and (commands[name] or commands[together[0]] or seconds + reach[name][0] > BATCH):
             yield together, seconds
             together, seconds = [], 0.0
@@ -222,17 +225,14 @@ def batches(names, reach, commands):
     if together:
         yield together, seconds
 
-def try_mutant(number, reach, commands):
-    """How many tests reach a mutant, and which noticed it, if any."""
-    reaching = [name for name, (_, reached) in reach.items() if number in reached]
-    for names, seconds in batches(reaching, reach, commands):
-        timeout = 10 * seconds + 20
-        if run(names, commands, timeout, SIM_MUTANT=str(number))[0]:
+def try_mutant(number, names, reach, commands):
+    """Which of the tests notices a mutant, if any."""
+    for together, seconds in batches(names, reach, commands):
+        if run(together, commands, 20 * seconds + 30, SIM_MUTANT=str(number))[0]:
             continue
-        if run(names, commands, timeout)[0]:
-            return len(reaching), f'{names[0]} .. {names[-1]}' if len(names) > 1 else names[0]
-        say(f'{names[0]} .. {names[-1]} sometimes fails without a mutant')
-    return len(reaching), None
+        if run(together, commands, 20 * seconds + 30)[0]:
+            return f'{together[0]} .. {together[-1]}' if len(together) > 1 else together[0]
+        say(f'{together[0]} .. {together[-1]} sometimes fails without a mutant')
 
 def patch(name, point):
     before = (SOURCE / name).read_bytes()
@@ -240,30 +240,30 @@ def patch(name, point):
     return ''.join(difflib.unified_diff(before.decode().splitlines(True), after.decode().splitlines(True),
                                         f'a/{name}', f'b/{name}', n=2))
 
-def report(mutants, results):
+def report(mutants, results, reach):
     rooms = collections.defaultdict(list)
-    for number, (reaching, by) in sorted(results.items()):
+    for number, (asked, by) in sorted(results.items()):
         name, point = mutants[number]
-        rooms['/'.join(name.split('/')[:2])].append(by is not None)
-        rooms['all'].append(by is not None)
+        for room in ('/'.join(name.split('/')[:2]), 'all'):
+            rooms[room].append(by is not None)
         if by is None:
-            print(f'--- mutant {number} ({point.rule}) passed {reaching} tests\n{patch(name, point)}')
+            reaching = sum(number in reached for _, reached in reach.values())
+            print(f'--- mutant {number} ({point.rule}) passed {len(asked)} of {reaching} tests\n{patch(name, point)}')
     for room in [*sorted(rooms.keys() - {'all'}), 'all']:
         print(f'{room:24} noticed {sum(rooms[room]):3} of {len(rooms[room]):3}, '
               f'{100 * sum(rooms[room]) / len(rooms[room]):5.1f} %')
 
 def arguments():
-    numbers = [int(a) for a in sys.argv[1:] if a.isdigit()]
-    folders = [a.rstrip('/') for a in sys.argv[1:] if not a.isdigit()]
-    if len(numbers) > 2 or len(folders) > 1 or (numbers and not 0 < numbers[0] < 1 << 15):
-        fail('usage: ./dev mutate [N [SEED]] [FOLDER], as ./dev mutate 200 1 core/ode', 2)
-    return (*numbers, *(50, 1)[len(numbers):], *(folders or ['']))
+    words = re.fullmatch(r'(\d+(?: |$))?(\d+(?: |$))?([a-z]\S*(?: |$))?(\d+s)?', ' '.join(sys.argv[1:]))
+    if not words or not 0 < int(words[1] or 50) < 1 << 15:
+        fail('usage: ./dev mutate [N [SEED]] [FOLDER] [SECONDSs], as ./dev mutate 200 1 core/ode 20s', 2)
+    key = [int(words[1] or 50), int(words[2] or 1), (words[3] or '').rstrip('/ ')]
+    return key, float((words[4] or 'inf').rstrip('s'))
 
 def main():
-    key = list(arguments())
-    WORK.mkdir(parents=True, exist_ok=True)
+    key, budget = arguments()
     shutil.rmtree(WORK / 'tmp', ignore_errors=True)
-    (WORK / 'tmp').mkdir()
+    (WORK / 'tmp').mkdir(parents=True)
     state, kept = WORK / 'state.json', WORK / 'results.jsonl'
     known = json.loads(state.read_text()) if state.exists() else {}
     if known.get('key') == key:
@@ -281,21 +281,24 @@ def main():
         state.write_text(json.dumps({'key': key, 'mutants': {n: [m, vars(p)] for n, (m, p) in mutants.items()}}))
 
     commands = tests()
-    reach, new = find_reach(commands)
-    added = {name: reach[name] for name in new if name in reach}
+    reach, new = find_reach(commands, 75 if budget == float('inf') else max(1, int(budget / 4)))
+    place = {name: i for i, name in enumerate(read_lines(WORK / 'reach.jsonl'))}  # of a test, in results
     results = read_lines(kept)
+    added = new if results else []
     with concurrent.futures.ThreadPoolExecutor(JOBS) as pool, open(kept, 'a') as file:
         asked = {}
         for number in mutants:
-            if number not in results or (results[number][1] is None and added):
-                asked[pool.submit(try_mutant, number, added if number in results else reach, commands)] = number
+            before, by = results.get(number, ([], None))
+            left = [test for test, (_, reached) in reach.items() if number in reached and place[test] not in before]
+            tests_now = list(most_telling(left, reach, added, budget))
+            if by is None and (tests_now or number not in results):
+                asked[pool.submit(try_mutant, number, tests_now, reach, commands)] = number, before, tests_now
         for done in concurrent.futures.as_completed(asked):
-            number, (reaching, by) = asked[done], done.result()
-            results[number] = [reaching + results.get(number, [0])[0], by]
+            (number, before, tests_now), by = asked[done], done.result()
+            results[number] = [before + [place[test] for test in tests_now], by]
             print(json.dumps([number, *results[number]]), file=file, flush=True)
-            noticed = sum(by is not None for _, by in results.values())
-            say(f'{number} {"noticed" if by else "PASSED"}; {noticed} of {len(results)}')
-    report(mutants, results)
+            say(f'{number} {"noticed by " + by if by else "PASSED"}; {len(results)} of {len(mutants)}')
+    report(mutants, results, reach)
 
 if __name__ == '__main__':
     main()

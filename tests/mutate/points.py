@@ -8,14 +8,12 @@ import clang.cindex as cindex
 OPERATORS = {'+': ['-'], '-': ['+'], '*': ['/'], '/': ['*'], '%': ['/'],
              '+=': ['-='], '-=': ['+='], '*=': ['/='], '/=': ['*=']}
 COMPARISONS = {'<': ['<=', '>='], '<=': ['<', '>'], '>': ['>=', '<='], '>=': ['>', '<'], '==': ['!='], '!=': ['==']}
-LOGIC = {'&&': ['||'], '||': ['&&']}
-RULES = (('operator', OPERATORS), ('comparison', COMPARISONS), ('logic', LOGIC))
+RULES = (('operator', OPERATORS), ('comparison', COMPARISONS), ('logic', {'&&': ['||'], '||': ['&&']}))
 FUNCTIONS = ('FUNCTION_DECL', 'CXX_METHOD', 'CONSTRUCTOR', 'FUNCTION_TEMPLATE', 'CONVERSION_FUNCTION')
 # Where the compiler evaluates what stands there.
 CONSTANT = ('STATIC_ASSERT', 'ENUM_CONSTANT_DECL', 'TEMPLATE_NON_TYPE_PARAMETER', 'TYPE_ALIAS_DECL',
             'TYPE_ALIAS_TEMPLATE_DECL', 'CLASS_TEMPLATE_PARTIAL_SPECIALIZATION', 'CONCEPT_DECL')
-SYMMETRIC = ('max', 'min', 'hypot', 'dot')
-COUNTS = ('INT', 'UINT', 'LONG', 'ULONG')
+SYMMETRIC, COUNTS = ('max', 'min', 'hypot', 'dot'), ('INT', 'UINT', 'LONG', 'ULONG')
 
 class Point:
     """The bytes [start, end) of a file become `text`, or nothing. `pure`: in a function that the compiler may evaluate.
@@ -39,7 +37,6 @@ def other_number(text):
         return f'{int(digits) + max(1, int(digits) // 4 * (len(digits) > 1))}{text[len(digits):]}'
     if re.fullmatch(r'(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?f?', text):
         return '1.0' if float(text.rstrip('f')) == 0 else f'({text} * 1.25)'
-    return None
 
 class Finder:
     def __init__(self, path, source):
