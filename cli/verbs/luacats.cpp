@@ -27,6 +27,8 @@ std::string lua_type_of(const Param& param) {
       return "number[]";
     case ParamType::kFunction:
       return "function";
+    case ParamType::kList:
+      return "(number|string)[]|number|string";
     default:
       return "any";
   }

@@ -17,7 +17,7 @@ constexpr int kMostFactors = 64;  // a whole exponent up to this is a product
 int operand_count(Op op) {
   if (op <= Op::kInput) return 0;
   if (op <= Op::kTanh) return 1;
-  return op == Op::kSelect ? 3 : 2;
+  return op >= Op::kSelect ? 3 : 2;
 }
 
 int Graph::add(const Node& node) {

@@ -42,6 +42,17 @@ enum class Op : std::uint8_t {
   kMax,
   kPower,
   kSelect,
+  // Two operations in one, each rounded; of programs only.
+  kProductPlus,      // a b + c
+  kProductMinus,     // a b - c
+  kMinusProduct,     // c - a b
+  kSumPlus,          // (a + b) + c
+  kSumMinus,         // (a + b) - c
+  kDifferencePlus,   // (a - b) + c
+  kDifferenceMinus,  // (a - b) - c
+  kProductTimes,     // (a b) c
+  kSumTimes,         // (a + b) c
+  kDifferenceTimes,  // (a - b) c
 };
 
 int operand_count(Op op);  // 0 to 3

@@ -24,6 +24,10 @@ using RunInstructions = void (*)(std::span<const Instruction> code, double* cons
                                  int count);
 RunInstructions run_instructions();
 
+// Likewise slots that are single numbers, with the same bits: for systems of a few formulas.
+using RunStraight = void (*)(std::span<const Instruction> code, double* slots);
+RunStraight run_straight();
+
 // One operation on single numbers, with the same bits.
 double evaluate(Op op, double a, double b = 0, double c = 0);
 

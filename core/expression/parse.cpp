@@ -199,7 +199,8 @@ class Parser {
     if (take('(')) return call(word, begin);
     if (const auto input = std::ranges::find(names_.inputs, word); input != names_.inputs.end()) {
       names_.used.insert(word);
-      return graph_.input(static_cast<int>(input - names_.inputs.begin()));
+      const int index = static_cast<int>(input - names_.inputs.begin());
+      return index < names_.cells.count && take('[') ? neighbour(word, index) : graph_.input(index);
     }
     if (const auto number = names_.numbers.find(word); number != names_.numbers.end()) {
       names_.used.insert(word);
@@ -220,6 +221,54 @@ class Parser {
     fail("'" + word + "' is not known",
          near.empty() ? "give " + word + " = NUMBER, or use one of: " + join(known, ", ")
                       : "did you mean '" + near + "'? else give " + word + " = NUMBER");
+  }
+
+  // Behind NAME[.
+  int neighbour(const std::string& word, int index) {
+    CellNames& cells = names_.cells;
+    if (cells.directions == 0)
+      fail("'" + word + "' has no neighbours: there is one cell", "give cells = N");
+    Neighbour other{index, {}};
+    for (int k = 0; k < cells.directions; ++k) {
+      if (k > 0 && !take(',')) wrong_index(word);
+      other.offset[static_cast<std::size_t>(k)] =
+          whole_number(word, cells.extents[static_cast<std::size_t>(k)]);
+    }
+    if (!take(']')) wrong_index(word);
+    if (other.offset == std::array<int, 3>{}) return graph_.input(index);
+    const auto known = std::ranges::find(cells.neighbours, other);
+    const auto number = known - cells.neighbours.begin();
+    if (known == cells.neighbours.end()) cells.neighbours.push_back(other);
+    return graph_.input(static_cast<int>(names_.inputs.size()) + static_cast<int>(number));
+  }
+
+  [[noreturn]] void wrong_index(const std::string& word) {
+    constexpr const char* kForms[] = {"[-1]", "[0, -1]", "[0, 0, -1]"};
+    skip_space();
+    fail("a neighbour of '" + word + "' in " + std::to_string(names_.cells.directions) +
+             (names_.cells.directions == 1 ? " direction" : " directions") + " is expected",
+         "write it as " + word + kForms[names_.cells.directions - 1]);
+  }
+
+  // Less than `extent` in either direction.
+  int whole_number(const std::string& word, int extent) {
+    skip_space();
+    const std::size_t begin = at_;
+    const bool minus = take('-');
+    if (!minus) take('+');
+    skip_space();
+    int value = 0;
+    const auto [end, error] =
+        std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
+    const bool far = error == std::errc::result_out_of_range || value >= extent;
+    if (error == std::errc::invalid_argument || !is_digit(peek())) wrong_index(word);
+    if (far) {
+      at_ = begin;
+      fail("the lattice has " + std::to_string(extent) + " cells in this direction",
+           "name a neighbour that is less far away");
+    }
+    at_ = static_cast<std::size_t>(end - text_.data());
+    return minus ? -value : value;
   }
 
   int defined(const std::string& word, Definition& definition, std::size_t begin) {

@@ -1,7 +1,9 @@
 #include "core/expression/program.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "core/base/assert.h"
 #include "core/base/error.h"
@@ -9,8 +11,8 @@
 namespace sim {
 namespace {
 
-constexpr std::size_t kScratch = 8192;  // numbers in registers, on the stack
-constexpr std::size_t kMostSlots = 2048;
+constexpr std::size_t kScratch = 8192;    // numbers in registers, on the stack
+constexpr std::size_t kMostSlots = 2048;  // of a program that runs blocks
 
 [[noreturn]] void too_large() {
   throw Error(ErrorKind::kScene,
@@ -35,67 +37,138 @@ class Registers {
   int count_ = 0;
 };
 
+// A node on its way to an instruction.
+struct Operation {
+  Op op = Op::kNumber;
+  int operand[3] = {-1, -1, -1};  // ids
+  bool joined = false;            // a part of the one that reads it
+};
+
+// The instruction for `outer` of a node and of what `inner` makes, its operand of that number; or
+// kCopy: there is none.
+Op joined(Op outer, Op inner, int operand) {
+  constexpr Op kNone = Op::kCopy;
+  const auto among = [&](Op product, Op sum, Op difference) {
+    return inner == Op::kMultiply   ? product
+           : inner == Op::kAdd      ? sum
+           : inner == Op::kSubtract ? difference
+                                    : kNone;
+  };
+  switch (outer) {
+    case Op::kAdd:
+      return among(Op::kProductPlus, Op::kSumPlus, Op::kDifferencePlus);
+    case Op::kSubtract:
+      return operand == 0 ? among(Op::kProductMinus, Op::kSumMinus, Op::kDifferenceMinus)
+                          : among(Op::kMinusProduct, kNone, kNone);
+    case Op::kMultiply:
+      return among(Op::kProductTimes, Op::kSumTimes, Op::kDifferenceTimes);
+    default:
+      return kNone;
+  }
+}
+
+// Two operations of which the second alone reads the first are one instruction, with the same bits.
+void join_pairs(const Graph& graph, const std::vector<bool>& used, std::span<const int> outputs,
+                std::vector<Operation>& operations) {
+  std::vector<int> readers(operations.size(), 0);
+  for (const int id : outputs) ++readers[static_cast<std::size_t>(id)];
+  for (std::size_t id = 0; id < operations.size(); ++id) {
+    if (!used[id]) continue;
+    const Node& node = graph[static_cast<int>(id)];
+    operations[id].op = node.op;
+    for (int i = 0; i < operand_count(node.op); ++i) {
+      operations[id].operand[i] = node.operand[i];
+      ++readers[static_cast<std::size_t>(node.operand[i])];
+    }
+  }
+  for (std::size_t id = 0; id < operations.size(); ++id) {
+    Operation& outer = operations[id];
+    if (!used[id] || operand_count(outer.op) != 2) continue;
+    int best = -1;
+    for (const int i : {0, 1}) {
+      const auto from = static_cast<std::size_t>(outer.operand[i]);
+      const Op inner = operations[from].op;
+      if (readers[from] != 1 || joined(outer.op, inner, i) == Op::kCopy) continue;
+      if (best < 0 || inner == Op::kMultiply) best = i;
+    }
+    if (best < 0) continue;
+    Operation& inner = operations[static_cast<std::size_t>(outer.operand[best])];
+    inner.joined = true;
+    outer = {joined(outer.op, inner.op, best),
+             {inner.operand[0], inner.operand[1], outer.operand[1 - best]}};
+  }
+}
+
 }  // namespace
 
-// Slots in order: inputs, outputs, constants, registers.
-Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
-    : reads_(static_cast<std::size_t>(inputs), false),
-      inputs_(inputs),
-      outputs_(static_cast<int>(outputs.size())) {
-  const std::vector<bool> used = graph.used_by(outputs);
+Code::Code(const Graph& graph, std::span<const int> roots, int input_count)
+    : reads(static_cast<std::size_t>(input_count), false),
+      inputs(input_count),
+      outputs(static_cast<int>(roots.size())) {
+  const std::vector<bool> used = graph.used_by(roots);
   const auto nodes = static_cast<int>(used.size());
   std::vector<int> slot(used.size(), -1), last(used.size(), -1);
   const auto slot_of = [&](int id) -> int& { return slot[static_cast<std::size_t>(id)]; };
   const auto last_of = [&](int id) -> int& { return last[static_cast<std::size_t>(id)]; };
+  std::vector<Operation> operations(used.size());
+  join_pairs(graph, used, roots, operations);
+  const auto skipped = [&](int id) {
+    const auto at = static_cast<std::size_t>(id);
+    return !used[at] || operations[at].joined;
+  };
 
   // Constants, and who reads a value last.
-  std::vector<double> numbers;
   for (int id = 0; id < nodes; ++id) {
-    if (!used[static_cast<std::size_t>(id)]) continue;
+    if (skipped(id)) continue;
     const Node& node = graph[id];
     if (node.op == Op::kInput) {
-      reads_[static_cast<std::size_t>(node.operand[0])] = true;
+      reads[static_cast<std::size_t>(node.operand[0])] = true;
       slot_of(id) = node.operand[0];
     } else if (node.op == Op::kNumber) {
-      slot_of(id) = inputs_ + outputs_ + static_cast<int>(numbers.size());
-      numbers.push_back(node.number);
+      slot_of(id) = first_register();
+      constants.push_back(node.number);
     }
-    for (int i = 0; i < operand_count(node.op); ++i) last_of(node.operand[i]) = id;
+    const Operation& operation = operations[static_cast<std::size_t>(id)];
+    for (int i = 0; i < operand_count(operation.op); ++i) last_of(operation.operand[i]) = id;
   }
-  constants_ = Array(numbers.size() * kBlock);
-  for (std::size_t i = 0; i < constants_.size(); ++i) constants_[i] = numbers[i / kBlock];
 
   // Where the operations put their values: the first output that wants it, or a register.
-  const int first_register = inputs_ + outputs_ + static_cast<int>(numbers.size());
-  for (int i = 0; i < outputs_; ++i)
-    if (int& to = slot_of(outputs[static_cast<std::size_t>(i)]); to < 0) to = inputs_ + i;
-  Registers registers;
+  for (int i = 0; i < outputs; ++i)
+    if (int& to = slot_of(roots[static_cast<std::size_t>(i)]); to < 0) to = inputs + i;
+  Registers free;
   for (int id = 0; id < nodes; ++id) {
-    const Node& node = graph[id];
-    const int operands = operand_count(node.op);
-    if (!used[static_cast<std::size_t>(id)] || operands == 0) continue;
-    Instruction now{node.op, 0, {0, 0, 0}};
+    const Operation& operation = operations[static_cast<std::size_t>(id)];
+    const int operands = operand_count(operation.op);
+    if (skipped(id) || operands == 0) continue;
+    Instruction now{operation.op, 0, {0, 0, 0}};
     for (int i = 0; i < operands; ++i) {
-      const int from = slot_of(node.operand[i]);
+      const int from = slot_of(operation.operand[i]);
       SIM_ASSERT(from >= 0);  // operands come before what reads them
       now.operand[i] = static_cast<std::uint16_t>(from);
-      const bool repeated = std::count(node.operand, node.operand + i, node.operand[i]) > 0;
-      if (from >= first_register && last_of(node.operand[i]) == id && !repeated)
-        registers.give_back(from - first_register);
+      const bool repeated =
+          std::count(operation.operand, operation.operand + i, operation.operand[i]) > 0;
+      if (from >= first_register() && last_of(operation.operand[i]) == id && !repeated)
+        free.give_back(from - first_register());
     }
-    if (slot_of(id) < 0) slot_of(id) = first_register + registers.take();
+    if (slot_of(id) < 0) slot_of(id) = first_register() + free.take();
     now.to = static_cast<std::uint16_t>(slot_of(id));
-    code_.push_back(now);
+    instructions.push_back(now);
   }
-  for (int i = 0; i < outputs_; ++i)
-    if (const int from = slot_of(outputs[static_cast<std::size_t>(i)]); from != inputs_ + i)
-      code_.push_back({Op::kCopy,
-                       static_cast<std::uint16_t>(inputs_ + i),
-                       {static_cast<std::uint16_t>(from), 0, 0}});
+  for (int i = 0; i < outputs; ++i)
+    if (const int from = slot_of(roots[static_cast<std::size_t>(i)]); from != inputs + i)
+      instructions.push_back({Op::kCopy,
+                              static_cast<std::uint16_t>(inputs + i),
+                              {static_cast<std::uint16_t>(from), 0, 0}});
+  registers = free.count();
+  if (slots() > std::numeric_limits<std::uint16_t>::max()) too_large();
+}
 
-  registers_ = registers.count();
-  const std::size_t each = kScratch / static_cast<std::size_t>(std::max(registers_, 1)) / 8 * 8;
-  if (each < 8 || static_cast<std::size_t>(first_register + registers_) > kMostSlots) too_large();
+Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
+    : code_(graph, outputs, inputs), constants_(code_.constants.size() * kBlock) {
+  for (std::size_t i = 0; i < constants_.size(); ++i) constants_[i] = code_.constants[i / kBlock];
+  const std::size_t each =
+      kScratch / static_cast<std::size_t>(std::max(code_.registers, 1)) / 8 * 8;
+  if (each < 8 || static_cast<std::size_t>(code_.slots()) > kMostSlots) too_large();
   block_ = static_cast<int>(std::min(each, static_cast<std::size_t>(kBlock)));
 }
 
@@ -104,12 +177,24 @@ void Program::run(const double* const* inputs, double* const* outputs, int count
   double* slots[kMostSlots];
   // Inputs and constants are only read.
   double** slot = slots;
-  for (int i = 0; i < inputs_; ++i) *slot++ = const_cast<double*>(inputs[i]);
-  for (int i = 0; i < outputs_; ++i) *slot++ = outputs[i];
+  for (int i = 0; i < code_.inputs; ++i) *slot++ = const_cast<double*>(inputs[i]);
+  for (int i = 0; i < code_.outputs; ++i) *slot++ = outputs[i];
   for (std::size_t at = 0; at < constants_.size(); at += kBlock)
     *slot++ = const_cast<double*>(constants_.data() + at);
-  for (int i = 0; i < registers_; ++i) *slot++ = scratch + i * block_;
-  run_(code_, slots, (count + 7) / 8 * 8);
+  for (int i = 0; i < code_.registers; ++i) *slot++ = scratch + i * block_;
+  run_(code_.instructions, slots, (count + 7) / 8 * 8);
+}
+
+ProgramRun::ProgramRun(Program program) : program_(std::move(program)) {
+  const Code& code = program_.code_;
+  const auto block = static_cast<std::size_t>(program_.block());
+  registers_ = Array(static_cast<std::size_t>(code.registers) * block);
+  slots_.resize(static_cast<std::size_t>(code.slots()), nullptr);
+  auto slot = slots_.begin() + code.first_constant();
+  for (std::size_t at = 0; at < program_.constants_.size(); at += Program::kBlock)
+    *slot++ = program_.constants_.data() + at;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(code.registers); ++i)
+    *slot++ = registers_.data() + i * block;
 }
 
 }  // namespace sim

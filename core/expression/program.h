@@ -10,6 +10,23 @@
 
 namespace sim {
 
+// The instructions of formulas. Slots in order: inputs, outputs, constants, registers.
+struct Code {
+  // Of the nodes `outputs`; reads inputs 0 to `inputs` - 1. Throws Error{kScene} when it needs more
+  // slots than an instruction can name.
+  Code() = default;
+  Code(const Graph& graph, std::span<const int> outputs, int inputs);
+
+  std::vector<Instruction> instructions;
+  std::vector<double> constants;
+  std::vector<bool> reads;  // of each input
+  int inputs = 0, outputs = 0, registers = 0;
+
+  int first_constant() const { return inputs + outputs; }
+  int first_register() const { return first_constant() + static_cast<int>(constants.size()); }
+  int slots() const { return first_register() + registers; }
+};
+
 // Evaluates formulas of the same inputs for many elements, a block at a time: each instruction runs
 // over the whole block, so that it is decoded once for many.
 class Program {
@@ -23,7 +40,7 @@ class Program {
 
   // Most elements of one run; a multiple of 8, at most kBlock.
   int block() const { return block_; }
-  bool reads(int input) const { return reads_[static_cast<std::size_t>(input)]; }
+  bool reads(int input) const { return code_.reads[static_cast<std::size_t>(input)]; }
 
   // outputs[i][e] := formula i of inputs[...][e] for `count` <= block() elements. All arrays may be
   // read and written up to the next multiple of 8; outputs are arrays of their own. An input that
@@ -31,11 +48,37 @@ class Program {
   void run(const double* const* inputs, double* const* outputs, int count) const;
 
  private:
-  std::vector<Instruction> code_;
-  std::vector<bool> reads_;
+  friend class ProgramRun;
+
+  Code code_;
   Array constants_;  // kBlock times each
-  int inputs_ = 0, outputs_ = 0, registers_ = 0, block_ = 8;
+  int block_ = 8;
   RunInstructions run_ = run_instructions();
+};
+
+// A program with memory of its own, for one who runs it again and again: Program::run() makes the
+// list of slots anew each time.
+class ProgramRun {
+ public:
+  ProgramRun() = default;
+  explicit ProgramRun(Program program);
+
+  const Program& program() const { return program_; }
+  // Where the arrays are that the next runs read and write; as in Program::run().
+  void input(int i, const double* numbers) {
+    slots_[static_cast<std::size_t>(i)] = const_cast<double*>(numbers);
+  }
+  void output(int i, double* numbers) {
+    slots_[static_cast<std::size_t>(program_.code_.inputs + i)] = numbers;
+  }
+  void run(int count) {
+    program_.run_(program_.code_.instructions, slots_.data(), (count + 7) / 8 * 8);
+  }
+
+ private:
+  Program program_;
+  Array registers_;
+  std::vector<double*> slots_;
 };
 
 }  // namespace sim

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "core/fields/field.h"
 #include "core/ode/ode_system.h"
@@ -10,24 +12,22 @@ namespace sim {
 
 class FieldSystem final : public OdeSystem {
  public:
-  FieldSystem(std::size_t size, int dimension, std::unique_ptr<Field> field)
-      : size_(size), dimension_(dimension), field_(std::move(field)) {
-    field_->bind(size, dimension);
-  }
+  // `start`: the state that a run starts with, at t = 0.
+  FieldSystem(std::span<const double> start, int dimension, std::unique_ptr<Field> field);
 
   std::size_t size() const noexcept override { return size_; }
   StateShape shape() const override {
     return dimension_ == 3 ? StateShape::points(size_ / 3) : StateShape::flat(size_);
   }
-
-  void eval(double t, const Stage& stage, double* y, double* dydt) override {
-    combine(stage, y);
-    field_->eval(t, {y, size_}, {dydt, size_});
-  }
-
+  void eval(double t, const Stage& stage, double* y, double* dydt) override;
   void combine(const Stage& stage, double* out) override { combine_range_(stage, out, 0, size_); }
+  std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
+  // With the entries of the Jacobian that the field knows, or that are found by asking it.
+  std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
+  std::unique_ptr<Jacobian> jacobian() override;
 
  private:
+  std::vector<double> start_;
   std::size_t size_;
   int dimension_;
   CombineRange combine_range_ = combine_range();

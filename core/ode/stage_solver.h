@@ -1,6 +1,7 @@
 // The equation that every stage of an implicit method asks for, and who solves it.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ struct StageOptions {
   // that a method of this order loses a small part of its accuracy.
   double tolerance = 0;
   int order = 1;
+  // Of solutions, in each number: |error| <= part of (atol + rtol |y|), for methods that keep a
+  // tolerance of their own; 0: see `tolerance`.
+  double atol = 0, rtol = 0;
   double reach = 1;          // the step ends at  r + reach (Y - r)  where it ends at no stage
   int newton_steps = 10000;  // at most; 1: one linearised step, taken as it is
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
@@ -32,6 +36,12 @@ class StageSolver {
   // y: a guess before, the solution after; tau > 0. Arrays of system.size() doubles. kNotConverged
   // when the residual stays above the tolerance, kNotFinite when a number of y is not finite.
   virtual StepStatus solve(double t, double tau, const double* r, double* y) = 0;
+
+  // What was kept of earlier solutions, as a factorisation, is forgotten; or said, and taken back:
+  // the next solutions have the same bits. As Integrator::restart(), memory() and recall().
+  virtual void restart() {}
+  virtual std::vector<double> memory() const { return {}; }
+  virtual void recall(std::span<const double> /*memory*/) {}
 
   virtual Effort effort() const = 0;                             // since it was made
   virtual std::vector<std::string> notes() const { return {}; }  // as Integrator::notes

@@ -8,10 +8,10 @@
 namespace sim {
 
 Formulas::Formulas(std::string owner, const Params& params, const std::vector<std::string>& known,
-                   const std::vector<std::string>& own)
+                   const std::vector<std::string>& own, const CellNames& cells)
     : owner_(std::move(owner)),
       params_(params),
-      names_{known, params.free_numbers(), {}},
+      names_{known, params.free_numbers(), {}, cells},
       given_(own) {
   names_.inputs.insert(names_.inputs.end(), own.begin(), own.end());
   for (const std::string& name : own) names_.numbers.erase(name);
@@ -23,7 +23,7 @@ Formulas::Formulas(std::string owner, const Params& params, const std::vector<st
 
 int Formulas::read(const std::string& param, const std::string& of) {
   if (!params_.has(param)) return graph.number(0);
-  return parse(params_.text(param), "bad " + param + " of " + of, names_, graph);
+  return parse(params_.text(param), param + " of " + of);
 }
 
 void Formulas::check_all_read(const std::vector<std::string>& others) const {

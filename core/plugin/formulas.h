@@ -17,17 +17,25 @@ namespace sim {
 class Formulas {
  public:
   Formulas(std::string owner, const Params& params, const std::vector<std::string>& known,
-           const std::vector<std::string>& own = {});
+           const std::vector<std::string>& own = {}, const CellNames& cells = {});
 
   // The formula of a parameter of type kText, 0 for one that is not given.
   int read(const std::string& param, const std::string& of);
 
+  // A formula that is part of a longer parameter.
+  int parse(const std::string& text, const std::string& of) {
+    return sim::parse(text, "bad " + of, names_, graph);
+  }
+
   // Throws for a name that the scene gives and no formula reads. `others`: names it may have meant.
   void check_all_read(const std::vector<std::string>& others) const;
 
-  Program compile(std::span<const int> outputs) const {
-    return Program(graph, outputs, static_cast<int>(names_.inputs.size()));
+  Program compile(std::span<const int> outputs) const { return Program(graph, outputs, inputs()); }
+  // Variables, and then neighbours.
+  int inputs() const {
+    return static_cast<int>(names_.inputs.size() + names_.cells.neighbours.size());
   }
+  const std::vector<Neighbour>& neighbours() const { return names_.cells.neighbours; }
 
   Graph graph;
 

@@ -39,6 +39,8 @@ ParamType type_of(const Value& value) {
       return ParamType::kColliders;
     case 13:
       return ParamType::kBodies;
+    case 14:
+      return ParamType::kList;
     default:
       return ParamType::kCurve;
   }
@@ -83,6 +85,19 @@ bool convert(Value& value, ParamType type) {
   }
   if (type == ParamType::kColliders && type_of(value) == ParamType::kCollider) {
     value = Colliders{std::get<std::shared_ptr<const ColliderMaker>>(value)};
+    return true;
+  }
+  if (type == ParamType::kList) {
+    if (const auto* text = std::get_if<std::string>(&value))
+      value = List{*text};
+    else if (const auto* number = std::get_if<double>(&value))
+      value = List{*number};
+    else if (const auto* integer = std::get_if<std::int64_t>(&value))
+      value = List{static_cast<double>(*integer)};
+    else if (const auto* vector = std::get_if<Vec3>(&value))
+      value = List{(*vector)[0], (*vector)[1], (*vector)[2]};
+    else
+      return false;
     return true;
   }
   if (type == ParamType::kNumber && std::holds_alternative<std::int64_t>(value)) {
@@ -157,6 +172,8 @@ const char* type_name(ParamType type) {
       return "function(s) or function(s, t)";
     case ParamType::kPath:
       return "vector {x, y, z} or function(t)";
+    case ParamType::kList:
+      return "list of numbers or texts";
   }
   return "";
 }
@@ -193,6 +210,13 @@ std::string to_text(const Value& value) {
     std::string operator()(const Bodies& bodies) const {
       std::vector<std::string> texts;  // by the first of its particles, as no other body
       for (const auto& body : bodies) texts.push_back("body " + std::to_string(body->first()));
+      return "{" + join(texts, ", ") + "}";
+    }
+    std::string operator()(const List& list) const {
+      std::vector<std::string> texts;
+      for (const auto& entry : list)
+        texts.push_back(std::holds_alternative<double>(entry) ? shortest(std::get<double>(entry))
+                                                              : "\"" + std::get<1>(entry) + "\"");
       return "{" + join(texts, ", ") + "}";
     }
     std::string operator()(const ParticleFunction&) const { return "function"; }
@@ -275,6 +299,7 @@ template const std::string& Params::get(std::string_view) const;
 template const Vec3& Params::get(std::string_view) const;
 template const OdeFunction& Params::get(std::string_view) const;
 template const std::shared_ptr<const TriangleMesh>& Params::get(std::string_view) const;
+template const List& Params::get(std::string_view) const;
 template const ParticleFunction& Params::get(std::string_view) const;
 template const std::shared_ptr<const ColliderMaker>& Params::get(std::string_view) const;
 template const Colliders& Params::get(std::string_view) const;

@@ -86,6 +86,7 @@ class Params {
   const std::shared_ptr<const Curve>& curve(std::string_view name) const {
     return get<std::shared_ptr<const Curve>>(name);
   }
+  const List& list(std::string_view name) const { return get<List>(name); }
   const ParticleFunction& particle_function(std::string_view name) const {
     return get<ParticleFunction>(name);
   }

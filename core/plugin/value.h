@@ -38,6 +38,7 @@ struct ColliderMaker {
 };
 
 using Colliders = std::vector<std::shared_ptr<const ColliderMaker>>;
+using List = std::vector<std::variant<double, std::string>>;   // of numbers and texts
 using Bodies = std::vector<std::shared_ptr<const RigidBody>>;  // of the scene
 
 // monostate: no value given.
@@ -45,7 +46,7 @@ using AnyValue =
     std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
                  ParticleFunction, std::shared_ptr<const TriangleMesh>,
                  std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
-                 std::shared_ptr<const Curve>, Colliders, Bodies>;
+                 std::shared_ptr<const Curve>, Colliders, Bodies, List>;
 
 // Here and in ValueMap the members that every plugin uses are compiled once, in the kernel.
 class Value : public AnyValue {
@@ -90,7 +91,8 @@ enum class ParamType {
   kColliders,  // a list of them, or one
   kBodies,     // rigid ones, as well
   kCurve,
-  kPath  // a vector, or one that changes with time: held as a motion
+  kList,  // of numbers and texts, or a single one
+  kPath   // a vector, or one that changes with time: held as a motion
 };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...

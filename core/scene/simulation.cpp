@@ -93,9 +93,9 @@ void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry)
   initial_values = first.state;
   const Place& place = first.field.place;
   const FieldPlugin& plugin = registry.get<Field>(first.field.plugin, place);
-  const Params params(plugin.title(), plugin.params, first.field.given, place);
+  const Params params(plugin.title(), plugin.params, first.field.given, place, plugin.free_numbers);
   system = placed(place, [&] {
-    return std::make_unique<FieldSystem>(first.state.size(), first.dimension,
+    return std::make_unique<FieldSystem>(first.state, first.dimension,
                                          made_by(plugin, place, params));
   });
   team = std::make_unique<Team>(1);

@@ -53,6 +53,8 @@ SIM_PLUGIN(Integrator, "esdirk43") {
           return std::make_unique<sim::DiagonallyImplicit>(kPair.method, 4, options);
         options.tolerance =
             std::clamp(kPart * std::min(tolerance.atol, tolerance.rtol), kLeast, kMost);
+        options.atol = tolerance.atol;
+        options.rtol = tolerance.rtol;
         return std::make_unique<sim::AdaptiveImplicit>(kPair, 4, tolerance, options);
       }});
 }

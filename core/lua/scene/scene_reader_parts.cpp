@@ -60,6 +60,42 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
                   show(L, index));
 }
 
+// One entry of a list, on top of the stack, or all of them where it is a table.
+void read_list(lua_State* L, const Place& place, const std::string& what, List& list) {
+  constexpr lua_Unsigned kMost = 10000;
+  if (lua_type(L, -1) == LUA_TNUMBER) {
+    list.emplace_back(read_number(L, -1, place, what));
+  } else if (lua_type(L, -1) == LUA_TSTRING) {
+    list.emplace_back(read_text(L, -1, place, what));
+  } else {
+    if (!lua_istable(L, -1))
+      scene_error(place, "bad " + what, "expected a list of numbers or texts, got " + show(L, -1));
+    const lua_Unsigned count = lua_rawlen(L, -1);
+    if (count > kMost)
+      scene_error(place, "bad " + what, "it has more than " + std::to_string(kMost) + " entries");
+    for (lua_Unsigned i = 1; i <= count; ++i) {
+      lua_rawgeti(L, -1, static_cast<lua_Integer>(i));
+      if (lua_type(L, -1) != LUA_TNUMBER && lua_type(L, -1) != LUA_TSTRING)
+        scene_error(
+            place, "bad " + what,
+            "entry " + std::to_string(i) + " is to be a number or a text, got " + show(L, -1));
+      read_list(L, place, what, list);
+      lua_pop(L, 1);
+    }
+    lua_pushnil(L);
+    if (lua_next(L, -2)) {
+      lua_Unsigned keys = 0;
+      do {
+        ++keys;
+        lua_pop(L, 1);
+      } while (lua_next(L, -2));
+      if (keys != count)
+        scene_error(place, "bad " + what, "it has keys that are not 1, 2, 3 ...",
+                    "write { entry, entry, .. }");
+    }
+  }
+}
+
 }  // namespace
 
 namespace {
@@ -164,6 +200,30 @@ void SceneReader::leads(lua_State* L, const LuaTable& record, int count,
   }
 }
 
+namespace {
+
+// The unnamed entries 1 .. count of a table, which are the list that may be given without its name.
+void read_entries(lua_State* L, int table, lua_Integer count, const PluginInfo& plugin,
+                  PartSpec& spec) {
+  const auto param = std::ranges::find_if(plugin.params, &Param::positional);
+  const std::string what = "parameter '" + param->name + "' of " + plugin.title();
+  if (spec.given.contains(param->name))
+    scene_error(spec.place, plugin.title(), "'" + param->name + "' is given twice");
+  List& list = spec.given[param->name].emplace<List>();
+  for (lua_Integer i = 1; i <= count; ++i) {
+    if (lua_rawgeti(L, table, i) == LUA_TNIL)
+      scene_error(spec.place, "bad " + what, "entry " + std::to_string(i) + " is missing");
+    if (lua_istable(L, -1))
+      scene_error(
+          spec.place, "bad " + what,
+          "entry " + std::to_string(i) + " is to be a number or a text, got " + show(L, -1));
+    read_list(L, spec.place, what, list);
+    lua_pop(L, 1);
+  }
+}
+
+}  // namespace
+
 PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, int dimension,
                            Body* body) const {
   PartSpec spec;
@@ -176,6 +236,7 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
                 "give numbers, or a part that stands for itself");
 
   const LuaTable record(L, index), given = record.table("given");
+  lua_Integer unnamed = 0;  // entries of a list
   for (lua_pushnil(L); lua_next(L, given.index()); lua_pop(L, 1)) {
     StackScope::require_room(L);
     std::string name;
@@ -192,6 +253,11 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     } else {
       const auto positional = std::find_if(plugin.params.begin(), plugin.params.end(),
                                            [](const Param& param) { return param.positional; });
+      const bool list = positional != plugin.params.end() && positional->type == ParamType::kList;
+      if (list && lua_isinteger(L, -2) && lua_tointeger(L, -2) >= 1) {
+        ++unnamed;
+        continue;
+      }
       if (positional == plugin.params.end() || !lua_isinteger(L, -2) || lua_tointeger(L, -2) != 1)
         scene_error(spec.place, owner, "every parameter has a name, found the key " + show(L, -2),
                     positional == plugin.params.end()
@@ -208,6 +274,10 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     if (!known) name = one_line_text(name);
     Value& value = spec.given[name];
     if (known && read_reference(L, -1, body, spec.place, value)) continue;
+    if (known && param->type == ParamType::kList) {
+      read_list(L, spec.place, "parameter '" + name + "' of " + owner, value.emplace<List>());
+      continue;
+    }
     if (known && param->type == ParamType::kColliders && lua_istable(L, -1)) {
       value = collider_list(L, spec.place, "parameter '" + name + "' of " + owner);
       continue;
@@ -220,6 +290,7 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
       value = read_value(session_, L, dimension, known ? param->type : ParamType::kNumber,
                          spec.place, "parameter '" + name + "' of " + owner);
   }
+  if (unnamed > 0) read_entries(L, given.index(), unnamed, plugin, spec);
   return spec;
 }
 

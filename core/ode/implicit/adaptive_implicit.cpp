@@ -36,6 +36,7 @@ Stage AdaptiveImplicit::from(const double* x, double h, const double* weights, i
 // A step of size 0 that ends in x. The next is one of Euler's method that changes the state by half
 // of the tolerance.
 void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double* x) {
+  solver_->restart();
   t_ = t;
   h_ = 0;
   std::copy_n(x, x_.size(), x_.data());
@@ -201,13 +202,15 @@ std::vector<double> AdaptiveImplicit::memory() const {
   for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
     kept.insert(kept.end(), array->span().begin(), array->span().end());
   if (events_) kept.insert(kept.end(), {static_cast<double>(cuts_), anew_ ? 1.0 : 0.0});
+  const std::vector<double> of_solver = solver_->memory();
+  kept.insert(kept.end(), of_solver.begin(), of_solver.end());
   return kept;
 }
 
 void AdaptiveImplicit::recall(std::span<const double> memory) {
   constexpr std::size_t kHead = 5;
   const std::size_t size = x_.size(), of_events = events_ ? 2 : 0;
-  fresh_ = memory.size() != kHead + 4 * size + of_events ||
+  fresh_ = memory.size() < kHead + 4 * size + of_events ||
            !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0);
   if (fresh_) return;
   t_ = memory[0];
@@ -218,9 +221,11 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
     std::ranges::copy(memory.first(size), array->data());
     memory = memory.subspan(size);
   }
-  if (!events_) return;
-  cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
-  anew_ = memory[1] != 0;
+  if (events_) {
+    cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
+    anew_ = memory[1] != 0;
+  }
+  solver_->recall(memory.subspan(of_events));
 }
 
 Effort AdaptiveImplicit::effort() const { return (solver_ ? solver_->effort() : Effort{}) + own_; }

@@ -137,7 +137,10 @@ Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most
       return solver_->solve(t + h, 2 * h / 3, r_.data(), x_next);
     });
   }
-  if (starts) status = starter_->step(system, t, h, x, x_next);
+  if (starts) {
+    starter_->restart(t, h, x);
+    status = starter_->step(system, t, h, x, x_next);
+  }
   status = judged(status, {x_next, system.size()});
   if (status == StepStatus::kDone) {
     std::copy_n(x, system.size(), last_.data());
@@ -150,14 +153,18 @@ std::vector<double> Bdf2::memory() const {
   if (last_h_ == 0) return {};
   std::vector<double> kept{last_h_};
   kept.insert(kept.end(), last_.span().begin(), last_.span().end());
+  const std::vector<double> of_solver = solver_->memory();
+  kept.insert(kept.end(), of_solver.begin(), of_solver.end());
   return kept;
 }
 
 void Bdf2::recall(std::span<const double> memory) {
   last_h_ = 0;
-  if (memory.size() != last_.size() + 1) return;
+  solver_->restart();
+  if (memory.size() < last_.size() + 1) return;
   last_h_ = memory.front();
-  std::ranges::copy(memory.subspan(1), last_.data());
+  std::ranges::copy(memory.subspan(1, last_.size()), last_.data());
+  solver_->recall(memory.subspan(last_.size() + 1));
 }
 
 Effort Bdf2::effort() const {

@@ -29,6 +29,9 @@ class DiagonallyImplicit final : public Integrator {
   void prepare(OdeSystem& system) override;
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override;
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { solver_->restart(); }
+  std::vector<double> memory() const override { return solver_->memory(); }
+  void recall(std::span<const double> memory) override { solver_->recall(memory); }
   Effort effort() const override;
   std::vector<std::string> notes() const override { return solver_->notes(); }
   double amplification(double h_omega, double h_gamma) const override;
@@ -58,7 +61,10 @@ class Bdf2 final : public Integrator {
   void prepare(OdeSystem& system) override;
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override;
-  void restart(double /*t*/, double /*h*/, const double* /*x*/) override { last_h_ = 0; }
+  void restart(double /*t*/, double /*h*/, const double* /*x*/) override {
+    last_h_ = 0;
+    solver_->restart();
+  }
   std::vector<double> memory() const override;
   void recall(std::span<const double> memory) override;
   Effort effort() const override;

@@ -1,0 +1,39 @@
+// df/dX of a system by its entries.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "core/math/sparsity.h"
+
+namespace sim {
+
+class OdeSystem;
+
+class JacobianEntries {
+ public:
+  virtual ~JacobianEntries() = default;
+
+  virtual const Sparsity& sparsity() const = 0;
+
+  // At a point, in the order of the sparsity.
+  virtual void at(double t, const double* x, std::span<double> values) = 0;
+
+  // Asks there whether there are more entries than were known; true where there are.
+  virtual bool look_again(double /*t*/, const double* /*x*/) { return false; }
+
+  virtual std::int64_t evaluations() const { return 0; }  // of f so far
+};
+
+// Of a system that knows nothing of its Jacobian: which outputs change is found by changing inputs,
+// near the point x. The groups of columns that certainly share no row are changed at once and
+// halved, so that n numbers with a few neighbours each take some multiple of log n evaluations, not
+// n. Values are forward differences, all columns that share no row at once (Curtis, Powell & Reid
+// (1974), J. Inst. Maths Applics 13, 117-119).
+std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
+
+// Numbers for columns so that two of one number share no row; how many numbers there are.
+int color_columns(const Sparsity& sparsity, std::span<int> colors);
+
+}  // namespace sim

@@ -1,0 +1,397 @@
+#include "core/ode/implicit/matrix_solver.h"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace sim {
+namespace {
+
+using Eigen::SparseMatrix;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// The unknowns that each one is joined to, in both directions, itself left out.
+std::vector<std::vector<int>> neighbours_of(const Sparsity& sparsity) {
+  std::vector<std::vector<int>> joined(at(sparsity.size()));
+  for (int column = 0; column < sparsity.size(); ++column)
+    for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
+      if (const int row = sparsity.row(k); row != column) {
+        joined[at(column)].push_back(row);
+        joined[at(row)].push_back(column);
+      }
+  for (std::vector<int>& list : joined) {
+    std::ranges::sort(list);
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  return joined;
+}
+
+// Groups of unknowns that no entry joins; each ascending.
+std::vector<std::vector<int>> groups_of(const std::vector<std::vector<int>>& joined) {
+  std::vector<std::vector<int>> groups;
+  std::vector<bool> seen(joined.size(), false);
+  for (int first = 0; first < static_cast<int>(joined.size()); ++first) {
+    if (seen[at(first)]) continue;
+    std::vector<int> group{first};
+    seen[at(first)] = true;
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const int other : joined[at(group[k])])
+        if (!seen[at(other)]) {
+          seen[at(other)] = true;
+          group.push_back(other);
+        }
+    std::ranges::sort(group);
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// Cuthill & McKee (1969): by distance from an unknown at the rim, those of few neighbours first.
+std::vector<int> narrow_order(const std::vector<std::vector<int>>& joined) {
+  const auto degree = [&](int i) { return joined[at(i)].size(); };
+  std::vector<int> order;
+  std::vector<bool> seen(joined.size());
+  const auto spread = [&](int start) {
+    std::vector<int> found{start};
+    seen[at(start)] = true;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      std::vector<int> next;
+      for (const int other : joined[at(found[k])])
+        if (!seen[at(other)]) {
+          seen[at(other)] = true;
+          next.push_back(other);
+        }
+      std::ranges::stable_sort(next, {}, degree);
+      found.insert(found.end(), next.begin(), next.end());
+    }
+    return found;
+  };
+  for (const std::vector<int>& group : groups_of(joined)) {
+    int start = *std::ranges::min_element(group, {}, degree);
+    for (int n = 0; n < 3; ++n) {  // the one furthest from it lies at the rim
+      const std::vector<int> found = spread(start);
+      for (const int i : found) seen[at(i)] = false;
+      start = found.back();
+    }
+    const std::vector<int> found = spread(start);
+    order.insert(order.end(), found.begin(), found.end());
+  }
+  return order;
+}
+
+// Gaussian elimination with partial pivoting in dense blocks of unknowns, each row by row.
+class DenseBlocks final : public MatrixSolver {
+ public:
+  DenseBlocks(const Sparsity& sparsity, std::vector<std::vector<int>> groups)
+      : groups_(std::move(groups)) {
+    std::vector<int> place(at(sparsity.size()), 0), group_of(at(sparsity.size()), 0);
+    std::size_t size = 0, longest = 0;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      begin_.push_back(size);
+      for (std::size_t k = 0; k < groups_[g].size(); ++k) {
+        place[at(groups_[g][k])] = static_cast<int>(k);
+        group_of[at(groups_[g][k])] = static_cast<int>(g);
+      }
+      size += groups_[g].size() * groups_[g].size();
+      longest = std::max(longest, groups_[g].size());
+    }
+    numbers_.resize(size);
+    pivots_.resize(at(sparsity.size()));
+    part_.resize(longest);
+    for (int column = 0; column < sparsity.size(); ++column)
+      for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
+        const std::size_t g = at(group_of[at(column)]), many = groups_[g].size();
+        targets_.push_back(begin_[g] + at(place[at(sparsity.row(k))]) * many +
+                           at(place[at(column)]));
+      }
+  }
+
+  bool factorise(double tau, std::span<const double> values) override {
+    std::ranges::fill(numbers_, 0.0);
+    for (std::size_t k = 0; k < values.size(); ++k) numbers_[targets_[k]] = -tau * values[k];
+    std::size_t first = 0;
+    bool regular = true;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const std::size_t n = groups_[g].size();
+      double* const a = numbers_.data() + begin_[g];
+      for (std::size_t i = 0; i < n; ++i) a[i * n + i] += 1;
+      regular = eliminate(a, n, pivots_.data() + first) && regular;
+      first += n;
+    }
+    return regular;
+  }
+
+  void solve(double* x) override {
+    std::size_t first = 0;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const std::vector<int>& group = groups_[g];
+      const std::size_t n = group.size();
+      const double* const a = numbers_.data() + begin_[g];
+      for (std::size_t i = 0; i < n; ++i) part_[i] = x[group[i]];
+      for (std::size_t i = 0; i < n; ++i) {
+        std::swap(part_[i], part_[pivots_[first + i]]);
+        for (std::size_t j = 0; j < i; ++j) part_[i] -= a[i * n + j] * part_[j];
+      }
+      for (std::size_t i = n; i-- > 0;) {
+        for (std::size_t j = i + 1; j < n; ++j) part_[i] -= a[i * n + j] * part_[j];
+        part_[i] *= a[i * n + i];
+      }
+      for (std::size_t i = 0; i < n; ++i) x[group[i]] = part_[i];
+      first += n;
+    }
+  }
+
+  std::string name() const override {
+    return groups_.size() == 1 ? "dense" : std::to_string(groups_.size()) + " blocks";
+  }
+
+ private:
+  // L below the diagonal, U above it, and on it the inverses of the pivots.
+  static bool eliminate(double* a, std::size_t n, std::size_t* pivots) {
+    for (std::size_t k = 0; k < n; ++k) {
+      std::size_t pivot = k;
+      for (std::size_t i = k + 1; i < n; ++i)
+        if (std::fabs(a[i * n + k]) > std::fabs(a[pivot * n + k])) pivot = i;
+      pivots[k] = pivot;
+      if (pivot != k) std::swap_ranges(a + k * n, a + (k + 1) * n, a + pivot * n);
+      const double inverse = 1 / a[k * n + k];
+      if (!std::isfinite(inverse)) return false;
+      for (std::size_t i = k + 1; i < n; ++i) {
+        if (a[i * n + k] == 0) continue;
+        const double factor = a[i * n + k] *= inverse;
+        for (std::size_t j = k + 1; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
+      }
+      a[k * n + k] = inverse;
+    }
+    return true;
+  }
+
+  std::vector<std::vector<int>> groups_;
+  std::vector<std::size_t> begin_, targets_;  // of each block and each entry in numbers_
+  std::vector<double> numbers_, part_;
+  std::vector<std::size_t> pivots_;  // in each block
+};
+
+// The rows of a column below and above its diagonal, where the unknowns stand at these places.
+struct Width {
+  int below = 0, above = 0;
+  double operations(int size) const { return 2.0 * size * (below + 1) * (below + above + 1); }
+};
+
+std::vector<int> places_of(const std::vector<int>& order, int size) {
+  std::vector<int> place(at(size));
+  std::iota(place.begin(), place.end(), 0);
+  for (std::size_t i = 0; i < order.size(); ++i) place[at(order[i])] = static_cast<int>(i);
+  return place;
+}
+
+Width width_of(const Sparsity& sparsity, const std::vector<int>& order) {
+  const std::vector<int> place = places_of(order, sparsity.size());
+  Width width;
+  for (int column = 0; column < sparsity.size(); ++column)
+    for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
+      const int down = place[at(sparsity.row(k))] - place[at(column)];
+      width.below = std::max(width.below, down);
+      width.above = std::max(width.above, -down);
+    }
+  return width;
+}
+
+// Gaussian elimination with partial pivoting in a band: column j holds the rows j - above_ - below_
+// to j + below_, since exchanged rows reach further to the right.
+class Band final : public MatrixSolver {
+ public:
+  // `order`: which unknown is number i of the matrix; none: as they are.
+  Band(const Sparsity& sparsity, std::vector<int> order)
+      : size_(sparsity.size()), order_(std::move(order)) {
+    const Width width = width_of(sparsity, order_);
+    below_ = width.below;
+    above_ = width.above;
+    pitch_ = 2 * below_ + above_ + 1;
+    numbers_.resize(at(size_) * at(pitch_));
+    pivots_.resize(at(size_));
+    part_.resize(order_.size());
+    const std::vector<int> place = places_of(order_, size_);
+    for (int column = 0; column < size_; ++column)
+      for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
+        targets_.push_back(index(place[at(sparsity.row(k))], place[at(column)]));
+  }
+
+  bool factorise(double tau, std::span<const double> values) override {
+    std::ranges::fill(numbers_, 0.0);
+    for (std::size_t k = 0; k < values.size(); ++k) numbers_[targets_[k]] = -tau * values[k];
+    for (int i = 0; i < size_; ++i) numbers_[index(i, i)] += 1;
+    int reach = 0;  // the last column that a row so far has an entry in
+    for (int k = 0; k < size_; ++k) {
+      double* const column = numbers_.data() + index(k, k);
+      const int rows = std::min(below_, size_ - 1 - k);
+      int pivot = 0;
+      for (int i = 1; i <= rows; ++i)
+        if (std::fabs(column[i]) > std::fabs(column[pivot])) pivot = i;
+      pivots_[at(k)] = pivot;
+      reach = std::max(reach, std::min(k + above_ + pivot, size_ - 1));
+      std::swap(column[0], column[pivot]);
+      const double inverse = 1 / column[0];
+      if (!std::isfinite(inverse)) return false;
+      column[0] = inverse;
+      for (int i = 1; i <= rows; ++i) column[i] *= inverse;
+      for (int j = k + 1; j <= reach; ++j) {
+        double* const other = numbers_.data() + index(k, j);
+        std::swap(other[0], other[pivot]);
+        const double factor = other[0];
+        if (factor == 0) continue;
+        for (int i = 1; i <= rows; ++i) other[i] -= factor * column[i];
+      }
+    }
+    return true;
+  }
+
+  void solve(double* x) override {
+    double* const y = order_.empty() ? x : part_.data();
+    for (std::size_t i = 0; i < order_.size(); ++i) y[i] = x[order_[i]];
+    for (int k = 0; k < size_; ++k) {
+      const double* const column = numbers_.data() + index(k, k);
+      std::swap(y[k], y[k + pivots_[at(k)]]);
+      const int rows = std::min(below_, size_ - 1 - k);
+      for (int i = 1; i <= rows; ++i) y[k + i] -= column[i] * y[k];
+    }
+    for (int k = size_ - 1; k >= 0; --k) {
+      const double* const column = numbers_.data() + index(k, k);
+      y[k] *= column[0];
+      const int rows = std::min(below_ + above_, k);
+      for (int i = 1; i <= rows; ++i) y[k - i] -= column[-i] * y[k];
+    }
+    for (std::size_t i = 0; i < order_.size(); ++i) x[order_[i]] = y[i];
+  }
+
+  std::string name() const override {
+    return "band " + std::to_string(below_) + " + " + std::to_string(above_);
+  }
+
+ private:
+  std::size_t index(int row, int column) const {
+    return at(column) * at(pitch_) + at(below_ + above_ + row - column);
+  }
+
+  int size_, below_ = 0, above_ = 0, pitch_ = 1;
+  std::vector<int> order_, pivots_;
+  std::vector<double> numbers_, part_;
+  std::vector<std::size_t> targets_;
+};
+
+// The pattern with its diagonal, as Eigen has it.
+SparseMatrix<double> pattern_of(const Sparsity& sparsity) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int column = 0; column < sparsity.size(); ++column) {
+    entries.emplace_back(column, column, 0);
+    for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
+      entries.emplace_back(sparsity.row(k), column, 0);
+  }
+  SparseMatrix<double> matrix(sparsity.size(), sparsity.size());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  matrix.makeCompressed();
+  return matrix;
+}
+
+class SparseFactors final : public MatrixSolver {
+ public:
+  explicit SparseFactors(const Sparsity& sparsity)
+      : matrix_(pattern_of(sparsity)), right_(sparsity.size()), solution_(sparsity.size()) {
+    const auto place = [&](int row, int column) {
+      const int* const rows = matrix_.innerIndexPtr();
+      return static_cast<std::size_t>(std::lower_bound(rows + matrix_.outerIndexPtr()[column],
+                                                       rows + matrix_.outerIndexPtr()[column + 1],
+                                                       row) -
+                                      rows);
+    };
+    for (int column = 0; column < sparsity.size(); ++column) {
+      diagonal_.push_back(place(column, column));
+      for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
+        targets_.push_back(place(sparsity.row(k), column));
+    }
+    lu_.analyzePattern(matrix_);
+  }
+
+  bool factorise(double tau, std::span<const double> values) override {
+    double* const numbers = matrix_.valuePtr();
+    std::fill_n(numbers, matrix_.nonZeros(), 0.0);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      if (!std::isfinite(values[k])) return false;
+      numbers[targets_[k]] = -tau * values[k];
+    }
+    for (const std::size_t k : diagonal_) numbers[k] += 1;
+    lu_.factorize(matrix_);
+    return lu_.info() == Eigen::Success;
+  }
+
+  void solve(double* x) override {
+    right_ = Eigen::Map<const Eigen::VectorXd>(x, right_.size());
+    solution_ = lu_.solve(right_);
+    std::copy_n(solution_.data(), solution_.size(), x);
+  }
+
+  std::string name() const override { return "sparse"; }
+
+ private:
+  SparseMatrix<double> matrix_;
+  std::vector<std::size_t> targets_, diagonal_;
+  Eigen::SparseLU<SparseMatrix<double>, Eigen::COLAMDOrdering<int>> lu_;
+  Eigen::VectorXd right_, solution_;
+};
+
+// Of a sparse factorisation, from what fills up in the symmetric one with the same entries.
+double sparse_operations(const Sparsity& sparsity) {
+  const SparseMatrix<double> one = pattern_of(sparsity);
+  SparseMatrix<double> both = SparseMatrix<double>(one.transpose()) + one;
+  Eigen::SimplicialLDLT<SparseMatrix<double>> factors;
+  factors.analyzePattern(both);
+  const int* const begin = factors.matrixL().nestedExpression().outerIndexPtr();
+  double sum = 0;
+  for (int column = 0; column < sparsity.size(); ++column) {
+    const double count = begin[column + 1] - begin[column];
+    sum += 2 * count * count + 2 * count;
+  }
+  return sum;
+}
+
+double dense_operations(const std::vector<std::vector<int>>& groups) {
+  double sum = 0;
+  for (const std::vector<int>& group : groups) {
+    const auto n = static_cast<double>(group.size());
+    sum += 2 * n * n * n / 3;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::unique_ptr<MatrixSolver> make_matrix_solver(const Sparsity& sparsity) {
+  // A dense row is worked on by vectors; a sparse column is looked for, and costs as much as these
+  // operations before anything is done.
+  constexpr double kDense = 0.4, kSparse = 3, kColumn = 200, kMostDense = 4e9;
+  const auto joined = neighbours_of(sparsity);
+  auto groups = groups_of(joined);
+  const double dense = kDense * dense_operations(groups);
+  if (sparsity.size() <= 4) return std::make_unique<DenseBlocks>(sparsity, std::move(groups));
+
+  std::vector<int> order;
+  double band = width_of(sparsity, order).operations(sparsity.size());
+  if (auto narrow = narrow_order(joined);
+      width_of(sparsity, narrow).operations(sparsity.size()) < 0.8 * band) {
+    order = std::move(narrow);
+    band = width_of(sparsity, order).operations(sparsity.size());
+  }
+  if (dense <= band && dense <= kMostDense)
+    return std::make_unique<DenseBlocks>(sparsity, std::move(groups));
+  const double sparse = kSparse * sparse_operations(sparsity) + kColumn * sparsity.size();
+  if (band <= sparse) return std::make_unique<Band>(sparsity, std::move(order));
+  return std::make_unique<SparseFactors>(sparsity);
+}
+
+}  // namespace sim

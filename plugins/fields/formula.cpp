@@ -1,0 +1,389 @@
+// First-order systems as formulas: one a name, in one cell or in the cells of a lattice.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "core/base/text.h"
+#include "core/base/utf8.h"
+#include "core/fields/lattice.h"
+#include "core/plugin/formulas.h"
+#include "core/plugin/plugin.h"
+#include "plugins/fields/straight_stepper.h"
+
+namespace {
+
+using sim::Formulas;
+using sim::Lattice;
+using sim::LatticeEdge;
+using sim::List;
+using sim::Program;
+
+constexpr int kBlock = Program::kBlock;
+const char* const kOwner = "field 'formula'";
+const std::vector<std::string> kParams = {"formulas", "names", "cells", "boundary"};
+
+[[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
+  throw sim::Error(sim::ErrorKind::kScene, {kOwner, "", why, remedy});
+}
+
+std::string counted(std::size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::vector<std::string> texts_of(const sim::Params& params, const std::string& name,
+                                  const std::string& form) {
+  std::vector<std::string> texts;
+  for (const auto& entry : params.list(name)) {
+    if (!std::holds_alternative<std::string>(entry))
+      refuse("entry " + std::to_string(texts.size() + 1) + " of " + name + " is a number",
+             "write " + form);
+    texts.push_back(std::get<std::string>(entry));
+  }
+  return texts;
+}
+
+std::vector<std::string> names_of(const sim::Params& params) {
+  const std::vector<std::string> names =
+      texts_of(params, "names", "names = {\"x\", \"y\"}, a name for each formula");
+  const auto letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  std::set<std::string> known = {"t", "pi"};
+  for (const std::string& name : names) {
+    const bool word =
+        !name.empty() && letter(name.front()) &&
+        std::ranges::all_of(name, [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+    if (!word)
+      refuse("the name '" + sim::visible_line(name) + "' is no name",
+             "names are made of letters, digits and _, and begin with no digit");
+    if (name == "t" || name == "pi")
+      refuse("the name '" + name + "' has a meaning already", "choose another name");
+    if (!known.insert(name).second)
+      refuse("the name '" + name + "' is there twice", "give each number of a cell its own name");
+  }
+  if (names.empty()) refuse("it has no names", "write names = {\"x\", \"y\"}");
+  return names;
+}
+
+// In each direction; one number, 1, for a single cell.
+std::vector<int> cells_of(const sim::Params& params) {
+  constexpr double kMost = 1e8;
+  std::vector<int> cells;
+  if (!params.has("cells")) return cells;
+  double all = 1;
+  for (const auto& entry : params.list("cells")) {
+    const double* const number = std::get_if<double>(&entry);
+    if (!number || !(*number >= 1) || std::floor(*number) != *number || *number > kMost)
+      refuse("cells is " + sim::to_text(params.value("cells")),
+             "give whole numbers from 1 on: cells = N, {nx, ny} or {nx, ny, nz}");
+    cells.push_back(static_cast<int>(*number));
+    all *= *number;
+  }
+  if (cells.empty() || cells.size() > 3)
+    refuse("its lattice has " + std::to_string(cells.size()) + " directions",
+           "give cells = N, {nx, ny} or {nx, ny, nz}");
+  if (all > kMost) refuse("it has more than 1e8 cells", "give fewer cells");
+  return cells;
+}
+
+LatticeEdge edge_of(const sim::Params& params, const std::vector<std::string>& names) {
+  LatticeEdge edge;
+  if (!params.has("boundary")) return edge;
+  const List& list = params.list("boundary");
+  const std::string remedy = "give boundary = {a value for each name}, \"periodic\" or \"mirror\"";
+  if (list.size() == 1 && std::holds_alternative<std::string>(list.front())) {
+    const std::string& word = std::get<std::string>(list.front());
+    if (word == "periodic")
+      edge.kind = LatticeEdge::Kind::kPeriodic;
+    else if (word == "mirror")
+      edge.kind = LatticeEdge::Kind::kMirror;
+    else
+      refuse("boundary is '" + sim::visible_line(word) + "'", remedy);
+    return edge;
+  }
+  for (const auto& entry : list) {
+    if (!std::holds_alternative<double>(entry)) refuse("a value of its boundary is a text", remedy);
+    edge.values.push_back(std::get<double>(entry));
+  }
+  if (edge.values.size() != names.size())
+    refuse("boundary has " + counted(edge.values.size(), "value") + " for " +
+               counted(names.size(), "name"),
+           remedy);
+  return edge;
+}
+
+// What the formulas of a cell read, in this order: its names, t, neighbours.
+class FormulaField final : public sim::Field {
+ public:
+  explicit FormulaField(const sim::Params& params)
+      : names_(names_of(params)), cells_(cells_of(params)), edge_(edge_of(params, names_)) {
+    const std::vector<std::string> texts =
+        texts_of(params, "formulas", "a formula for each name: \"a*(y - x)\"");
+    if (texts.size() != names_.size())
+      refuse(
+          "it has " + counted(texts.size(), "formula") + " for " + counted(names_.size(), "name"),
+          "give the time derivative of each name, in their order");
+    std::vector<std::string> inputs = names_;
+    inputs.emplace_back("t");
+    sim::CellNames cells{static_cast<int>(names_.size()), static_cast<int>(cells_.size()), {}, {}};
+    std::ranges::copy(cells_, cells.extents.begin());
+    Formulas formulas(kOwner, params, inputs, {}, cells);
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      roots_.push_back(formulas.parse(texts[i], "formula of " + names_[i] + "'"));
+    formulas.check_all_read(kParams);
+    if (params.has("boundary") && formulas.neighbours().empty())
+      refuse("it has a boundary, but no formula reads a neighbour",
+             "leave the boundary out, or write " + names_.front() + "[-1]");
+    if (!params.has("boundary") && !formulas.neighbours().empty())
+      refuse("formulas read neighbours, and what lies beyond the ends is not said",
+             "give boundary = {a value for each name}, \"periodic\" or \"mirror\"");
+    compile(formulas);
+  }
+
+  void bind(std::size_t size, int dimension) override {
+    if (dimension != 1) refuse("its state is a flat list, not points", "write state = { 1, 0, 0 }");
+    double cells = 1;
+    for (const int count : cells_) cells *= count;
+    const double wanted = cells * static_cast<double>(names_.size());
+    if (static_cast<double>(size) != wanted)
+      refuse("the state has " + counted(size, "number") + ", " + counted(names_.size(), "name") +
+                 " in " + counted(static_cast<std::size_t>(cells), "cell") + " make " +
+                 sim::shortest(wanted),
+             "give state as many numbers: all names of the first cell, then of the next one");
+    size_ = size;
+    Lattice::Index extents{1, 1, 1}, reach{};
+    std::copy_backward(cells_.begin(), cells_.end(), extents.end());
+    for (const Lattice::Index& offset : offsets_)
+      for (std::size_t k = 0; k < 3; ++k) reach[k] = std::max(reach[k], std::abs(offset[k]));
+    lattice_ = Lattice(static_cast<int>(names_.size()), extents, reach, edge_);
+    straight_ = lattice_.cells() == 1;
+    bind_programs();
+    find_entries();
+  }
+
+  void begin(double t, std::span<const double> x) const override {
+    std::vector<double> dxdt(x.size());
+    eval(t, x, dxdt);
+    for (std::size_t i = 0; i < dxdt.size(); ++i) {
+      if (std::isfinite(dxdt[i])) continue;
+      const std::size_t name = i % names_.size();
+      refuse("the formula of " + names_[name] + "' is not finite at the start" +
+                 (straight_ ? "" : ", in cell " + std::to_string(i / names_.size())),
+             "look for a division by 0, or a root or logarithm of a negative number");
+    }
+  }
+
+  void eval(double t, std::span<const double> x, std::span<double> dxdt) const override {
+    if (straight_) {
+      run_straight(code_, slots_, t, x, dxdt.data());
+      return;
+    }
+    for_blocks(slopes_run_, t, x, [&](std::ptrdiff_t begin, int count) {
+      lattice_.store(results_.data(), begin, count, dxdt.data());
+    });
+  }
+
+  const sim::Sparsity* sparsity() const override { return &sparsity_; }
+
+  void jacobian(double t, std::span<const double> x, std::span<double> values) const override {
+    if (straight_) {
+      run_straight(jacobian_code_, jacobian_slots_, t, x, jacobian_results_.data());
+      for (std::size_t i = 0; i < entries_.size(); ++i)
+        values[static_cast<std::size_t>(places_[i])] = jacobian_results_[i];
+      return;
+    }
+    std::ranges::fill(values, 0.0);
+    // Cells come in the order of their places.
+    const std::size_t many = entries_.size();
+    std::size_t cell = 0;
+    for_blocks(jacobian_run_, t, x, [&](std::ptrdiff_t begin, int count) {
+      for (; cell < places_of_cells_.size() && places_of_cells_[cell] < begin + count; ++cell)
+        for (std::size_t i = 0; i < many; ++i)
+          if (const int place = places_[cell * many + i]; place >= 0)
+            values[static_cast<std::size_t>(place)] +=
+                jacobian_results_[i * kBlock +
+                                  static_cast<std::size_t>(places_of_cells_[cell] - begin)];
+    });
+  }
+
+  std::unique_ptr<sim::Stepper> explicit_stepper(const sim::ExplicitPlan& plan) const override {
+    if (!straight_ || plan.precision == sim::Precision::kSingle ||
+        !sim::StraightStepper::fits(code_, plan))
+      return nullptr;
+    return std::make_unique<sim::StraightStepper>(code_, plan);
+  }
+
+ private:
+  // An entry of the Jacobian of each cell.
+  struct Entry {
+    int formula, name;
+    Lattice::Index offset;
+  };
+
+  std::size_t time_input() const { return names_.size(); }
+
+  void compile(Formulas& formulas) {
+    for (const sim::Neighbour& neighbour : formulas.neighbours()) {
+      Lattice::Index offset{};
+      std::copy_n(neighbour.offset.begin(), cells_.size(),
+                  offset.end() - static_cast<std::ptrdiff_t>(cells_.size()));
+      offsets_.push_back(offset);
+      neighbours_.push_back(neighbour.input);
+    }
+    std::vector<int> derivatives;
+    const int zero = formulas.graph.number(0);
+    for (std::size_t formula = 0; formula < roots_.size(); ++formula)
+      for (int input = 0; input < formulas.inputs(); ++input) {
+        if (input == static_cast<int>(time_input())) continue;
+        const int slope = formulas.graph.derivative(roots_[formula], input);
+        if (slope == zero) continue;
+        const int other = input - static_cast<int>(time_input()) - 1;
+        entries_.push_back(
+            {static_cast<int>(formula),
+             other < 0 ? input : neighbours_[static_cast<std::size_t>(other)],
+             other < 0 ? Lattice::Index{} : offsets_[static_cast<std::size_t>(other)]});
+        derivatives.push_back(slope);
+      }
+    code_ = sim::Code(formulas.graph, roots_, formulas.inputs());
+    jacobian_code_ = sim::Code(formulas.graph, derivatives, formulas.inputs());
+    double cells = 1;
+    for (const int count : cells_) cells *= count;
+    if (cells == 1) return;
+    slopes_run_ = sim::ProgramRun(formulas.compile(roots_));
+    jacobian_run_ = sim::ProgramRun(formulas.compile(derivatives));
+  }
+
+  void bind_programs() {
+    if (straight_) {
+      const auto fill = [](const sim::Code& code, std::vector<double>& slots) {
+        slots.assign(static_cast<std::size_t>(code.slots()), 0);
+        std::ranges::copy(code.constants, slots.begin() + code.first_constant());
+      };
+      fill(code_, slots_);
+      fill(jacobian_code_, jacobian_slots_);
+      jacobian_results_ = sim::Array(entries_.size());
+      return;
+    }
+    times_ = sim::Array(kBlock);
+    slopes_ = sim::Array(names_.size() * kBlock);
+    jacobian_results_ = sim::Array(entries_.size() * kBlock);
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      results_.push_back(slopes_.data() + i * kBlock);
+      slopes_run_.output(static_cast<int>(i), slopes_.data() + i * kBlock);
+    }
+    for (std::size_t i = 0; i < entries_.size(); ++i)
+      jacobian_run_.output(static_cast<int>(i), jacobian_results_.data() + i * kBlock);
+    for (sim::ProgramRun* const run : {&slopes_run_, &jacobian_run_})
+      run->input(static_cast<int>(time_input()), times_.data());
+  }
+
+  // Where the entries of all cells stand in the matrix; -1: they are of what does not change.
+  void find_entries() {
+    const int cells = lattice_.cells(), names = static_cast<int>(names_.size());
+    std::vector<std::pair<int, int>> pairs, own;  // {column, row}
+    for (int cell = 0; cell < cells; ++cell)
+      for (const Entry& entry : entries_) {
+        const int other = lattice_.neighbour(cell, entry.offset);
+        own.emplace_back(other < 0 ? -1 : other * names + entry.name, cell * names + entry.formula);
+        if (other >= 0) pairs.push_back(own.back());
+      }
+    sparsity_ = sim::Sparsity(cells * names, std::move(pairs));
+    for (const auto& [column, row] : own)
+      places_.push_back(column < 0 ? -1 : sparsity_.find(column, row));
+    if (straight_) return;
+    for (int cell = 0; cell < cells; ++cell) places_of_cells_.push_back(lattice_.place(cell));
+  }
+
+  void run_straight(const sim::Code& code, std::vector<double>& slots, double t,
+                    std::span<const double> x, double* out) const {
+    std::ranges::copy(x, slots.begin());
+    slots[x.size()] = t;
+    run_(code.instructions, slots.data());
+    std::copy_n(slots.begin() + code.inputs, code.outputs, out);
+  }
+
+  // Runs a program over all places from the first cell to the last, and calls
+  // visit(first place, count) behind each block.
+  template <class Visit>
+  void for_blocks(sim::ProgramRun& run, double t, std::span<const double> x,
+                  const Visit& visit) const {
+    lattice_.load(x.data());
+    std::fill_n(times_.data(), kBlock, t);
+    const int block = run.program().block();
+    for (std::ptrdiff_t at = lattice_.first(); at < lattice_.end(); at += block) {
+      const int count = static_cast<int>(std::min<std::ptrdiff_t>(block, lattice_.end() - at));
+      for (int name = 0; name < lattice_.names(); ++name)
+        run.input(name, lattice_.array(name) + at);
+      for (std::size_t i = 0; i < neighbours_.size(); ++i)
+        run.input(static_cast<int>(time_input() + 1 + i),
+                  lattice_.array(neighbours_[i]) + at + lattice_.distance(offsets_[i]));
+      run.run(count);
+      visit(at, count);
+    }
+  }
+
+  std::vector<std::string> names_;
+  std::vector<int> cells_;  // in each direction; none: a single one
+  LatticeEdge edge_;
+  std::vector<int> roots_;
+  std::vector<int> neighbours_;  // names
+  std::vector<Lattice::Index> offsets_;
+  std::vector<Entry> entries_;
+  sim::Code code_, jacobian_code_;
+  std::size_t size_ = 0;
+  bool straight_ = false;  // a single cell: numbers, no vectors
+
+  sim::Sparsity sparsity_;
+  std::vector<int> places_;  // in its values, cell by cell
+  std::vector<std::ptrdiff_t> places_of_cells_;
+
+  // What an evaluation works in.
+  mutable Lattice lattice_;
+  mutable sim::ProgramRun slopes_run_, jacobian_run_;
+  mutable std::vector<double> slots_, jacobian_slots_;
+  mutable sim::Array times_, slopes_, jacobian_results_;
+  std::vector<double*> results_;
+  sim::RunStraight run_ = sim::run_straight();
+};
+
+}  // namespace
+
+SIM_PLUGIN(Field, "formula") {
+  using sim::ParamType;
+  registrar.add(sim::FieldPlugin{
+      {.name = "formula",
+       .summary = "right-hand sides as formulas, of a few numbers or of the cells of a lattice",
+       .formula =
+           "x' = F1, y' = F2, ..: a formula for each name, of all names and t\n"
+           "u[-1] u[1] u[i, j] u[i, j, k]: the neighbours of a cell, counted from it\n"
+           "^ * / + - ( );  sqrt exp log sin cos tan sinh cosh tanh abs sign step floor\n"
+           "min max pow select(c, a, b);  pi;  \"u*w - v; w = u*v\"\n"
+           "other names are numbers given to the field, a = 0.1\n"
+           "state: all names of cell 0, then of cell 1 ..; of cells = {nx, ny} the cell (i, j)\n"
+           "is number i ny + j; Jacobians are exact",
+       .params = {{.name = "formulas",
+                   .type = ParamType::kList,
+                   .doc = "the time derivative of each name, in their order",
+                   .required = true,
+                   .positional = true},
+                  {.name = "names",
+                   .type = ParamType::kList,
+                   .doc = "of the numbers of a cell",
+                   .required = true},
+                  {.name = "cells",
+                   .type = ParamType::kList,
+                   .doc = "of a lattice: N, {nx, ny} or {nx, ny, nz}; if not given, a single one"},
+                  {.name = "boundary",
+                   .type = ParamType::kList,
+                   .doc = "beyond the ends of the lattice: {a value for each name}, \"periodic\", "
+                          "or \"mirror\" (the first cell again, then the second: nothing flows "
+                          "out)"}},
+       .free_numbers = true,
+       .example = {{"formulas", sim::List{"y", "-k*x - 0.1*y + 0*z", "x*y - z"}},
+                   {"names", sim::List{"x", "y", "z"}},
+                   {"cells", sim::List{4.0}},
+                   {"k", 2.0}}},
+      [](const sim::Params& params) { return std::make_unique<FormulaField>(params); }});
+}
