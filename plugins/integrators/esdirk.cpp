@@ -53,8 +53,11 @@ SIM_PLUGIN(Integrator, "esdirk43") {
           return std::make_unique<sim::DiagonallyImplicit>(kPair.method, 4, options);
         options.tolerance =
             std::clamp(kPart * std::min(tolerance.atol, tolerance.rtol), kLeast, kMost);
-        options.atol = tolerance.atol;
-        options.rtol = tolerance.rtol;
+        // Slopes come from the solutions of stages: what these are off must not hide that a step
+        // follows a branch that has become unstable.
+        constexpr double kOfStages = 1e-4, kLeastAbsolute = 1e-13, kLeastRelative = 1e-12;
+        options.atol = std::max(kOfStages * tolerance.atol, kLeastAbsolute);
+        options.rtol = std::max(kOfStages * tolerance.rtol, kLeastRelative);
         return std::make_unique<sim::AdaptiveImplicit>(kPair, 4, tolerance, options);
       }});
 }

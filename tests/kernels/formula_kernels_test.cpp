@@ -70,6 +70,26 @@ Exact exact(Op op, double a, double b, double c) {
       const bool defined = !std::isnan(power) && a >= 0;
       return {defined ? std::pow(std::fabs(a), b) : kNan, 4 + 2 * std::fabs(power)};
     }
+    case Op::kProductPlus:
+      return {a * b + c};
+    case Op::kProductMinus:
+      return {a * b - c};
+    case Op::kMinusProduct:
+      return {c - a * b};
+    case Op::kSumPlus:
+      return {(a + b) + c};
+    case Op::kSumMinus:
+      return {(a + b) - c};
+    case Op::kDifferencePlus:
+      return {(a - b) + c};
+    case Op::kDifferenceMinus:
+      return {(a - b) - c};
+    case Op::kProductTimes:
+      return {(a * b) * c};
+    case Op::kSumTimes:
+      return {(a + b) * c};
+    case Op::kDifferenceTimes:
+      return {(a - b) * c};
     default:
       return {std::isnan(a) ? a : a != 0 ? b : c};
   }
@@ -92,7 +112,7 @@ int padded(int items) { return (items + kBlock - 1) / kBlock * kBlock; }
 TEST_CASE("instructions of formulas give what the C library gives", "[machine_kernel]") {
   const double odd[] = {kNan, kInfinity, -kInfinity, 0.0, -0.0, 1e300, -1e-300, 700.5, -2.5, 1e8};
   for_each_lane([&](int items, int extreme) {
-    for (int op = static_cast<int>(Op::kCopy); op <= static_cast<int>(Op::kSelect); ++op)
+    for (int op = static_cast<int>(Op::kCopy); op <= static_cast<int>(Op::kDifferenceTimes); ++op)
       for (int operand = 0; operand < std::max(1, sim::operand_count(static_cast<Op>(op)));
            ++operand) {
         const int size = padded(items);
@@ -112,6 +132,12 @@ TEST_CASE("instructions of formulas give what the C library gives", "[machine_ke
                                     << slot[2][i] << " is " << slot[3][i] << ", not "
                                     << want.value);
         }
+        // Single numbers give the same.
+        double numbers[] = {slot[0][extreme], slot[1][extreme], slot[2][extreme], 0};
+        sim::run_straight()({code, 1}, numbers);
+        if (!agree(numbers[3], slot[3][extreme]))
+          FAIL_CHECK("operation " << op << " of single numbers is " << numbers[3] << ", not "
+                                  << slot[3][extreme]);
         if (slot[3][size] != 7777) FAIL_CHECK("operation " << op << " writes behind its block");
       }
   });
