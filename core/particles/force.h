@@ -21,8 +21,9 @@ struct AffineForce {
   double damping = 0;                // kg/s
 };
 
-class Projection;
+class Particles;
 class Springs;
+class StepCorrection;
 class Team;
 
 // One spring-like tie of a particle to another, for adjacency listings.
@@ -89,8 +90,9 @@ class Force {
   virtual bool resists() const { return false; }
   virtual void resist(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
 
-  // What it does at the end of each step, beside what it adds to forces; null: nothing.
-  virtual Projection* projection() { return nullptr; }
+  // What it does at the end of each step, beside what it adds to forces: core/particles/
+  // step_correction.h. Asked once, after bind(); the particles outlive it. Null: nothing.
+  virtual std::unique_ptr<StepCorrection> correction(Particles& particles);
 
   // After bind(): particles that pass through those it acts on, ascending, and the remedy.
   virtual std::pair<std::vector<int>, std::string> unseen() const { return {}; }

@@ -5,10 +5,12 @@
 
 #include "core/base/assert.h"
 #include "core/base/bits.h"
-#include "core/particles/projection.h"
+#include "core/particles/step_correction.h"
 #include "core/simd/lanes.h"
 
 namespace sim {
+
+std::unique_ptr<StepCorrection> Force::correction(Particles& /*particles*/) { return nullptr; }
 namespace {
 
 constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
@@ -173,7 +175,7 @@ void Particles::add_collider(std::unique_ptr<Collider> collider, const std::stri
 }
 
 bool Particles::conserves_energy() const noexcept {
-  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty() && !any_projects(on_);
+  return motion_.damping == 0 && other_forces_.empty() && contacts_.empty();
 }
 
 double Particles::kinetic_energy(double t, const double* state) const {

@@ -129,7 +129,6 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     force_switches.push_back(part.switch_name);
     force_places.push_back(part.place);
   }
-  projects = std::ranges::any_of(forces, [](const auto& force) { return force->projection(); });
   if (!spec.loads.empty()) {
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
@@ -162,6 +161,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     collider_switches.push_back(part.switch_name);
   }
   particles->set_accuracy(spec.accuracy);
+  compile_corrections();
   compile_constraints(spec, registry);
   compile_contact(spec);
   particles->order_by(particles->view(0, x.data()));
@@ -207,15 +207,16 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
     if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
-    const std::string between = acts_between();
-    if (!between.empty() && method->info().adaptive)
+    if (!corrections.empty() && method->info().adaptive) {
+      const std::string without = corrections.back()->remedy();
       throw Error(ErrorKind::kScene,
                   {"integrator does not fit", place,
-                   "this scene has " + between +
+                   "this scene has " + corrections.back()->title() +
                        ", which acts between steps, and an adaptive method does not end its steps "
                        "there",
-                   std::string("use verlet, rk4 or another method of fixed steps") +
-                       (rigid_contact ? ", or give the bodies touches = false" : "")});
+                   "use verlet, rk4 or another method of fixed steps" +
+                       (without.empty() ? "" : ", or " + without)});
+    }
     integrator = std::move(method);
   } catch (const Error& error) {
     throw blaming_force(error, place);
@@ -288,7 +289,7 @@ int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
   if (s.thread_choice) s.thread_choice->begin();
   s.begin_contact(t());
-  if (s.surface_contact || s.rigid_contact || s.projects) most = 1;
+  if (!s.corrections.empty()) most = 1;
   const FloatControl control;
   Advance now;
   try {
@@ -303,7 +304,7 @@ int Simulation::steps(std::int64_t most) {
     }
     now.taken = 1;
   }
-  if (!s.keep_apart(t(), h())) {
+  if (!s.correct(t(), h())) {
     s.restart();
     return 0;
   }
@@ -327,7 +328,7 @@ bool Simulation::step_to(double end) {
     if (!adaptive || status != StepStatus::kStopped) s.restart();
     return false;
   }
-  if (!s.keep_apart(t(), short_h)) {
+  if (!s.correct(t(), short_h)) {
     s.restart();
     return false;
   }
@@ -351,7 +352,7 @@ void Simulation::reset() {
   }
   impl_->step_count = impl_->n0 = 0;
   impl_->t0 = 0;
-  impl_->forget();
+  for (const auto& correction : impl_->corrections) correction->reset();
   if (impl_->particles)
     impl_->place_particles();
   else
@@ -407,8 +408,8 @@ int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && !surface_contact() && !impl_->rigid_contact &&
-         impl_->particles->conserves_energy() && !(holding() && holding()->constraints().move());
+  return impl_->particles && impl_->corrections.empty() && impl_->particles->conserves_energy() &&
+         !(holding() && holding()->constraints().move());
 }
 
 Energy Simulation::energy() const {

@@ -18,6 +18,8 @@
 
 namespace sim {
 
+class StepCorrection;
+
 // What a run may override; empty or 0 = as the scene says.
 struct RunOptions {
   MethodChoice integrator{};
@@ -97,10 +99,9 @@ class Simulation {
   void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
-  class Holding* holding() const;                       // of constraints; null where there are none
-  const class SurfaceContact* surface_contact() const;  // null where there is none
-  const class RigidContact* rigid_contact() const;      // null where bodies touch nothing
-  std::vector<Link> links(int particle) const;          // in order of families
+  class Holding* holding() const;  // of constraints; null where there are none
+  std::span<const std::unique_ptr<StepCorrection>> corrections() const;  // of the ends of steps
+  std::vector<Link> links(int particle) const;                           // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
 
  private:

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
 
 #include "core/base/text.h"
 #include "core/particles/springs/springs.h"
@@ -61,10 +62,11 @@ Snapshot Simulation::snapshot() const {
 
 Snapshot Simulation::snapshot_without_state() const {
   const Impl& s = *impl_;
-  // Behind that of the method the impulses of bodies that touch, and their number.
+  // Behind the memory of the method that of each correction, and its size.
   std::vector<double> memory = s.integrator->memory();
-  if (s.rigid_contact) {
-    const std::vector<double> own = s.rigid_contact->memory();
+  for (const auto& correction : s.corrections) {
+    if (!correction->has_memory()) continue;
+    const std::vector<double> own = correction->memory();
     memory.insert(memory.end(), own.begin(), own.end());
     memory.push_back(static_cast<double>(own.size()));
   }
@@ -82,15 +84,14 @@ void Simulation::restore(const Snapshot& snapshot) {
   std::ranges::copy(snapshot.x, s.x.data());
   s.restart();
   std::span<const double> memory = snapshot.memory;
-  if (s.rigid_contact) {
-    s.rigid_contact->forget();
+  for (const auto& correction : s.corrections | std::views::reverse) {
+    if (!correction->has_memory()) continue;
     const double said = memory.empty() ? 0 : memory.back();
     if (!memory.empty()) memory = memory.first(memory.size() - 1);
-    if (said > 0 && said <= static_cast<double>(memory.size())) {
-      const auto own = static_cast<std::size_t>(said);
-      s.rigid_contact->recall(memory.last(own));
-      memory = memory.first(memory.size() - own);
-    }
+    const bool fits = said > 0 && said <= static_cast<double>(memory.size());
+    const auto own = fits ? static_cast<std::size_t>(said) : std::size_t{0};
+    correction->recall(memory.last(own));
+    memory = memory.first(memory.size() - own);
   }
   if (!memory.empty()) s.integrator->recall(memory);
 }
@@ -101,8 +102,8 @@ void Simulation::Impl::change(const std::function<void()>& make) {
   make();
   const bool settled = system->settle(t(step_count), x.data());
   std::string why = settled ? std::string() : system->refusal();
-  if (settled && surface_contact)
-    why = surface_contact->objection(particles->view(t(step_count), x.data()));
+  for (const auto& correction : corrections)
+    if (settled && why.empty()) why = correction->objection(t(step_count), x.data());
   if (!settled || !why.empty()) {
     std::ranges::copy(before, x.data());
     restart();

@@ -12,8 +12,7 @@
 #include "core/base/team.h"
 #include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/rigid/rigid_contact.h"
-#include "core/particles/surface_contact/surface_contact.h"
+#include "core/particles/step_correction.h"
 #include "core/scene/placed.h"
 #include "core/scene/simulation.h"
 
@@ -42,15 +41,14 @@ struct Simulation::Impl {
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
   ContactWork contact_work;
-  std::unique_ptr<SurfaceContact> surface_contact;  // where the scene asks for it
-  std::unique_ptr<RigidContact> rigid_contact;      // where bodies may touch something
-  bool projects = false;                            // some force does
+  std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
   void compile_field(const SystemSpec& spec, Registry& registry);
   void compile_particles(const SystemSpec& spec, Registry& registry, Threads threads);
   void compile_constraints(const SystemSpec& spec, Registry& registry);
+  void compile_corrections();  // of forces
   void compile_contact(const SystemSpec& spec);
   void compile_rigid_contact(const SystemSpec& spec);
   std::vector<double> masses() const;  // kg, as if none were pinned
@@ -67,12 +65,8 @@ struct Simulation::Impl {
   IntegratorInfo info_of(const Method& method, const Place& place) const;
   void make_integrator(const Settings& wanted, const Place& place);
   Error blaming_force(const Error& misfit, const Place& scene) const;
-  // x_next := what contact of surfaces makes of the step to t1; false where it has no way.
-  bool keep_apart(double t, double h);
-  bool keep_bodies_apart(double t, double h);
-  bool project(double t, double h);
-  std::string acts_between() const;  // what does, between steps; empty: nothing
-  void forget();                     // what of that has a past
+  // x_next := what corrections make of the step from t; false where one of them fails.
+  bool correct(double t, double h);
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);

@@ -4,8 +4,9 @@
 
 #include "core/base/finite.h"
 #include "core/base/text.h"
-#include "core/particles/projection.h"
+#include "core/particles/rigid/rigid_correction.h"
 #include "core/particles/rigid/rigid_rows.h"
+#include "core/particles/surface_contact/surface_correction.h"
 #include "core/particles/touch_events.h"
 #include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
@@ -30,20 +31,11 @@ std::string note_on_gaps(const SystemSpec& spec, const ParticleView& start) {
 
 }  // namespace
 
-namespace {
-
-void check_not_projected(const Particles& particles, std::span<const int> ids, const Place& place) {
-  for (Force* const force : particles.forces())
-    for (const int id : ids)
-      if (force->projection() && id < particles.layout().n() && force->projection()->leads(id))
-        throw Error(ErrorKind::kScene,
-                    {"constraint", place,
-                     "particle " + std::to_string(id) +
-                         " is of a fluid that keeps its density, which would break it",
-                     "leave it out of one of them, or give the fluid solver = \"wcsph\""});
+void Simulation::Impl::compile_corrections() {
+  for (Force* const force : particles->forces())
+    if (auto correction = force->correction(*particles))
+      corrections.push_back(std::move(correction));
 }
-
-}  // namespace
 
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
@@ -59,7 +51,14 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
       throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
                                       plugin.elements.arity == 1 ? "give particles = { ids }"
                                                                  : "give ties = { {a, b}, ... }"});
-    check_not_projected(*particles, joined.elements.ids, part.place);
+    for (const auto& correction : corrections)
+      for (const int id : joined.elements.ids)
+        if (id < initial.count() && correction->breaks_constraints(id))
+          throw Error(ErrorKind::kScene,
+                      {"constraint", part.place,
+                       "particle " + std::to_string(id) + " is of " + correction->title() +
+                           ", which would break it",
+                       "leave it out of one of them, or " + correction->remedy()});
     placed(part.place, [&] {
       auto constraint = made(plugin.make(params, joined.elements), plugin);
       if (!joined.nodes.empty())
@@ -84,10 +83,10 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec) {
                                     "contact would have to put them back",
                                     "leave feedback out"});
   placed(contact.place, [&] {
-    surface_contact = std::make_unique<SurfaceContact>(
+    corrections.push_back(std::make_unique<SurfaceCorrection>(
         SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
                            contact.strain_limit},
-        *particles, particles->holding(), particles->view(0, x.data()));
+        *particles, particles->holding(), particles->view(0, x.data())));
   });
 }
 
@@ -129,114 +128,38 @@ void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
   const bool others = all > static_cast<std::int64_t>(solids.tied.size());
   if (touching == 0 || (touching == 1 && spec.colliders.empty() && !others)) return;
   placed(spec.bodies.front().place, [&] {
-    rigid_contact = std::make_unique<RigidContact>(
+    auto bodies_apart = std::make_unique<RigidCorrection>(
         Solids(std::move(solids), *particles, x.data()), std::move(surfaces), *particles,
         spec.constraints.empty() ? nullptr : particles->holding());
+    // Surfaces come last: they keep out of the bodies where these end.
+    if (spec.contact)
+      dynamic_cast<SurfaceCorrection&>(*corrections.back())
+          .touch(bodies_apart->solids(), bodies_apart->surfaces());
+    corrections.insert(corrections.end() - (spec.contact ? 1 : 0), std::move(bodies_apart));
   });
-  if (surface_contact) surface_contact->touch(rigid_contact->solids(), rigid_contact->surfaces());
 }
 
-bool Simulation::Impl::keep_bodies_apart(double t, double h) {
-  const bool changed = rigid_contact->resolve(t, h, x.data(), x_next.data());
-  std::string why = rigid_contact->refusal();
-  if (why.empty() && changed && !all_finite({x_next.data(), x_next.size()}))
-    why = "contact of rigid bodies leads to numbers that are not finite";
-  if (!why.empty()) {
+bool Simulation::Impl::correct(double t, double h) {
+  const auto refuse = [&](const std::string& why) {
     divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "", why};
     return false;
-  }
-  if (changed) integrator->restart(t + h, h, x_next.data());
-  contact_work.lost += rigid_contact->take_work();
-  return true;
-}
-
-namespace {
-
-std::span<double> memory_of(const Particles& particles, const Force& force, double* state) {
-  for (const ForceMemory& memory : particles.memories())
-    if (memory.force == &force)
-      return {state + particles.layout().size() + memory.begin, memory.size};
-  return {};
-}
-
-}  // namespace
-
-// What that changes of the energy is booked as what contact takes.
-bool Simulation::Impl::project(double t, double h) {
-  const double end = t + h;
-  const auto energy = [&] {
-    return particles->kinetic_energy(end, x_next.data()) +
-           particles->potential_energy(end, x_next.data());
   };
-  const ParticleView view = particles->view(end, x_next.data());
-  const auto q = particles->layout().axes(x_next.data());
-  const auto v = particles->layout().axes(x_next.data(), 3);
-  const double before = energy();
-  const Contacts& contacts = particles->contacts();
-  bool changed = false;
-  for (Force* const force : particles->forces()) {
-    Projection* const own = force->projection();
-    if (!own ||
-        !own->project({view, h, q.data(), v.data(), memory_of(*particles, *force, x_next.data())},
-                      *team))
-      continue;
-    changed = true;
-    for (int i = 0; !contacts.empty() && i < view.n; ++i) {
-      if (!own->leads(i) || !view.free(i)) continue;
-      Vec3 place = view.position(i);
-      contacts.push_out(end, place);
-      for (std::size_t axis = 0; axis < 3; ++axis) q[axis][i] = place[axis];
-    }
-  }
-  if (!changed) return true;
-  if (!all_finite({x_next.data(), x_next.size()})) {
-    divergence = {StepStatus::kNotAllowed,
-                  -1,
-                  step_count + 1,
-                  end,
-                  h,
-                  "",
-                  "",
-                  "keeping the density of a fluid leads to numbers that are not finite"};
-    return false;
-  }
-  contact_work.lost += before - energy();
-  integrator->restart(end, h, x_next.data());
-  return true;
-}
-
-std::string Simulation::Impl::acts_between() const {
-  if (surface_contact) return "sim.contact";
-  if (rigid_contact) return "contact of rigid bodies";
-  return projects ? "a fluid with solver = \"dfsph\"" : "";
-}
-
-void Simulation::Impl::forget() {
-  if (rigid_contact) rigid_contact->forget();
-  if (!projects) return;
-  for (Force* const force : particles->forces())
-    if (force->projection()) force->projection()->forget();
-}
-
-bool Simulation::Impl::keep_apart(double t, double h) {
-  if (projects) {
+  for (const auto& correction : corrections) {
+    StepCorrection::Outcome outcome = StepCorrection::Outcome::kFailed;
     try {
-      if (!project(t, h)) return false;
+      outcome = correction->apply({t, h, x.data(), x_next.data()});
     } catch (...) {
       restart();
       rethrow_in_step();
     }
+    if (outcome == StepCorrection::Outcome::kFailed) return refuse(correction->failure());
+    if (outcome == StepCorrection::Outcome::kChanged) {
+      if (!all_finite({x_next.data(), x_next.size()}))
+        return refuse(correction->title() + " leads to numbers that are not finite");
+      integrator->restart(t + h, h, x_next.data());
+    }
+    contact_work.lost += correction->take_dissipation();
   }
-  if (rigid_contact && !keep_bodies_apart(t, h)) return false;
-  if (!surface_contact) return true;
-  const auto outcome = surface_contact->resolve(*particles, t, h, x.data(), x_next.data());
-  if (outcome == SurfaceContact::Outcome::kRefused) {
-    divergence = {StepStatus::kNotAllowed,   -1, step_count + 1, t + h, h, "", "",
-                  surface_contact->refusal()};
-    return false;
-  }
-  if (outcome == SurfaceContact::Outcome::kChanged) integrator->restart(t + h, h, x_next.data());
-  contact_work.lost += surface_contact->take_work();
   return true;
 }
 
@@ -264,7 +187,9 @@ void Simulation::Impl::restart() {
   integrator->restart(t(step_count), settings->h, x.data());
 }
 
-const SurfaceContact* Simulation::surface_contact() const { return impl_->surface_contact.get(); }
+std::span<const std::unique_ptr<StepCorrection>> Simulation::corrections() const {
+  return impl_->corrections;
+}
 
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
@@ -274,8 +199,6 @@ std::vector<SolidShape> Simulation::shapes() const {
   for (int i = 0; i < bodies(); ++i) all.push_back(body(i).drawn(body_state(i)));
   return all;
 }
-
-const RigidContact* Simulation::rigid_contact() const { return impl_->rigid_contact.get(); }
 
 int Simulation::bodies() const { return static_cast<int>(impl_->bodies.size()); }
 

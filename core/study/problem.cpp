@@ -7,7 +7,6 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
 
 namespace sim::study {
 MethodChoice Problem::integrator() const { return options.integrator.over(spec->integrator); }
@@ -76,15 +75,9 @@ const ParticleSystem* particles_of(Simulation& system) {
   return dynamic_cast<const ParticleSystem*>(&system.ode());
 }
 
-bool any_projects(Simulation& system) {
-  const ParticleSystem* const particles = particles_of(system);
-  return particles && sim::any_projects(particles->forces());
-}
-
 bool acts_between_steps(Simulation& system) {
   const ParticleSystem* const particles = particles_of(system);
-  return (particles && !particles->contacts().empty()) || system.surface_contact() ||
-         system.rigid_contact() || any_projects(system);
+  return (particles && !particles->contacts().empty()) || !system.corrections().empty();
 }
 
 StepMap::StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator)

@@ -59,10 +59,8 @@ std::int64_t evaluations_of(const Simulation& system);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);
-// Some force acts at the ends of steps, which those of the method alone lack.
-bool any_projects(Simulation& system);
-// Does anything but the method change the state at the ends of steps: contact with colliders, of
-// surfaces or of bodies, or such a force?
+// Does anything but the method change the state at the ends of steps: contact with colliders, or a
+// StepCorrection?
 bool acts_between_steps(Simulation& system);
 
 // Single steps from any state, beside the run: nothing is kept from one step to the next.

@@ -8,7 +8,6 @@
 #include <random>
 
 #include "core/lua/scene/scene_file.h"
-#include "core/particles/surface_contact/surface_contact.h"
 #include "tests/support/sheets.h"
 
 using namespace sim_test;

@@ -4,7 +4,6 @@
 #include <random>
 
 #include "core/particles/constraints/holding.h"
-#include "core/particles/surface_contact/surface_contact.h"
 #include "tests/support/sheets.h"
 
 using namespace sim_test;
@@ -50,8 +49,8 @@ Outcome run(const sim::SystemSpec& spec, int steps, bool compare = true) {
     outcome.drift = std::max({outcome.drift, drift.position, drift.velocity});
     outcome.crossings += crossings(system, spec);
   }
-  outcome.acted = system.surface_contact()->counts().steps;
-  outcome.shortened = system.surface_contact()->counts().shortened;
+  outcome.acted = static_cast<std::int64_t>(figure_of(system, "steps"));
+  outcome.shortened = static_cast<std::int64_t>(figure_of(system, "shortened"));
   return outcome;
 }
 

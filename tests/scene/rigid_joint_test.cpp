@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "core/particles/constraints/holding.h"
-#include "core/particles/rigid/rigid_contact.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
@@ -119,8 +118,7 @@ TEST_CASE("bodies that a joint joins pass through each other, others do not", "[
     REQUIRE(scene.system.step());
     most = std::max(most, drift_of(scene.system).position);
   }
-  CHECK(scene.system.rigid_contact() != nullptr);
-  CHECK(scene.system.rigid_contact()->counts().most > 0);
+  CHECK(sim_test::figure_of(scene.system, "points") > 0);
   CHECK(most < 1e-12);
   const Momentum after = momentum_of(scene.system);
   CHECK((after.linear - before.linear).norm() < 1e-12);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "core/particles/surface_contact/surface_contact.h"
 #include "tests/support/sheets.h"
 
 using namespace sim_test;
@@ -35,8 +34,8 @@ Outcome run(const sim::SystemSpec& spec, int steps, int every = 1, bool compare 
     }
     if (n % every == 0 || n + 1 == steps) outcome.crossings += crossings(system, spec);
   }
-  outcome.most_zones = system.surface_contact()->counts().zones;
-  outcome.steps = system.surface_contact()->counts().steps;
+  outcome.most_zones = static_cast<std::int64_t>(figure_of(system, "zones"));
+  outcome.steps = static_cast<std::int64_t>(figure_of(system, "steps"));
   return outcome;
 }
 
@@ -123,7 +122,7 @@ TEST_CASE("contact has the same bits on any number of threads, and after any way
   sim::Registry registry = make_registry();
   sim::Simulation one(spec, registry), two(spec, registry, {.threads = 2});
   for (int n = 0; n < 150; ++n) REQUIRE((one.step() && two.step()));
-  REQUIRE(one.surface_contact()->counts().steps > 20);
+  REQUIRE(figure_of(one, "steps") > 20);
   CHECK(one.hash() == two.hash());
   const sim::Snapshot then = one.snapshot();
   for (int n = 0; n < 20; ++n) REQUIRE(one.step());
@@ -169,7 +168,7 @@ TEST_CASE("a scene without contact, or whose surfaces stay apart, keeps its bits
   bare.contact.reset();
   sim::Simulation with(spec, registry), without(bare, registry);
   for (int n = 0; n < 100; ++n) REQUIRE((with.step() && without.step()));
-  CHECK(with.surface_contact()->counts().steps == 0);
+  CHECK(figure_of(with, "steps") == 0);
   CHECK(with.hash() == without.hash());
 }
 
@@ -210,9 +209,9 @@ TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
       if (n % 10 == 0 || dt > 0.002) REQUIRE(crossings(system, spec) == 0);
     }
     if (getenv("CRUMPLES"))
-      printf("dt %g deepest %g zones %ld\n", dt, system.surface_contact()->counts().deepest,
-             system.surface_contact()->counts().zones);
-    CHECK(system.surface_contact()->counts().deepest < 0.1 * spec.contact->thickness);
+      printf("dt %g deepest %g zones %g\n", dt, figure_of(system, "deepest"),
+             figure_of(system, "zones"));
+    CHECK(figure_of(system, "deepest") < 0.1 * spec.contact->thickness);
   }
 }
 

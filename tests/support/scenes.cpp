@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
+
 #include <numbers>
+#include "core/particles/step_correction.h"
 
 namespace sim_test {
 
@@ -194,6 +197,16 @@ std::vector<double> state_of(const sim::Simulation& simulation) {
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+double figure_of(const sim::Simulation& simulation, const std::string& name) {
+  double sum = 0;
+  bool found = false;
+  for (const auto& correction : simulation.corrections())
+    for (const auto& [own, value] : correction->account().figures)
+      if (own == name) sum += value, found = true;
+  if (!found) throw std::runtime_error("no correction accounts for " + name);
+  return sum;
 }
 
 }  // namespace sim_test

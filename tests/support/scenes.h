@@ -75,4 +75,7 @@ std::vector<double> state_of(const sim::Simulation& simulation);
 // True when both states agree bit for bit.
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b);
 
+// A figure that the corrections of steps account for, their sum; fails where none of them does.
+double figure_of(const sim::Simulation& simulation, const std::string& name);
+
 }  // namespace sim_test

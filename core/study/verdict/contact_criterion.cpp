@@ -1,9 +1,9 @@
-// What colliders did.
+// What colliders did, and what else changes the ends of steps.
 #include <algorithm>
 
 #include "core/base/text.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/rigid/rigid_contact.h"
+#include "core/particles/step_correction.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
 
@@ -16,48 +16,49 @@ class ContactCriterion final : public Criterion {
 
   void look(const Energy* /*energy*/) override {}
 
+  // What they took is one figure; the last of those that acted says it.
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
-    const ParticleSystem& particles = *particles_of(*system_);
-    const ParticleView view = particles.view(system_->t(), system_->state().data());
-    int touched = 0;
-    double deepest = 0;
-    const bool collides = !particles.contacts().empty();  // bodies may touch each other alone
-    for (int i = 0; collides && i < view.n; ++i) {
-      if (!particles.contacts().ledger().touched(i)) continue;
-      ++touched;
-      for (const auto& collider : particles.contacts().all())
-        deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
+    std::vector<std::size_t> acted;
+    for (const auto& correction : system_->corrections()) {
+      const StepCorrection::Account account = correction->account();
+      if (account.words.empty()) continue;
+      if (account.acted) acted.push_back(findings.size());
+      findings.push_back({account.kept ? Trust::kTrusted : Trust::kSuspect, account.words});
     }
-    const RigidContact* const contact = system_->rigid_contact();
-    if (contact) bodies(*contact, findings);
-    if (touched == 0) {
-      if (!contact) findings.push_back({Trust::kTrusted, "contact: none"});
-      return;
+    if (const std::string words = colliders(); !words.empty()) {
+      acted.push_back(findings.size());
+      findings.push_back({Trust::kTrusted, words});
+    } else if (system_->corrections().empty()) {
+      findings.push_back({Trust::kTrusted, "contact: none"});
     }
+    if (acted.empty()) return;
     const ContactWork work = balance_.contact();
-    std::string words = "contact: " + std::to_string(touched) +
-                        (touched == 1 ? " particle" : " particles") + ", deepest " +
-                        brief(deepest, 2) + " m";
-    if (!any_projects(*system_)) words += ", took " + brief(work.lost, 3) + " J";
-    if (particles.contacts().move()) words += ", colliders did " + brief(work.given, 3) + " J";
-    if (const std::int64_t uncut = particles.contacts().ledger().uncut(); uncut > 0)
-      words += ", " + std::to_string(uncut) + " steps with too many touches to be cut at each";
-    findings.push_back({Trust::kTrusted, words});
+    std::string& words = findings[acted.back()].words;
+    words += (acted.size() > 1 ? ", together took " : ", took ") + brief(work.lost, 3) + " J";
+    if (particles_of(*system_)->contacts().move())
+      words += ", colliders did " + brief(work.given, 3) + " J";
   }
 
  private:
-  void bodies(const RigidContact& contact, std::vector<Finding>& findings) {
-    const RigidContact::Counts& counts = contact.counts();
-    if (counts.most == 0) return findings.push_back({Trust::kTrusted, "bodies touched nothing"});
-    findings.push_back({Trust::kTrusted, "bodies touched at up to " + std::to_string(counts.most) +
-                                             " points, took " + brief(balance_.contact().lost, 3) +
-                                             " J"});
-    // What the solver left where it did not get to its end.
-    constexpr double kSaid = 1e-6, kDoubted = 1e-3;
-    if (counts.unsettled > kSaid * counts.fastest)
-      findings.push_back(
-          {counts.unsettled > kDoubted * counts.fastest ? Trust::kSuspect : Trust::kTrusted,
-           "impulses between bodies to " + brief(counts.unsettled, 2) + " m/s"});
+  std::string colliders() const {
+    const ParticleSystem& particles = *particles_of(*system_);
+    const Contacts& contacts = particles.contacts();
+    const ParticleView view = particles.view(system_->t(), system_->state().data());
+    int touched = 0;
+    double deepest = 0;
+    for (int i = 0; !contacts.empty() && i < view.n; ++i) {
+      if (!contacts.ledger().touched(i)) continue;
+      ++touched;
+      for (const auto& collider : contacts.all())
+        deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
+    }
+    if (touched == 0) return {};
+    std::string words = "contact: " + std::to_string(touched) +
+                        (touched == 1 ? " particle" : " particles") + ", deepest " +
+                        brief(deepest, 2) + " m";
+    if (const std::int64_t uncut = contacts.ledger().uncut(); uncut > 0)
+      words += ", " + std::to_string(uncut) + " steps with too many touches to be cut at each";
+    return words;
   }
 
   Simulation* system_;
@@ -68,7 +69,8 @@ class ContactCriterion final : public Criterion {
 
 std::unique_ptr<Criterion> watch_contact(const Watched& run) {
   if (!run.system.second_order()) return nullptr;
-  if (particles_of(run.system)->contacts().empty() && !run.system.rigid_contact()) return nullptr;
+  if (particles_of(run.system)->contacts().empty() && run.system.corrections().empty())
+    return nullptr;
   return std::make_unique<ContactCriterion>(run);
 }
 

@@ -4,8 +4,6 @@
 #include "core/base/text.h"
 #include "core/particles/elements/crossings.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/surface_contact/surface_contact.h"
-#include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
 
 namespace sim::study {
@@ -19,7 +17,6 @@ class CrossingCriterion final : public Criterion {
  public:
   explicit CrossingCriterion(const Watched& run)
       : system_(&run.system),
-        balance_(run.balance),
         crossings_(run.spec.surfaces),
         looks_(run.steps, static_cast<int>(std::clamp(static_cast<double>(run.steps) / kCountShare,
                                                       1.0, double(kMostCounts)))) {
@@ -34,7 +31,7 @@ class CrossingCriterion final : public Criterion {
     if (looks_.last() != system_->step_count()) count();
     figures.crossings = most_;
     if (most_ == 0) {
-      findings.push_back({Trust::kTrusted, "no surface crosses another or itself" + contact()});
+      findings.push_back({Trust::kTrusted, "no surface crosses another or itself"});
       return;
     }
     findings.push_back({Trust::kSuspect, "surfaces cross: up to " + std::to_string(most_) +
@@ -44,23 +41,6 @@ class CrossingCriterion final : public Criterion {
   }
 
  private:
-  std::string contact() const {
-    const SurfaceContact* const contact = system_->surface_contact();
-    if (!contact) return {};
-    const SurfaceContact::Counts& counts = contact->counts();
-    if (counts.steps == 0) return " (contact kept none apart)";
-    std::string words = " (contact kept up to " + std::to_string(counts.pairs) +
-                        (counts.pairs == 1 ? " pair apart" : " pairs apart");
-    if (counts.zones > 0) words += ", " + std::to_string(counts.zones) + " particles as one piece";
-    if (counts.shortened > 0)
-      words += ", in " + std::to_string(counts.shortened) +
-               (counts.shortened == 1 ? " step" : " steps") +
-               " what constraints join went a shorter way";
-    if (particles_of(*system_)->contacts().empty())
-      words += ", took " + brief(balance_->contact().lost, 3) + " J";
-    return words + ")";
-  }
-
   void count() {
     const auto now =
         crossings_.count(particles_of(*system_)->view(system_->t(), system_->state().data()));
@@ -69,7 +49,6 @@ class CrossingCriterion final : public Criterion {
   }
 
   Simulation* system_;
-  EnergyBalance* balance_;
   Crossings crossings_;
   Spread looks_;
   std::int64_t most_ = 0;

@@ -5,6 +5,7 @@
 
 #include "core/base/array.h"
 #include "core/base/text.h"
+#include "core/particles/step_correction.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
@@ -180,7 +181,8 @@ std::unique_ptr<Criterion> watch_limit(const Watched& run) {
 std::unique_ptr<Criterion> watch_single_steps(const Watched& run) {
   const Simulation& system = run.system;
   if (!run.registry || system.integrator_info().adaptive) return nullptr;
-  if (any_projects(run.system)) return nullptr;
+  for (const auto& correction : system.corrections())
+    if (correction->stands_for_forces()) return nullptr;
   int times = static_cast<int>(
       std::clamp(static_cast<double>(run.steps) / kStepsPerProbe, 0.0, double(kMostProbes)));
   // Where no step is unstable, or it is not known which are, only doubling shows one too long.

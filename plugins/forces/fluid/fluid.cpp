@@ -1,4 +1,5 @@
 // A fluid of smoothed particles.
+#include "fluid_correction.h"
 #include "fluid_forces.h"
 #include "fluid_projection.h"
 
@@ -17,7 +18,10 @@ class Fluid final : public sim::Force {
     forces_.bind(initial);
     if (projection_) projection_->bind(forces_.law(), initial);
   }
-  sim::Projection* projection() override { return projection_.get(); }
+  std::unique_ptr<sim::StepCorrection> correction(sim::Particles& particles) override {
+    if (!projection_) return nullptr;
+    return std::make_unique<sim::FluidCorrection>(*projection_, *this, particles);
+  }
   // Pressures, with which the projection of the next step begins.
   int memory_size() const override { return projection_ ? projection_->count() : 0; }
   void start(std::span<double> memory) const override { std::ranges::fill(memory, 0.0); }

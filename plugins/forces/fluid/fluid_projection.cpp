@@ -228,7 +228,7 @@ bool FluidProjection::project(const End& end, Team& team) {
 
 void FluidProjection::forget() { counts_ = {}; }
 
-Projection::Account FluidProjection::account() const {
+StepCorrection::Account FluidProjection::account() const {
   if (counts_.steps == 0) return {};
   const double each = static_cast<double>(counts_.products) / static_cast<double>(counts_.steps);
   std::string words = "density of fluid to " + brief(100 * counts_.mean, 2) +

@@ -6,7 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "core/particles/projection.h"
+#include "core/base/team.h"
+#include "core/particles/collider.h"
+#include "core/particles/step_correction.h"
 #include "fluid_rows.h"
 #include "pressure_solve.h"
 
@@ -20,7 +22,7 @@ namespace sim {
 // with p >= 0 that is 0 wherever a row is not at its limit, for a fluid can be torn. All of it is
 // of first order, keeps momentum, and takes energy, which whoever calls has to book. Velocities are
 // not led by what places miss, as in the paper: that gives energy.
-class FluidProjection final : public Projection {
+class FluidProjection {
  public:
   // error: of the density, the mean of max(n - 1, 0); ten times that of a single particle.
   FluidProjection(double error, std::vector<int> ids) : error_(error), ids_(std::move(ids)) {}
@@ -29,13 +31,23 @@ class FluidProjection final : public Projection {
   void bind(const FluidLaw& law, const ParticleView& initial);
   int count() const { return static_cast<int>(mass_.size()); }  // particles
 
-  // Its memory: their pressures, Pa, from which those of the next step are looked for.
-  bool project(const End& end, Team& team) override;
-  bool leads(int particle) const override {
+  // The end of a step of length h (s): q and v are the places and velocities of the view, memory
+  // the pressures, Pa, from which those of the next step are looked for.
+  struct End {
+    const ParticleView& view;
+    double h;
+    double* const* q;
+    double* const* v;
+    std::span<double> memory;
+  };
+  // Changes these numbers. False: no place and no velocity had to be changed. A pure function of
+  // them, bit for bit.
+  bool project(const End& end, Team& team);
+  bool leads(int particle) const {  // it may change this one
     return ids_.empty() || std::ranges::binary_search(ids_, particle);
   }
-  Account account() const override;
-  void forget() override;
+  StepCorrection::Account account() const;
+  void forget();
 
  private:
   struct Counts {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/particles/particle_system.h"
-#include "core/particles/projection.h"
+#include "core/particles/step_correction.h"
 #include "core/study/energy_balance.h"
 #include "plugins/forces/fluid/fluid_forces.h"
 #include "tests/support/tank.h"
@@ -226,7 +226,7 @@ TEST_CASE("water that keeps its density does so, whatever its threads", "[scene]
   fluid.add_wall(std::get<Colliders>(spec.forces[1].given.at("boundary"))[0]->make());
   const auto& system = dynamic_cast<ParticleSystem&>(one.ode());
   fluid.bind(system.view(one.t(), one.state().data()));
-  const auto account = system.forces()[1]->projection()->account();
+  const auto account = one.corrections()[0]->account();
   INFO(account.words);
   CHECK(account.kept);
   double mean = 0, worst = 0;
@@ -304,10 +304,10 @@ TEST_CASE("water that keeps its density is stepped by any method of fixed steps"
   const double sum = water.energy().total() + water.contact_work().lost;
   if (method != "symplectic_euler") CHECK(sum == Approx(start).epsilon(1e-10));
   const auto& system = dynamic_cast<ParticleSystem&>(water.ode());
-  CHECK(system.forces()[1]->projection()->account().kept);
+  CHECK(water.corrections()[0]->account().kept);
   CHECK(water.contact_work().lost > 0.01 * start);
   water.reset();
-  CHECK(system.forces()[1]->projection()->account().words.empty());
+  CHECK(water.corrections()[0]->account().words.empty());
 }
 
 TEST_CASE("what a fluid that keeps its density does not do is refused by name", "[scene][fluid]") {

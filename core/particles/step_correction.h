@@ -1,0 +1,57 @@
+// What changes the end of a step, whichever method made the step.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace sim {
+
+// Studies, verdicts and checkpoints ask the corrections of a system, and know none of them.
+class StepCorrection {
+ public:
+  virtual ~StepCorrection() = default;
+
+  // A step of length h (s) from the state x at t (s) to x_next.
+  struct Step {
+    double t, h;
+    const double* x;
+    double* x_next;
+  };
+  enum class Outcome { kUnchanged, kChanged, kFailed };
+  // Puts x_next among the states that it allows; kUnchanged: x_next keeps its bits. A pure function
+  // of the step and of memory(), bit for bit.
+  virtual Outcome apply(const Step& step) = 0;
+  virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
+
+  virtual std::string title() const = 0;             // "sim.contact", as errors name it
+  virtual std::string remedy() const { return {}; }  // what a scene does to go without: "give ..."
+  virtual double take_dissipation() = 0;             // J, taken from the energy since the last call
+  virtual void reset() {}                            // another run begins
+
+  // What a verdict says of all steps since reset().
+  struct Account {
+    std::string words;
+    bool kept = true;   // what it promises
+    bool acted = true;  // or nothing was to be done
+    std::vector<std::pair<std::string, double>> figures = {};
+  };
+  virtual Account account() const = 0;
+  // What a user should know of the scene.
+  virtual std::vector<std::string> notes() const { return {}; }
+
+  // What the next step depends on besides the state: part of a snapshot, where there is any.
+  virtual bool has_memory() const { return false; }
+  virtual std::vector<double> memory() const { return {}; }
+  virtual void recall(std::span<const double> /*memory*/) {}  // empty: as after reset()
+
+  // Why a state that was set by hand is not allowed; empty where it is.
+  virtual std::string objection(double /*t*/, const double* /*x*/) { return {}; }
+  // It moves this particle whatever constraints say.
+  virtual bool breaks_constraints(int /*particle*/) const { return false; }
+  // It stands for forces: a step without it is none of the scene.
+  virtual bool stands_for_forces() const { return false; }
+};
+
+}  // namespace sim
