@@ -304,11 +304,12 @@ void ParticleSystem::require_accuracy() const {
 }
 
 // Where constraints and colliders meet.
-std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper) {
+std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper,
+                                                  bool first_order) {
   if (!holding_->joins_contact()) return stepper;
   require_accuracy();
   if (contacts().accuracy() == Accuracy::kEvent) return stepper;
-  return std::make_unique<HeldContactStepper>(*this, *holding_, std::move(stepper));
+  return std::make_unique<HeldContactStepper>(*this, *holding_, std::move(stepper), first_order);
 }
 
 // Forces with a memory and particles that are led have steppers for systems of any kind.
@@ -319,7 +320,8 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
   if (holding_)
-    return touching(std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan)));
+    return touching(std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan)),
+                    plan.stages == 1);
   if (const auto& numbering = renumbering())
     return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
       return std::make_unique<RkStepper<double>>(particles, plan);
@@ -329,7 +331,7 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
   auto stepper = OdeSystem::explicit_stepper(plan);
   if (!leads().empty()) stepper = std::make_unique<HeldStepper>(*this, std::move(stepper));
   if (!confined() || cuts) return stepper;
-  return std::make_unique<SettledStepper>(*this, std::move(stepper));
+  return std::make_unique<SettledStepper>(*this, std::move(stepper), plan.stages == 1);
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
@@ -355,7 +357,8 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
     if (holding_->joins_contact() && contacts().accuracy() == Accuracy::kEvent)
       refuse_contact("constraints, and a splitting method has no part for what lies on surfaces");
     return touching(
-        std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get()));
+        std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get()),
+        plan.order == 1);
   }
   if (!is_plain()) return std::make_unique<PlainSplitStepper>(*this, plan);
   if (const auto& numbering = renumbering())

@@ -65,7 +65,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<StageSolver> particle_solver(const StageOptions& options, StepContact* contact);
   void require_accuracy() const;  // throws where constraints have no such contact
   HeldEvents& held_events();
-  std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper);
+  std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper, bool first_order);
   bool has_large_nets() const;  // whose numbers lead far
   // Of large nets that do without all but springs and affine forces; else null.
   const std::shared_ptr<const Renumbering>& renumbering();

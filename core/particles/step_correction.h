@@ -27,8 +27,10 @@ class StepCorrection {
 
   virtual std::string title() const = 0;             // "sim.contact", as errors name it
   virtual std::string remedy() const { return {}; }  // what a scene does to go without: "give ..."
-  virtual double take_dissipation() = 0;             // J, taken from the energy since the last call
-  virtual void reset() {}                            // another run begins
+  // J, taken from the energy since the last call. late: J, what belongs to it where the velocities
+  // of a method are those of another moment than its positions, late_work().
+  virtual double take_dissipation(double late) = 0;
+  virtual void reset() {}  // another run begins
 
   // What a verdict says of all steps since reset().
   struct Account {

@@ -40,6 +40,7 @@ struct Simulation::Impl {
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
   Array x, x_next;
+  Array x_free;  // the end of a step of a method of first order, before contact; else empty
   ContactWork contact_work;
   std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
 
@@ -67,6 +68,9 @@ struct Simulation::Impl {
   Error blaming_force(const Error& misfit, const Place& scene) const;
   // x_next := what corrections make of the step from t; false where one of them fails.
   bool correct(double t, double h);
+  // Around each correction: the books of a method of first order, late_work().
+  void begin_books();
+  double late_books(double t, double h) const;  // J, since then
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);

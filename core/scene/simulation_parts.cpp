@@ -4,6 +4,7 @@
 
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/late_velocities.h"
 #include "core/particles/rigid/rigid_correction.h"
 #include "core/particles/rigid/rigid_rows.h"
 #include "core/particles/surface_contact/surface_correction.h"
@@ -139,12 +140,30 @@ void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
   });
 }
 
+void Simulation::Impl::begin_books() {
+  if (x_free.size() > 0) std::copy_n(x_next.data(), x_free.size(), x_free.data());
+}
+
+double Simulation::Impl::late_books(double t, double h) const {
+  if (x_free.size() == 0) return 0;
+  const ParticleView from = particles->view(t, x.data()),
+                     free = particles->view(t + h, x_free.data()),
+                     now = particles->view(t + h, x_next.data());
+  double sum = 0;
+  for (int i = 0; i < now.n; ++i)
+    if (now.free(i))
+      sum += now.mass[i] * late_work(h, from.position(i), from.velocity(i), free.position(i),
+                                     free.velocity(i), now.velocity(i));
+  return sum;
+}
+
 bool Simulation::Impl::correct(double t, double h) {
   const auto refuse = [&](const std::string& why) {
     divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "", why};
     return false;
   };
   for (const auto& correction : corrections) {
+    begin_books();
     StepCorrection::Outcome outcome = StepCorrection::Outcome::kFailed;
     try {
       outcome = correction->apply({t, h, x.data(), x_next.data()});
@@ -158,7 +177,7 @@ bool Simulation::Impl::correct(double t, double h) {
         return refuse(correction->title() + " leads to numbers that are not finite");
       integrator->restart(t + h, h, x_next.data());
     }
-    contact_work.lost += correction->take_dissipation();
+    contact_work.lost += correction->take_dissipation(late_books(t, h));
   }
   return true;
 }

@@ -15,10 +15,10 @@ constexpr double kNever = HeldPress::kNever, kTogether = HeldPress::kTogether;
 
 }  // namespace
 
-HeldContact::HeldContact(Particles& particles, Holding& holding)
+HeldContact::HeldContact(Particles& particles, Holding& holding, bool first_order)
     : particles_(&particles),
       holding_(&holding),
-      press_(particles, holding),
+      press_(particles, holding, first_order),
       start_(holding.memory_begin() + holding.memory_size()) {}
 
 // The state at the end of a piece, or false where there is none.

@@ -17,7 +17,8 @@ namespace sim {
 // of threads.
 class HeldContact {
  public:
-  HeldContact(Particles& particles, Holding& holding);
+  // Of a stepper of first order, see HeldPress.
+  HeldContact(Particles& particles, Holding& holding, bool first_order);
 
   // As Stepper::step; False with a refusal of `holding` where no state is allowed.
   bool step(Stepper& stepper, double t, double h, const double* x, double* x_next);
@@ -39,8 +40,9 @@ class HeldContact {
 // A stepper that does so.
 class HeldContactStepper final : public Stepper {
  public:
-  HeldContactStepper(Particles& particles, Holding& holding, std::unique_ptr<Stepper> stepper)
-      : contact_(particles, holding), stepper_(std::move(stepper)) {}
+  HeldContactStepper(Particles& particles, Holding& holding, std::unique_ptr<Stepper> stepper,
+                     bool first_order)
+      : contact_(particles, holding, first_order), stepper_(std::move(stepper)) {}
 
   bool step(double t, double h, int /*count*/, const double* x, double* x_next) override {
     return contact_.step(*stepper_, t, h, x, x_next);

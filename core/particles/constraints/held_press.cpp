@@ -16,9 +16,10 @@ constexpr std::size_t kFew = 1000;  // that touch more than one collider; more m
 
 }  // namespace
 
-HeldPress::HeldPress(Particles& particles, Holding& holding)
+HeldPress::HeldPress(Particles& particles, Holding& holding, bool first_order)
     : particles_(&particles),
       holding_(&holding),
+      first_order_(first_order),
       start_rows_(holding.constraints().rows()),
       rows_(holding.constraints().rows()),
       solver_(holding.constraints()),

@@ -25,7 +25,8 @@ class HeldPress {
   static constexpr double kNever = 2;        // a place on the way that is none
   static constexpr double kTogether = 1e-6;  // of a piece: what hits at once
 
-  HeldPress(Particles& particles, Holding& holding);
+  // Of a method of first order, whose velocities belong to another moment: late_work().
+  HeldPress(Particles& particles, Holding& holding, bool first_order = false);
 
   struct Meeting {
     int particle = 0;
@@ -83,10 +84,12 @@ class HeldPress {
   double fastest(const Piece& piece) const;  // m/s, of moving_ too
   bool refuse(const std::string& unit);
   double energy(double t, const double* state) const;
-  void find_near(const Ends& ends);  // into near_
+  double late(const Piece& piece) const;  // J, of the last press
+  void find_near(const Ends& ends);       // into near_
 
   Particles* particles_;
   Holding* holding_;
+  bool first_order_;
   RowValues start_rows_, rows_;
   PushSolver solver_;
   std::vector<int> near_;  // free particles whose ways may touch something

@@ -6,6 +6,7 @@
 #include "core/particles/axes.h"
 #include "core/particles/constraints/held_press.h"
 #include "core/particles/constraints/linear_rows.h"
+#include "core/particles/late_velocities.h"
 
 namespace sim {
 namespace {
@@ -45,8 +46,21 @@ bool HeldPress::press(const Piece& piece, double until, bool hit) {
     if (!find_place(piece)) return false;
   }
   if (!find_velocity(piece)) return false;
-  work_.lost = before - energy(end, piece.to) + work_.given;
+  work_.lost = before - energy(end, piece.to) + work_.given + late(piece);
   return true;
+}
+
+double HeldPress::late(const Piece& piece) const {
+  if (!first_order_ || piece.r == 0) return 0;
+  const ParticleView from = particles_->view(piece.t, piece.from),
+                     free = particles_->view(piece.t + piece.r, free_.data()),
+                     to = particles_->view(piece.t + piece.r, piece.to);
+  double sum = 0;
+  for (int i = 0; i < to.n; ++i)
+    if (to.free(i))
+      sum += to.mass[i] * late_work(piece.r, from.position(i), from.velocity(i), free.position(i),
+                                    free.velocity(i), to.velocity(i));
+  return sum;
 }
 
 // Velocities as rows_ and moving_ want them, with friction. enough: of the fastest, where turns

@@ -19,7 +19,7 @@ PlainSplitStepper::PlainSplitStepper(Particles& particles, const SplitPlan& plan
       a_(half_.size()),
       memory_(particles.memory_size()) {
   // Where there are constraints, contact acts around steps.
-  if (!particles.contacts().empty() && !holding) settling_.emplace(particles);
+  if (!particles.contacts().empty() && !holding) settling_.emplace(particles, plan.order == 1);
   if (holding) {
     solver_.emplace(holding->constraints());
     weights_.resize(plan.kick.size(), std::vector<double>(static_cast<std::size_t>(one_.n())));

@@ -23,7 +23,7 @@ RkStepper<Real>::RkStepper(Particles& system, const ExplicitPlan& plan,
   if (system.needs_velocities() && stages_ > 1)
     for (Array& velocity : velocities_) velocity = Array(half.size());
   for (Script& script : scripts_) script.stages.resize(static_cast<std::size_t>(stages_));
-  if (kept.empty() && !system.contacts().empty()) settling_.emplace(system);
+  if (kept.empty() && !system.contacts().empty()) settling_.emplace(system, stages_ == 1);
 }
 
 template <class Real>

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/particles/axes.h"
+#include "core/particles/late_velocities.h"
 
 namespace sim {
 namespace {
@@ -44,8 +45,13 @@ struct Settling::Close {
   }
 };
 
-Settling::Settling(Particles& particles)
+struct Settling::Free {
+  double q[3][kWaysAtOnce], v[3][kWaysAtOnce];
+};
+
+Settling::Settling(Particles& particles, bool first_order)
     : particles_(&particles),
+      first_order_(first_order),
       pressed_(static_cast<std::size_t>(particles.layout().n() / kLanes + 1) * kLanes) {}
 
 void Settling::begin(double t, double t1) {
@@ -137,6 +143,12 @@ void Settling::settle(double t, LyingStep& step, int begin, int end) {
     const Room room = room_of(step, first, last);
     const Close close = close_to(t, step.h, room);
     if (!close.any) continue;
+    Free free;
+    const bool late = first_order_ && step.whole;
+    for (int axis = 0; axis < 3 && late; ++axis) {
+      std::copy(step.q[axis] + first, step.q[axis] + last, free.q[axis]);
+      std::copy(step.v[axis] + first, step.v[axis] + last, free.v[axis]);
+    }
     Lying lying[kWaysAtOnce / kLanes] = {};
     const int only = alone(t, room, step);
     if (only >= 0) lying_.settle(step, first, last, lying);
@@ -155,6 +167,19 @@ void Settling::settle(double t, LyingStep& step, int begin, int end) {
         else if (close.to(vector_at(step.q, i + lane)))
           settle_one(t, step, i + lane);
     }
+    if (late) enter_late(step, free, first, last);
+  }
+}
+
+void Settling::enter_late(const LyingStep& step, const Free& free, int begin, int end) {
+  for (int i = begin; i < end; ++i) {
+    const int k = i - begin;
+    const Vec3 v(free.v[0][k], free.v[1][k], free.v[2][k]), now = vector_at(step.v, i);
+    if (v == now) continue;
+    const Vec3 x(free.q[0][k], free.q[1][k], free.q[2][k]);
+    const double work = late_work(step.h, vector_at(step.q0, i), vector_at(step.v0, i), x, v, now);
+    particles_->contacts().ledger().enter(i, particles_->masses()[static_cast<std::size_t>(i)],
+                                          {work, 0});
   }
 }
 

@@ -20,7 +20,8 @@ class Settling {
   using In = std::array<const double*, 3>;  // a coordinate each
   using Out = std::array<double*, 3>;
 
-  explicit Settling(Particles& particles);
+  // Of a method of first order, whose velocities belong to another moment: late_work().
+  explicit Settling(Particles& particles, bool first_order = false);
 
   // Before the steps from t on; t1: their end.
   void begin(double t, double t1);
@@ -75,7 +76,11 @@ class Settling {
   }
   void hold_one(double t, const LyingKick& kick, int i);
 
+  struct Free;  // where particles are before they are settled
+  void enter_late(const LyingStep& step, const Free& free, int begin, int end);
+
   Particles* particles_;
+  bool first_order_;
   ExtentOf extent_of_ = extent_of();
   LyingKernels lying_ = lying_kernels();
   // Of each particle: 0, kSingly, or which of the colliders presses it alone, from kAlone on.
@@ -85,8 +90,8 @@ class Settling {
 // Steps of a stepper that keeps nothing of them, settled at their ends.
 class SettledStepper final : public Stepper {
  public:
-  SettledStepper(Particles& particles, std::unique_ptr<Stepper> stepper)
-      : particles_(&particles), settling_(particles), stepper_(std::move(stepper)) {}
+  SettledStepper(Particles& particles, std::unique_ptr<Stepper> stepper, bool first_order)
+      : particles_(&particles), settling_(particles, first_order), stepper_(std::move(stepper)) {}
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;
   void restart() override { stepper_->restart(); }

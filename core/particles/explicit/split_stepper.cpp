@@ -34,7 +34,7 @@ SplitStepper<Real>::SplitStepper(Particles& system, const SplitPlan& plan)
   stages_.reserve(kicks_.size() * static_cast<std::size_t>(at_once()));
   moments_.reserve(stages_.capacity());
   if (!system.contacts().empty()) {
-    settling_.emplace(system);
+    settling_.emplace(system, plan.order == 1);
     settles_.reserve(stages_.capacity());
   }
   const Layout half(system.layout().n(), 3, kBlock<Real>);

@@ -25,7 +25,7 @@ class RigidCorrection final : public StepCorrection {
   std::string failure() const override { return contact_.refusal(); }
   std::string title() const override { return "contact of rigid bodies"; }
   std::string remedy() const override { return "give the bodies touches = false"; }
-  double take_dissipation() override { return contact_.take_work(); }
+  double take_dissipation(double late) override { return contact_.take_work() + late; }
   void reset() override { contact_.forget(); }
   Account account() const override;
   bool has_memory() const override { return true; }

@@ -100,7 +100,10 @@ std::string SurfaceContact::objection(const ParticleView& view) {
   return {};
 }
 
-double SurfaceContact::take_work() { return std::exchange(work_, 0.0); }
+double SurfaceContact::take_work(double late) {
+  const double work = std::exchange(work_, 0.0) + late;
+  return std::exchange(led_, false) ? work : std::max(0.0, work);
+}
 
 void SurfaceContact::load(const Particles& particles, const double* x, const double* x_next) {
   const auto n = slot(particles.layout().n());
@@ -335,9 +338,8 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
     after = total(t + h, x_next);
     if (paid) break;
   }
-  // What the free step alone lost, by its own error, contact does not give. Where particles are led
-  // the step may lose and contact give, in turns.
-  work_ += led ? free - after : std::max(0.0, free - after);
+  work_ += free - after;
+  led_ = led;
   if (!collides_) return;
   for (const int i : movers_)
     if (changed(i) && inverse_mass_[slot(i)] > 0)

@@ -52,7 +52,10 @@ class SurfaceContact {
   // through each other; refusal() says where.
   Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
   const std::string& refusal() const { return refusal_; }
-  double take_work();  // J: what contact took from the energy since the last call
+  // J: what contact took from the energy since the last call, with so much more by late_work().
+  // What the free step alone lost, by its own error, contact does not give. Where particles are led
+  // the step may lose and contact give, in turns.
+  double take_work(double late);
 
   struct Counts {
     std::int64_t steps = 0, pairs = 0, zones = 0;  // in which it acted; the most at once; in zones
@@ -103,6 +106,7 @@ class SurfaceContact {
   std::vector<Meeting> meetings_;
   bool collides_ = false;
   double work_ = 0;
+  bool led_ = false;
   std::string refusal_;
   Counts counts_;
 };

@@ -20,7 +20,7 @@ class SurfaceCorrection final : public StepCorrection {
   Outcome apply(const Step& step) override;
   std::string failure() const override { return contact_.refusal(); }
   std::string title() const override { return "sim.contact"; }
-  double take_dissipation() override { return contact_.take_work(); }
+  double take_dissipation(double late) override { return contact_.take_work(late); }
   Account account() const override;
   std::string objection(double t, const double* x) override {
     return contact_.objection(particles_->view(t, x));

@@ -16,7 +16,7 @@ class FluidCorrection final : public StepCorrection {
   Outcome apply(const Step& step) override;
   std::string title() const override { return "a fluid with solver = \"dfsph\""; }
   std::string remedy() const override { return "give the fluid solver = \"wcsph\""; }
-  double take_dissipation() override { return std::exchange(work_, 0.0); }
+  double take_dissipation(double late) override { return std::exchange(work_, 0.0) + late; }
   void reset() override { projection_->forget(); }
   Account account() const override { return projection_->account(); }
   bool breaks_constraints(int particle) const override { return projection_->leads(particle); }
