@@ -35,14 +35,16 @@ void WorkIntegral::look(double t, double power) {
   if (count < 2) return;
   const std::span<const double> times(t_, count), powers(power_, count);
   // The first pieces are taken anew until there are enough looks for a cubic.
-  if (looks_ <= kNodes)
-    value_ = integral(times, powers, t_[0], t);
-  else
-    value_ += integral(times, powers, t_[count - 2], t);
-  if (looks_ <= 3)
-    by_parabolas_ = integral(times, powers, t_[0], t);
-  else
-    by_parabolas_ += integral(times.last(3), powers.last(3), t_[count - 2], t);
+  const bool anew = looks_ <= kNodes;
+  const double piece = integral(times, powers, anew ? t_[0] : t_[count - 2], t);
+  value_ = anew ? piece : value_ + piece;
+  if (looks_ <= 3) {
+    by_parabolas_ = piece;
+    return;
+  }
+  const double by_parabola = integral(times.last(3), powers.last(3), t_[count - 2], t);
+  by_parabolas_ += by_parabola;
+  doubt_ = std::abs(piece - by_parabola);
 }
 
 void WorkIntegral::part() {

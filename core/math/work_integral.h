@@ -1,6 +1,7 @@
 // Work from a power that is looked at now and then.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,6 +18,9 @@ class WorkIntegral {
   double value() const { return before_ + value_; }
   double with(double t, double power) const;  // value() if that were the next look
   double uncertainty() const;                 // J; infinite before the seventh look
+  // |what the parabola through three looks gives otherwise| of the last piece, in J; infinite where
+  // there was no cubic yet.
+  double doubt() const { return looks_ > kNodes ? doubt_ : HUGE_VAL; }
   bool settled() const { return before_ != 0 || looks_ >= kNodes; }  // its first pieces are final
 
   // All of it as numbers; recall() goes on from there, bit for bit. False for other numbers.
@@ -30,6 +34,7 @@ class WorkIntegral {
   double t_[kNodes] = {}, power_[kNodes] = {};  // the last ones, ascending
   double value_ = 0, by_parabolas_ = 0;         // J, of this part
   double before_ = 0, before_by_parabolas_ = 0;
+  double doubt_ = 0;  // J
 };
 
 }  // namespace sim

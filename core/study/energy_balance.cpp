@@ -8,7 +8,7 @@
 
 namespace sim::study {
 EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
-    : system_(&system), start_(system.energy()) {
+    : system_(&system), start_(system.energy()), steps_(steps) {
   const ParticleSystem& particles = *particles_of(system);
   for (Force* force : particles.other_forces())
     if (!force->conservative() && !force->springs()) working_.push_back(force);
@@ -20,11 +20,15 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
-  // Such a force costs what it costs in a stage: 2 % of the run at most, but 200 looks.
-  constexpr std::int64_t kLooks = 200, kShare = 50;
-  const int each = std::max(1, system.integrator_info().evaluations);
-  if (!working_.empty())
-    stride_ = std::max(stride_, std::clamp<std::int64_t>(steps / kLooks, 1, kShare / each));
+  // Such a force costs what it costs in a stage: 2 % of the run, but 200 looks; or up to 25 % where
+  // its work is not known by fewer looks.
+  constexpr std::int64_t kLooks = 200, kShare = 50, kMostShare = 4;
+  const std::int64_t each = std::max(1, system.integrator_info().evaluations);
+  least_ = most_ = stride_;
+  if (!working_.empty()) {
+    most_ = std::max(most_, std::clamp<std::int64_t>(steps / kLooks, 1, kShare / each));
+    stride_ = least_ = std::clamp<std::int64_t>(kMostShare / each, least_, most_);
+  }
   start_potential_ = potential();
   if (damped_) work_.look(system.t(), power());
   in_play_ = start_.kinetic;
@@ -134,7 +138,21 @@ void EnergyBalance::advance(std::int64_t steps) {
   since_ += steps;
   if (since_ < stride_) return;
   since_ = 0;
-  if (damped_) work_.look(system_->t(), power());
+  if (!damped_) return;
+  work_.look(system_->t(), power());
+  if (least_ < most_) choose_stride();
+}
+
+// The pieces of W may be doubtful by a hundredth of what a verdict tolerates, in the whole run. A
+// piece of a cubic is wrong as the fifth power of its length.
+void EnergyBalance::choose_stride() {
+  constexpr double kDoubt = 1e-4;  // of the energy in play
+  const double allowed =
+      kDoubt * in_play_ * static_cast<double>(stride_) / static_cast<double>(steps_);
+  if (work_.doubt() > allowed)
+    stride_ = std::max(least_, stride_ / 2);
+  else if (16 * work_.doubt() <= allowed)
+    stride_ = std::min(most_, 2 * stride_);
 }
 
 // The energy at the start of the first part is not known here; E + W counts from this state.

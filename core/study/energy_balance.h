@@ -17,7 +17,7 @@ class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives. Of a run of so many
   // steps, if that is known: forces that are not conservative are looked at less often in long
-  // ones.
+  // ones, as far as their work is known then.
   explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
   // After steps, at most due() of them: in large systems not after every one, to save time. More
@@ -49,6 +49,7 @@ class EnergyBalance {
   double power() const;      // of the damping and of forces that do work, W
   double hands() const;      // taken by them, W
   double potential() const;  // that such forces add to E all the same, J
+  void choose_stride();
 
   Simulation* system_;
   bool damped_ = false, confined_ = false, driven_ = false, led_ = false;
@@ -57,7 +58,9 @@ class EnergyBalance {
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J
   Energy start_;
+  std::int64_t steps_;                   // of the run; 0: not known
   std::int64_t stride_ = 1, since_ = 0;  // steps, and those since the last look at the power
+  std::int64_t least_ = 1, most_ = 1;    // that stride_ may be
   WorkIntegral work_;
   ContactWork contact_before_;  // less what there was at the start, J
   double before_ = 0;           // W of an earlier part of the run, J

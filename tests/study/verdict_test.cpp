@@ -356,3 +356,38 @@ TEST_CASE("a solid at rest without forces is at rest, though its energy is round
   INFO(words);
   CHECK(words.find("trusted: hardly anything moves") == 0);
 }
+
+// x'' = sin(w t) from rest: v = (1 - cos(w t)) / w, so that its power has frequencies up to 2 w.
+TEST_CASE("the work of a force of time is known as well as the steps allow, and no dearer") {
+  sim::SystemSpec spec = make_falling(1, 0);
+  const auto force = [&](double w) {
+    spec.forces = {make_part("expression", {{"fx", "sin(" + std::to_string(w) + "*t)"}})};
+  };
+  force(10);
+  const Verdict driven = verdict_of(spec, "rk4", 0.005, 60);
+  INFO(text(driven));
+  CHECK(driven.trust == Trust::kTrusted);
+  CHECK(driven.reason.find("energy to ") != std::string::npos);
+  CHECK(driven.figures.energy < 1e-3);
+
+  const auto looks = [&](double w) {
+    force(w);
+    sim::Registry registry = make_registry();
+    sim::Simulation system(spec, registry, {.integrator = "rk4", .dt = 0.005});
+    sim::study::EnergyBalance balance(system, 12000);
+    int count = 0;
+    while (system.step_count() < 12000) {
+      const auto steps = std::min<std::int64_t>(balance.due(), 12000 - system.step_count());
+      REQUIRE(run(system, steps));
+      balance.advance(steps);
+      if (system.step_count() % 120 < steps) balance.look();
+      ++count;
+    }
+    CHECK(balance.uncertainty() < 1e-3 * balance.in_play());
+    // All that is in play was given by the force: E(t) = W(t) = v(t)^2 / 2.
+    CHECK(std::abs(balance.error()) < 1e-3 * balance.in_play());
+    return count;
+  };
+  CHECK(looks(0.5) < 1200);  // 2 % of four evaluations a step are one in 12 steps
+  CHECK(looks(10) > 3000);
+}
