@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/array.h"
+#include "core/ode/jacobian_effort.h"
 #include "core/ode/ode_system.h"
 
 namespace sim {
@@ -36,6 +37,8 @@ class DifferenceJacobian final : public Jacobian {
     for (std::size_t i = 0; i < n; ++i) df[i] = (df[i] - below_[i]) / (2 * e);
   }
 
+  std::int64_t evaluations() const { return evaluations_; }
+
  private:
   double largest(const double* values) const {
     double most = 0;
@@ -46,11 +49,13 @@ class DifferenceJacobian final : public Jacobian {
   void evaluate(double e, const double* dx, double* f) {
     const Stage::Term term{e, dx};
     system_->eval(t_, {x_, {&term, 1}}, point_.data(), f);
+    ++evaluations_;
   }
 
   OdeSystem* system_;
   Array point_, below_;
   double t_ = 0, size_of_x_ = 0;
+  std::int64_t evaluations_ = 0;
   const double* x_ = nullptr;
 };
 
@@ -58,6 +63,11 @@ class DifferenceJacobian final : public Jacobian {
 
 std::unique_ptr<Jacobian> difference_jacobian(OdeSystem& system) {
   return std::make_unique<DifferenceJacobian>(system);
+}
+
+std::int64_t evaluations_of(const Jacobian& jacobian) {
+  const auto* const differences = dynamic_cast<const DifferenceJacobian*>(&jacobian);
+  return differences ? differences->evaluations() : 0;
 }
 
 }  // namespace sim

@@ -24,7 +24,7 @@ struct DenseSolver::Matrices {
 };
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
-    : StageNewton(system, options), jacobian_(system.jacobian()), unit_(size()), column_(size()) {
+    : StageNewton(system, options), unit_(size()), column_(size()) {
   if (size() > kMostNumbers)
     throw Error(
         ErrorKind::kScene,
@@ -38,10 +38,10 @@ DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
 DenseSolver::~DenseSolver() = default;
 
 void DenseSolver::linearise(double t, double tau, const double* y) {
-  jacobian_->at(t, y);
+  jacobian().at(t, y);
   for (std::size_t j = 0; j < size(); ++j) {
     unit_[j] = 1;
-    jacobian_->apply(unit_.data(), column_.data());
+    jacobian().apply(unit_.data(), column_.data());
     unit_[j] = 0;
     matrices_->a.col(static_cast<Eigen::Index>(j)) = -tau * vector(column_, size());
   }

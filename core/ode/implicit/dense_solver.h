@@ -19,7 +19,6 @@ class DenseSolver final : public StageNewton {
   void linearise(double t, double tau, const double* y) override;
   bool divide(Array& x) override;
 
-  std::unique_ptr<Jacobian> jacobian_;
   Array unit_, column_;
   struct Matrices;
   std::unique_ptr<Matrices> matrices_;

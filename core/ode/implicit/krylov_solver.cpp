@@ -29,7 +29,6 @@ void add(double share, const Array& of, Array& to) {
 
 KrylovSolver::KrylovSolver(OdeSystem& system, const StageOptions& options)
     : StageNewton(system, options),
-      jacobian_(system.jacobian()),
       h_(at(kBasis * (kBasis + 1))),
       cosine_(at(kBasis)),
       sine_(at(kBasis)),
@@ -40,14 +39,14 @@ KrylovSolver::KrylovSolver(OdeSystem& system, const StageOptions& options)
 }
 
 void KrylovSolver::linearise(double t, double tau, const double* y) {
-  jacobian_->at(t, y);
+  jacobian().at(t, y);
   tau_ = tau;
 }
 
 // By modified Gram-Schmidt and Givens rotations.
 double KrylovSolver::extend(int k) {
   Array &from = basis_[at(k)], &next = basis_[at(k + 1)];
-  jacobian_->apply(from.data(), next.data());
+  jacobian().apply(from.data(), next.data());
   ++effort_.linear;
   for (std::size_t i = 0; i < next.size(); ++i) next[i] = from[i] - tau_ * next[i];
   const double before = std::sqrt(product(next, next));
@@ -93,7 +92,7 @@ bool KrylovSolver::divide(Array& x) {
   for (int begin = 0; begin < kMostBegins && left > kSolved * size; ++begin) {
     Array& first = basis_[0];
     if (begin > 0) {
-      jacobian_->apply(found_.data(), first.data());
+      jacobian().apply(found_.data(), first.data());
       for (std::size_t i = 0; i < first.size(); ++i)
         first[i] = right_[i] - (found_[i] - tau_ * first[i]);
       left = std::sqrt(product(first, first));

@@ -22,7 +22,6 @@ class KrylovSolver final : public StageNewton {
   double extend(int k);                  // the basis by a vector; what GMRES then leaves
   void add_to(Array& found, int count);  // found += the best of the basis
 
-  std::unique_ptr<Jacobian> jacobian_;
   double tau_ = 0;
   std::vector<Array> basis_;
   std::vector<double> h_, cosine_, sine_, rest_;  // R by columns; rotations; what they made of e_1

@@ -5,17 +5,24 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/ode/jacobian_effort.h"
 
 namespace sim {
 
 StageNewton::StageNewton(OdeSystem& system, const StageOptions& options)
-    : system_(&system), options_(options), size_(system.size()) {
+    : system_(&system), options_(options), jacobian_(system.jacobian()), size_(system.size()) {
   if (options_.method != StageOptions::Method::kNewton)
     throw Error(ErrorKind::kScene, {"integrator does not fit", "",
                                     "projective dynamics is for particles with springs, and this "
                                     "system is of first order",
                                     "use implicit_euler"});
   for (Array* array : {&f_, &g_, &start_, &step_, &point_}) *array = Array(size_);
+}
+
+Effort StageNewton::effort() const {
+  Effort effort = effort_;
+  effort.evaluations += evaluations_of(*jacobian_);
+  return effort;
 }
 
 // g := y - tau f(t, y) - r; its norm.

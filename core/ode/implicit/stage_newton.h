@@ -1,6 +1,8 @@
 // Implicit stages of a system of unknown structure: Newton's method.
 #pragma once
 
+#include <memory>
+
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 
@@ -14,13 +16,14 @@ class StageNewton : public StageSolver {
   StageNewton(OdeSystem& system, const StageOptions& options);
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
-  Effort effort() const override { return effort_; }
+  Effort effort() const override;
 
  protected:
   virtual void linearise(double t, double tau, const double* y) = 0;  // I - tau J there
   virtual bool divide(Array& x) = 0;  // x := (I - tau J)^-1 x; false where that has no end
 
   OdeSystem& system() { return *system_; }
+  Jacobian& jacobian() { return *jacobian_; }
   std::size_t size() const { return size_; }
   Effort effort_;
 
@@ -31,6 +34,7 @@ class StageNewton : public StageSolver {
 
   OdeSystem* system_;
   StageOptions options_;
+  std::unique_ptr<Jacobian> jacobian_;
   std::size_t size_;
   Array f_, g_, start_, step_, point_;
 };

@@ -307,7 +307,7 @@ StepStatus NewtonSolver::reduce() {
 
 Effort NewtonSolver::effort() const {
   Effort effort = effort_;
-  effort.evaluations = equation_.evaluations();
+  effort.evaluations = equation_.evaluations() + matrix_.others().evaluations();
   return effort;
 }
 

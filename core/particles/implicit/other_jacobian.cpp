@@ -101,6 +101,7 @@ void OtherJacobian::add_differences(const double* const dq[3], const double* con
     const double e = kCubeRootOfPrecision * std::max(largest(x, view_.n), 1e-3) / size;
     std::ranges::fill(sums_.span(), 0.0);
     for (const double sign : {-1.0, 1.0}) {
+      ++evaluations_;
       for (int axis = 0; axis < 3; ++axis)
         for (int i = 0; i < view_.n; ++i) {
           moved[axis][i] = x[axis][i] + sign * e * d[axis][i];

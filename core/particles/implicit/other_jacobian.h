@@ -1,6 +1,7 @@
 // The derivatives of the forces that are neither affine nor springs.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,7 @@ class OtherJacobian {
 
   bool empty() const { return with_blocks_.empty() && without_.empty(); }
   std::span<Force* const> without_blocks() const { return without_; }
+  std::int64_t evaluations() const { return evaluations_; }  // of these, so far
 
   // Chooses the point; the arrays of the view must stay as they are until the last add().
   void at(const ParticleView& view);
@@ -44,6 +46,7 @@ class OtherJacobian {
   ParticleView view_;
   Layout half_;
   Array moved_, sums_;  // three coordinates each
+  std::int64_t evaluations_ = 0;
 };
 
 }  // namespace sim

@@ -1,0 +1,13 @@
+// What differences in the place of a Jacobian cost.
+#pragma once
+
+#include <cstdint>
+
+#include "core/ode/jacobian.h"
+
+namespace sim {
+
+// Evaluations of f that it took so far; 0 for one that is no difference_jacobian().
+std::int64_t evaluations_of(const Jacobian& jacobian);
+
+}  // namespace sim
