@@ -83,6 +83,18 @@ std::string hopeless_text(const Stability& result) {
   return text;
 }
 
+// Methods whose runs at shares of the limit were left out.
+std::string late_text(const Stability& result) {
+  std::vector<std::string> late;
+  for (const MethodStability& each : result.methods)
+    if (each.late) late.push_back(each.method.label);
+  if (late.empty()) return "";
+  return wrapped("Not all runs were made of " + join(late, ", ") +
+                     ": the study took far longer than estimated; --integrators chooses some",
+                 2) +
+         '\n';
+}
+
 std::string table_text(const Stability& result) {
   std::size_t width = 11;
   for (const MethodStability& each : result.methods)
@@ -155,7 +167,7 @@ std::string text_of(const Stability& result) {
     text += "Energy error: of runs of " + brief(result.energy_time, 4) +
             " s, the largest, of the energy in play.\n"
             "Limits are those of the system made linear at this state.\n";
-  return text + hopeless_text(result);
+  return text + late_text(result) + hopeless_text(result);
 }
 
 std::string limit_json(const MethodStability& each) {
@@ -172,7 +184,7 @@ std::string limit_json(const MethodStability& each) {
                          .number("dt", point.dt)
                          .number("error", point.error)
                          .str());
-  return object.json("energy", json_array(energy)).str();
+  return object.json("energy", json_array(energy)).flag("late", each.late).str();
 }
 
 std::string json_of(const Stability& result) {

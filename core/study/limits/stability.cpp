@@ -22,6 +22,10 @@ constexpr double kInfinity = HUGE_VAL;
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one method
 
+// A study that takes so much longer than it said leaves out what is left: what it says is an
+// estimate from the start, where nothing may touch yet.
+constexpr double kMostTimes = 3, kLeast = 2;  // of what it said, and s
+
 bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
 }
@@ -54,7 +58,7 @@ std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, d
   EnergyBalance balance(run);
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt / 2)) * 2;
   for (std::int64_t i = 0; i < steps; ++i) {
-    if (i % 1024 == 0 && !go_on()) return {};
+    if (i % 32 == 0 && !go_on()) return {};
     if (!run.step()) return failed_at(fraction, dt, go_on);
     balance.advance();
     balance.look();
@@ -81,7 +85,7 @@ std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, do
   const auto steps = static_cast<std::int64_t>(std::ceil(time / dt));
   double most = 0, size = 0;
   for (std::int64_t i = 0; i < steps; ++i) {
-    if (i % 256 == 0 && !go_on()) return {};
+    if (i % 32 == 0 && !go_on()) return {};
     if (!run.step()) return failed_at(fraction, dt, go_on);
     for (int k = 0; k < kFiner; ++k)
       if (!fine.step()) return EnergyAtStep{fraction, dt, std::nan("")};
@@ -176,7 +180,13 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     each.method = method;
     each.predicted = predicted_step(*problem.with(method).make_integrator(), result.spectrum);
   }
-  if (options.announce) options.announce(expected(problem, system, methods));
+  const double said = expected(problem, system, methods);
+  if (options.announce) options.announce(said);
+  const auto study_begin = Clock::now();
+  const auto study_late = [&] {
+    return std::chrono::duration<double>(Clock::now() - study_begin).count() >
+           kMostTimes * said + kLeast;
+  };
 
   Standstill place(problem, system);
   const auto count = static_cast<double>(methods.size());
@@ -190,7 +200,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     if (has_own_steps(each.method)) continue;
     const auto begin = Clock::now();
     bool told = false;
-    const auto late = [&] { return Clock::now() - begin > kPatience; };
+    const auto late = [&] { return Clock::now() - begin > kPatience || study_late(); };
     place.system().stop_when([&] {
       told = told || !watch(each.method.label, done);
       return told || late();
@@ -211,18 +221,24 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     if (!bounded(limit) || has_own_steps(each.method)) continue;
     const double most = affordable_steps(system, each.method);
     if (result.energy_time > most * kFractions[0] * *limit) continue;
+    bool told = false;
     for (const double fraction : kFractions) {
       const auto go_on = [&] {
-        return watch(each.method.label + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
+        told = told ||
+               !watch(each.method.label + ", energy", 0.5 + 0.5 * static_cast<double>(i) / count);
+        return !told && !study_late();
       };
       const auto look = system.second_order() ? energy_at : error_at;
       const auto point =
           look(problem.with(each.method), fraction, fraction * *limit, result.energy_time, go_on);
-      if (!point) {
-        result.complete = false;
-        return result;
+      if (point) {
+        each.energy.push_back(*point);
+        continue;
       }
-      each.energy.push_back(*point);
+      result.complete = !told;
+      if (told) return result;
+      each.late = true;
+      break;
     }
   }
   return result;

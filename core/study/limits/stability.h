@@ -25,6 +25,7 @@ struct MethodStability {
   std::optional<double> predicted, measured;
   std::optional<double> radius;  // growth of the fastest mode in one step of the dt asked about
   std::vector<EnergyAtStep> energy;
+  bool late = false;  // not all of these were run: the study took far longer than it had said
 };
 
 struct Stability {
