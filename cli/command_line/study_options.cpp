@@ -14,7 +14,7 @@ constexpr const char* kStabilityFooter =
     "  integrator, dt, energy_time, complete, integrators: [name, order,\n"
     "  predicted_dt, measured_dt (s; 0: none is stable, null: any is, or not known),\n"
     "  limit (step, none stable, unlimited, own steps, unknown), radius (growth in\n"
-    "  one step of dt), energy: [fraction, dt, error]]\n";
+    "  one step of dt), energy: [fraction, dt, error], late (not all were run)]\n";
 
 constexpr const char* kOrderFooter =
     "Keys of --json, one object a system ({\"systems\":[..]} for a world):\n"
@@ -29,6 +29,8 @@ constexpr const char* kTradeoffFooter =
     "  system, time, of (null: positions), figure (of --of), size, budget,\n"
     "  comparable (s), reference: {how, error}, growth, omega_max, complete,\n"
     "  recommended, cheapest: {integrator, dt or tol, error, evaluations, command},\n"
+    "  refused: [the same], within the budget, but their runs are suspect or worse;\n"
+    "  recommended and refused were run: verdict, reason of each,\n"
     "  integrators: [name, order, observed, limit, points: [dt, tol, status, error,\n"
     "  relative, error_end, max_end, worst, energy, phi, phi_rate (of constraints),\n"
     "  steps, evaluations, newton, factorisations, linear, cost, seconds, spread,\n  front]]\n"

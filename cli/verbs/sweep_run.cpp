@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "cli/run/environment.h"
+#include "cli/run/follow.h"
 #include "cli/run/summary.h"
 #include "cli/run/track.h"
 #include "core/base/error.h"
@@ -29,18 +30,6 @@ std::string in_one_line(std::string text) {
 }
 
 std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
-
-// To the end, or as far as it gets.
-void follow(Track& track) {
-  track.sample();
-  while (!track.finished()) {
-    if (track.advance(track.due()) == 0) {
-      track.mark_diverged();
-      return;
-    }
-    track.sample();
-  }
-}
 
 std::vector<std::string> fields_of(Track& track, int exit, const std::string& reason,
                                    const std::vector<std::string>& observed, double seconds) {
@@ -123,7 +112,7 @@ CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& obs
     for (const std::string& text : run.of) figures.emplace_back(scene.spec.systems.front(), text);
     track.judge(figures);
     const auto begin = CaseProcess::Clock::now();
-    follow(track);
+    follow(track, [] { return false; });
     const double seconds = std::chrono::duration<double>(CaseProcess::Clock::now() - begin).count();
     if (run.verify)
       track.verify([] { return false; });

@@ -4,10 +4,11 @@
 #include <cmath>
 
 #include "cli/run/study_progress.h"
+#include "cli/verbs/tradeoff_chart.h"
+#include "cli/verbs/tried_choices.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/output/svg.h"
 #include "core/study/accuracy/work_precision.h"
 
 namespace sim::cli {
@@ -20,12 +21,6 @@ using PlaceOf = study::Place;
 
 const Curve& curve_of(const WorkPrecision& study, PlaceOf place) {
   return study.curves[place.curve];
-}
-
-bool on_front(const WorkPrecision& study, PlaceOf place) {
-  return std::any_of(study.front.begin(), study.front.end(), [&](PlaceOf each) {
-    return each.curve == place.curve && each.point == place.point;
-  });
 }
 
 // What a study was asked, for the commands it prints.
@@ -53,8 +48,21 @@ const char* status(const WorkPrecision& study, const Point& point) {
 
 std::string growth_text(const WorkPrecision& study) {
   if (study.growth.most.empty()) return "not measured";
-  return "a disturbance at the start grows to x" + brief(study.growth.mean.back(), 2) +
-         " of itself (x" + brief(study.growth.most.back(), 2) + " at most)";
+  const double mean = study.growth.mean.back(), most = study.growth.most.back();
+  return "a disturbance at the start " +
+         std::string(most > 1 ? "grows to x" : "does not grow: at the end it is x") +
+         brief(mean, 2) + " of itself (x" + brief(most, 2) + " at most)";
+}
+
+// Of a method without a point that is stable.
+std::string hopeless_text(const Curve& curve) {
+  if (curve.points.empty())
+    return "not tried: " + std::to_string(study::kIntervals) + " steps take too long";
+  const Point& last = curve.points.back();
+  const std::string down = last.tolerance > 0
+                               ? "tolerance tried, down to " + brief(last.tolerance, 3)
+                               : "step tried, down to " + brief(last.dt, 3) + " s";
+  return "unstable at every " + down + (curve.late ? "; finer runs take too long" : "");
 }
 
 // Rows worth reading: the front, and of every method its cheapest point within the budget, or else
@@ -93,6 +101,11 @@ std::string error_text(const WorkPrecision& study, const Point& point) {
   return point.rms > floor ? brief(point.rms, 3) : "<" + brief(floor, 2);
 }
 
+// Two digits, and no power of ten where that is as wide as the column.
+std::string milliseconds(double seconds) {
+  return seconds < 0.0995 ? brief(1e3 * seconds, 2) : std::to_string(std::lround(1e3 * seconds));
+}
+
 // Six digits and more would fill the column.
 std::string cost_text(double cost) { return brief(cost, cost < 99999.5 ? 5 : 3); }
 
@@ -122,7 +135,7 @@ std::string table_text(const WorkPrecision& study) {
             right(cost_text(study.cost(place)), 9) + right(error_text(study, point), 10) +
             (drift ? "" : right(brief(point.rms / study.size, 2), 9)) +
             right(std::isfinite(point.energy) ? brief(point.energy, 2) : "-", 8) +
-            right(brief(1e3 * point.seconds, 2), 7) +
+            right(milliseconds(point.seconds), 7) +
             (point.drift ? right(brief(point.drift->position, 2), 9) +
                                right(brief(point.drift->velocity, 2), 8)
                          : "") +
@@ -131,8 +144,7 @@ std::string table_text(const WorkPrecision& study) {
   for (const Curve& curve : study.curves)
     if (std::none_of(curve.points.begin(), curve.points.end(),
                      [&](const Point& point) { return study::stable(point, study.size); }))
-      text += "  " + curve.method.label + ": unstable at every step down to " +
-              (curve.points.empty() ? "none" : brief(curve.points.back().dt, 3)) + " s\n";
+      text += "  " + wrapped(curve.method.label + ": " + hopeless_text(curve), 4, 2) + '\n';
   return text +
          "* on the front: nothing is cheaper and closer. order: claimed/observed. cost:\n"
          "evaluations of f; implicit methods and single precision at what their time is\n"
@@ -148,36 +160,57 @@ std::string with_unit(const WorkPrecision& study, double value, int digits) {
   return brief(value, digits) + (study.unit.empty() ? "" : " " + study.unit);
 }
 
-std::string recommendation(const WorkPrecision& study, const std::string& of, const Asked& asked) {
+std::string off_text(const WorkPrecision& study, const Point& point) {
+  const double floor = study.yardstick.floor();
+  return (point.rms > floor ? "" : "less than ") + with_unit(study, std::max(point.rms, floor), 2);
+}
+
+std::string verdict_text(const study::Verdict& verdict) {
+  return std::string(study::trust_name(verdict.trust)) + ": " + verdict.reason;
+}
+
+std::string recommendation(const WorkPrecision& study, const std::string& of, const Asked& asked,
+                           const Tried& tried) {
   const std::string budget = with_unit(study, study.budget, 3);
   if (study.comparable == 0)
     return "no recommendation: " +
            (study.yardstick.figure ? of + " is not known to " : "the motion is not known to ") +
            with_unit(study, study.needed(), 2) + " for any time\n";
-  if (!study.cheapest) return "no recommendation: no step tried is within " + budget + "\n";
   std::string text;
+  if (!tried.refused.empty())
+    text = wrapped("not recommended, though within " + budget + ": " +
+                       counted(static_cast<long>(tried.refused.size()), "choice") +
+                       " of which the run is suspect; that of the last is " +
+                       verdict_text(tried.refused.back()),
+                   2) +
+           "\n  " + command_text(study, study.refused.back(), asked) + '\n';
+  if (!study.cheapest)
+    return text + (text.empty() ? "no recommendation: no step tried is within " + budget + "\n"
+                                : "no recommendation: no other step is within it\n");
   if (study.recommended) {
     const Point& point = study.at(*study.recommended);
-    text = wrapped("recommended for " + budget + ": off by " + with_unit(study, point.rms, 2) +
-                       ", " + brief(study.cost(*study.recommended) / study.time, 4) +
-                       " evaluations/s (" + brief(study.time / point.seconds, 2) + "x real time)",
-                   2) +
-           "\n  " + command_text(study, *study.recommended, asked) + '\n';
+    text += wrapped("recommended for " + budget + ": off by " + off_text(study, point) + ", " +
+                        brief(study.cost(*study.recommended) / study.time, 4) + " evaluations/s (" +
+                        brief(study.time / point.seconds, 2) + "x real time)",
+                    2) +
+            "\n  " + command_text(study, *study.recommended, asked) + '\n';
+    if (tried.recommended)
+      text += wrapped("that run is " + verdict_text(*tried.recommended), 2) + '\n';
   } else {
-    text = "no step within " + budget + " is well inside its limit of stability\n";
+    text += "no step within " + budget + " is well inside its limit of stability\n";
   }
   const bool same = study.recommended && study.recommended->curve == study.cheapest->curve &&
                     study.recommended->point == study.cheapest->point;
   if (same) return text;
-  return text + "cheapest within it: off by " + with_unit(study, study.at(*study.cheapest).rms, 2) +
-         ", " +
+  return text + "cheapest within it: off by " + off_text(study, study.at(*study.cheapest)) + ", " +
          brief(100 * study.cost(*study.cheapest) /
                    study.cost(study.recommended ? *study.recommended : *study.cheapest),
                3) +
          " % of the cost\n  " + command_text(study, *study.cheapest, asked) + '\n';
 }
 
-std::string text_of(const WorkPrecision& study, const std::string& of, const Asked& asked) {
+std::string text_of(const WorkPrecision& study, const std::string& of, const Asked& asked,
+                    const Tried& tried) {
   std::string text =
       label("system", study.system + " to t = " + brief(study.time) + " s, " +
                           (of.empty() ? "size " : "range ") + with_unit(study, study.size, 4) +
@@ -190,13 +223,15 @@ std::string text_of(const WorkPrecision& study, const std::string& of, const Ask
     text += label("judged", judged_text(of, study.reference.figure, known_to(study)));
   if (of.empty()) text += label("growth", wrapped(growth_text(study), 12, 12));
   if (study.comparable < study.time && !study.yardstick.figure)
-    text += label("chaotic",
+    text += label(grows_too_far(study) ? "chaotic" : "compared",
                   wrapped("beyond t = " + brief(study.comparable) + " s " +
-                              (of.empty() ? "positions are" : of + " is") + " not known to " +
-                              with_unit(study, study.needed(), 2) + "; compared until then",
-                          12));
+                              (grows_too_far(study) ? of.empty() ? "positions are" : of + " is"
+                                                    : "the reference is") +
+                              " not known to " + with_unit(study, study.needed(), 2) +
+                              "; compared until then",
+                          12, 12));
   if (!study.curves.empty()) text += '\n' + table_text(study);
-  return text + '\n' + recommendation(study, of, asked);
+  return text + '\n' + recommendation(study, of, asked, tried);
 }
 
 JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
@@ -224,20 +259,25 @@ JsonObject point_json(const WorkPrecision& study, PlaceOf place) {
 }
 
 std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>& place,
-                        const Asked& asked) {
+                        const Asked& asked, const std::optional<study::Verdict>& verdict) {
   if (!place) return "null";
   const Point& point = study.at(*place);
   JsonObject object;
   object.text("integrator", curve_of(study, *place).method.label);
   point.tolerance > 0 ? object.number("tol", point.tolerance) : object.number("dt", point.dt);
-  return object.number("error", point.rms)
+  object.number("error", point.rms)
       .number("evaluations", study.cost(*place))
-      .text("command", command_text(study, *place, asked))
-      .str();
+      .text("command", command_text(study, *place, asked));
+  if (verdict)
+    object.text("verdict", study::trust_name(verdict->trust)).text("reason", verdict->reason);
+  return object.str();
 }
 
-std::string json_of(const WorkPrecision& study, const std::string& of, const Asked& asked) {
-  std::vector<std::string> curves;
+std::string json_of(const WorkPrecision& study, const std::string& of, const Asked& asked,
+                    const Tried& tried) {
+  std::vector<std::string> curves, refused;
+  for (std::size_t k = 0; k < tried.refused.size(); ++k)
+    refused.push_back(choice_json(study, study.refused[k], asked, tried.refused[k]));
   for (std::size_t c = 0; c < study.curves.size(); ++c) {
     const Curve& curve = study.curves[c];
     std::vector<std::string> points;
@@ -268,8 +308,9 @@ std::string json_of(const WorkPrecision& study, const std::string& of, const Ask
       .number("growth", grown ? study.growth.most.back() : std::nan(""))
       .number("omega_max", study.fastest.omega)
       .flag("complete", study.complete)
-      .json("recommended", choice_json(study, study.recommended, asked))
-      .json("cheapest", choice_json(study, study.cheapest, asked))
+      .json("recommended", choice_json(study, study.recommended, asked, tried.recommended))
+      .json("cheapest", choice_json(study, study.cheapest, asked, {}))
+      .json("refused", json_array(refused))
       .json("integrators", json_array(curves))
       .str();
 }
@@ -332,43 +373,6 @@ class PointTable {
   TableFormat format_;
 };
 
-// The methods with a point on the front are in colour, and theirs on it are filled.
-std::string plot(const WorkPrecision& study) {
-  Chart chart;
-  const std::string in_unit = study.unit.empty() ? "" : " " + study.unit;
-  chart.title = "Error against cost: " + study.system + " to t = " + brief(study.time) + " s";
-  chart.subtitle =
-      "in colour the methods that are cheapest for some accuracy, filled where they are";
-  chart.x_name = "evaluations of f (implicit, single: what their time is worth)";
-  chart.y_name = study.unit.empty() ? "rms error, the largest of all steps"
-                                    : "rms error of positions [m], the largest of all steps";
-  chart.lines.push_back({study.budget, "budget " + brief(study.budget, 2) + in_unit, true});
-  chart.lines.push_back(
-      {study.yardstick.reference ? study.yardstick.floor() : 0, "what the reference is known to"});
-  for (std::size_t c = 0; c < study.curves.size(); ++c) {
-    const Curve& curve = study.curves[c];
-    ChartCurve& drawn = chart.curves.emplace_back();
-    drawn.name = curve.method.label;
-    drawn.strong = false;
-    drawn.dashed = curve.method.info.implicit;
-    for (std::size_t p = 0; p < curve.points.size(); ++p)
-      if (study::stable(curve.points[p], study.size) &&
-          curve.points[p].rms > study.yardstick.floor()) {
-        drawn.points.emplace_back(curve.cost[p], curve.points[p].rms);
-        drawn.filled.push_back(on_front(study, {c, p}));
-        drawn.strong = drawn.strong || drawn.filled.back();
-      }
-  }
-  if (study.recommended) {
-    const Point& chosen = study.at(*study.recommended);
-    chart.ring = ChartRing{study.cost(*study.recommended), chosen.rms,
-                           "recommended: " + curve_of(study, *study.recommended).method.label +
-                               (chosen.tolerance > 0 ? ", tol " + brief(chosen.tolerance, 3)
-                                                     : ", " + brief(chosen.dt, 3) + " s")};
-  }
-  return svg(chart);
-}
-
 }  // namespace
 
 int tradeoff(const TradeoffRequest& request, const Environment& environment, Registry& registry,
@@ -401,10 +405,12 @@ int tradeoff(const TradeoffRequest& request, const Environment& environment, Reg
     problem.of = quantity(spec, request.of);
     progress.announce(study::expected(problem, options));
     const auto study = study::work_precision(problem, options, progress.watch());
-    texts.push_back(request.json ? json_of(*study, request.of, asked)
-                                 : text_of(*study, request.of, asked));
+    const Tried tried =
+        try_recommended(problem, *study, request.time, [&] { return progress.caught() != 0; });
+    texts.push_back(request.json ? json_of(*study, request.of, asked, tried)
+                                 : text_of(*study, request.of, asked, tried));
     if (table) table->add(*study);
-    if (picture) picture->buffer() += plot(*study);
+    if (picture) picture->buffer() += chart_of(*study);
   }
   progress.clear();
   if (table) table->commit();

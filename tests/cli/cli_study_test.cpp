@@ -184,6 +184,35 @@ TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {
   CHECK(ran.out.find(" to t = 1 s\n") != std::string::npos);  // no shorter last step
 }
 
+// A verdict doubts positions that are off by 2 % of the size, whatever the budget.
+TEST_CASE("sim tradeoff runs what it recommends, and refuses what its verdict doubts") {
+  const std::vector<std::string> words = {
+      "tradeoff",      "scenes/pendulum1.lua", "-T",       "4",
+      "--integrators", "rk4,verlet",           "--budget", "20%"};
+  std::vector<std::string> machine = words;
+  machine.emplace_back("--json");
+  const Json study = JsonReader(run_sim(machine).out).read();
+  CHECK(study.at("recommended").at("verdict").text == "trusted");
+  CHECK(study.at("recommended").at("reason").text.rfind("positions to ", 0) == 0);
+  const auto& refused = study.at("refused").list;
+  REQUIRE(!refused.empty());
+  for (const Json& each : refused) {
+    CHECK(each.at("verdict").text == "suspect");
+    CHECK(each.at("error").number <= study.at("budget").number);
+  }
+  const std::string text = run_sim(words).out;
+  CHECK_THAT(text, Catch::Contains("not recommended, though it is within "));
+  CHECK_THAT(text, Catch::Contains("\nthat run is trusted: positions to "));
+}
+
+TEST_CASE("sim tradeoff calls no method unstable that it did not try") {
+  const Outcome outcome = run_sim({"tradeoff", "scenes/cloth.lua", "-s", "n=64", "-T", "0.005",
+                                   "--integrators", "implicit_euler,verlet", "--budget", "1%"});
+  REQUIRE(outcome.code == 0);
+  CHECK_THAT(outcome.out, Catch::Contains("  implicit_euler: not tried: 20 steps take too long\n"));
+  CHECK_THAT(outcome.out, !Catch::Contains("unstable"));
+}
+
 TEST_CASE("sim tradeoff compares the precisions of one method") {
   const Outcome outcome = run_sim({"tradeoff", "scenes/cloth.lua", "-T", "0.05", "--integrators",
                                    "pefrl,pefrl:precision=single", "--json"});

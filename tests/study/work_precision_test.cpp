@@ -40,6 +40,27 @@ std::vector<double> end_of(const sim::SystemSpec& spec, const std::string& integ
   return sim::study::coordinates(simulation);
 }
 
+// A pinned square, and a smaller one that falls on it from 0.1 m: with its corners above its edges,
+// or well inside one of its two triangles.
+std::string falling_square(bool inside = false) {
+  return "local p = sim.particles { mass = 1 }\nlocal triangles = {}\n"
+         "for s = 0, 1 do\n"
+         "  for i = 0, 3 do\n"
+         "    local u, v = i % 2, 0.7 * (i // 2)\n" +
+         std::string(inside ? "    if s == 1 then u, v = 0.1 + 0.2 * u, 0.1 + 0.2 * v end\n"
+                            : "    if s == 1 then u = 0.5 * u end\n") +
+         "    p:add { u, 0.1 * s, v }\n"
+         "  end\n"
+         "  triangles[#triangles + 1] = { 4 * s, 4 * s + 2, 4 * s + 1 }\n"
+         "  triangles[#triangles + 1] = { 4 * s + 1, 4 * s + 2, 4 * s + 3 }\n"
+         "end\n"
+         "p:pin(0, 1, 2, 3)\n"
+         "local squares = sim.surface { particles = p, triangles = triangles }\n"
+         "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+         "  contact = sim.contact { surfaces = { squares }, thickness = 0.01 },\n"
+         "  integrator = 'rk4', dt = 0.005, duration = 0.5 }\n";
+}
+
 }  // namespace
 
 TEST_CASE("the recommended step keeps its budget") {
@@ -97,18 +118,7 @@ TEST_CASE("the front rises in cost and falls in error, and nothing beats it") {
 }
 
 TEST_CASE("a reference takes account of contact of surfaces between steps") {
-  const sim::SceneSpec scene = sim::test::load_text(
-      "local p = sim.particles { mass = 1 }\nlocal triangles = {}\n"
-      "for s = 0, 1 do\n"
-      "  for i = 0, 3 do p:add { (i % 2) * (s == 0 and 1 or 0.5), 0.1 * s, (i // 2) * 0.7 } end\n"
-      "  triangles[#triangles + 1] = { 4 * s, 4 * s + 2, 4 * s + 1 }\n"
-      "  triangles[#triangles + 1] = { 4 * s + 1, 4 * s + 2, 4 * s + 3 }\n"
-      "end\n"
-      "p:pin(0, 1, 2, 3)\n"
-      "local squares = sim.surface { particles = p, triangles = triangles }\n"
-      "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
-      "  contact = sim.contact { surfaces = { squares }, thickness = 0.01 },\n"
-      "  integrator = 'rk4', dt = 0.005, duration = 0.5 }\n");
+  const sim::SceneSpec scene = sim::test::load_text(falling_square());
   sim::Registry registry({SIM_PLUGIN_DIR});
   const sim::study::Problem problem{&scene.systems[0], &registry};
   const auto reference = sim::study::reference(problem, 0.4, no_watch());
@@ -197,6 +207,62 @@ TEST_CASE("what a disturbance grows to ends the comparison, however good the ref
   CHECK(last_comparable(study) == 7);
   study.reference.error[4] = 2e-5;
   CHECK(last_comparable(study) == 3);
+}
+
+// Free fall keeps the distance of two runs to the last bits. The upper square lands after 0.14 s:
+// where its corners then lie is a matter of contact.
+TEST_CASE("disturbed runs know contact of surfaces between steps") {
+  const sim::SceneSpec scene = sim::test::load_text(falling_square(true));
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  const sim::study::Problem problem{&scene.systems[0], &registry};
+  const auto reference = sim::study::reference(problem, 0.4, no_watch());
+  const auto growth = sim::study::growth(problem, reference, 0.4, no_watch());
+  REQUIRE(growth.complete);
+  CHECK(growth.mean.front() == Approx(1));
+  CHECK(growth.mean[6] == Approx(1).epsilon(1e-6));
+  CHECK(std::abs(growth.mean.back() - 1) > 0.01);
+  CHECK(growth.most.back() < 1e3);
+}
+
+TEST_CASE("a study that is compared to its end is so to the last bit of its time") {
+  for (const double time : {0.03, 0.3}) {
+    const auto study =
+        study_of(make_elastic_pendulum(), {.time = time, .integrators = {{"rk4"}}, .repeats = 0});
+    CHECK(study->comparable == time);
+    CHECK_FALSE(grows_too_far(*study));
+  }
+}
+
+TEST_CASE("what ends a comparison is the growth of a disturbance or the reference") {
+  WorkPrecision study;
+  fill(study, {});
+  study.budget = 1.1e-3;
+  study.growth.most.assign(21, 1.0);
+  study.reference.error[9] = 1e-3;
+  study.yardstick.last = last_comparable(study);
+  CHECK(study.yardstick.last == 8);
+  CHECK_FALSE(grows_too_far(study));
+  study.growth.most[9] = 1e9;
+  CHECK(grows_too_far(study));
+}
+
+TEST_CASE("a choice that is refused makes room for the next one") {
+  WorkPrecision study;
+  fill(study, {{0.5, 1e-4, 100}, {0.4, 9e-5, 200}, {0.3, 2e-3, 50}});
+  study.fastest = {.omega = 1, .damping = 1};
+  choose(study);
+  REQUIRE((study.cheapest && study.recommended));
+  CHECK(study.recommended->point == 0);
+  const std::size_t front = study.front.size();
+  study.refused.push_back(*study.recommended);
+  recommend(study);
+  REQUIRE((study.cheapest && study.recommended));
+  CHECK(study.recommended->point == 1);
+  CHECK(study.cheapest->point == 1);
+  CHECK(study.front.size() == front);
+  study.refused.push_back(*study.recommended);
+  recommend(study);
+  CHECK_FALSE((study.cheapest || study.recommended));
 }
 
 TEST_CASE("a chaotic scene is compared only as long as that makes sense") {

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 
-#include "core/base/array.h"
 #include "core/base/hash.h"
 #include "core/particles/particle_system.h"
 
@@ -42,33 +41,6 @@ std::vector<std::size_t> free_places(Simulation& system) {
   return places;
 }
 
-// The states at the output times, each only in the places; nothing when it fails or is told to end.
-std::optional<std::vector<std::vector<double>>> states(Simulation& system, Integrator& integrator,
-                                                       const Array& start,
-                                                       const std::vector<std::size_t>& places,
-                                                       double time, int intervals,
-                                                       std::int64_t steps, const Watch& watch,
-                                                       double done) {
-  Array x(start.size()), x_next(start.size());
-  std::ranges::copy(start.span(), x.data());
-
-  const double h = time / static_cast<double>(steps);
-  integrator.restart(0, h, x.data());
-  std::vector<std::vector<double>> points;
-  for (std::int64_t step = 0;; ++step) {
-    if (step % (steps / intervals) == 0) {
-      std::vector<double>& point = points.emplace_back();
-      for (const std::size_t i : places) point.push_back(x[i]);
-    }
-    if (step == steps) return points;
-    if (step % 1024 == 0 && !watch("growth of a disturbance", done)) return {};
-    if (integrator.step(system.ode(), static_cast<double>(step) * h, h, x.data(), x_next.data()) !=
-        StepStatus::kDone)
-      return {};
-    std::swap(x, x_next);
-  }
-}
-
 double rms(const std::vector<double>& a, const std::vector<double>& b) {
   return distance(a, b).rms;
 }
@@ -85,26 +57,30 @@ Growth growth(const Problem& problem, const Reference& reference, double time, c
   Growth result;
   result.complete = false;
   if (reference.steps == 0) return result;
-  const int intervals = kIntervals;
   Simulation system = problem.simulation();
-  const std::unique_ptr<Integrator> integrator = problem.with(reference.method).make_integrator();
-  integrator->prepare(system.ode());
-  const std::vector<std::size_t> places = free_places(system);
-  Array start(system.state().size());
-  std::ranges::copy(system.state(), start.data());
   const double size = kDisturbance * scene_size(system);
-
-  const auto run = [&](double done) {
-    return states(system, *integrator, start, places, time, intervals, reference.steps, watch,
-                  done);
+  using Points = std::vector<std::vector<double>>;
+  const auto run = [&](double done, std::optional<std::uint64_t> disturbed) {
+    Points points;
+    TrajectoryPlan plan{.time = time, .intervals = kIntervals, .steps = reference.steps};
+    plan.see = [&](int, const std::vector<double>& x) { points.push_back(x); };
+    if (disturbed)
+      plan.begin = [&](Simulation& at_start) {
+        Snapshot start = at_start.snapshot();
+        disturb(at_start, size, *disturbed, start.x);
+        start.memory.clear();
+        at_start.restore(start);
+      };
+    const auto go_on = [&] { return watch("growth of a disturbance", done); };
+    const bool finished = run_trajectory(problem, reference.method, plan, go_on).finished;
+    return finished ? std::optional(points) : std::nullopt;
   };
-  const auto undisturbed = run(0.2);
-  if (!undisturbed || places.empty()) return result;
+  const auto undisturbed = run(0.2, {});
+  if (!undisturbed || undisturbed->front().empty()) return result;
   result.mean.assign(undisturbed->size(), 0.0);
   result.most = result.mean;
   for (int each = 0; each < kRuns; ++each) {
-    disturb(system, size, static_cast<std::uint64_t>(each), start.span());
-    const auto disturbed = run(0.2 + 0.02 * each);
+    const auto disturbed = run(0.2 + 0.02 * each, static_cast<std::uint64_t>(each));
     if (!disturbed) return result;
     const double at_start = rms(disturbed->front(), undisturbed->front());
     for (std::size_t k = 0; k < undisturbed->size(); ++k) {

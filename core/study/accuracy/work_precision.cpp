@@ -8,6 +8,12 @@
 
 namespace sim::study {
 
+bool on_front(const WorkPrecision& study, Place place) {
+  return std::ranges::any_of(study.front, [&](Place each) {
+    return each.curve == place.curve && each.point == place.point;
+  });
+}
+
 bool stable(const Point& point, double size) { return point.finished && point.rms < size; }
 
 namespace {
@@ -27,19 +33,19 @@ std::vector<std::int64_t> step_counts(double most) {
   return counts;
 }
 
-// Nothing when told to end; the points so far are then in `points`.
-bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yardstick,
-           double most_evaluations, std::vector<Point>& points,
-           const std::function<bool()>& go_on) {
+// False when told to end; the curve has the points so far.
+bool sweep(const Problem& problem, const Yardstick& yardstick, double most_evaluations,
+           Curve& curve, const std::function<bool()>& go_on) {
+  const Candidate& method = curve.method;
+  std::vector<Point>& points = curve.points;
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
   const int cost = kCurveLimits.cost_of_step(method);
-  bool late = false;
   const auto run = [&](std::int64_t steps, double tolerance) {
     Patience patience(kCurveLimits, go_on);
     const auto point =
         measure(problem, method, steps, tolerance, yardstick, [&] { return patience.ask(); });
     if (point) points.push_back(*point);
-    late = !point && patience.late();
+    curve.late = !point && patience.late();
     return point.has_value();
   };
   const auto finest = [&] {
@@ -47,21 +53,24 @@ bool sweep(const Problem& problem, const Candidate& method, const Yardstick& yar
     const auto known = [&](const Point& p) { return p.finished && p.rms <= yardstick.floor(); };
     // A figure may be right once by chance.
     const bool enough = !yardstick.figure || (points.size() > 1 && known(points.end()[-2]));
-    return last.seconds > kCurveLimits.seconds || (known(last) && enough);
+    const bool long_enough = last.seconds > kCurveLimits.seconds;
+    curve.late = long_enough;
+    return long_enough || (known(last) && enough);
   };
   if (by_tolerance) {
     for (int digits = 2;; ++digits) {
       const double tolerance = std::pow(10.0, -digits);
       if (tolerance < std::max(kLastOfCurve, 0.99 * method.least_tolerance)) break;
-      if (!run(kIntervals, tolerance)) return late;
+      if (!run(kIntervals, tolerance)) return curve.late;
       if (finest()) break;
     }
     return true;
   }
   for (const std::int64_t steps : step_counts(most_evaluations / cost)) {
-    if (!run(steps, 0)) return late;
-    if (finest()) break;
+    if (!run(steps, 0)) return curve.late;
+    if (finest()) return true;
   }
+  curve.late = true;
   return true;
 }
 
@@ -91,14 +100,15 @@ void price(std::vector<Curve>& curves) {
   }
 }
 
-std::vector<Place> by_cost(const WorkPrecision& study) {
+// Below the floor the reference is as wrong as the point: those are left out unless `all` are
+// wanted.
+std::vector<Place> by_cost(const WorkPrecision& study, bool all) {
   std::vector<Place> places;
   for (std::size_t c = 0; c < study.curves.size(); ++c)
     for (std::size_t p = 0; p < study.curves[c].points.size(); ++p) {
       const Point& point = study.curves[c].points[p];
-      // Below the floor the reference is as wrong as the point.
       if (stable(point, study.size) &&
-          (study.yardstick.figure || point.rms > study.yardstick.floor()))
+          (all || study.yardstick.figure || point.rms > study.yardstick.floor()))
         places.push_back({c, p});
     }
   std::stable_sort(places.begin(), places.end(), [&](Place a, Place b) {
@@ -131,18 +141,30 @@ bool well_inside(const WorkPrecision& study, Place place) {
 
 double WorkPrecision::needed() const { return budget / (yardstick.figure ? 4 : 100); }
 
-// What costs little more and is closer is the better choice.
 void choose(WorkPrecision& study) {
-  constexpr double kLittleMore = 1.05;
   if (study.yardstick.figure)
     for (Curve& curve : study.curves) believe_no_luck(curve.points);
   price(study.curves);
-  double best = HUGE_VAL, most = HUGE_VAL;
-  for (const Place place : by_cost(study)) {
+  double best = HUGE_VAL;
+  for (const Place place : by_cost(study, false)) {
     const double error = study.at(place).rms;
     if (error < best) study.front.push_back(place);
     best = std::min(best, error);
-    if (error > study.budget) continue;
+  }
+  recommend(study);
+}
+
+// What costs little more and is closer is the better choice.
+void recommend(WorkPrecision& study) {
+  constexpr double kLittleMore = 1.05;
+  study.cheapest = study.recommended = {};
+  double most = HUGE_VAL;
+  for (const Place place : by_cost(study, study.yardstick.floor() <= study.budget)) {
+    const double error = study.at(place).rms;
+    const bool refused = std::ranges::any_of(study.refused, [&](Place each) {
+      return each.curve == place.curve && each.point >= place.point;
+    });
+    if (error > study.budget || refused) continue;
     if (!study.cheapest) study.cheapest = place;
     if (!well_inside(study, place) || study.cost(place) > most) continue;
     if (!study.recommended) most = kLittleMore * study.cost(place);
@@ -150,19 +172,32 @@ void choose(WorkPrecision& study) {
   }
 }
 
+namespace {
+
+// What a rounding at the start has grown to at a point of the reference.
+double grown_rounding(const WorkPrecision& study, std::size_t k) {
+  const auto each = static_cast<std::size_t>(std::max(1, study.reference.intervals() / kIntervals));
+  const std::size_t measured = (k + each - 1) / each;
+  const double grown = measured < study.growth.most.size() ? study.growth.most[measured] : 0;
+  return kRoundingSeed * study.size * grown;
+}
+
+}  // namespace
+
 int last_comparable(const WorkPrecision& study) {
   int last = 0;
-  const int each = std::max(1, study.reference.intervals() / kIntervals);
   for (std::size_t k = 1; k < study.reference.points.size(); ++k) {
-    const std::size_t measured =
-        (k + static_cast<std::size_t>(each) - 1) / static_cast<std::size_t>(each);
-    const double grown = measured < study.growth.most.size() ? study.growth.most[measured] : 0;
-    const bool known = study.reference.error[k] <= study.needed() &&
-                       kRoundingSeed * study.size * grown <= study.needed();
+    const bool known =
+        study.reference.error[k] <= study.needed() && grown_rounding(study, k) <= study.needed();
     if (!known) break;
     last = static_cast<int>(k);
   }
   return last;
+}
+
+bool grows_too_far(const WorkPrecision& study) {
+  const auto next = static_cast<std::size_t>(study.yardstick.last) + 1;
+  return next < study.reference.points.size() && grown_rounding(study, next) > study.needed();
 }
 
 namespace {
@@ -221,7 +256,8 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   study->yardstick = {&study->reference, study->time, study->size,        0, true,
                       options.repeats,   0,           problem.by_figure()};
   const int last = study->yardstick.last = last_comparable(*study);
-  study->comparable = study->time * last / study->reference.intervals();
+  const int whole = study->reference.intervals();
+  study->comparable = last == whole ? study->time : study->time * last / whole;
   if (last == 0) {
     study->complete = study->growth.complete;
     return study;
@@ -236,7 +272,7 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
     curve.method = method;
     curve.limit = predicted_step(*problem.with(method).make_integrator(), modes);
     const Yardstick yardstick = study->yardstick.of(method);
-    study->complete = sweep(problem, method, yardstick, most, curve.points,
+    study->complete = sweep(problem, yardstick, most, curve,
                             [&] { return watch(method.label, 0.3 + 0.7 * done); });
     curve.observed = observed_order(curve.points, yardstick);
     if (!study->complete) break;

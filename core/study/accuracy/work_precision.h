@@ -20,6 +20,7 @@ struct Curve {
                                 // precision as many as their wall time has room for
   std::optional<double> limit;  // s, the largest stable step at the start, where it is known
   std::optional<ObservedOrder> observed;
+  bool late = false;  // smaller steps (or tolerances) take too long, and were not tried
 };
 
 struct Place {  // of a point
@@ -39,9 +40,11 @@ struct WorkPrecision {
   std::vector<Curve> curves;
   std::vector<Place> front;  // not beaten in both cost and error, by rising cost
   // Of the points within the budget and well inside the limit of stability the closest that costs
-  // no more than 5 % above the cheapest; and the cheapest one within the budget.
+  // no more than 5 % above the cheapest; and the cheapest one within the budget. Neither is
+  // refused.
   std::optional<Place> recommended, cheapest;
-  bool complete = true;  // false when it was told to end
+  std::vector<Place> refused;  // by whoever ran them, with all longer steps of these methods
+  bool complete = true;        // false when it was told to end
 
   WorkPrecision() = default;
   WorkPrecision(const WorkPrecision&) = delete;
@@ -51,6 +54,8 @@ struct WorkPrecision {
   const Point& at(Place place) const { return curves[place.curve].points[place.point]; }
   double cost(Place place) const { return curves[place.curve].cost[place.point]; }
 };
+
+bool on_front(const WorkPrecision& study, Place place);
 
 // False for a run that failed, or that is off by more than the scene is large.
 bool stable(const Point& point, double size);
@@ -70,8 +75,12 @@ double expected(const Problem& problem, const WorkPrecisionOptions& options);
 // all of a run or nothing where a figure is compared.
 int last_comparable(const WorkPrecision& study);
 
+// Does a disturbance end the comparison before its time, by its growth? Otherwise the reference.
+bool grows_too_far(const WorkPrecision& study);
+
 // Costs, front, recommended and cheapest points of the curves that are there.
 void choose(WorkPrecision& study);
+void recommend(WorkPrecision& study);  // the last two alone, after some were refused
 
 std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
                                               const WorkPrecisionOptions& options,

@@ -1,0 +1,12 @@
+// Error against cost of every method, as .svg.
+#pragma once
+
+#include <string>
+
+#include "core/study/accuracy/work_precision.h"
+
+namespace sim::cli {
+
+std::string chart_of(const study::WorkPrecision& study);
+
+}  // namespace sim::cli

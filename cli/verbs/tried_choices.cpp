@@ -1,0 +1,54 @@
+#include "cli/verbs/tried_choices.h"
+
+#include <utility>
+
+#include "cli/run/follow.h"
+#include "cli/run/run_length.h"
+
+namespace sim::cli {
+namespace {
+
+Verdict verdict_of(const study::Problem& problem, const study::WorkPrecision& study,
+                   study::Place place, std::optional<double> time,
+                   const std::function<bool()>& stop) {
+  const study::Point& point = study.at(place);
+  RunOptions options = problem.options;
+  options.integrator = study.curves[place.curve].method;
+  if (point.tolerance > 0)
+    options.integrator.given["tol"] = point.tolerance;
+  else
+    options.dt = point.dt;
+  Simulation system(*problem.spec, *problem.registry, options);
+  system.stop_when(stop);
+  const RunLength length{time, {}};
+  Track track(*problem.spec, system, steps_of(length, system), Track::kNever, Track::kNever,
+              problem.registry);
+  shorten(length, track);
+  follow(track, stop);
+  track.verify(stop);
+  return track.verdict();
+}
+
+}  // namespace
+
+Tried try_recommended(const study::Problem& problem, study::WorkPrecision& study,
+                      std::optional<double> time, const std::function<bool()>& stop) {
+  constexpr std::size_t kMostRuns = 12;
+  Tried tried;
+  while (study.recommended && !stop()) {
+    const study::Place place = *study.recommended;
+    Verdict verdict = verdict_of(problem, study, place, time, stop);
+    if (stop()) break;
+    if (verdict.trust < Trust::kSuspect) {
+      tried.recommended = std::move(verdict);
+      break;
+    }
+    study.refused.push_back(place);
+    tried.refused.push_back(std::move(verdict));
+    recommend(study);
+    if (tried.refused.size() == kMostRuns) study.recommended = study.cheapest = {};
+  }
+  return tried;
+}
+
+}  // namespace sim::cli

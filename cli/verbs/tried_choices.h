@@ -1,0 +1,26 @@
+// Choices of a study, run as a user would run them.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/study/accuracy/work_precision.h"
+#include "core/study/verdict/verdict.h"
+
+namespace sim::cli {
+
+// Verdicts on runs of choices within the budget: that of the recommended one, and those of
+// WorkPrecision::refused.
+struct Tried {
+  std::optional<study::Verdict> recommended;
+  std::vector<study::Verdict> refused;
+};
+
+// Runs and verifies the recommendation, to `time` (s) or the scene's end. One that comes out
+// suspect or diverged is refused, with all longer steps of its method; then the next is the
+// recommendation, and there is none where all that are within the budget, or twelve, come out so.
+Tried try_recommended(const study::Problem& problem, study::WorkPrecision& study,
+                      std::optional<double> time, const std::function<bool()>& stop);
+
+}  // namespace sim::cli
