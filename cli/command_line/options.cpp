@@ -7,7 +7,6 @@
 #include <set>
 #include <vector>
 
-#include "cli/command_line/engine_options.h"
 #include "cli/command_line/help_texts.h"
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
@@ -15,7 +14,7 @@
 #include "cli/command_line/plugin_studies.h"
 #include "cli/command_line/study_options.h"
 #include "cli/command_line/texts.h"
-#include "cli/command_line/view_options.h"
+#include "cli/verbs/explain.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -48,8 +47,8 @@ class Parser {
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *test_, *plugin_, *plot_, *view_, *rest_,
-      *export_, *import_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *explain_, *test_, *plugin_, *plot_, *view_,
+      *rest_, *export_, *import_;
   StudyOptions studies_;
   PluginStudies plugin_studies_;
   std::vector<std::string> study_names_;
@@ -117,7 +116,7 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       app_.add_flag("--from-rest", t.from_rest,
                     "starts where the scene comes to rest, see sim rest")
           ->disable_flag_override(),
-      value("--check", t.check, "LIMITS", "exit 8 above: energy=1%,strain=20%,dt=90%"),
+      value("--check", t.check, "LIMITS", "exit 8 if not: verified,energy=1%,strain=20%,dt=90%"),
       app_.add_flag("--verify", t.verify,
                     "run it again with half the step, however long that\n"
                     "takes, on another core; else only runs below 1 s")
@@ -169,6 +168,8 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
   describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
   doctor_ = verb("doctor", "is everything there that a run needs?");
+  explain_ = verb("explain", "verdict: what each clause of it means");
+  explain_->add_option("WHAT", t.explained, "verdict")->type_name("");
   test_ = verb("test", "PLUGIN.so: does it keep what the interface promises?");
   test_->add_option("PLUGIN.so", t.test_library, "the library; exit 7 when a check fails")
       ->type_name("");
@@ -405,6 +406,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
       usage_error("argument missing", "sim describe", "it needs a name",
                   "'sim list' shows all names");
     line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+  } else if (chosen.front() == explain_) {
+    line.request = Message{explanation(texts_.explained)};
   } else if (chosen.front() == test_) {
     if (texts_.test_library.empty())
       usage_error("argument missing", "sim test", "it needs a plugin library",

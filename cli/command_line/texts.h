@@ -25,7 +25,7 @@ struct Texts {
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
        verify = false, no_verify = false, from_rest = false, man = false, safe = false,
        probe = false;
-  std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene;
+  std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene, explained;
   std::string test_library;
   std::string plugin_words[3];
   PlotRequest plot;

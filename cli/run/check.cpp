@@ -39,25 +39,36 @@ Checks parse_checks(const std::string& option, const std::string& text) {
     const std::string entry = text.substr(begin, end - begin);
     const std::size_t equals = entry.find('=');
     const std::string name = entry.substr(0, equals);
+    begin = end + 1;
+    if (entry == "verified") {
+      checks.verified = true;
+      continue;
+    }
     std::optional<double>* const limit = name == "energy"   ? &checks.energy
                                          : name == "strain" ? &checks.strain
                                          : name == "dt"     ? &checks.dt
                                                             : nullptr;
     if (!limit || equals == std::string::npos)
-      throw Error(ErrorKind::kUsage,
-                  {"bad value", option + " '" + entry + "'",
-                   "it is none of energy=, strain= and dt=", "write it like energy=1%,dt=90%"});
+      throw Error(ErrorKind::kUsage, {"bad value", option + " '" + entry + "'",
+                                      "it is none of verified, energy=, strain= and dt=",
+                                      "write it like verified,energy=1%,dt=90%"});
     if (*limit)
       throw Error(ErrorKind::kUsage, {"bad value", option + " '" + text + "'",
                                       "'" + name + "' is listed twice", "keep one of them"});
     *limit = share(option, entry.substr(equals + 1));
-    begin = end + 1;
   }
   return checks;
 }
 
-void check(const Checks& checks, const study::Figures& figures, const std::string& system) {
+void check(const Checks& checks, const study::Verdict& verdict, const std::string& system) {
   constexpr const char* kSmaller = "take a smaller --dt";
+  const study::Figures& figures = verdict.figures;
+  if (checks.verified && verdict.trust != study::Trust::kTrusted)
+    throw Error(
+        ErrorKind::kCheck,
+        {"check failed", system + ", verified",
+         std::string("the run is ") + study::trust_name(verdict.trust) + ": " + verdict.reason,
+         verdict.trust == study::Trust::kUnverified ? "add --verify" : kSmaller});
   hold("energy", checks.energy, figures.energy, system,
        "not all that changes the energy of this system is known", kSmaller);
   const double strain = figures.strain.a < 0 ? std::nan("") : std::abs(figures.strain.strain);

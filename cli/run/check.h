@@ -1,4 +1,5 @@
-// --check energy=1%,strain=20%,dt=90%: limits on a run whose breach is exit code 8.
+// --check verified,energy=1%,strain=20%,dt=90%: what is asked of a run, with exit code 8 where it
+// is not so.
 #pragma once
 
 #include <optional>
@@ -12,12 +13,13 @@ namespace sim::cli {
 // step.
 struct Checks {
   std::optional<double> energy, strain, dt;
+  bool verified = false;  // the run is to be trusted
 };
 
 // Throws Error{kUsage} naming `option`.
 Checks parse_checks(const std::string& option, const std::string& text);
 
 // Throws Error{kCheck} for the first limit that is passed, or for which there is nothing to check.
-void check(const Checks& checks, const study::Figures& figures, const std::string& system);
+void check(const Checks& checks, const study::Verdict& verdict, const std::string& system);
 
 }  // namespace sim::cli

@@ -339,7 +339,7 @@ int Run::conclude(int caught) {
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
   if (request_.checks && !caught)
     for (Track& track : tracks_)
-      check(*request_.checks, track.verdict().figures, track.system().name());
+      check(*request_.checks, track.verdict(), track.system().name());
   return caught ? 128 + caught : 0;
 }
 

@@ -218,19 +218,20 @@ void Track::leave_unverified(std::string why) {
 Verdict Track::verdict() {
   if (!diverged_.empty()) return {Trust::kDiverged, diverged_};
   Verdict verdict = monitor_.verdict(parting_);
-  if (verdict.trust == Trust::kTrusted && !unverified_.empty())
-    verdict.reason += "; " + unverified_;
-  if (!doubt_.empty()) {
-    if (verdict.trust == Trust::kTrusted) verdict.trust = Trust::kUnverified;
-    verdict.reason = doubt_ + "; " + verdict.reason;
+  if (verdict.trust == Trust::kTrusted) {
+    const bool verified = parting_.verified() || has_exact();
+    if (!verified && !unverified_.empty()) verdict.reason += "; " + unverified_;
+    if (!verified || !doubt_.empty()) verdict.trust = Trust::kUnverified;
   }
+  if (!doubt_.empty()) verdict.reason = doubt_ + "; " + verdict.reason;
   if (energy_unknown_)
     verdict = {Trust::kSuspect,
                "the energy is above the largest number from the start; nothing was checked"};
   if (interrupted_) {
     verdict.trust = Trust::kSuspect;
     verdict.reason = "interrupted at t = " + brief(system_->t()) + " s of " + brief(end()) + " s";
-  } else if (steps_ == 0) {
+  } else if (steps_ == 0 && !energy_unknown_) {
+    verdict.trust = doubt_.empty() ? Trust::kTrusted : Trust::kUnverified;
     verdict.reason = "the initial state, no step was taken";
   }
   return verdict;

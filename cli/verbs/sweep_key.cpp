@@ -40,7 +40,7 @@ struct FieldsOf<cli::RunLength> {
 
 template <>
 struct FieldsOf<cli::Checks> {
-  static constexpr StructField list[] = {{"energy"}, {"strain"}, {"dt"}};
+  static constexpr StructField list[] = {{"energy"}, {"strain"}, {"dt"}, {"verified"}};
 };
 
 template <>

@@ -122,7 +122,7 @@ CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& obs
     int exit = verdict.trust == Trust::kDiverged ? static_cast<int>(ErrorKind::kDiverged) : 0;
     std::string reason;
     if (run.checks && exit == 0) try {
-        check(*run.checks, verdict.figures, system.name());
+        check(*run.checks, verdict, system.name());
       } catch (const Error& error) {
         exit = static_cast<int>(error.kind());
         reason = error.what();

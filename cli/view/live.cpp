@@ -310,6 +310,7 @@ std::string Live::verdict(std::size_t i) {
         " m from those with half the step: dt is too long, or the motion is chaotic; " +
         verdict.reason;
   } else if (!right && player_.step() > 0) {
+    verdict.trust = std::max(verdict.trust, study::Trust::kUnverified);
     verdict.reason += "; positions not verified: half the step is too slow here";
   }
   return std::string(study::trust_name(verdict.trust)) + ": " + verdict.reason;

@@ -205,7 +205,20 @@ TEST_CASE("verdicts say what was seen") {
   CHECK(run_sim({"s.lua"}, {.folder = folder.path()}).err ==
         "trusted: numbers to 3e-07 (verified), dt 3.6 % of limit\n");
   CHECK(run_sim({"s.lua", "--no-verify"}, {.folder = folder.path()}).err ==
-        "trusted: dt 3.6 % of limit; positions not verified\n");
+        "unverified: dt 3.6 % of limit; positions not verified\n");
+  const auto said = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "s.lua");
+    return run_sim(words, {.folder = folder.path()});
+  };
+  CHECK(said({"--no-verify"}).code == 0);
+  CHECK(JsonReader(said({"--no-verify", "--json"}).out).read().at("verdict").text == "unverified");
+  CHECK(said({"--check", "verified"}).code == 0);
+  const Outcome asked = said({"--no-verify", "--check", "verified,dt=90%"});
+  CHECK(asked.code == 8);
+  CHECK(asked.err.find("s, verified: the run is unverified: dt 3.6 % of limit; positions not "
+                       "verified; add --verify") != std::string::npos);
+  // The initial state is as exact as can be.
+  CHECK(said({"--no-verify", "-n", "0", "--check", "verified"}).code == 0);
   CHECK(run_sim({"s.lua", "--verify", "--no-verify"}, {.folder = folder.path()}).code == 2);
 }
 

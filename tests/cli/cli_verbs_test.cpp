@@ -34,9 +34,9 @@ TEST_CASE("--help starts with three examples and fits a terminal") {
                              "--json", "--quiet", "--progress", "--plugin-path", "--load"})
     CHECK(outcome.out.find(option) != std::string::npos);
   for (const std::string& line : lines) CHECK(line.size() <= 80);
-  for (const char* verb :
-       {"adjacency", "compare", "describe", "doctor", "export", "import", "list", "minimal",
-        "order", "plot", "plugin", "rest", "stability", "sweep", "test", "tradeoff", "view"}) {
+  for (const char* verb : {"adjacency", "compare", "describe", "doctor", "explain", "export",
+                           "import", "list", "minimal", "order", "plot", "plugin", "rest",
+                           "stability", "sweep", "test", "tradeoff", "view"}) {
     const Outcome help = run_sim({verb, "--help"});
     CHECK(help.code == 0);
     for (const std::string& line : lines_of(help.out)) {
@@ -44,6 +44,33 @@ TEST_CASE("--help starts with three examples and fits a terminal") {
       CHECK(line.size() <= 80);
     }
   }
+}
+
+// The first words of each clause that runs of several kinds end with.
+TEST_CASE("explain knows every clause of the verdicts of the shipped scenes") {
+  const Outcome page = run_sim({"explain", "verdict"});
+  CHECK(page.code == 0);
+  const auto lines = lines_of(page.out);
+  for (const std::string& line : lines) CHECK(line.size() <= 80);
+  const auto explained = [&](const std::string& clause) {
+    const std::string words = clause.substr(0, clause.find_first_of("0123456789-("));
+    return std::ranges::any_of(lines, [&](const std::string& line) {
+      return line.starts_with(words) || line.find(", " + words) != std::string::npos;
+    });
+  };
+  for (const char* scene : {"cloth", "bounce", "stack", "rope", "circle", "flag", "hoop"}) {
+    const Outcome run = run_sim({std::string("scenes/") + scene + ".lua", "-T", "0.1"});
+    const std::string line = lines_of(run.err).back();
+    CHECK(explained(line.substr(0, line.find(':'))));
+    std::istringstream clauses(line.substr(line.find(": ") + 2));
+    for (std::string clause; std::getline(clauses, clause, ',');) {
+      clause.erase(0, clause.find_first_not_of(' '));
+      INFO(line << "\nclause: " << clause);
+      CHECK(explained(clause));
+    }
+  }
+  CHECK(run_sim({"explain"}).code == 2);
+  CHECK(run_sim({"explain", "weather"}).code == 2);
 }
 
 TEST_CASE("--version names commit, compiler and plugin ABI") {

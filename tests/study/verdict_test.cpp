@@ -100,6 +100,14 @@ TEST_CASE("a method without a stable step is suspect when its growth shows") {
   const Verdict slow = verdict_of(pendulum, "trapezoid", 0.002, 2);
   CHECK(slow.trust == Trust::kTrusted);
   CHECK(slow.figures.dt_share > 1);
+  // |R(i z)|^2 = 1 + z^4/4 for the explicit trapezoidal rule: 1000 steps grow by e^(125 z^4).
+  INFO(text(slow));
+  const double z = std::pow(slow.figures.growth / 125, 0.25);
+  const std::string words = "but in this run the fastest mode grows by no more than ";
+  const auto at = slow.reason.find(words);
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(slow.reason.substr(at + words.size())) ==
+        Approx(100 * std::expm1(125 * std::pow(z, 4))).epsilon(0.06));
   CHECK(verdict_of(pendulum, "euler", 0.002, 2).trust == Trust::kSuspect);
 }
 

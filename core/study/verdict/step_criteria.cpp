@@ -37,15 +37,17 @@ class LimitCriterion final : public Criterion {
     figures.growth = growth_;
     figures.at_most = at_most_;
     const double share = worst_.share;
+    const std::string beyond = share < 10 ? "dt is " + percent(share) + " of the largest stable one"
+                                          : std::string("no dt near this one is stable");
     if (share > 1 && growth_ > kVisibleGrowth)
-      findings.push_back({Trust::kSuspect,
-                          (share < 10 ? "dt is " + percent(share) + " of the largest stable one"
-                                      : std::string("no dt near this one is stable")) +
-                              ", the fastest mode grows by e^" + brief(growth_, 2) +
-                              " over the run",
-                          true});
+      findings.push_back(
+          {Trust::kSuspect,
+           beyond + ", the fastest mode grows by e^" + brief(growth_, 2) + " over the run", true});
     else if (share > 1)
-      findings.push_back({Trust::kTrusted, "no growth to see though dt is unstable", true});
+      findings.push_back({Trust::kTrusted,
+                          beyond + ", but in this run the fastest mode grows by no more than " +
+                              percent(std::expm1(std::max(0.0, growth_)), 1, 2),
+                          true});
     else if (undamped_ && share > kUndampedShare)
       findings.push_back(
           {Trust::kSuspect,
