@@ -72,7 +72,7 @@ Answer springs(Call& call) {
                                            {"rest", link.rest},
                                            {"length", length},
                                            {"strain", length / link.rest - 1},
-                                           {"force", link.stiffness * (length - link.rest)}});
+                                           {"force", link.tension(length)}});
   }
   return {list, [&live, &system, particle](Mode mode) -> std::optional<std::string> {
             if (mode == Mode::kCsv) return {};

@@ -86,7 +86,7 @@ SpringState state_of(Simulation& system, int particle, const Link& link) {
   SpringState state;
   state.length = (system.position(particle) - system.position(link.to)).stableNorm();
   state.strain = state.length / link.rest - 1;
-  state.force = link.stiffness * (state.length - link.rest);
+  state.force = link.tension(state.length);
   const double inverse_mass =
       study::inverse_mass(system, particle) + study::inverse_mass(system, link.to);
   state.dt_limit = stable_step(system.integrator(), std::sqrt(link.stiffness * inverse_mass),
@@ -104,7 +104,7 @@ std::string json_text(const Simulation& system, int particle, bool world) {
                           .number("stiffness", link.stiffness)
                           .number("rest", link.rest)
                           .number("length", length)
-                          .number("force", link.stiffness * (length - link.rest))
+                          .number("force", link.tension(length))
                           .str());
   }
   JsonObject object;

@@ -94,6 +94,9 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string
     border.scene("force '" + force_name + "'", place, kLeaveOut);
   }
   for (const Force* force : particles_->forces())
+    if (force->springs() && force->springs()->sense() != SpringSense::kBoth)
+      border.scene("a cable, as '" + particles_->name_of(*force) + "' is,", spec.place, kLeaveOut);
+  for (const Force* force : particles_->forces())
     if (force->memory_size() > 0)
       border.scene("force '" + particles_->name_of(*force) + "'", spec.place, kLeaveOut);
   method_ = method_of(system, spec.place, border, engine, methods);

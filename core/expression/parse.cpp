@@ -24,7 +24,7 @@ constexpr Function kFunctions[] = {
     {"cos", Op::kCos},   {"tan", Op::kTan}, {"sinh", Op::kSinh},     {"cosh", Op::kCosh},
     {"tanh", Op::kTanh}, {"abs", Op::kAbs}, {"sign", Op::kSign},     {"step", Op::kStep},
     {"min", Op::kMin},   {"max", Op::kMax}, {"select", Op::kSelect}, {"floor", Op::kFloor},
-    {"pow", Op::kPower}};
+    {"pow", Op::kPower},  {"if", Op::kSelect}};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -41,7 +41,7 @@ class Parser {
       fail("it has more than " + std::to_string(kLongest) + " characters");
     }
     find_definitions();
-    const int result = sum();
+    const int result = comparison();
     if (!ended()) unexpected();
     for (const auto& [name, definition] : definitions_)
       if (definition.node < 0) {
@@ -78,7 +78,8 @@ class Parser {
     if (ended()) fail("it ends where a number, a name or '(' is expected");
     const bool begins = is_digit(c) || is_letter(c) || c == '(' || c == '.';
     const std::string remedy = begins                         ? "write * between factors"
-                               : c == '<' || c == '>'         ? "write step(b - a) for a <= b"
+                               : c == '<' || c == '>' || c == '='
+                                   ? "compare two sums: a < b, a <= b, a > b or a >= b"
                                : text_.substr(at_, 2) == "**" ? "write ^ for powers"
                                                               : "";
     const bool plain = static_cast<unsigned char>(c) > 0x20 && static_cast<unsigned char>(c) < 0x7f;
@@ -96,6 +97,11 @@ class Parser {
   }
   bool take(char c) {
     skip_space();
+    if (peek() != c) return false;
+    ++at_;
+    return true;
+  }
+  bool take_at_once(char c) {
     if (peek() != c) return false;
     ++at_;
     return true;
@@ -132,6 +138,18 @@ class Parser {
     ~Deeper() { --depth; }
     int& depth;
   };
+
+  // 1 where it is true, else 0: a >= b is step(a - b).
+  int comparison() {
+    int left = sum();
+    const bool less = take('<');
+    if (!less && !take('>')) return left;
+    const bool or_equal = take_at_once('=');
+    int right = sum();
+    if (less == or_equal) std::swap(left, right);
+    const int step = graph_.make(Op::kStep, graph_.make(Op::kSubtract, left, right));
+    return or_equal ? step : graph_.make(Op::kSubtract, graph_.number(1), step);
+  }
 
   int sum() {
     const Deeper deeper(*this);
@@ -172,7 +190,7 @@ class Parser {
     if (is_digit(peek()) || peek() == '.') return number();
     if (is_letter(peek())) return named();
     if (ended() || !take('(')) unexpected();
-    const int result = sum();
+    const int result = comparison();
     close();
     return result;
   }
@@ -280,7 +298,7 @@ class Parser {
     }
     definition.open = true;
     at_ = definition.text_at;
-    definition.node = sum();
+    definition.node = comparison();
     if (!ended()) unexpected();
     at_ = back;
     return definition.node;
@@ -298,7 +316,7 @@ class Parser {
     const int wanted = operand_count(function->op);
     int operands[] = {-1, -1, -1}, given = 0;
     do {
-      if (given < wanted) operands[given] = sum();
+      if (given < wanted) operands[given] = comparison();
     } while (given++ < wanted && take(','));
     if (given != wanted) {
       at_ = begin;

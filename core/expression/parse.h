@@ -36,8 +36,10 @@ struct Names {
 };
 
 // Adds the formula to the graph and returns its node. In order of binding:
-//   ^ (to the right), unary -, * and /, + and -; parentheses; NAME(a, b) for the functions
-//   sqrt exp log sin cos tan sinh cosh tanh abs sign step floor min max pow select(c, a, b);
+//   ^ (to the right), unary -, * and /, + and -; then one of < <= > >= between two sums, which is 1
+//   where it is true and 0 where not; parentheses; NAME(a, b) for the functions
+//   sqrt exp log sin cos tan sinh cosh tanh abs sign step floor min max pow
+//   if(c, a, b) and select(c, a, b): a where c is not 0, else b;
 //   NAME[i, ..], whole numbers, for variables of cells;
 //   pi; after the formula, each behind a semicolon, NAME = FORMULA for names used before.
 // Throws Error{kScene}, with `what` and the column, for anything else, for a text of more than

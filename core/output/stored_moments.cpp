@@ -15,6 +15,7 @@ Frame head_of(const Frame& frame) {
   head.kinetic = frame.kinetic, head.potential = frame.potential;
   head.work = frame.work, head.drift = frame.drift;
   head.note = frame.note;
+  head.torn = frame.torn;
   return head;
 }
 

@@ -1,6 +1,7 @@
 // What acts on particles: forces see a view of all particles and add to the force on a few.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 
 #include "core/particles/block_sink.h"
 #include "core/particles/force_sweep.h"
+#include "core/particles/springs/spring_sense.h"
 #include "core/particles/view.h"
 
 namespace sim {
@@ -21,6 +23,7 @@ struct AffineForce {
   double damping = 0;                // kg/s
 };
 
+class Breakable;
 class Particles;
 class Springs;
 class StepCorrection;
@@ -31,6 +34,12 @@ struct Link {
   std::string family;
   int to = 0;
   double stiffness = 0, rest = 0;  // N/m, m
+  SpringSense sense = SpringSense::kBoth;
+
+  // N, at this length, m; below 0 it pushes.
+  double tension(double length) const {
+    return slack(sense, length, rest) ? 0 : stiffness * (length - rest);
+  }
 };
 
 // A force is a pure function of (t, X): memory that changes is a part of X.
@@ -93,6 +102,12 @@ class Force {
   // What it does at the end of each step, beside what it adds to forces: core/particles/
   // step_correction.h. Asked once, after bind(); the particles outlive it. Null: nothing.
   virtual std::unique_ptr<StepCorrection> correction(Particles& particles);
+
+  // Its ties that may break; null: none does.
+  virtual Breakable* breakable() { return nullptr; }
+  // Between these pairs of particles, ascending, ties broke and nothing holds them together: a
+  // force on a surface leaves out the faces with such an edge. Replaces what was said before.
+  virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
 
   // After bind(): particles that pass through those it acts on, ascending, and the remedy.
   virtual std::pair<std::vector<int>, std::string> unseen() const { return {}; }

@@ -1,6 +1,7 @@
 // What changes the end of a step, whichever method made the step.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <utility>
@@ -52,6 +53,8 @@ class StepCorrection {
   virtual std::string objection(double /*t*/, const double* /*x*/) { return {}; }
   // It moves this particle whatever constraints say.
   virtual bool breaks_constraints(int /*particle*/) const { return false; }
+  // As Force::tear(): surfaces have no faces between these pairs of particles any more.
+  virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
   // It stands for forces: a step without it is none of the scene.
   virtual bool stands_for_forces() const { return false; }
 };

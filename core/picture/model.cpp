@@ -36,6 +36,7 @@ std::vector<ModelFamily> families_of(const Simulation& system) {
       family.ends.push_back({i, link.to});
       family.rest.push_back(link.rest);
       family.stiffness.push_back(link.stiffness);
+      family.sense.push_back(link.sense);
     }
   // In the order of the scene, which particle 0 alone may not show.
   std::vector<ModelFamily> ordered;
@@ -68,8 +69,33 @@ void add_rods(const Simulation& system, const std::vector<int>& in_bodies,
       family.ends.push_back({a, b});
       family.rest.push_back((system.position(a) - system.position(b)).norm());
       family.stiffness.push_back(0);
+      family.sense.push_back(SpringSense::kBoth);
     }
   }
+}
+
+// Ties that are no springs between particles and no rods: those of formulas, and strings and
+// springs to points of bodies.
+std::vector<ModelTie> ties_of(const SystemSpec& spec, const Simulation& system) {
+  std::vector<ModelTie> ties;
+  const int n = system.particles();
+  const auto point = [&](int id) {
+    if (id < n) return ModelPoint{1, {id}, {1}};
+    const BodyPoint& at = spec.points[static_cast<std::size_t>(id - n)];
+    const RigidBody& body = system.body(at.body);
+    const int a = body.first();
+    return ModelPoint{4, {a, a + 1, a + 2, a + 3}, body.weights(at.at)};
+  };
+  const auto add = [&](const PartSpec& part, bool between_particles) {
+    if (part.elements.arity != 2) return;
+    part.elements.for_each([&](const Element& tie) {
+      const bool body = tie.ids[0] >= n || tie.ids[1] >= n;
+      if (body || between_particles) ties.push_back({point(tie.ids[0]), point(tie.ids[1])});
+    });
+  };
+  for (const PartSpec& part : spec.forces) add(part, part.plugin != "spring");
+  for (const PartSpec& part : spec.constraints) add(part, false);
+  return ties;
 }
 
 // The skin of all cells that bodies consist of.
@@ -150,6 +176,7 @@ Model make_model(const SystemSpec& spec, Simulation& system) {
     for (int p = 0; p < RigidBody::kParticles; ++p) model.in_bodies.push_back(body.first + p);
   model.families = families_of(system);
   add_rods(system, model.in_bodies, model.families);
+  model.ties = ties_of(spec, system);
   const bool tied =
       !model.families.empty() ||
       std::ranges::any_of(spec.forces, [](const PartSpec& part) { return !part.elements.empty(); });
@@ -188,6 +215,7 @@ Frame take_frame(const Simulation& system) {
   copy("position", frame.x);
   copy("velocity", frame.v);
   frame.solids = system.shapes();
+  frame.torn.assign(system.torn().begin(), system.torn().end());
   return frame;
 }
 

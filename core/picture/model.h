@@ -11,6 +11,7 @@
 
 #include "core/math/vec3.h"
 #include "core/particles/solid_shape.h"
+#include "core/particles/springs/spring_sense.h"
 
 namespace sim {
 
@@ -22,8 +23,17 @@ struct ModelFamily {
   std::string name;
   std::vector<std::array<int, 2>> ends = {};      // ids, the lower first
   std::vector<double> rest = {}, stiffness = {};  // m, N/m; rods have a stiffness of 0
+  std::vector<SpringSense> sense = {};            // of springs
   bool rods = false;
 };
+
+// An end of a tie: a particle, or a point of a rigid body as a weighted sum of its four particles.
+struct ModelPoint {
+  int count = 1;
+  std::array<int, 4> ids{};
+  std::array<double, 4> weights{1, 0, 0, 0};
+};
+using ModelTie = std::array<ModelPoint, 2>;
 
 struct Model {
   std::string name, method;  // of the system and of its integrator
@@ -36,6 +46,7 @@ struct Model {
   std::vector<std::array<int, 3>> triangles;  // of surfaces, or of the grid
   std::array<int, 3> grid{0, 0, 0};           // particles in each direction; 0: there is none
   std::vector<ModelFamily> families;
+  std::vector<ModelTie> ties;       // of formulas, and those to points of bodies
   Vec3 up{0, 1, 0};                 // against gravity, of length 1
   Vec3 gravity{0, 0, 0};            // m/s^2, on all particles
   double drag = 0;                  // kg/s, on all particles
@@ -55,10 +66,18 @@ struct Frame {
          drift = std::nan("");
   std::vector<double> values;  // one a particle, that somebody else measured: errors, a mode
   std::string note;            // words on its picture, below the caption
+  std::vector<std::array<int, 2>> torn = {};  // pairs that ties joined until they broke: ids, the
+                                              // lower first, ascending
 
   Vec3 at(int i) const {
     const double* p = x.data() + 3 * static_cast<std::size_t>(i);
     return {p[0], p[1], p[2]};
+  }
+  Vec3 at(const ModelPoint& point) const {
+    if (point.count == 1) return at(point.ids[0]);
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 0; k < 4; ++k) sum += point.weights[k] * at(point.ids[k]);
+    return sum;
   }
 };
 

@@ -72,7 +72,9 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
     for (const ModelFamily& family : model.families)
       for (std::size_t s = 0; s < family.ends.size(); ++s) {
         const auto [a, b] = family.ends[s];
-        const double d = (frame.at(b) - frame.at(a)).norm() - family.rest[s];
+        const double length = (frame.at(b) - frame.at(a)).norm();
+        const bool acts = !slack(family.sense[s], length, family.rest[s]);
+        const double d = acts ? length - family.rest[s] : 0;
         for (const int i : {a, b})
           values[static_cast<std::size_t>(i)] += 0.25 * family.stiffness[s] * d * d;
       }

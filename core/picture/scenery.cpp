@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/particles/elements/torn_faces.h"
 #include "core/picture/raster/text.h"
 
 namespace sim {
@@ -173,6 +174,14 @@ void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) cons
   picture.normals.resize(picture.points.size());
   for (const auto& t : model.triangles) {
     std::array<int, 3> ids{t[0] + first, t[1] + first, t[2] + first};
+    if (torn_face(frame.torn, t)) {
+      // The threads that are left of it.
+      for (std::size_t k = 0; k < 3; ++k)
+        if (const std::size_t next = (k + 1) % 3; !torn_edge(frame.torn, t[k], t[next]))
+          picture.lines.push_back({place(m, frame.at(t[k])), place(m, frame.at(t[next])), 1,
+                                   picture.skins[0].front, false});
+      continue;
+    }
     if (turned_[m]) std::swap(ids[1], ids[2]);
     picture.triangles.push_back({ids, 0, !look_.wireframe});
     const auto corner = [&](std::size_t k) {
@@ -222,9 +231,14 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
   if (look_.all_springs) return;
   for (const ModelFamily& family : model.families)
     for (const auto& [a, b] : family.ends)
-      if (bare(a) || bare(b))
+      if ((bare(a) || bare(b)) && !torn_edge(frame.torn, a, b))
         picture.lines.push_back(
             {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
+  const auto seen = [&](const ModelPoint& end) { return end.count > 1 || bare(end.ids[0]); };
+  for (const auto& [a, b] : model.ties)
+    if ((seen(a) || seen(b)) && !torn_edge(frame.torn, a.ids[0], b.ids[0]))
+      picture.lines.push_back(
+          {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
 }
 
 void Scenery::trail(Picture& picture, std::size_t m, std::size_t at) const {
@@ -246,6 +260,7 @@ void Scenery::springs(Picture& picture, std::size_t m, const Frame& frame) const
     const bool named =
         look_.all_springs || std::ranges::find(look_.families, family.name) != look_.families.end();
     for (const auto& ends : family.ends) {
+      if (torn_edge(frame.torn, ends[0], ends[1])) continue;
       const bool at_a = picked(ends[0]), at_b = picked(ends[1]);
       const V3 a = place(m, frame.at(ends[0])), b = place(m, frame.at(ends[1]));
       if (named) picture.lines.push_back({a, b, 1.2F, tint, false});

@@ -53,6 +53,10 @@ struct Elements {
   // What the elements of the list give for themselves, one number each; nan: not given.
   std::map<std::string, std::vector<double>> values{};
 
+  // Numbers of each particle of the scene by their names, for plugins that ask for them: its mass
+  // as "m", in kg and whether it is pinned or not, and what it carries.
+  std::map<std::string, std::vector<double>> carried{};
+
   bool empty() const { return grids.empty() && ids.empty(); }
   std::size_t listed() const { return ids.size() / static_cast<std::size_t>(arity); }
   std::size_t count() const;

@@ -24,7 +24,9 @@ struct PluginInfo {
   ElementKind elements = {};  // forces: what a scene may tie to it
   bool pointwise = false;  // forces: the force on a particle depends on it alone, so that a scene
                            // may name the particles it acts on
-  bool free_numbers = false;  // forces, fields: other names than those of `params` may be given numbers
+  bool free_numbers =
+      false;  // forces, fields: other names than those of `params` may be given numbers
+  bool reads_particles = false;  // forces: Elements::carried is filled in
   // Parameters with which it works, tied where it takes ties; not needed where those that are
   // required may have any value of their type.
   ValueMap example = {};

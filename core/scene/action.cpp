@@ -25,12 +25,13 @@ struct Grammar {
   const char* rest;
   const char* usage;
 };
-constexpr std::array<Grammar, 12> kGrammar{{
+constexpr std::array<Grammar, 13> kGrammar{{
     {What::kGrab, "grab", "i", "grab PARTICLE"},
     {What::kMove, "move", "ixn", "move PARTICLE X Y Z over STEPS"},
     {What::kRelease, "release", "i", "release PARTICLE"},
     {What::kPin, "pin", "i", "pin PARTICLE"},
     {What::kUnpin, "unpin", "i", "unpin PARTICLE"},
+    {What::kCut, "cut", "ij", "cut PARTICLE PARTICLE"},
     {What::kSwitch, "switch", "s", "switch NAME on|off"},
     {What::kDt, "dt", "v", "dt SECONDS"},
     {What::kIntegrator, "integrator", "m", "integrator NAME"},
@@ -99,6 +100,7 @@ class ActionReader {
 
   void read(char kind, Action& action) {
     if (kind == 'i') action.particle = static_cast<int>(whole("the id of a particle", 0, 2e9));
+    if (kind == 'j') action.other = static_cast<int>(whole("the id of a particle", 0, 2e9));
     if (kind == 'v') action.value = number("a number");
     if (kind == 'x')
       for (int axis = 0; axis < 3; ++axis) action.x[axis] = number("a coordinate");
@@ -133,6 +135,7 @@ std::string to_text(const Action& action) {
   std::string text = grammar.word;
   for (const char* kind = grammar.rest; *kind; ++kind) {
     if (*kind == 'i') text += " " + std::to_string(action.particle);
+    if (*kind == 'j') text += " " + std::to_string(action.other);
     if (*kind == 'v') text += " " + shortest(action.value);
     if (*kind == 'x')
       for (int axis = 0; axis < 3; ++axis) text += " " + shortest(action.x[axis]);
@@ -168,6 +171,8 @@ void apply(Simulation& simulation, const Action& action) {
       return simulation.set_pinned(action.particle, true);
     case What::kUnpin:
       return simulation.set_pinned(action.particle, false);
+    case What::kCut:
+      return simulation.cut(action.particle, action.other);
     case What::kSwitch:
       return simulation.set_switch(action.name, action.on);
     case What::kDt:

@@ -20,6 +20,7 @@ struct Action {
     kRelease,     // it flies on with the velocity it has; rests if it is pinned
     kPin,         // as Simulation::set_pinned
     kUnpin,       //
+    kCut,         // as Simulation::cut(particle, other)
     kSwitch,      // `name` on or off
     kDt,          // value, s
     kIntegrator,  // `name`, and the method that it stands for
@@ -30,7 +31,7 @@ struct Action {
   };
 
   What what = What::kReset;
-  int particle = -1;
+  int particle = -1, other = -1;
   Vec3 x{0, 0, 0};
   double value = 0;
   std::int64_t steps = 0;
@@ -41,9 +42,9 @@ struct Action {
   bool changes_settings() const;  // what a reset leaves as it is
 };
 
-// "grab 3", "move 3 0.1 0 -2 over 16", "release 3", "pin 3", "unpin 3", "switch wind off",
-// "dt 0.001", "integrator verlet", "position 3 0 1 0", "velocity 3 0 1 0", "component 0 1.5",
-// "reset". Numbers come back to the last bit.
+// "grab 3", "move 3 0.1 0 -2 over 16", "release 3", "pin 3", "unpin 3", "cut 3 4",
+// "switch wind off", "dt 0.001", "integrator verlet", "position 3 0 1 0", "velocity 3 0 1 0",
+// "component 0 1.5", "reset". Numbers come back to the last bit.
 std::string to_text(const Action& action);
 
 // Throws Error{kUsage}, with what was expected.

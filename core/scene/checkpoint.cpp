@@ -17,6 +17,7 @@ namespace {
 constexpr std::string_view kMagic = "SIMSNAP\n";
 constexpr std::uint64_t kVersion = 4;
 constexpr std::uint64_t kWithoutProvenance = 3;  // a version that is read, too
+constexpr std::uint64_t kWithBroken = 5;         // where some tie is broken
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {
@@ -273,7 +274,9 @@ Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpe
           std::move(snapshot.memory),
           {},
           simulation.state(),
-          std::move(zeros)};
+          std::move(zeros),
+          settings.broken,
+          settings.broken_energy};
 }
 
 Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& spec,
@@ -289,25 +292,26 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
             Registry& registry) {
   const std::string where = "system '" + saved.name + "'";
-  const std::vector<std::string> others = saved.identity.empty()
-                                              ? std::vector<std::string>()
-                                              : differing(saved.identity, scene_identity(spec));
+  std::vector<std::string> others;
+  if (!saved.identity.empty()) others = differing(saved.identity, scene_identity(spec));
   if (!others.empty() || saved.x.size() != simulation.state().size())
     refuse(where,
            "the checkpoint is of another scene, or of one that was changed since" +
                (others.empty() ? "" : ", in " + first_of(others)),
            "give the scene and the --set it was made with");
   constexpr std::int64_t kMostSteps = std::int64_t{1} << 53;  // counted exactly in a double
-  const bool ordered = std::ranges::is_sorted(saved.pinned, std::ranges::less_equal{}) &&
-                       (saved.pinned.empty() || (saved.pinned.front() >= 0 &&
-                                                 saved.pinned.back() < simulation.particles()));
+  const auto ids_below = [](const std::vector<int>& ids, int count) {
+    return std::ranges::is_sorted(ids, std::ranges::less_equal{}) &&
+           (ids.empty() || (ids.front() >= 0 && ids.back() < count));
+  };
   const bool timed = saved.h > 0 && std::isfinite(saved.h) && saved.t0 >= 0 && saved.n0 >= 0 &&
                      saved.n0 <= saved.step && saved.step < kMostSteps &&
                      std::isfinite(saved.t0 + static_cast<double>(saved.step - saved.n0) * saved.h);
-  if (!ordered || !timed || !all_finite(saved.x) || !all_finite(saved.memory) ||
-      !all_finite(saved.work))
-    refuse(where, "its contents are inconsistent", "make the checkpoint again");
-  if (!saved.pinned.empty() && !simulation.second_order())
+  const bool ordered = ids_below(saved.pinned, simulation.particles()) &&
+                       ids_below(saved.broken, simulation.breakable_ties());
+  const bool finite = all_finite(saved.x) && all_finite(saved.memory) && all_finite(saved.work) &&
+                      std::isfinite(saved.broken_energy);
+  if (!ordered || !timed || !finite || (!saved.pinned.empty() && !simulation.second_order()))
     refuse(where, "its contents are inconsistent", "make the checkpoint again");
   std::vector<std::string> names;
   for (const auto& each : simulation.switches()) names.push_back(each.first);
@@ -315,8 +319,14 @@ void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::Sy
       !std::ranges::includes(names, saved.off))
     refuse(where, "it turns off what the scene has no switch for",
            "give the scene it was made with");
-  const auto settings = std::make_shared<const Settings>(
-      Settings{Method(registry, saved.integrator), saved.h, saved.pinned, saved.off});
+  const auto settings =
+      std::make_shared<const Settings>(Settings{Method(registry, saved.integrator),
+                                                saved.h,
+                                                saved.pinned,
+                                                saved.off,
+                                                {},
+                                                saved.broken,
+                                                saved.broken_energy});
   const Snapshot before = simulation.snapshot();
   simulation.restore({settings, saved.step, saved.n0, saved.t0, saved.x, saved.memory});
   if (simulation.snapshot().memory == saved.memory) return;
@@ -329,7 +339,9 @@ void encode(const Checkpoint& checkpoint, const Sink& sink) {
   static_assert(std::endian::native == std::endian::little);
   ByteWriter out(sink);
   out.raw(kMagic);
-  out.integer(kVersion);
+  const bool any_broken = std::ranges::any_of(
+      checkpoint.systems, [](const auto& system) { return !system.broken.empty(); });
+  out.integer(any_broken ? kWithBroken : kVersion);
   out.text(checkpoint.scene);
   out.integer(checkpoint.seed);
   out.integer(checkpoint.settings.size());
@@ -358,6 +370,10 @@ void encode(const Checkpoint& checkpoint, const Sink& sink) {
     out.numbers(system.live.empty() ? system.x : system.live, system.zeros);
     out.numbers(system.memory);
     out.numbers(system.work);
+    if (!any_broken) continue;
+    out.integer(system.broken.size());
+    for (const int tie : system.broken) out.integer(static_cast<std::uint64_t>(tie));
+    out.number(system.broken_energy);
   }
   out.seal();
 }
@@ -385,7 +401,7 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
   Reader head(bytes.substr(kMagic.size()), file);
   const std::uint64_t version = head.integer();
   const bool has_provenance = version != kWithoutProvenance;
-  if (version != kVersion && has_provenance)
+  if (version != kVersion && version != kWithBroken && has_provenance)
     refuse(file,
            "it is of version " + std::to_string(version) + ", not " + std::to_string(kVersion),
            "make it again with this program");
@@ -393,7 +409,6 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
   if (bytes.size() >= kMagic.size() + 16) std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
   if (bytes.size() < kMagic.size() + 16 || hash != hash_of(bytes.substr(0, bytes.size() - 8)))
     refuse(file, "the file is damaged or cut off", "make it again");
-
   Reader in(bytes.substr(kMagic.size() + 8, bytes.size() - kMagic.size() - 16), file);
   Checkpoint checkpoint;
   checkpoint.scene = in.text();
@@ -418,16 +433,21 @@ Checkpoint decode(std::string_view bytes, const std::string& file) {
     for (double* number : {&system.h, &system.t0, &system.start_energy}) *number = in.number();
     for (std::int64_t* number : {&system.step, &system.n0})
       *number = static_cast<std::int64_t>(in.integer());
-    for (std::size_t left = in.length(8); left > 0; --left) {
-      const std::uint64_t id = in.integer();
-      if (id > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
-        refuse(file, "the file is damaged", "make it again");
-      system.pinned.push_back(static_cast<int>(id));
-    }
+    const auto read_ids = [&](std::vector<int>& ids) {
+      for (std::size_t left = in.length(8); left > 0; --left) {
+        const std::uint64_t id = in.integer();
+        if (id >> 31) refuse(file, "the file is damaged", "make it again");
+        ids.push_back(static_cast<int>(id));
+      }
+    };
+    read_ids(system.pinned);
     for (std::size_t left = in.length(8); left > 0; --left) system.off.push_back(in.text());
     system.x = in.numbers();
     system.memory = in.numbers();
     system.work = in.numbers();
+    if (version != kWithBroken) continue;
+    read_ids(system.broken);
+    system.broken_energy = in.number();
   }
   if (!in.empty()) refuse(file, "the file is damaged", "make it again");
   return checkpoint;

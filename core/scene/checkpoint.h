@@ -32,6 +32,8 @@ struct Checkpoint {
     // in it of numbers that are written as 0, ascending.
     std::span<const double> live = {};
     std::vector<std::size_t> zeros = {};
+    std::vector<int> broken = {};  // as in Settings
+    double broken_energy = 0;      // J
   };
   std::string scene;                            // as it was asked for
   std::map<std::string, std::string> settings;  // --set

@@ -38,6 +38,7 @@ Joined::Joined(const Elements& of, const SystemSpec& spec, std::span<const Rigid
     }
     id = node->second;
   }
+  own.carried.clear();  // which nodes have not
   count = static_cast<int>(nodes.size());
 }
 

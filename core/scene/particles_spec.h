@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/error.h"
@@ -44,6 +46,7 @@ struct ParticlesSpec {
   std::vector<int> pinned;
   std::vector<LeadSpec> leads = {};
   std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
+  std::map<std::string, std::vector<double>> numbers = {};  // that they carry, of each id
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
   ParticleSpec at(int id) const;

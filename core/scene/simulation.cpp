@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
@@ -71,6 +72,13 @@ std::optional<Elements> without_bodies(const PluginInfo& plugin, const PartSpec&
   return own;
 }
 
+std::map<std::string, std::vector<double>> carried_numbers(const ParticlesSpec& particles) {
+  std::map<std::string, std::vector<double>> numbers = particles.numbers;
+  std::vector<double>& masses = numbers["m"];
+  for (int i = 0; i < particles.count(); ++i) masses.push_back(particles.at(i).mass);
+  return numbers;
+}
+
 // The force on the particles that its part names.
 std::unique_ptr<Force> on_group(std::unique_ptr<Force> force, const PluginInfo& plugin,
                                 const PartSpec& part, int n) {
@@ -110,11 +118,15 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   place_particles();
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
-  std::vector<const Force*> parts;
+  std::vector<Force*> parts;
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
-    const std::optional<Elements> own = without_bodies(plugin, part, spec);
+    std::optional<Elements> own = without_bodies(plugin, part, spec);
+    if (plugin.reads_particles) {
+      if (!own) own = part.elements;
+      own->carried = carried_numbers(initial);
+    }
     const Joined joined(own ? *own : part.elements, spec, bodies, n);
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
@@ -160,6 +172,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     });
     collider_switches.push_back(part.switch_name);
   }
+  for (std::size_t k = 0; k < parts.size(); ++k) breaking.add(*parts[k], force_switches[k]);
+  breaking.begin();
   particles->set_accuracy(spec.accuracy);
   compile_corrections();
   compile_constraints(spec, registry);
@@ -290,7 +304,7 @@ int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
   if (s.thread_choice) s.thread_choice->begin();
   s.begin_contact(t());
-  if (!s.corrections.empty()) most = 1;
+  if (!s.corrections.empty() || s.breaking.any()) most = 1;
   const FloatControl control;
   Advance now;
   try {
@@ -309,6 +323,7 @@ int Simulation::steps(std::int64_t most) {
     s.restart();
     return 0;
   }
+  s.break_ties(s.t(s.step_count + now.taken), h());
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   s.end_contact(t());
@@ -333,6 +348,7 @@ bool Simulation::step_to(double end) {
     s.restart();
     return false;
   }
+  s.break_ties(end, short_h);
   std::swap(s.x, s.x_next);
   s.n0 = ++s.step_count;
   s.t0 = end;
@@ -346,9 +362,11 @@ void Simulation::stop_when(std::function<bool()> stop) {
 }
 
 void Simulation::reset() {
-  if (!impl_->settings->held.empty()) {
+  if (!impl_->settings->held.empty() || !impl_->settings->broken.empty()) {
     auto wanted = std::make_shared<Settings>(*impl_->settings);
     wanted->held.clear();
+    wanted->broken.clear();
+    wanted->broken_energy = 0;
     impl_->adopt(std::move(wanted));
   }
   impl_->step_count = impl_->n0 = 0;
@@ -409,8 +427,8 @@ int Simulation::components() const { return static_cast<int>(impl_->x.size()); }
 double Simulation::component(int i) const { return impl_->x[static_cast<std::size_t>(i)]; }
 
 bool Simulation::conserves_energy() const {
-  return impl_->particles && impl_->corrections.empty() && impl_->particles->conserves_energy() &&
-         !(holding() && holding()->constraints().move());
+  return impl_->particles && impl_->corrections.empty() && !breaks() &&
+         impl_->particles->conserves_energy() && !(holding() && holding()->constraints().move());
 }
 
 Energy Simulation::energy() const {
@@ -425,26 +443,6 @@ std::uint64_t Simulation::hash() const {
   for (const auto& [begin, end] : impl_->shape.ranges())
     hash.add(impl_->x.span().subspan(begin, end - begin));
   return hash.value();
-}
-
-std::vector<Link> Simulation::links(int particle) const {
-  std::vector<Link> list;
-  if (!impl_->particles) return list;
-  for (const auto& force : impl_->particles->forces()) {
-    const auto begin = static_cast<std::ptrdiff_t>(list.size());
-    force->links(particle, list);
-    std::stable_sort(list.begin() + begin, list.end(),
-                     [](const Link& l, const Link& r) { return l.to < r.to; });
-  }
-  return list;
-}
-
-std::vector<std::pair<std::string, long>> Simulation::families() const {
-  std::vector<std::pair<std::string, long>> list;
-  if (!impl_->particles) return list;
-  for (const auto& force : impl_->particles->forces())
-    for (const auto& family : force->families()) list.push_back(family);
-  return list;
 }
 
 }  // namespace sim

@@ -1,6 +1,7 @@
 // A compiled scene: immutable structure, mutable state X, time t = n h.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -94,6 +95,9 @@ class Simulation {
   void set_held(int i, bool hold);
   bool pinned(int i) const;
   void set_switch(const std::string& name, bool on);
+  // Breaks the ties between two particles that may break. Throws Error{kUsage} where there are
+  // none.
+  void cut(int a, int b);
   std::vector<std::pair<std::string, bool>> switches() const;  // name, on; in order of names
   void set_dt(double new_h);                                   // t goes on from where it is
   void set_integrator(const Method& method);
@@ -103,6 +107,10 @@ class Simulation {
   std::span<const std::unique_ptr<StepCorrection>> corrections() const;  // of the ends of steps
   std::vector<Link> links(int particle) const;                           // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
+  int breakable_ties() const;                                  // that may break
+  bool breaks() const { return breakable_ties() > 0; }
+  // Pairs of particles that nothing holds together any more, the lower id first, ascending.
+  std::span<const std::array<int, 2>> torn() const;
 
  private:
   struct Impl;

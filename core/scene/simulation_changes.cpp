@@ -40,7 +40,9 @@ std::vector<int> Settings::fixed() const {
 void Simulation::Impl::adopt(std::shared_ptr<const Settings> wanted) {
   const bool other_pins = wanted->pinned != settings->pinned || wanted->held != settings->held;
   const bool other_switches = wanted->off != settings->off;
+  const bool other_ties = wanted->broken != settings->broken;
   const auto apply = [&](const Settings& chosen) {
+    if (other_ties) set_torn(chosen.broken);
     if (other_pins) particles->set_masses(masses(), chosen.fixed(), !chosen.held.empty());
     if (other_switches) apply_switches(chosen);
   };
@@ -207,6 +209,20 @@ void Simulation::set_switch(const std::string& name, bool on) {
   s.restart();
 }
 
+void Simulation::cut(int a, int b) {
+  check_particle(*this, a);
+  check_particle(*this, b);
+  Impl& s = *impl_;
+  const std::vector<int> ties = s.breaking.whole_between(a, b);
+  if (ties.empty())
+    refuse_change("nothing to cut",
+                  "no tie between particles " + std::to_string(a) + " and " + std::to_string(b) +
+                      " may break",
+                  "give the springs break_strain or break_force");
+  s.set_broken(ties, 0);  // what was in them, the hand takes
+  s.restart();
+}
+
 std::vector<std::pair<std::string, bool>> Simulation::switches() const {
   std::map<std::string, bool> sorted;
   for (const auto* names : {&impl_->force_switches, &impl_->collider_switches})
@@ -259,8 +275,8 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       std::vector<Link> links;
       force.links(i, links);
       for (const Link& link : links) {
-        const Vec3 pull = spring_force(view.position(i) - view.position(link.to), link.stiffness,
-                                       link.stiffness * link.rest);
+        const Vec3 pull = spring_force(link.sense, view.position(i) - view.position(link.to),
+                                       link.stiffness, link.rest);
         const auto share =
             std::find_if(shares.begin() + first, shares.end(),
                          [&](const ForceShare& other) { return other.name == link.family; });

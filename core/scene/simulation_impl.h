@@ -13,6 +13,7 @@
 #include "core/fields/field_system.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/step_correction.h"
+#include "core/scene/breaking.h"
 #include "core/scene/placed.h"
 #include "core/scene/simulation.h"
 
@@ -43,6 +44,7 @@ struct Simulation::Impl {
   Array x_free;  // the end of a step of a method of first order, before contact; else empty
   ContactWork contact_work;
   std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
+  Breaking breaking;                                         // ties that may break
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
@@ -71,6 +73,11 @@ struct Simulation::Impl {
   // Around each correction: the books of a method of first order, late_work().
   void begin_books();
   double late_books(double t, double h) const;  // J, since then
+  // Ties that the state at the end of a step, x_next, takes beyond their limit are broken from then
+  // on.
+  void break_ties(double end, double h);
+  void set_broken(const std::vector<int>& more, double energy);  // besides, with that in them, J
+  void set_torn(const std::vector<int>& broken);                 // tells what acts on surfaces
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);

@@ -140,6 +140,33 @@ void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
   });
 }
 
+void Simulation::Impl::break_ties(double end, double h) {
+  if (!breaking.any()) return;
+  const ParticleView view = particles->view(end, x_next.data());
+  const std::vector<int> more = breaking.overloaded(view, settings->off);
+  if (more.empty()) return;
+  set_broken(more, breaking.energy(view, more));
+  integrator->restart(end, h, x_next.data());
+}
+
+void Simulation::Impl::set_broken(const std::vector<int>& more, double energy) {
+  auto wanted = std::make_shared<Settings>(*settings);
+  wanted->broken_energy += energy;
+  const auto middle = static_cast<std::ptrdiff_t>(wanted->broken.size());
+  wanted->broken.insert(wanted->broken.end(), more.begin(), more.end());
+  std::inplace_merge(wanted->broken.begin(), wanted->broken.begin() + middle, wanted->broken.end());
+  settings = std::move(wanted);
+  set_torn(settings->broken);
+}
+
+void Simulation::Impl::set_torn(const std::vector<int>& broken) {
+  breaking.set_broken(broken);
+  for (const auto& correction : corrections) correction->tear(breaking.torn());
+}
+
+int Simulation::breakable_ties() const { return impl_->breaking.count(); }
+std::span<const std::array<int, 2>> Simulation::torn() const { return impl_->breaking.torn(); }
+
 void Simulation::Impl::begin_books() {
   if (x_free.size() > 0) std::copy_n(x_next.data(), x_free.size(), x_free.data());
 }
@@ -227,6 +254,26 @@ const RigidBody& Simulation::body(int i) const {
 
 RigidState Simulation::body_state(int i) const {
   return body(i).state(impl_->particles->view(t(), impl_->x.data()));
+}
+
+std::vector<Link> Simulation::links(int particle) const {
+  std::vector<Link> list;
+  if (!impl_->particles) return list;
+  for (const auto& force : impl_->particles->forces()) {
+    const auto begin = static_cast<std::ptrdiff_t>(list.size());
+    force->links(particle, list);
+    std::stable_sort(list.begin() + begin, list.end(),
+                     [](const Link& l, const Link& r) { return l.to < r.to; });
+  }
+  return list;
+}
+
+std::vector<std::pair<std::string, long>> Simulation::families() const {
+  std::vector<std::pair<std::string, long>> list;
+  if (!impl_->particles) return list;
+  for (const auto& force : impl_->particles->forces())
+    for (const auto& family : force->families()) list.push_back(family);
+  return list;
 }
 
 }  // namespace sim

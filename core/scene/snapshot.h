@@ -17,6 +17,10 @@ struct Settings {
   std::vector<int> pinned;       // ids, ascending
   std::vector<std::string> off;  // switches of the scene that are off, in order of their names
   std::vector<int> held = {};    // by a hand: ids, ascending; pinned ones among them or not
+  // Ties that are broken: of the breakable ties of all forces, by the forces' order, ascending. And
+  // the energy that was in them when they broke, J.
+  std::vector<int> broken = {};
+  double broken_energy = 0;
 
   std::vector<int> fixed() const;  // pinned or held
 };
@@ -33,7 +37,8 @@ struct Snapshot {
   double t() const { return t0 + static_cast<double>(step - n0) * settings->h; }
   std::size_t bytes() const {
     return sizeof *this + sizeof *settings + (x.size() + memory.size()) * sizeof(double) +
-           (settings->pinned.size() + settings->held.size()) * sizeof(int);
+           (settings->pinned.size() + settings->held.size() + settings->broken.size()) *
+               sizeof(int);
   }
 };
 

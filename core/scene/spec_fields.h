@@ -16,7 +16,8 @@ struct FieldsOf<GridPairs> {
 
 template <>
 struct FieldsOf<Elements> {
-  static constexpr StructField list[] = {{"arity"}, {"cells"}, {"grids"}, {"ids"}, {"values"}};
+  static constexpr StructField list[] = {{"arity"}, {"cells"},  {"grids"},
+                                         {"ids"},   {"values"}, {"carried"}};
 };
 
 template <>
@@ -44,7 +45,8 @@ struct FieldsOf<LeadSpec> {
 
 template <>
 struct FieldsOf<ParticlesSpec> {
-  static constexpr StructField list[] = {{"grid"}, {"list"}, {"pinned"}, {"leads"}, {"weights"}};
+  static constexpr StructField list[] = {{"grid"},  {"list"},    {"pinned"},
+                                         {"leads"}, {"weights"}, {"numbers"}};
 };
 
 template <>

@@ -17,6 +17,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   damped_ = particles.has_damping() || !working_.empty() || driven_ || led_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   confined_ = acts_between_steps(system);
+  broken_before_ = system.settings().broken_energy;
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
@@ -67,8 +68,8 @@ double EnergyBalance::hands() const {
         links.clear();
         force->links(i, links);
         for (const Link& link : links)
-          sum += spring_force(p.position(i) - p.position(link.to), link.stiffness,
-                              link.stiffness * link.rest);
+          sum += spring_force(link.sense, p.position(i) - p.position(link.to), link.stiffness,
+                              link.rest);
       }
       if (std::ranges::count(particles.other_forces(), force) == 0) continue;
       if (std::ranges::count(working_, force) > 0 && !force->resists()) continue;
@@ -164,6 +165,7 @@ bool EnergyBalance::recall(std::span<const double> memory) {
     memory = memory.first(memory.size() - 2);
   }
   if (!work_.recall(memory)) return false;
+  broken_before_ = 0;
   before_ = taken();
   return true;
 }
@@ -180,7 +182,8 @@ ContactWork EnergyBalance::contact() const {
 }
 
 double EnergyBalance::taken() const {
-  const double by_contact = contact().lost - contact().given;
+  const double by_contact =
+      contact().lost - contact().given + (system_->settings().broken_energy - broken_before_);
   if (!damped_) return by_contact;
   const double work = since_ == 0 ? work_.value() : work_.with(system_->t(), power());
   const double by_potential = working_.empty() ? 0 : potential() - start_potential_;

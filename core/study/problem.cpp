@@ -77,7 +77,8 @@ const ParticleSystem* particles_of(Simulation& system) {
 
 bool acts_between_steps(Simulation& system) {
   const ParticleSystem* const particles = particles_of(system);
-  return (particles && !particles->contacts().empty()) || !system.corrections().empty();
+  return (particles && !particles->contacts().empty()) || !system.corrections().empty() ||
+         system.breaks();
 }
 
 StepMap::StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator)

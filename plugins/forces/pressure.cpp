@@ -1,5 +1,6 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
 #include "core/particles/elements/element_forces.h"
+#include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
@@ -19,6 +20,8 @@ class Pressure final : public sim::Force {
   // A n = (b - a) x (c - a) / 2 of a triangle with the corners a, b, c.
   void prepare(const sim::ParticleView& p, sim::Team& team) override {
     triangles_.evaluate(team, [&](int t) {
+      if (gone(t))
+        return Triangles::Forces{sim::Vec3::Zero(), sim::Vec3::Zero(), sim::Vec3::Zero()};
       const auto [a, b, c] = corners(p, t);
       const sim::Vec3 third = pressure_ / 6 * (b - a).cross(c - a);
       return Triangles::Forces{third, third, third};
@@ -33,10 +36,12 @@ class Pressure final : public sim::Force {
   bool conservative() const override { return surface_->closed(); }
 
   bool has_jacobian() const override { return true; }
+  void tear(sim::TornPairs torn) override { torn_.assign(torn.begin(), torn.end()); }
 
   // d (u x v) = u x dv - v x du, with u = b - a and v = c - a.
   void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
     for (int t = 0; t < static_cast<int>(surface_->triangles().size()); ++t) {
+      if (gone(t)) continue;
       const auto [a, b, c] = corners(p, t);
       const sim::Mat3 by_b = -pressure_ / 6 * sim::cross_matrix(c - a);
       const sim::Mat3 by_c = pressure_ / 6 * sim::cross_matrix(b - a);
@@ -55,6 +60,7 @@ class Pressure final : public sim::Force {
     if (!surface_->closed()) return 0;
     double volume = 0;
     triangles_.for_each(tile, [&](int t) {
+      if (gone(t)) return;
       const auto [a, b, c] = corners(p, t);
       volume += a.dot(b.cross(c)) / 6;
     });
@@ -67,7 +73,12 @@ class Pressure final : public sim::Force {
     return {p.position(a), p.position(b), p.position(c)};
   }
 
+  bool gone(int triangle) const {
+    return sim::torn_face(torn_, surface_->triangles()[static_cast<std::size_t>(triangle)]);
+  }
+
   std::shared_ptr<const sim::TriangleMesh> surface_;
+  std::vector<std::array<int, 2>> torn_;
   double pressure_;
   Triangles triangles_;
 };

@@ -102,18 +102,59 @@ end
 
 local Particles = {}
 
--- id = particles:add({x, y, z}, { mass =, velocity = })
+-- Names that formulas have for themselves.
+local meant = { x = true, y = true, z = true, t = true, r = true, m = true, rest = true, pi = true,
+  vx = true, vy = true, vz = true }
+
+-- What particles carry: a column of numbers for each name, which formulas of forces read.
+local function carry(record, options, known, set)
+  local numbers
+  for key, value in next, options do
+    if not known[key] and type(key) == "string" and type(value) == "number" then
+      if value - value ~= 0 then bad(key .. " of a particle", "a finite number", value) end
+      if not key:find("^[%a_][%w_]*$") or meant[key] then
+        bad("name of a number that particles carry",
+          "a name such as charge, without a meaning in formulas", key)
+      end
+      numbers = numbers or {}
+      numbers[key] = true
+      local column = record.numbers[key]
+      if not column then
+        column = { place = here(), default = 0, values = {} }
+        record.numbers[key] = column
+      end
+      set(column, value)
+    end
+  end
+  return numbers
+end
+
+local function with_numbers(known, numbers)
+  if not numbers then return known end
+  for key in next, known do numbers[key] = true end
+  return numbers
+end
+
+local of_particle = { mass = true, velocity = true }
+
+-- id = particles:add({x, y, z}, { mass =, velocity =, NAME = })
 --   {x, y, z}   position, m
 --   mass        kg, > 0; default: the mass given to sim.particles or sim.grid
 --   velocity    {vx, vy, vz}, m/s; default {0, 0, 0}
+--   NAME        any other number is carried by the particle: with charge = 2, formulas of
+--               sim.force.expression read charge, of a pair charge1 and charge2; default: that of
+--               sim.particles or sim.grid, or 0
 -- Returns the id: 0, 1, 2, ... in the order of adding (after those of the grid, if it is one).
--- Errors: a position that is not a vector, an unknown option, a bad value.
+-- Errors: a position that is not a vector, an unknown option, a bad value, a number that no formula
+-- reads.
 function Particles:add(position, options)
   local record = record_of(self, "particles", "add")
   local x, y, z = vector(position, "position of a particle")
   local n = record.count + 1
   if options ~= nil then
-    check_keys(options, { mass = true, velocity = true }, "the options of a particle")
+    local numbers = type(options) == "table" and carry(record, options, of_particle,
+      function(column, value) column.values[n] = value end)
+    check_keys(options, with_numbers(of_particle, numbers), "the options of a particle")
     if options.mass ~= nil then
       record.masses[n] = number_from(options.mass, 0, true, "mass of a particle", " kg")
     end
@@ -184,38 +225,39 @@ local function new_particles(record)
   record.kind, record.count = "particles", 0
   record.x, record.y, record.z = {}, {}, {}
   record.masses, record.vx, record.vy, record.vz = {}, {}, {}, {}
-  record.pins, record.leads = {}, {}
+  record.pins, record.leads, record.numbers = {}, {}, {}
   local handle = setmetatable({}, particles_class)
   records[handle] = record
   return handle
 end
 
--- particles = sim.particles { mass = }
--- An empty list of particles; see :add and :pin. #particles is their number.
---   mass   kg, > 0; default 1; of the particles that are added without one
-local function make_particles(options)
-  options = options == nil and {} or options
-  check_keys(options, { mass = true }, "sim.particles")
-  local mass = options.mass == nil and 1 or options.mass
-  return new_particles {
-    place = here(), first = 0, weighed = options.mass ~= nil,
-    mass = number_from(mass, 0, true, "mass of sim.particles", " kg"),
-  }
+-- The same with the numbers of `options` that each particle carries which does not say its own.
+local function carrying_particles(options, known, what, make)
+  local numbers = { numbers = {} }
+  local names = type(options) == "table" and carry(numbers, options, known,
+    function(column, value) column.default = value end)
+  check_keys(options, with_numbers(known, names), what)
+  local handle = new_particles(make())
+  records[handle].numbers = numbers.numbers
+  return handle
 end
 
--- grid = sim.grid { rows, cols, origin =, du =, dv =, mass = }
--- grid = sim.grid { n1, n2, n3, origin =, du =, dv =, dw =, mass = }
--- rows x cols particles; particle (i, j) is at origin + i*du + j*dv and has the id i*cols + j,
--- which grid:id(i, j) returns. With three numbers, particle (i, j, k) is at
--- origin + i*du + j*dv + k*dw and has the id (i*n2 + j)*n3 + k. :pin and :add work as for
--- sim.particles.
---   rows, cols   whole numbers >= 1, as n1, n2, n3; at most 2^31 - 1 particles
---   origin       m; default {0, 0, 0}
---   du, dv, dw   m, from one row, one column, one layer to the next
---   mass         kg, > 0, of each particle; default 1
-local function make_grid(options)
-  local known = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
-  check_keys(options, known, "sim.grid")
+-- particles = sim.particles { mass =, NAME = }
+-- An empty list of particles; see :add and :pin. #particles is their number.
+--   mass   kg, > 0; default 1; of the particles that are added without one
+--   NAME   any other number: what each carries that is added without it, see :add
+local function make_particles(options)
+  options = options == nil and {} or options
+  return carrying_particles(options, { mass = true }, "sim.particles", function()
+    local mass = options.mass == nil and 1 or options.mass
+    return {
+      place = here(), first = 0, weighed = options.mass ~= nil,
+      mass = number_from(mass, 0, true, "mass of sim.particles", " kg"),
+    }
+  end)
+end
+
+local function grid_record(options)
   local place = here()
   local directions = options[3] == nil and 2 or 3
   local n1 = integer_from(options[1], 1, MOST, "number of rows of sim.grid")
@@ -232,7 +274,7 @@ local function make_grid(options)
   end
   local mass = options.mass == nil and 1 or options.mass
   local origin = options.origin == nil and { 0, 0, 0 } or options.origin
-  return new_particles {
+  return {
     place = place, first = n1 * n2 * n3, n1 = n1, n2 = n2, n3 = n3, directions = directions,
     origin = { vector(origin, "origin of sim.grid") },
     du = { vector(options.du, "du of sim.grid") },
@@ -240,6 +282,22 @@ local function make_grid(options)
     dw = directions == 2 and { 0, 0, 0 } or { vector(options.dw, "dw of sim.grid") },
     mass = number_from(mass, 0, true, "mass of sim.grid", " kg"), weighed = options.mass ~= nil,
   }
+end
+
+-- grid = sim.grid { rows, cols, origin =, du =, dv =, mass =, NAME = }
+-- grid = sim.grid { n1, n2, n3, origin =, du =, dv =, dw =, mass =, NAME = }
+-- rows x cols particles; particle (i, j) is at origin + i*du + j*dv and has the id i*cols + j,
+-- which grid:id(i, j) returns. With three numbers, particle (i, j, k) is at
+-- origin + i*du + j*dv + k*dw and has the id (i*n2 + j)*n3 + k. :pin and :add work as for
+-- sim.particles.
+--   rows, cols   whole numbers >= 1, as n1, n2, n3; at most 2^31 - 1 particles
+--   origin       m; default {0, 0, 0}
+--   du, dv, dw   m, from one row, one column, one layer to the next
+--   mass         kg, > 0, of each particle; default 1
+--   NAME         any other number: what each particle carries, see :add
+local function make_grid(options)
+  local known = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
+  return carrying_particles(options, known, "sim.grid", function() return grid_record(options) end)
 end
 
 -- Rigid bodies -----------------------------------------------------------------------------------

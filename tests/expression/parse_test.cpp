@@ -61,6 +61,26 @@ TEST_CASE("formulas bind as in mathematics") {
   CHECK(Formula("x - 2*y")(7, 2) == 3);
 }
 
+TEST_CASE("comparisons are 1 where they are true and 0 where not, and if() chooses by them") {
+  for (const double x : {-1.5, -0.0, 0.0, 2.0, 1e-320, 1e300})
+    for (const double y : {-1.5, 0.0, 2.0, 2.5, -1e300}) {
+      CAPTURE(x, y);
+      CHECK(Formula("x < y")(x, y) == (x < y));
+      CHECK(Formula("x <= y")(x, y) == (x <= y));
+      CHECK(Formula("x > y")(x, y) == (x > y));
+      CHECK(Formula("x >= y")(x, y) == (x >= y));
+      CHECK(Formula("if(x + 1 < y, 10*x, y - 1)")(x, y) == (x + 1 < y ? 10 * x : y - 1));
+      CHECK(Formula("2*(x <= y) + if(x - y, 4, 8)")(x, y) == 2 * (x <= y) + (x - y != 0 ? 4 : 8));
+    }
+  CHECK(Formula("if(2, 3, 4)")() == 3);
+  CHECK(Formula("if(-0.5, 3, 4)")() == 3);
+  CHECK(std::isnan(Formula("x < y")(std::nan(""), 1)));
+  // The slope is that of the branch.
+  Formula branches("if(x < y, x^3, 5*x)");
+  CHECK(branches.slope(0, 1, 2) == 3);
+  CHECK(branches.slope(0, 3, 2) == 5);
+}
+
 TEST_CASE("errors of formulas name the column and the nearest name") {
   const std::pair<std::string, std::vector<const char*>> cases[] = {
       {"", {"column 1", "it ends"}},
@@ -79,7 +99,10 @@ TEST_CASE("errors of formulas name the column and the nearest name") {
       {"min(1, 2", {"column 9", "')' is missing"}},
       {"select(1, 2)", {"'select' takes 3 arguments"}},
       {"x ** 2", {"column 4", "unexpected '*'"}},
-      {"x < 2", {"column 3", "unexpected '<'", "step(b - a)"}},
+      {"1 < x < 2", {"column 7", "unexpected '<'", "a < b, a <= b"}},
+      {"x == 2", {"column 3", "unexpected '='", "a < b, a <= b"}},
+      {"x <", {"column 4", "it ends"}},
+      {"if(x < 2, 1)", {"'if' takes 3 arguments"}},
       {"1.2.3", {"column 4"}},
       {"1e", {"column 2"}},
       {"1e999", {"column 1", "too large"}},

@@ -9,6 +9,7 @@
 #include "tests/support/kernel_cases.h"
 
 using namespace sim_test;
+using sim::SpringSense;
 using sim::Vec3;
 
 namespace {
@@ -43,10 +44,11 @@ struct Points {
 };
 
 // Springs between a and a + stride for the particles that own one; all alike or each its own.
-sim::SpringRun run_of(int items, int stride, bool uniform) {
+sim::SpringRun run_of(int items, int stride, bool uniform, SpringSense sense = SpringSense::kBoth) {
   sim::SpringRun run;
   run.stride = stride;
   run.uniform = uniform;
+  run.sense = sense;
   run.k = 30;
   run.rest = 0.7;
   run.owners = bits_where(items, [&](int a) { return a + stride < items && a % 5 != 2; });
@@ -61,14 +63,27 @@ sim::SpringRun run_of(int items, int stride, bool uniform) {
   return run;
 }
 
-// Calls check(run) for runs of several strides, uniform and not.
+// Calls check(run) for runs of several strides, uniform and not, and of springs of one sense.
 template <class Check>
 void for_each_run(int items, const Check& check) {
-  for (const int stride : {1, kStride, 9})
+  for (const int stride : {1, kStride, 9}) {
     for (const bool uniform : {true, false}) {
       CAPTURE(stride, uniform);
       check(run_of(items, stride, uniform));
     }
+    for (const SpringSense sense : {SpringSense::kTension, SpringSense::kCompression}) {
+      CAPTURE(stride, static_cast<int>(sense));
+      check(run_of(items, stride, false, sense));
+    }
+  }
+}
+
+// Whether a spring with this d pulls or pushes, said without the code under test.
+bool acts(SpringSense sense, const Vec3& d, double rest) {
+  const double length = std::hypot(d[0], d[1], d[2]);
+  if (sense == SpringSense::kTension) return !(length < rest);
+  if (sense == SpringSense::kCompression) return !(length > rest);
+  return true;
 }
 
 // The larger of the results of a plain loop, by which errors are measured.
@@ -100,6 +115,7 @@ TEST_CASE("energies of runs are those of a plain loop", "[energy_kernel]") {
           if (!run.owns(a)) continue;
           const Vec3 d = points.at(a) - points.at(a + run.stride);
           const double strain = std::hypot(d[0], d[1], d[2]) - run.rest_of(a);
+          if (!acts(run.sense, d, run.rest_of(a))) continue;
           plain += 0.5 * run.k_of(a) * strain * strain;
         }
         CAPTURE(value);
@@ -112,62 +128,70 @@ TEST_CASE("energies of runs are those of a plain loop", "[energy_kernel]") {
 TEST_CASE("forces of dashpots are those of a plain loop", "[dashpot_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const int stride : {1, kStride, 9})
-      for (const double value : kExtremes) {
-        const Points points(items, extreme, value);
-        Column c(items, 0);
-        for (int a = 0; a + stride < items; ++a) c[a] = a % 5 == 2 ? 0 : 1 + 0.1 * a;
-        Axes forces(items), plain(items);
-        for (int k = 0; k < 3; ++k)
-          for (int i = 0; i < items; ++i) forces[k][i] = plain[k][i] = k;
-        for (int a = 0; a + stride < items; ++a) {
-          if (c[a] == 0) continue;
-          const int b = a + stride;
-          const Vec3 d = points.at(a) - points.at(b);
-          const Vec3 u = d / std::hypot(d[0], d[1], d[2]);
-          const Vec3 f = -c[a] * (points.velocity(a) - points.velocity(b)).dot(u) * u;
-          for (int k = 0; k < 3; ++k) {
-            plain[k][a] += f[k];
-            plain[k][b] -= f[k];
+      for (const double value : kExtremes)
+        for (const SpringSense sense :
+             {SpringSense::kBoth, SpringSense::kTension, SpringSense::kCompression}) {
+          const Points points(items, extreme, value);
+          Column c(items, 0), rest(items, 0);
+          for (int a = 0; a + stride < items; ++a) c[a] = a % 5 == 2 ? 0 : 1 + 0.1 * a;
+          for (int a = 0; a + stride < items; ++a) rest[a] = 0.3 * (a % 7);
+          Axes forces(items), plain(items);
+          for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < items; ++i) forces[k][i] = plain[k][i] = k;
+          for (int a = 0; a + stride < items; ++a) {
+            if (c[a] == 0) continue;
+            const int b = a + stride;
+            const Vec3 d = points.at(a) - points.at(b);
+            if (!acts(sense, d, rest[a])) continue;
+            const Vec3 u = d / std::hypot(d[0], d[1], d[2]);
+            const Vec3 f = -c[a] * (points.velocity(a) - points.velocity(b)).dot(u) * u;
+            for (int k = 0; k < 3; ++k) {
+              plain[k][a] += f[k];
+              plain[k][b] -= f[k];
+            }
           }
+          const sim::DashpotRun runs[] = {{c.data(), stride, sense, rest.data()}};
+          sim::dashpot_forces()({runs, 1}, points.view(), 0, items, sink_of(forces));
+          CAPTURE(stride, value);
+          CHECK(near(forces, plain, 1e-12));
+          CHECK(forces[0][items] == 7777);
         }
-        const sim::DashpotRun runs[] = {{c.data(), stride}};
-        sim::dashpot_forces()({runs, 1}, points.view(), 0, items, sink_of(forces));
-        CAPTURE(stride, value);
-        CHECK(near(forces, plain, 1e-12));
-        CHECK(forces[0][items] == 7777);
-      }
   });
 }
 
 TEST_CASE("forces of nets are those of a plain loop", "[net_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const bool uniform : {true, false})
-      for (const double value : kExtremes) {
-        std::vector<sim::Net::Spring> springs;
-        for (int a = 0; a < items; ++a)
-          for (const int step : {1, 4, 7})
-            if (const int b = (a * step + step + 2) % items; a < b)
-              springs.push_back({a, b, uniform ? 30.0 : 20.0 + a, uniform ? 0.7 : 0.05 * b});
-        if (springs.empty()) continue;
-        const Points points(items, extreme, value);
-        const sim::Net net(items, springs);
-        Axes forces(items), plain(items);
-        for (const auto& [a, b, k, rest] : springs) {
-          const Vec3 f = sim::spring_force(points.at(a) - points.at(b), k, k * rest);
-          for (int axis = 0; axis < 3; ++axis) {
-            plain[axis][a] += f[axis];
-            plain[axis][b] -= f[axis];
+      for (const double value : kExtremes)
+        for (const SpringSense sense :
+             {SpringSense::kBoth, SpringSense::kTension, SpringSense::kCompression}) {
+          std::vector<sim::Net::Spring> springs;
+          for (int a = 0; a < items; ++a)
+            for (const int step : {1, 4, 7})
+              if (const int b = (a * step + step + 2) % items; a < b)
+                springs.push_back({a, b, uniform ? 30.0 : 20.0 + a, uniform ? 0.7 : 0.05 * b});
+          if (springs.empty()) continue;
+          const Points points(items, extreme, value);
+          const sim::Net net(items, springs, sense);
+          Axes forces(items), plain(items);
+          for (const auto& [a, b, k, rest] : springs) {
+            if (!acts(sense, points.at(a) - points.at(b), rest)) continue;
+            const Vec3 f = sim::spring_force(points.at(a) - points.at(b), k, k * rest);
+            for (int axis = 0; axis < 3; ++axis) {
+              plain[axis][a] += f[axis];
+              plain[axis][b] -= f[axis];
+            }
           }
+          std::vector<double> packed(static_cast<std::size_t>(4 * items + 64));
+          for (int i = 0; i < items; ++i)
+            for (int k = 0; k < 3; ++k)
+              packed[static_cast<std::size_t>(4 * i + k)] = points.q[k][i];
+          const auto q = inputs(points.q);
+          sim::net_kernels().add(net, q, packed.data(), 0, items, sink_of(forces));
+          CAPTURE(uniform, value);
+          CHECK(near(forces, plain, 1e-12));
+          CHECK((size_of(forces) > 0 || std::isnan(value) || sense != SpringSense::kBoth));
         }
-        std::vector<double> packed(static_cast<std::size_t>(4 * items + 64));
-        for (int i = 0; i < items; ++i)
-          for (int k = 0; k < 3; ++k) packed[static_cast<std::size_t>(4 * i + k)] = points.q[k][i];
-        const auto q = inputs(points.q);
-        sim::net_kernels().add(net, q, packed.data(), 0, items, sink_of(forces));
-        CAPTURE(uniform, value);
-        CHECK(near(forces, plain, 1e-12));
-        CHECK((size_of(forces) > 0 || std::isnan(value)));
-      }
   });
 }
 
@@ -214,6 +238,7 @@ TEST_CASE("the stiffness of springs is that of a plain loop", "[stiffness_kernel
               const int b = a + springs.stride;
               const Vec3 d = points.at(a) - points.at(b);
               const double k = springs.k_of(a), rest = springs.rest_of(a);
+              if (!acts(springs.sense, d, rest)) continue;
               const auto plain = predicted ? sim::predicted_stiffness(
                                                  d, before.at(a) - before.at(b), k, rest, clamped)
                                            : sim::spring_stiffness(d, k, rest, clamped);

@@ -60,10 +60,13 @@ struct Case {
       keeps[i] = 1 - 0.01 * i;
       gains[i] = 0.02 + 0.001 * i;
     }
-    for (const int stride : {1, 3, 8, 15}) {
+    for (const int stride : {1, 2, 3, 5, 8, 15}) {  // cables have 2, struts 5
       auto& run = springs.emplace_back();
       run.stride = stride;
-      run.uniform = stride != 3;
+      run.sense = stride == 2   ? sim::SpringSense::kTension
+                  : stride == 5 ? sim::SpringSense::kCompression
+                                : sim::SpringSense::kBoth;
+      run.uniform = stride != 3 && run.sense == sim::SpringSense::kBoth;
       run.k = 30;
       run.rest = 0.7;
       run.owners = bits_where(count, [=](int a) { return a + stride < count && a % 5 != 2; });
@@ -98,12 +101,16 @@ struct Case {
     if (!sim::bit(free.data(), i)) return Vec3::Zero();
     Vec3 sum = with_force ? at(force, i) : Vec3::Zero();
     for (const auto& run : springs) {
-      if (run.owns(i))
-        sum += sim::spring_force(at(q, i) - at(q, i + run.stride), run.k_of(i),
-                                 run.k_of(i) * run.rest_of(i));
+      const auto add = [&](int owner, int other) {
+        const Vec3 d = at(q, i) - at(q, other);
+        const double rest = run.rest_of(owner), length = std::hypot(d[0], d[1], d[2]);
+        if (run.sense == sim::SpringSense::kTension && length < rest) return;
+        if (run.sense == sim::SpringSense::kCompression && length > rest) return;
+        sum += sim::spring_force(d, run.k_of(owner), run.k_of(owner) * rest);
+      };
+      if (run.owns(i)) add(i, i + run.stride);
       const int a = i - run.stride;
-      if (a >= 0 && run.owns(a))
-        sum += sim::spring_force(at(q, i) - at(q, a), run.k_of(a), run.k_of(a) * run.rest_of(a));
+      if (a >= 0 && run.owns(a)) add(a, a);
     }
     return inverse_mass(i) * (sum - motion.damping * velocity) +
            Vec3(motion.gravity[0], motion.gravity[1], motion.gravity[2]);

@@ -1,5 +1,6 @@
 // Forces that a scene writes as formulas.
 #include <cmath>
+#include <numbers>
 
 #include "core/base/array.h"
 #include "core/particles/layout.h"
@@ -245,7 +246,8 @@ TEST_CASE("mistakes in formulas name the line, the column and the name", "[lua][
       {"{ '0.5*k*x^2', k = 1, kk = 2 }", {"no formula of it reads 'kk'", "did you mean 'k'"}},
       {"{ '0.5*k*x^2', k = 'one' }", {"'k'"}},
       {"{ 'x^2', x = 2 }", {"'x' is a variable of it already"}},
-      {"{ 'r^2' }", {"energy of a particle", "'r' is not known"}},
+      {"{ 'x*r^2' }", {"energy of a particle", "'r' is not known"}},
+      {"{ 'r^2*q' }", {"energy of a pair", "'q' is not known"}},
       {"{ 'vx^2' }", {"'vx' is not known", "did you mean 'x'"}},
       {"{ enery = 'x^2' }", {"it has no parameter 'enery'", "did you mean 'energy'"}},
       {"{ k = 3 }", {"it has no formula"}},
@@ -301,4 +303,141 @@ TEST_CASE("a pair potential as a formula moves a gas as the one in the kernel",
                  "fx, fy and fz do not go with pairs"));
   CHECK(contains(error_of(gas("sim.force.expression { 'x*r', cutoff = 1 }", "rk4")),
                  "'x' is not known"));
+}
+
+namespace {
+
+// Four charges of their own masses, one of them pinned and one without a charge.
+std::string charges(const std::string& force) {
+  return "local particles = sim.particles { mass = 2 }\n"
+         "particles:add({0, 0, 0}, { charge = 2 })\n"
+         "particles:add({0.5, 0.1, -0.2}, { charge = -1, velocity = {1, 0.4, 0.5} })\n"
+         "particles:add({-0.3, 0.7, 0.9}, { mass = 3 })\n"
+         "particles:add({0.2, 1.4, 0.3}, { charge = 0.5, velocity = {0.3, 0.1, -1} })\n"
+         "particles:pin(0)\n"
+         "return sim.scene { particles = particles, forces = { " +
+         force + " }, integrator = 'rk4', dt = 0.002, duration = 1 }\n";
+}
+
+constexpr double kCharge[] = {2, -1, 0, 0.5}, kMasses[] = {2, 2, 3, 2};
+
+// The accelerations of the scene at its start: one step of Euler, long enough to tell.
+std::vector<Vec3> accelerations(const std::string& text) {
+  Registry registry({SIM_PLUGIN_DIR});
+  Simulation system(load_text(text).systems[0], registry,
+                    {.integrator = MethodChoice{"euler"}, .dt = 1});
+  std::vector<Vec3> list;
+  for (int i = 0; i < system.particles(); ++i) list.push_back(-system.velocity(i));
+  REQUIRE(system.step());
+  for (int i = 0; i < system.particles(); ++i)
+    list[static_cast<std::size_t>(i)] += system.velocity(i);
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("a formula of pairs without a cutoff acts between all of them", "[expression]") {
+  // Coulomb's law and Newton's, in plain loops.
+  const std::string text =
+      charges("sim.force.expression { 'k*charge1*charge2/r - G*m1*m2/r', k = 3, G = 0.7 }");
+  const SystemSpec spec = load_text(text).systems[0];
+  const std::vector<Vec3> a = accelerations(text);
+  for (std::size_t i = 1; i < 4; ++i) {
+    Vec3 sum(0, 0, 0);
+    for (std::size_t j = 0; j < 4; ++j) {
+      if (i == j) continue;
+      const Vec3 d = spec.particles->at(static_cast<int>(i)).position -
+                     spec.particles->at(static_cast<int>(j)).position;
+      const double r = d.norm();
+      sum += (3 * kCharge[i] * kCharge[j] - 0.7 * kMasses[i] * kMasses[j]) / (r * r * r) * d;
+    }
+    CHECK((a[i] - sum / kMasses[i]).norm() < 1e-12 * sum.norm());
+  }
+  // As ties by hand between all of them do, with exact derivatives in an implicit method, too.
+  std::string ties =
+      "sim.force.expression { 'k*charge1*charge2/r - G*m1*m2/r', k = 3, G = 0.7,\n"
+      "  ties = { {0,1}, {0,2}, {0,3}, {1,2}, {1,3}, {2,3} } }";
+  for (const char* method : {"rk4", "verlet", "implicit_midpoint"}) {
+    CAPTURE(method);
+    TextRun pairs(text, method, 1e-3), tied(charges(ties), method, 1e-3);
+    const double start = pairs.system.energy().total();
+    pairs.run_to(0.05);
+    tied.run_to(0.05);
+    for (int i = 0; i < 4; ++i)
+      CHECK((pairs.system.position(i) - tied.system.position(i)).norm() < 1e-9);
+    CHECK(pairs.system.energy().total() == Approx(start).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("pairs feel exactly opposite forces, whatever the formula", "[expression]") {
+  const std::string text =
+      "local particles = sim.particles { mass = 1, weight = 3 }\n"
+      "for i = 1, 70 do particles:add({math.sin(i), math.cos(2 * i), math.sin(3 * i + 1)},\n"
+      "  { weight = 1 + i % 7 / 3 }) end\n"
+      "local forces = { sim.force.expression { 'weight1*weight2^2/(0.1 + r)' } }\n" +
+      kEnd;
+  Vec3 sum(0, 0, 0);
+  double most = 0;
+  for (const Vec3& a : accelerations(text)) {
+    sum += a;
+    most = std::max(most, a.norm());
+  }
+  CHECK(most > 100);
+  CHECK(sum.norm() < 1e-12 * most);
+  // The same bits on any number of threads.
+  TextRun one(text, "verlet", 1e-3), three(text, "verlet", 1e-3, 3);
+  one.run_to(0.05);
+  three.run_to(0.05);
+  CHECK(one.system.hash() == three.system.hash());
+}
+
+TEST_CASE("a formula of pairs is nothing for one particle", "[expression]") {
+  const std::string text =
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add({1, 2, 3}, { velocity = {1, 0, 0} })\n"
+      "local forces = { sim.force.expression { '-m1*m2/r' } }\n" +
+      kEnd;
+  TextRun run(text, "rk4", 0.01);
+  run.run_to(1);
+  CHECK(run.system.position(0).x() == Approx(2));
+  CHECK(run.system.energy().potential == 0);
+}
+
+TEST_CASE("formulas of single particles know what they carry", "[expression]") {
+  const std::vector<Vec3> a =
+      accelerations(charges("sim.force.expression { fx = '3*charge', fy = 'm*charge^2' }"));
+  for (std::size_t i = 1; i < 4; ++i) {
+    CHECK(a[i].x() == Approx(3 * kCharge[i] / kMasses[i]).margin(1e-15));
+    CHECK(a[i].y() == Approx(kCharge[i] * kCharge[i]).margin(1e-15));
+  }
+}
+
+TEST_CASE("numbers that no formula reads, and names with a meaning, are refused", "[expression]") {
+  const auto scene = [](const std::string& options, const std::string& force) {
+    return "local particles = sim.particles { mass = 1 }\nparticles:add({0, 0, 0}, { " + options +
+           " })\nlocal forces = { " + force + " }\n" + kEnd;
+  };
+  CHECK(contains(said(scene("mas = 2", "sim.force.gravity {}")), "'mass'"));
+  CHECK(contains(said(scene("charge = 2", "sim.force.expression { '0.5*x^2' }")), "charge"));
+  CHECK(contains(said(scene("x = 2", "sim.force.expression { '0.5*x^2' }")), "meaning"));
+  CHECK(contains(said(scene("charge = 0/0", "sim.force.expression { 'charge*x' }")), "finite"));
+  CHECK(contains(said(scene("charge = 1", "sim.force.expression { 'charge*x', charge = 2 }")),
+                 "variable of it already"));
+}
+
+TEST_CASE("a soft floor by a comparison pushes where it is passed alone", "[expression]") {
+  // m y'' = -m g + (y < 0) (-k y): thrown down on it, the particle comes back as fast.
+  const std::string text =
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add({0, 0.1, 0}, { velocity = {0, -2, 0} })\n"
+      "local forces = { sim.force.expression { 'if(y < 0, 0.5*k*y^2, 0)',\n"
+      "  k = 400 } }\n" +
+      kEnd;
+  TextRun run(text, "rk4", 1e-4);
+  const double omega = 20, touch = 0.05, back = touch + std::numbers::pi / omega;
+  run.run_to(touch + 0.05);
+  CHECK(run.system.position(0).y() ==
+        Approx(-2 / omega * std::sin(omega * (run.system.t() - touch))).epsilon(1e-6));
+  run.run_to(back + 0.1);
+  CHECK(run.system.position(0).y() == Approx(2 * (run.system.t() - back)).epsilon(1e-5));
 }

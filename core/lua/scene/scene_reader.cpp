@@ -301,6 +301,7 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     spec.forces.push_back(std::move(part_spec));
   });
   weigh(L, handle, spec);
+  check_numbers(L, handle, spec);
   constraints(L, scene, body, spec);
   spec.surfaces = surfaces(L, scene, body, spec);
   contact(L, scene, body, spec);

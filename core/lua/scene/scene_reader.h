@@ -68,6 +68,7 @@ class SceneReader {
                     const Place& place) const;
   bool cells(lua_State* L, int record, const Body& body, const Place& place, Elements& out) const;
   void weigh(lua_State* L, int particles, SystemSpec& spec) const;
+  void check_numbers(lua_State* L, int particles, const SystemSpec& spec) const;
   void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,
                   std::vector<GridPairs>& out) const;
   std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,

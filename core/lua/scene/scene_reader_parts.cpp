@@ -2,7 +2,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
@@ -133,6 +136,38 @@ GridSpec read_grid(const LuaTable& record, const Place& place) {
   return grid;
 }
 
+// What particles carry: by name, of all of the grid and then of the list.
+std::map<std::string, std::vector<double>> read_numbers(const LuaTable& record, lua_State* L,
+                                                        lua_Integer first, lua_Integer count) {
+  std::map<std::string, std::vector<double>> numbers;
+  const LuaTable columns = record.table("numbers");
+  for (lua_pushnil(L); lua_next(L, columns.index()); lua_pop(L, 1)) {
+    const std::string name(lua_tostring(L, -2), lua_rawlen(L, -2));
+    const LuaTable column(L, -1);
+    const double otherwise = column.number("default");
+    std::vector<double>& values = numbers[name];
+    values.assign(static_cast<std::size_t>(count), otherwise);
+    const LuaTable given = column.table("values");
+    for (lua_Integer i = first; i < count; ++i)
+      values[static_cast<std::size_t>(i)] = given.number(i - first + 1, otherwise);
+  }
+  return numbers;
+}
+
+std::set<std::string> words_of(std::string_view text) {
+  const auto in_word = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+  };
+  std::set<std::string> words;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at;
+    while (end < text.size() && in_word(text[end])) ++end;
+    if (end > at) words.emplace(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
 std::vector<ParticleSpec> read_list(const LuaTable& record) {
   const double mass = record.number("mass");
   const LuaTable x = record.table("x"), y = record.table("y"), z = record.table("z"),
@@ -160,6 +195,7 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place
   ParticlesSpec spec;
   if (first > 0) spec.grid = read_grid(record, place);
   spec.list = read_list(record);
+  spec.numbers = read_numbers(record, L, first, count);
 
   const LuaTable pins = record.table("pins");  // id, place, id, place, ...
   for (lua_Integer i = 1; i < pins.length(); i += 2) {
@@ -174,6 +210,28 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place
   std::sort(spec.pinned.begin(), spec.pinned.end());
   spec.pinned.erase(std::unique(spec.pinned.begin(), spec.pinned.end()), spec.pinned.end());
   return spec;
+}
+
+// A number that no formula names may be a misspelt option.
+void SceneReader::check_numbers(lua_State* L, int particles, const SystemSpec& spec) const {
+  if (spec.particles->numbers.empty()) return;
+  std::string formulas;
+  for (const PartSpec& part : spec.forces) {
+    if (!registry_.get<Force>(part.plugin, part.place).reads_particles) continue;
+    for (const auto& [key, value] : part.given)
+      if (const auto* text = std::get_if<std::string>(&value)) formulas += *text + ';';
+  }
+  const std::set<std::string> words = words_of(formulas);
+  session_->push_record(L, particles);
+  const LuaTable record(L, -1), columns = record.table("numbers");
+  for (const auto& [name, values] : spec.particles->numbers) {
+    if (words.contains(name) || words.contains(name + '1') || words.contains(name + '2')) continue;
+    const LuaTable column = columns.table(name.c_str());
+    scene_error(session_->place(column.integer("place")),
+                "unknown key '" + one_line_text(name) + "' of particles",
+                "it is no option, and no formula reads it as a number that they carry",
+                suggestion(name, std::vector<std::string>{"mass", "velocity"}));
+  }
 }
 
 void SceneReader::leads(lua_State* L, const LuaTable& record, int count,

@@ -41,7 +41,7 @@ std::string args_json(const std::vector<SceneArg>& args) {
   return json_array(list);
 }
 
-std::string system_json(const ViewSystem& system, const std::string& solids) {
+std::string system_json(const ViewSystem& system, const std::string& solids, const Frame& frame) {
   JsonObject each;
   each.integer("step", system.now.step).number("t", system.now.t).number("h", system.h);
   each.text("method", system.method).number("share", system.share);
@@ -54,6 +54,7 @@ std::string system_json(const ViewSystem& system, const std::string& solids) {
   each.json("switches", switches.str());
   if (!system.hash.empty()) each.text("hash", system.hash);
   each.json("solids", solids);
+  if (!frame.torn.empty()) each.json("torn", torn_json(frame));
   return each.str();
 }
 
@@ -78,7 +79,7 @@ std::string LivePage::html(const std::string& socket, const std::string& nonce) 
 std::string LivePage::frame(const Moment& moment, const ViewState& state) {
   std::vector<std::string> systems;
   for (std::size_t i = 0; i < state.systems.size(); ++i)
-    systems.push_back(system_json(state.systems[i], page_.solids(moment, i)));
+    systems.push_back(system_json(state.systems[i], page_.solids(moment, i), moment[i]));
   JsonObject all;
   all.integer("page", state.number).flag("playing", state.playing).number("speed", state.speed);
   all.number("real", state.real).number("us", state.us).flag("slow", state.slow);

@@ -231,6 +231,27 @@ std::string Page::camera_json() const {
   return camera.str();
 }
 
+// The torn pairs at each moment, as one list of ids; empty where there are none at all.
+std::string Page::tears_json(std::size_t m) const {
+  std::vector<std::string> all;
+  bool any = false;
+  for (std::size_t at = 0; at < moments_.size(); ++at) {
+    const Frame& frame = moments_.head(at, m);
+    any = any || !frame.torn.empty();
+    all.push_back(torn_json(frame));
+  }
+  return any ? json_array(all) : "";
+}
+
+std::string torn_json(const Frame& frame) {
+  std::vector<std::string> ids;
+  for (const auto& [a, b] : frame.torn) {
+    ids.push_back(std::to_string(a));
+    ids.push_back(std::to_string(b));
+  }
+  return json_array(ids);
+}
+
 std::string Page::model_json(std::size_t m, const Box& box) const {
   const Model& model = models_[m];
   JsonObject json;
@@ -250,12 +271,25 @@ std::string Page::model_json(std::size_t m, const Box& box) const {
     families.push_back(JsonObject().text("name", family.name).integer("count", count).str());
   }
   json.integer("springs", springs).json("families", json_array(families));
+  if (!model.ties.empty()) {
+    std::vector<std::string> ends;
+    for (const ModelTie& tie : model.ties)
+      for (const ModelPoint& end : tie) {
+        const auto count = static_cast<std::size_t>(end.count);
+        const std::vector<double> ids(end.ids.begin(), end.ids.begin() + end.count);
+        ends.push_back(numbers(ids));
+        ends.push_back(
+            numbers({end.weights.begin(), end.weights.begin() + static_cast<int>(count)}));
+      }
+    json.json("ties", json_array(ends));
+  }
   const Vec3 origin = view_.origin - view_.offsets[m];
   json.json("origin", numbers(std::vector<double>{origin.x(), origin.y(), origin.z()}, 12));
   json.json("ball", number(ball_radius(model)));
   json.integer("trail", trailing(model));
   json.json("solids", solids_json(m));
   if (model.second_order) json.json("energy", energy_json(m));
+  if (const std::string tears = tears_json(m); !tears.empty()) json.json("tears", tears);
   json.json("low", numbers(std::vector<double>{box.low[0], box.low[1], box.low[2]}, 9))
       .json("quantum", number(box.quantum, 9));
   return json.str();

@@ -42,6 +42,7 @@ class Page {
 
   V3 own_axes(const V3& p) const;
   std::string made(const std::string& live, std::string nonce, std::size_t most) const;
+  std::string tears_json(std::size_t m) const;
   std::string model_json(std::size_t m, const Box& box) const;
   std::string camera_json() const;
   std::string energy_json(std::size_t m) const;
@@ -59,5 +60,8 @@ class Page {
   ColourScale scale_;
   Ground basis_;
 };
+
+// Frame::torn as one list of ids, for pages.
+std::string torn_json(const Frame& frame);
 
 }  // namespace sim

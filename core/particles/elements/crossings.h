@@ -22,6 +22,8 @@ class Crossings {
   std::int64_t count(const ParticleView& view);
   // The first of them: the triangle of its edge, and the other one. Empty without any.
   std::vector<TriangleMesh::Triangle> first(const ParticleView& view);
+  // Faces with such an edge are gone, and edges that are torn or left without a face.
+  void tear(std::span<const std::array<int, 2>> torn);
   std::size_t triangles() const { return triangles_.size(); }
 
  private:
@@ -47,6 +49,7 @@ class Crossings {
   std::vector<std::array<int, 2>> edges_;
   std::vector<int> triangle_of_;  // of each edge
   std::vector<Reach> boxes_;      // of each triangle
+  std::vector<std::uint8_t> triangle_gone_, edge_gone_;  // where surfaces are torn, else empty
   std::array<Line, 2> lines_;
   std::vector<int> order_, starts_, next_;  // triangles by cell; where each begins; scratch
 };

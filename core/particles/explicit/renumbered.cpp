@@ -106,13 +106,16 @@ void Renumbering::number_springs(const Particles& particles) {
   SIM_ASSERT(std::ranges::is_permutation(order_, place_));  // both number all particles
   springs_.clear();
   for (const Springs* given : given_)
-    springs_.emplace_back(n, [&](const Springs::Visit& visit) {
-      for (int p = 0; p < n; ++p)
-        given->at(order_[static_cast<std::size_t>(p)], [&](int to, double k, double rest) {
-          const int q = place_[static_cast<std::size_t>(to)];
-          if (q > p) visit(p, q, k, rest);
-        });
-    });
+    springs_.emplace_back(
+        n,
+        [&](const Springs::Visit& visit) {
+          for (int p = 0; p < n; ++p)
+            given->at(order_[static_cast<std::size_t>(p)], [&](int to, double k, double rest) {
+              const int q = place_[static_cast<std::size_t>(to)];
+              if (q > p) visit(p, q, k, rest);
+            });
+        },
+        given->sense());
 }
 
 RenumberedStepper::RenumberedStepper(const Particles& particles,

@@ -27,7 +27,7 @@ void add_block_carefully(std::span<const SweepRun<double>> runs, std::int64_t tu
       const int a = i + lane;
       if (!bit(run.owners, a)) continue;
       const Vec3 d = difference(q, a, a + run.stride);
-      const double s = spring_factor(d, run.k_of(a), run.k_of(a) * run.rest_of(a));
+      const double s = spring_factor(run.sense, d, run.k_of(a), run.rest_of(a));
       run.ring[to + lane] = s;
       if (to == 0) run.ring[run.mask + 1 + lane] = s;
       add(s, d, lane, sum);

@@ -45,7 +45,7 @@ SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Rea
 #pragma GCC unroll 4
   for (int h = 0; h < kVectors; ++h) {
     const V3<Real> d = here.at(h) - q.at(run.stride, h);
-    if (!kUniform) spring.at(run, i + h * kLanes<Real>);
+    if (!kUniform) spring.at(run, i + h * kLanes<Real>, squared(d));
     s.of[h] = spring_factors(d, spring, bits >> h * kLanes<Real>, errors);
     add_scaled(s.of[h], d, sum.of[h]);
   }

@@ -83,28 +83,69 @@ double Impulses::linked_softness(std::span<const Mover> movers, const Meet& m) {
   return m.normal.dot(w);
 }
 
-void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets) {
-  double fastest = 0;
+double Impulses::moved(std::span<const Mover> movers, const Meet& meet) {
+  const auto of = [&](int i, const Vec3& arm) {
+    const Mover& mover = movers[static_cast<std::size_t>(i)];
+    return mover.shift + mover.turn.cross(arm);
+  };
+  Vec3 way = of(meet.first, meet.arm1);
+  if (meet.second >= 0) way -= of(meet.second, meet.arm2);
+  return meet.normal.dot(way);
+}
+
+double time_since(double gap, double rate, double a, double h) {
+  const double square = rate * rate - 2 * a * gap;
+  const double q = 0.5 * (rate + std::copysign(std::sqrt(std::max(0.0, square)), rate));
+  double best = h;
+  for (const double s : {q != 0 ? gap / q : h, a != 0 ? 2 * q / a : h})
+    if (s >= 0 && s < best) best = s;
+  return best;
+}
+
+// The gap s before the end is g - v s + a s^2 / 2, with g and v those at the end.
+double Impulses::next_touch(std::span<const Mover> movers, const Meet& m, double now,
+                            double fastest) {
+  const double g = m.path_gap + moved(movers, m), a = m.acceleration,
+               v = m.normal.dot(velocity(movers, m)) - m.path_gain;
+  double s = now;
+  if (g - (v - 0.5 * a * now) * now > m.tiny) {
+    if (!(g < 0)) return -1;
+    s = time_since(g, v, a, now);
+  } else if (g > m.tiny) {
+    return -1;
+  }
+  return v - a * s < -1e-13 * fastest ? s : -1;
+}
+
+void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets, double h) {
+  double fastest = 0, now = h;
   for (const Meet& m : meets)
     if (m.active) fastest = std::max(fastest, -m.before);
-  for (int sweep = 0; sweep < kMostBounces; ++sweep) {
-    bool done = true;
-    for (Meet& m : meets) {
-      if (!m.active) continue;
-      const Vec3 slip = velocity(movers, m);
-      const double nearing = m.normal.dot(slip) - m.given;
-      if (!(nearing < -1e-13 * fastest)) continue;
-      const double soft = links_ ? linked_softness(movers, m) : m.soft_n;
-      if (!(soft > kHeld * m.soft_n)) continue;
-      done = false;
-      const double push = -(1 + m.restitution) * nearing / soft;
-      Vec3 pull = -(slip - m.normal.dot(slip) * m.normal) / m.soft_t;
-      if (const double size = pull.norm(); size > m.friction * push)
-        pull *= m.friction * push / size;
-      apply(movers, m, push * m.normal + pull, m.after);
-      if (links_) links_->hold(movers, false);
+  std::size_t after = 0;  // the meeting behind the last one: who comes next at the same moment
+  for (std::size_t left = kMostBounces * meets.size(); left > 0; --left) {
+    std::size_t next = meets.size();
+    double earliest = -1, soft = 0;
+    for (std::size_t k = 0; k < meets.size(); ++k) {
+      const std::size_t at = (after + k) % meets.size();
+      const Meet& m = meets[at];
+      const double s = next_touch(movers, m, now, fastest);
+      if (!(s > earliest)) continue;
+      const double own = links_ ? linked_softness(movers, m) : m.soft_n;
+      if (!(own > kHeld * m.soft_n)) continue;
+      next = at, earliest = s, soft = own;
     }
-    if (done) return;
+    if (next == meets.size()) return;
+    Meet& m = meets[next];
+    now = earliest;
+    after = next + 1;
+    if (!m.active) m.lever = now;
+    m.active = true, m.after = now, m.given = m.path_gain + m.acceleration * now;
+    const Vec3 slip = velocity(movers, m);
+    const double push = -(1 + m.restitution) * (m.normal.dot(slip) - m.given) / soft;
+    Vec3 pull = -(slip - m.normal.dot(slip) * m.normal) / m.soft_t;
+    if (const double size = pull.norm(); size > m.friction * push) pull *= m.friction * push / size;
+    apply(movers, m, push * m.normal + pull, now);
+    if (links_) links_->hold(movers, false);
   }
 }
 

@@ -23,6 +23,11 @@ struct Meet {
   Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
   Vec3 ground;              // velocity of what does not move, m/s
   double gap = 0;           // m, at the end of the free step
+  double tiny = 0;          // m: a gap that is none
+  // The motion in which hits are looked for: the free one, but without forces where they touch from
+  // the start, since what holds them there takes up forces.
+  double path_gap = 0, path_gain = 0;  // m, at the end; m/s, not counted in the rate there
+  double acceleration = 0;             // m/s^2
   double friction = 0, restitution = 0;
   double before = 0;  // m/s, the normal velocity just before they touch; < 0: nearing
   double after = 0;   // s, from the touch to the end of the step
@@ -45,6 +50,10 @@ class MoverLinks {
   virtual void hold(std::span<Mover> movers, bool change_alone) = 0;
 };
 
+// How long before the end of a step of h a gap closed that is `gap` then, changes by `rate` and has
+// had the acceleration a: gap - rate s + a s^2 / 2 = 0.
+double time_since(double gap, double rate, double a, double h);
+
 class Impulses {
  public:
   // Those that all that follows keeps to; null: none.
@@ -53,9 +62,14 @@ class Impulses {
   // Sizes and directions of a meeting; its active ones take part in what follows.
   void prepare(std::span<Mover> movers, std::span<Meet> meets) const;
 
-  // What bounces: pair by pair in their order, again and again, each by Newton's law with Coulomb's
-  // friction, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle.
-  void bounce(std::span<Mover> movers, std::span<Meet> meets);
+  // What bounces in a step of h, in the order of time, also what earlier impulses bring to touch:
+  // each by Newton's law with Coulomb's friction. At one moment pair by pair in their order, again
+  // and again, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle,
+  // whatever is between them.
+  void bounce(std::span<Mover> movers, std::span<Meet> meets, double h);
+
+  // What impulses made of the gap at the end of the step, m.
+  static double moved(std::span<const Mover> movers, const Meet& meet);
 
   // What rests: 0 <= push, 0 <= normal velocity, one of them 0, and |pull| <= friction * push,
   // along the slip where that is an equation (Moreau (1988); Jean (1999)). Projected Gauss-Seidel,
@@ -76,6 +90,9 @@ class Impulses {
     bool push = false, pull = false;
   };
   double linked_softness(std::span<const Mover> movers, const Meet& m);
+  // How long before the end of the step, s, it is hit next, `now` at most; below 0: not at all.
+  static double next_touch(std::span<const Mover> movers, const Meet& m, double now,
+                           double fastest);
   double sweep(std::span<Mover> movers, std::span<Meet> meets) const;
   void stick(std::span<Mover> movers, std::span<Meet> meets, double tolerance);
   void set_back(std::span<Mover> movers, std::span<Meet> meets) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/array.h"
+#include "core/particles/breakable.h"
 #include "core/particles/layout.h"
 #include "core/particles/springs/springs.h"
 
@@ -60,7 +61,7 @@ class NodeView {
 };
 
 // Evaluated as a whole on one thread before the tiles, and then handed out.
-class NodeForce final : public Force {
+class NodeForce final : public Force, public Breakable {
  public:
   NodeForce(std::unique_ptr<Force> force, std::vector<JointNode> nodes)
       : force_(std::move(force)),
@@ -77,11 +78,7 @@ class NodeForce final : public Force {
 
   void bind(const ParticleView& initial) override {
     force_->bind(seen_.look(initial));
-    if (const Springs* springs = force_->springs())
-      for (int a = 0; a < seen_.size(); ++a)
-        springs->at(a, [&](int b, double k, double rest) {
-          if (a < b) springs_.push_back({a, b, k, k * rest});
-        });
+    list_springs();
     gathers_ = force_->accumulates();
   }
 
@@ -90,7 +87,8 @@ class NodeForce final : public Force {
     std::ranges::fill(sums_.span(), 0.0);
     const ForceSink sink = sink_of(sums_);
     for (const Spring& s : springs_) {
-      const Vec3 force = spring_force(now_.position(s.a) - now_.position(s.b), s.k, s.k_rest);
+      const Vec3 force = spring_force(force_->springs()->sense(),
+                                      now_.position(s.a) - now_.position(s.b), s.k, s.rest);
       sink.add(s.a, force);
       sink.add(s.b, -force);
     }
@@ -130,10 +128,38 @@ class NodeForce final : public Force {
   }
   std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
 
+  // A point of a body goes by the first of its particles.
+  Breakable* breakable() override { return force_->breakable() ? this : nullptr; }
+  int ties() const override { return force_->breakable()->ties(); }
+  std::array<int, 2> ends(int tie) const override {
+    std::array<int, 2> ends = force_->breakable()->ends(tie);
+    for (int& end : ends) end = seen_.nodes()[static_cast<std::size_t>(end)].ids[0];
+    return ends;
+  }
+  double energy(const ParticleView& view, int tie) const override {
+    return force_->breakable()->energy(seen_.look(view), tie);
+  }
+  void find_overloaded(const ParticleView& view, std::vector<int>& ties) const override {
+    force_->breakable()->find_overloaded(seen_.look(view), ties);
+  }
+  void set_broken(std::span<const int> ties) override {
+    force_->breakable()->set_broken(ties);
+    list_springs();
+  }
+
  private:
+  void list_springs() {
+    springs_.clear();
+    const Springs* const springs = force_->springs();
+    for (int a = 0; springs && a < seen_.size(); ++a)
+      springs->at(a, [&](int b, double k, double rest) {
+        if (a < b) springs_.push_back({a, b, k, rest});
+      });
+  }
+
   struct Spring {
     int a, b;
-    double k, k_rest;  // N/m, N
+    double k, rest;  // N/m, m
   };
   struct Share {
     int particle, node;
@@ -155,7 +181,7 @@ class NodeForce final : public Force {
   }
 
   std::unique_ptr<Force> force_;
-  NodeView seen_;
+  mutable NodeView seen_;  // ties that may break are asked for on one thread
   ParticleView now_;
   Layout layout_;
   Array sums_;

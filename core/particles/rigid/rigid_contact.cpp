@@ -28,22 +28,16 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
 // Impulses for what touches, and then for what these bring to touch.
 double RigidContact::solve(double h) {
   impulses_.prepare(movers_, meets_);
-  double scale = 0, longest = 0;
+  double scale = 0;
   bool bounces = false;
   for (const Meet& m : meets_) {
     if (!m.active) continue;
     const bool hits = m.before < -2 * std::fabs(m.given);
-    if (hits) longest = std::max(longest, m.after);
     bounces = bounces || (hits && m.restitution > 0);
     scale = std::max(
         scale, std::fabs(m.before) + std::fabs(m.given) + Impulses::velocity(movers_, m).norm());
   }
-  if (bounces) {
-    // What touched before is hit when the others are.
-    for (Meet& m : meets_)
-      if (m.after == h) m.after = longest;
-    impulses_.bounce(movers_, meets_);
-  }
+  if (bounces) impulses_.bounce(movers_, meets_, h);
   impulses_.start(movers_, meets_);
   double change = 0;
   for (int round = 0; round < kMostPasses; ++round) {
@@ -51,13 +45,7 @@ double RigidContact::solve(double h) {
     bool all = true;
     for (Meet& m : meets_) {
       if (m.active) continue;
-      const auto moved = [&](int i, const Vec3& arm) {
-        const Mover& mover = movers_[static_cast<std::size_t>(i)];
-        return mover.shift + mover.turn.cross(arm);
-      };
-      Vec3 way = moved(m.first, m.arm1);
-      if (m.second >= 0) way -= moved(m.second, m.arm2);
-      const double gap = m.gap + m.normal.dot(way);
+      const double gap = m.gap + Impulses::moved(movers_, m);
       if (gap >= -kNoGap * reach_[static_cast<std::size_t>(m.first)].scale) continue;
       const double rate = m.normal.dot(Impulses::velocity(movers_, m));
       if (!(rate < 0)) continue;

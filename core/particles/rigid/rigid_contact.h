@@ -95,7 +95,8 @@ class RigidContact {
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> mover_of_;           // of each single particle, -1: none
   double fastest_single_ = 0;           // m/s
-  std::vector<Reach> reach_;            // of movers
+  double passed_on_ = 0;  // m: the longest way of a body that bounces, which others may go for it
+  std::vector<Reach> reach_;  // of movers
   std::vector<Mover> movers_, moves_;
   std::vector<int> order_;                  // bodies from left to right
   std::vector<std::pair<int, int>> pairs_;  // of bodies that are near, ascending

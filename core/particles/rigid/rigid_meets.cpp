@@ -21,17 +21,6 @@ RigidState on_the_way(const Reach& reach, double left) {
   return state;
 }
 
-// How long before the end of a step of h a gap closed that is `gap` then, changes by `rate` and has
-// had the acceleration a: gap - rate s + a s^2 / 2 = 0.
-double time_since(double gap, double rate, double a, double h) {
-  const double square = rate * rate - 2 * a * gap;
-  const double q = 0.5 * (rate + std::copysign(std::sqrt(std::max(0.0, square)), rate));
-  double best = h;
-  for (const double s : {q != 0 ? gap / q : h, a != 0 ? 2 * q / a : h})
-    if (s >= 0 && s < best) best = s;
-  return best;
-}
-
 }  // namespace
 
 RigidContact::RigidContact(Solids solids, std::vector<Surface> surfaces, Particles& particles,
@@ -95,6 +84,9 @@ void RigidContact::load(const Step& step) {
     mover.inverse_mass = 1 / body.mass();
     mover.inverse_inertia = body.inverse_inertia(reach.after);
   }
+  passed_on_ = 0;
+  for (std::size_t i = 0; i < surfaces_.size(); ++i)
+    if (surfaces_[i].restitution > 0) passed_on_ = std::max(passed_on_, reach_[i].way);
   fastest_single_ = 0;
   for (int p = 0; p < solids_.singles(); ++p)
     fastest_single_ = std::max(
@@ -172,11 +164,13 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
         reach_[f].gained <= kHeld * with.gained)
       led = &with;
   const double lever = led->lever;
-  const double tiny = kNoGap * size, gap0 = m.gap - h * rate0 - lever * (rate - rate0);
+  const double tiny = m.tiny = kNoGap * size, gap0 = m.gap - h * rate0 - lever * (rate - rate0);
   if (gap0 <= tiny) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.lever = lever;
+    m.path_gap = gap0 + h * rate0, m.path_gain = m.given;
     m.active = m.gap <= tiny;
   } else {
+    m.path_gap = m.gap, m.acceleration = a;
     m.active = m.gap < 0;
     m.after = m.active ? time_since(m.gap, rate, a, h) : 0;
     m.given = a * m.after;
@@ -236,7 +230,7 @@ void RigidContact::find_pairs() {
   pairs_.clear();
   const auto span = [&](int i) {
     const Reach& reach = reach_[static_cast<std::size_t>(i)];
-    return reach.radius + margin_of(reach.way, reach.radius);
+    return reach.radius + margin_of(reach.way, reach.radius) + passed_on_;
   };
   const auto middle = [&](int i) { return reach_[static_cast<std::size_t>(i)].after.center; };
   // Nearly sorted since the step before.
@@ -302,7 +296,7 @@ void RigidContact::find(const Step& step) {
     for (; pair != pairs_.cend() && pair->first == i; ++pair) {
       const int j = pair->second;
       if (reach_of(i).fixed && reach_of(j).fixed) continue;
-      meet(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)), step,
+      meet(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)) + 2 * passed_on_, step,
            [&](double left, double margin) {
              solids_.touch(i, on_the_way(reach_of(i), left), j, on_the_way(reach_of(j), left),
                            margin, points_);

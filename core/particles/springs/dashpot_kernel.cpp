@@ -18,10 +18,14 @@ struct Here {
 };
 
 // here.sum += -c (w.d) / |d|^2 d for the dashpots to the particles from j on.
-SIM_INLINE void add_dashpots(Doubles c, const double* const q[3], const double* const v[3],
-                             std::int64_t j, Here& here) {
+// They are owned by those from `owner` on.
+SIM_INLINE void add_dashpots(const DashpotRun& run, std::int64_t owner, const double* const q[3],
+                             const double* const v[3], std::int64_t j, Here& here) {
   const Doubles none{}, one = splat<double>(1);
   const V3<double> d = here.q - load(q, j), w = here.v - load(v, j);
+  Doubles c = load(run.c + owner);
+  if (run.sense != SpringSense::kBoth)
+    c = taut_stiffness<double>(run.sense, c, load(run.rest + owner), squared(d));
   const Doubles square = c != none ? squared(d) : one;
   here.least = square < here.least ? square : here.least;
   here.most = square > here.most ? square : here.most;
@@ -36,9 +40,8 @@ SIM_INLINE V3<double> dashpot_block(std::span<const DashpotRun> runs, const Part
   const double* const v[3] = {view.vx, view.vy, view.vz};
   Here here{load(q, i), load(v, i), {}, splat<double>(1), splat<double>(1)};
   for (const DashpotRun& run : runs) {
-    if (i + run.stride < view.n) add_dashpots(load(run.c + i), q, v, i + run.stride, here);
-    if (i + kDoubles > run.stride)
-      add_dashpots(load(run.c + i - run.stride), q, v, i - run.stride, here);
+    if (i + run.stride < view.n) add_dashpots(run, i, q, v, i + run.stride, here);
+    if (i + kDoubles > run.stride) add_dashpots(run, i - run.stride, q, v, i - run.stride, here);
   }
   // Also where 0 of no dashpot met a distance that overflowed.
   const Doubles zero{};

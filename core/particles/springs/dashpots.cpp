@@ -52,15 +52,28 @@ void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView
       const std::int64_t at = i + lane;
       if (at >= view.n) break;
       double* const to[3] = {&sum[0][lane], &sum[1][lane], &sum[2][lane]};
-      if (run.c[at] != 0) add_force(view, at, at + run.stride, run.c[at], to);
-      const std::int64_t before = at - run.stride;
-      if (before >= 0 && run.c[before] != 0) add_force(view, at, before, run.c[before], to);
+      const auto add = [&](std::int64_t owner, std::int64_t other) {
+        const double c = run.c[owner];
+        if (c == 0 || (run.sense != SpringSense::kBoth &&
+                       slack(run.sense, length(position(view, at, other)), run.rest[owner])))
+          return;
+        add_force(view, at, other, c, to);
+      };
+      add(at, at + run.stride);
+      if (at >= run.stride) add(at - run.stride, at - run.stride);
     }
 }
 
-Dashpots::Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each)
-    : pairs_(n, for_each) {
+Dashpots::Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each,
+                   SpringSense sense, bool breakable)
+    : pairs_(n, for_each, sense, breakable) {
   for (const SpringRun& run : pairs_.runs()) {
+    if (!run.uniform) {
+      const bool gated = sense != SpringSense::kBoth;
+      runs_.push_back({run.ks.data() + SpringRun::kPad, run.stride, sense,
+                       gated ? run.rests.data() + SpringRun::kPad : nullptr});
+      continue;
+    }
     c_.emplace_back(static_cast<std::size_t>(n + 2 * SpringRun::kPad));
     double* const c = c_.back().data() + SpringRun::kPad;
     for (int a = 0; a + run.stride < n; ++a)
@@ -74,7 +87,8 @@ void Dashpots::accumulate(const ParticleView& view, Tile tile, ForceSink sink) c
   forces_(runs_, view, tile.begin, tile.end, sink);
   if (pairs_.net().empty()) return;
   for (int i = tile.begin; i < tile.end; ++i)
-    pairs_.net().at(i, [&](int to, double c, double /*rest*/) {
+    pairs_.net().at(i, [&](int to, double c, double rest) {
+      if (!acts(position(view, i, to), rest)) return;
       double* const sum[3] = {sink.x + i, sink.y + i, sink.z + i};
       add_force(view, i, to, c, sum);
     });
@@ -84,8 +98,9 @@ void Dashpots::jacobian(const ParticleView& view, BlockSink& sink) const {
   for (int i = 0; i < view.n; ++i) {
     Mat3 of_position = Mat3::Zero(), of_velocity = Mat3::Zero();
     bool any = false;
-    at(i, [&](int to, double c) {
+    pairs_.at(i, [&](int to, double c, double rest) {
       const Vec3 d = position(view, i, to), w = velocity(view, i, to);
+      if (!acts(d, rest)) return;
       const double square = square_of(d[0], d[1], d[2]);
       Mat3 along = Mat3::Zero(), across = Mat3::Zero();
       if (safe(square)) {

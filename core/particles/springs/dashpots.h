@@ -19,6 +19,8 @@ Vec3 dashpot_force(const Vec3& d, const Vec3& w, double c);
 struct DashpotRun {
   const double* c;
   std::int64_t stride;
+  SpringSense sense = SpringSense::kBoth;  // of one sense: 0 where slack
+  const double* rest = nullptr;            // likewise, m; not read otherwise
 };
 
 // Adds the forces of all runs on particles [begin, end).
@@ -34,8 +36,14 @@ void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView
 // Each dashpot is evaluated from both its ends, so that particles stay independent of each other.
 class Dashpots {
  public:
-  // As Springs: for_each visits a, b, the damping in N s/m, and 0.
-  Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each);
+  // As Springs: for_each visits a, b, the damping in N s/m, and the rest length in m, at which
+  // dashpots of one sense begin to act; 0 for others.
+  // breakable: set() may change them.
+  Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each,
+           SpringSense sense = SpringSense::kBoth, bool breakable = false);
+
+  // As Springs::set().
+  void set(std::size_t index, double c, double rest) { pairs_.set(index, c, rest); }
 
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const;
 
@@ -43,15 +51,13 @@ class Dashpots {
   //   B_x = c (rho I + d (w - 2 rho d)^T / |d|^2),  B_v = c d d^T / |d|^2
   void jacobian(const ParticleView& view, BlockSink& sink) const;
 
-  // Calls visit(to, c) for every dashpot at particle i.
-  template <class Visit>
-  void at(int i, Visit visit) const {
-    pairs_.at(i, [&](int to, double c, double /*rest*/) { visit(to, c); });
+ private:
+  bool acts(const Vec3& d, double rest) const {
+    return pairs_.sense() == SpringSense::kBoth || !slack(pairs_.sense(), length(d), rest);
   }
 
- private:
-  Springs pairs_;  // a damping in place of each stiffness, and no rest lengths
-  std::vector<Array> c_;
+  Springs pairs_;         // a damping in place of each stiffness
+  std::vector<Array> c_;  // of uniform runs
   std::vector<DashpotRun> runs_;
   DashpotForces forces_ = dashpot_forces();
 };

@@ -12,8 +12,8 @@ double run_energy(const SpringRun& run, const ParticleView& view, int begin, int
     for (double& lane : lanes) lane = 0;
     for (int a = begin; a < end; ++a) {
       if (!run.owns(a)) continue;
-      const double strain =
-          length(view.position(a) - view.position(a + run.stride)) - run.rest_of(a);
+      const double strain = spring_stretch(
+          run.sense, view.position(a) - view.position(a + run.stride), run.rest_of(a));
       lanes[a % 8] += (0.5 * run.k_of(a)) * (strain * strain);
     }
   }

@@ -25,8 +25,9 @@ bool run_energies(const RunColumns& run, const double* const q[3], int begin, in
       const Doubles kept = keep(bits, square - splat<double>(1)) + splat<double>(1);
       least = kept < least ? kept : least;
       most = kept > most ? kept : most;
-      const Doubles k = run.ks ? load(run.ks + i) : splat<double>(run.k);
       const Doubles rest = run.ks ? load(run.rests + i) : splat<double>(run.rest);
+      const Doubles k = run.ks ? taut_stiffness<double>(run.sense, load(run.ks + i), rest, square)
+                               : splat<double>(run.k);
       const Doubles strain = square_root(square) - rest;
       sums[part] += keep(bits, (0.5 * k) * (strain * strain));
     }

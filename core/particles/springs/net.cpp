@@ -100,7 +100,8 @@ bool brings_together(std::span<const std::int32_t> place, std::span<const Net::S
 
 }  // namespace
 
-Net::Net(int n, std::span<const Spring> springs) {
+Net::Net(int n, std::span<const Spring> springs, SpringSense of_all, bool own_numbers)
+    : sense(of_all) {
   if (springs.empty()) return;
   const Ends ends(n, springs);
 
@@ -139,7 +140,7 @@ Net::Net(int n, std::span<const Spring> springs) {
     for (std::size_t s = 0; next != end_of_block; ++s, ++next) {
       Slot& slot = *next;
       const End* model = nullptr;
-      bool alike = true;
+      bool alike = sense == SpringSense::kBoth && !own_numbers;
       for (int lane = 0; lane < 8; ++lane) {
         if (s >= block_ends[lane].size()) continue;
         const End& end = block_ends[lane][s];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/particles/springs/spring_sense.h"
 
 namespace sim {
 
@@ -37,7 +38,9 @@ class Net {
   };
 
   Net() = default;
-  Net(int n, std::span<const Spring> springs);
+  // Springs of another sense than both, or that change, have numbers of their own in every slot.
+  Net(int n, std::span<const Spring> springs, SpringSense sense = SpringSense::kBoth,
+      bool own_numbers = false);
 
   bool empty() const { return slots.size() == 0; }
   bool reordered() const { return !order.empty(); }
@@ -60,6 +63,21 @@ class Net {
     }
   }
 
+  // Calls take(k, rest) for the numbers of its own of every end at i that leads to `other`, until
+  // it returns true.
+  template <class Take>
+  void find(int i, int other, Take take) {
+    if (empty()) return;
+    const int p = reordered() ? place[static_cast<std::size_t>(i)] : i;
+    const auto block = static_cast<std::size_t>(p / 8), lane = static_cast<std::size_t>(p % 8);
+    for (int s = first[block]; s < first[block + 1]; ++s) {
+      const Slot& slot = slots[static_cast<std::size_t>(s)];
+      if (!(slot.present >> lane & 1)) break;
+      if (slot.kind >= 0 || slot.to[lane] != other) continue;
+      if (take(&ks[slot.own() + lane], &rests[slot.own() + lane])) return;
+    }
+  }
+
   // The particle at each place and the place of each particle, padded to whole blocks, if
   // reordered.
   std::vector<std::int32_t> order, place;
@@ -67,6 +85,7 @@ class Net {
   ArrayOf<Slot> slots;
   std::vector<Kind> kinds;
   std::vector<double> ks, rests;  // 8 for each slot whose springs differ
+  SpringSense sense = SpringSense::kBoth;
 };
 
 }  // namespace sim

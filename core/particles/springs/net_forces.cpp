@@ -11,7 +11,7 @@ void add_net_carefully(const Net& net, const double* const q[3], int p, int lane
     const int a = net.reordered() ? net.order[static_cast<std::size_t>(p + lane)] : p + lane;
     net.at(a, [&](int b, double k, double rest) {
       const Vec3 d = position(a) - position(b);
-      const double s = spring_factor(d, k, k * rest);
+      const double s = spring_factor(net.sense, d, k, rest);
       for (int axis = 0; axis < 3; ++axis) sum[axis][lane] = std::fma(s, d[axis], sum[axis][lane]);
     });
   }

@@ -24,11 +24,15 @@ SIM_INLINE Seeded seeded(const double* points, const std::int32_t* to, const V3<
   return {d, dd, seed(dd)};
 }
 
-SIM_INLINE Constants<double> constants(const Net& net, const Net::Slot& slot, int half) {
+// From dd = |d|^2, which tells springs of one sense whether they are slack.
+SIM_INLINE Constants<double> constants(const Net& net, const Net::Slot& slot, int half,
+                                       Doubles dd) {
   if (slot.kind >= 0) [[likely]]
     return {splat<double>(net.kind_of(slot).k), splat<double>(net.kind_of(slot).k_rest)};
-  const Doubles k = load(net.ks.data() + slot.own() + half);
-  return {k, k * load(net.rests.data() + slot.own() + half)};
+  const Doubles rest = load(net.rests.data() + slot.own() + half);
+  const Doubles k =
+      taut_stiffness<double>(net.sense, load(net.ks.data() + slot.own() + half), rest, dd);
+  return {k, k * rest};
 }
 
 // The forces of a net on the particles at `lanes` places from p.
@@ -47,7 +51,7 @@ SIM_INLINE V3<double> net_block(const Net& net, const double* const q[3], const 
   for (; slot != end; ++slot) {
     const Seeded now = next;
     if (slot + 1 != end) next = seeded(points, slot[1].to + half, here);
-    const Constants<double> spring = constants(net, *slot, half);
+    const Constants<double> spring = constants(net, *slot, half, now.dd);
     const unsigned bits = slot->present >> half & kAll;
     add_scaled(spring_factors(now.dd, now.r, spring, bits, errors), now.d, sum);
   }

@@ -5,21 +5,35 @@
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
+// k, or 0 where springs of one sense are slack: slack() of the squares. A dd that is not a number
+// keeps k, and with it what is wrong.
+template <class Real>
+SIM_INLINE V<Real> taut_stiffness(SpringSense sense, V<Real> k, V<Real> rest, V<Real> dd) {
+  if (sense == SpringSense::kBoth) [[likely]]
+    return k;
+  const V<Real> zero{}, sign = splat<Real>(static_cast<int>(sense));
+  return sign * (dd - rest * rest) < zero ? zero : k;
+}
+
 // k and k r of springs, for instance those that the particles from i on own.
 template <class Real>
 struct Constants {
   V<Real> k, k_rest;
 
   SIM_INLINE Constants(V<Real> stiffness, V<Real> times_rest) : k(stiffness), k_rest(times_rest) {}
-  SIM_INLINE Constants(const RunColumns& run, std::int64_t i) : Constants(run) { at(run, i); }
+  SIM_INLINE Constants(const RunColumns& run, std::int64_t i, V<Real> dd) : Constants(run) {
+    at(run, i, dd);
+  }
   // Of a uniform run; of another one until at() looks them up. -k is what forces need.
   SIM_INLINE explicit Constants(const RunColumns& run)
       : k(-splat<Real>(run.minus_k)), k_rest(splat<Real>(run.k_rest)) {}
-  SIM_INLINE void at(const RunColumns& run, std::int64_t i) {
+  // dd = |d|^2 of these springs, for those of one sense.
+  SIM_INLINE void at(const RunColumns& run, std::int64_t i, V<Real> dd) {
     if (!run.ks) [[likely]]
       return;
-    k = load<Real>(run.ks + i);
-    k_rest = k * load<Real>(run.rests + i);
+    const V<Real> rest = load<Real>(run.rests + i);
+    k = taut_stiffness<Real>(run.sense, load<Real>(run.ks + i), rest, dd);
+    k_rest = k * rest;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/base/assert.h"
 #include "core/particles/springs/energy.h"
@@ -30,10 +31,12 @@ struct StrideStatistics {
   }
 };
 
-SpringRun empty_run(int n, int stride, const StrideStatistics& statistics) {
+SpringRun empty_run(int n, int stride, const StrideStatistics& statistics, SpringSense sense,
+                    bool own_numbers) {
   SpringRun run;
   run.stride = stride;
-  run.uniform = statistics.uniform;
+  run.uniform = statistics.uniform && sense == SpringSense::kBoth && !own_numbers;
+  run.sense = sense;
   run.k = statistics.k;
   run.rest = statistics.rest;
   run.owners.resize(static_cast<std::size_t>(n) / 8 + 2);
@@ -83,7 +86,19 @@ double spring_factor(const Vec3& d, double k, double k_rest) {
   return s <= std::numeric_limits<double>::max() || s != s ? s : 0;
 }
 
-Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(n) {
+double spring_factor(SpringSense sense, const Vec3& d, double k, double rest) {
+  if (sense != SpringSense::kBoth && slack(sense, length(d), rest)) return 0;
+  return spring_factor(d, k, k * rest);
+}
+
+double spring_stretch(SpringSense sense, const Vec3& d, double rest) {
+  const double now = length(d);
+  return slack(sense, now, rest) ? 0 : now - rest;
+}
+
+Springs::Springs(int n, const std::function<void(const Visit&)>& for_each, SpringSense sense,
+                 bool breakable)
+    : n_(n), sense_(sense) {
   // First pass: how many springs each stride has, and whether they are alike.
   std::map<int, StrideStatistics> strides;
   auto last = strides.end();
@@ -107,7 +122,7 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
       for (SpringRun& run : found->second)
         if (!run.owns(low)) return put(run, low, k, rest);
       if (found->second.size() < kMaxLayers) {
-        found->second.push_back(empty_run(n, high - low, strides[high - low]));
+        found->second.push_back(empty_run(n, high - low, strides[high - low], sense, breakable));
         return put(found->second.back(), low, k, rest);
       }
     }
@@ -129,7 +144,44 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each) : n_(
     for (const SpringRun& run : runs_) all += run.count;
     return all == count_;
   }());
-  net_ = Net(n, others);
+  net_ = Net(n, others, sense, breakable);
+  if (breakable) find_places(for_each);
+}
+
+// Springs that are alike between the same two particles are taken in the order of runs and slots.
+void Springs::find_places(const std::function<void(const Visit&)>& for_each) {
+  std::set<const double*> taken;
+  const auto take = [&](double* k, double* rest, double wanted_k, double wanted_rest) {
+    return *k == wanted_k && *rest == wanted_rest && taken.insert(k).second;
+  };
+  for_each([&](int a, int b, double k, double rest) {
+    const int low = std::min(a, b), high = std::max(a, b);
+    Numbers& numbers = places_.emplace_back();
+    for (SpringRun& run : runs_) {
+      if (run.stride != high - low || !run.owns(low)) continue;
+      const auto at = static_cast<std::size_t>(low + SpringRun::kPad);
+      if (!take(&run.ks[at], &run.rests[at], k, rest)) continue;
+      numbers = {{&run.ks[at], nullptr}, {&run.rests[at], nullptr}};
+      return;
+    }
+    for (const std::size_t end : {0U, 1U})
+      net_.find(end == 0 ? low : high, end == 0 ? high : low, [&](double* own_k, double* own_rest) {
+        if (!take(own_k, own_rest, k, rest)) return false;
+        numbers.k[end] = own_k;
+        numbers.rest[end] = own_rest;
+        return true;
+      });
+  });
+}
+
+void Springs::set(std::size_t index, double k, double rest) {
+  const Numbers& numbers = places_[index];
+  count_ += (k > 0) - (*numbers.k[0] > 0);
+  for (const std::size_t end : {0U, 1U}) {
+    if (!numbers.k[end]) continue;
+    *numbers.k[end] = k;
+    *numbers.rest[end] = rest;
+  }
 }
 
 double Springs::potential(const ParticleView& view, Tile tile) const {
@@ -139,7 +191,7 @@ double Springs::potential(const ParticleView& view, Tile tile) const {
   for (int i = tile.begin; i < tile.end; ++i)
     net_.at(i, [&](int to, double k, double rest) {
       if (to < i) return;
-      const double strain = length(view.position(i) - view.position(to)) - rest;
+      const double strain = spring_stretch(sense_, view.position(i) - view.position(to), rest);
       sum += 0.5 * k * strain * strain;
     });
   return sum;

@@ -1,6 +1,7 @@
 // Springs in the form the machine likes: runs of constant index stride, and the rest as a list.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -23,6 +24,15 @@ inline Vec3 spring_force(const Vec3& d, double k, double k_rest) {
   return spring_factor(d, k, k_rest) * d;
 }
 
+// The same, but 0 where it is slack.
+double spring_factor(SpringSense sense, const Vec3& d, double k, double rest);
+inline Vec3 spring_force(SpringSense sense, const Vec3& d, double k, double rest) {
+  return spring_factor(sense, d, k, rest) * d;
+}
+
+// |d| - rest, or 0 where the spring is slack.
+double spring_stretch(SpringSense sense, const Vec3& d, double rest);
+
 // Where |d|^2 is far from underflow and overflow.
 inline constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;
 
@@ -36,9 +46,10 @@ struct SpringRun {
   int stride = 0;
   int count = 0;
   bool uniform = true;
-  double k = 0, rest = 0;            // N/m and m, of all springs of a uniform run
-  Array ks, rests;                   // otherwise: entry a + kPad for the spring that a owns
-  std::vector<std::uint8_t> owners;  // bit a % 8 of byte a / 8; n / 8 + 2 bytes
+  SpringSense sense = SpringSense::kBoth;  // of one sense alone: never uniform
+  double k = 0, rest = 0;                  // N/m and m, of all springs of a uniform run
+  Array ks, rests;                         // otherwise: entry a + kPad for the spring that a owns
+  std::vector<std::uint8_t> owners;        // bit a % 8 of byte a / 8; n / 8 + 2 bytes
 
   bool owns(int a) const { return bit(owners.data(), a); }
   double k_of(int a) const { return uniform ? k : ks[static_cast<std::size_t>(a + kPad)]; }
@@ -51,6 +62,7 @@ struct RunColumns {
   const double *ks, *rests;         // null in a uniform run
   double k, rest, k_rest, minus_k;  // of a uniform run
   std::int64_t stride;
+  SpringSense sense;
 
   explicit RunColumns(const SpringRun& run)
       : owners(run.owners.data()),
@@ -60,7 +72,8 @@ struct RunColumns {
         rest(run.rest),
         k_rest(run.k * run.rest),
         minus_k(-run.k),
-        stride(run.stride) {}
+        stride(run.stride),
+        sense(run.sense) {}
 
   double k_of(std::int64_t a) const { return ks ? ks[a] : k; }
   double rest_of(std::int64_t a) const { return ks ? rests[a] : rest; }
@@ -71,20 +84,27 @@ class Springs {
   using Visit = std::function<void(int a, int b, double k, double rest)>;
 
   // Finds the runs in any list of springs: for_each calls its argument for every spring, always in
-  // the same order, with a != b in [0, n). Nothing of the list itself is kept.
-  Springs(int n, const std::function<void(const Visit&)>& for_each);
+  // the same order, with a != b in [0, n). breakable: set() may change the numbers of each.
+  Springs(int n, const std::function<void(const Visit&)>& for_each,
+          SpringSense sense = SpringSense::kBoth, bool breakable = false);
 
   std::span<const SpringRun> runs() const { return runs_; }
   const Net& net() const { return net_; }  // those in no run
-
   long count() const { return count_; }
+  SpringSense sense() const { return sense_; }  // of all
 
   // Elastic energy of the springs whose lower end is in the tile, in J.
   double potential(const ParticleView& view, Tile tile) const;
 
+  // The numbers of spring `index`, in the order of for_each; of one that is broken, 0 and 0.
+  void set(std::size_t index, double k, double rest);
+
   // Calls visit(to, k, rest) for every spring at particle i.
   template <class V>
-  void at(int i, V visit) const {
+  void at(int i, V visit_any) const {
+    const auto visit = [&](int to, double k, double rest) {
+      if (places_.empty() || k > 0) visit_any(to, k, rest);
+    };
     for (const SpringRun& run : runs_) {
       if (i + run.stride < n_ && run.owns(i)) visit(i + run.stride, run.k_of(i), run.rest_of(i));
       const int a = i - run.stride;
@@ -94,10 +114,17 @@ class Springs {
   }
 
  private:
+  void find_places(const std::function<void(const Visit&)>& for_each);
   int n_;
+  SpringSense sense_;
   long count_ = 0;
   std::vector<SpringRun> runs_;
   Net net_;
+  // Where the k and rest of each breakable spring are: once in a run, or at both ends in the net.
+  struct Numbers {
+    std::array<double*, 2> k{}, rest{};
+  };
+  std::vector<Numbers> places_;
 };
 
 }  // namespace sim

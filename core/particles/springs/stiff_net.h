@@ -25,6 +25,8 @@ class StiffNet {
     }
   }
 
+  SpringSense sense() const { return net_->sense; }
+
   // Takes stiffness(to, k, rest) for every end at particle i.
   template <class StiffnessOf>
   void linearise(int i, StiffnessOf stiffness) {

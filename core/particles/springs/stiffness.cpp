@@ -39,9 +39,10 @@ Vec3 difference_of(const double* const q[3], std::int64_t a, std::int64_t b) {
   return {q[0][a] - q[0][b], q[1][a] - q[1][b], q[2][a] - q[2][b]};
 }
 
-SpringStiffness stiffness_of(const double* const q[3], std::int64_t a, std::int64_t b, double k,
-                             double rest, const SpringModel& model) {
+SpringStiffness stiffness_of(const double* const q[3], std::int64_t a, std::int64_t b,
+                             SpringSense sense, double k, double rest, const SpringModel& model) {
   const Vec3 d = difference_of(q, a, b);
+  if (sense != SpringSense::kBoth && slack(sense, length(d), rest)) return {};
   if (!model.before) return spring_stiffness(d, k, rest, model.clamped);
   return predicted_stiffness(d, difference_of(model.before, a, b), k, rest, model.clamped);
 }
@@ -60,7 +61,7 @@ void linearise_carefully(const StiffRun& run, const double* const q[3], const Sp
   for (int a = i; a < i + lanes; ++a) {
     if (!bit(run.owners, a)) continue;
     const auto [along, across] =
-        stiffness_of(q, a, a + run.stride, run.k_of(a), run.rest_of(a), model);
+        stiffness_of(q, a, a + run.stride, run.sense, run.k_of(a), run.rest_of(a), model);
     run.along[a] = along;
     run.across[a] = across;
   }
@@ -85,7 +86,7 @@ void Stiffness::at(const double* const q[3], const SpringModel& model) {
     for (StiffNet& net : nets_)
       for (int i = begin; i < end; ++i)
         net.linearise(i, [&](int to, double k, double rest) {
-          return stiffness_of(q, i, to, k, rest, model);
+          return stiffness_of(q, i, to, net.sense(), k, rest, model);
         });
   });
 }

@@ -18,9 +18,9 @@ void linearise_run(const StiffRun& run, const double* const q[3], const SpringMo
   for (int i = begin; i < end; i += kDoubles) {
     const unsigned bits = block_bits<double>(run.owners, i);
     if (!bits) continue;
-    const Constants<double> spring(run, i);
     const V3<double> d = difference(run, q, i);
     const Doubles square = squared(d);
+    const Constants<double> spring(run, i, square);
     const Doubles r = seed(square), e = seed_error(square, r);
     Doubles errors = add_square(bits, e, Doubles{});
     const Doubles inverse = refined(r, e);
@@ -76,7 +76,7 @@ void soften_run(const StiffRun& run, const double* shares, int begin, int end) {
     const Doubles here = load(shares + i), there = load(shares + i + run.stride);
     const Doubles least = here < there ? here : there;
     const Doubles along = load(run.along + i), share = along < zero ? least : one;
-    const Doubles k = Constants<double>(run, i).k, softer = along * share;
+    const Doubles k = (run.ks ? load(run.ks + i) : splat<double>(run.k)), softer = along * share;
     const Doubles factor = share < one ? (k - softer) / (k - along) : one;
     store(run.along + i, keep(bits, softer));
     store(run.across + i, keep(bits, load(run.across + i) * factor));

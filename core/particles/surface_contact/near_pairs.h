@@ -29,6 +29,12 @@ class NearPairs {
   const SurfaceParts& parts() const { return parts_; }
   std::span<const SurfacePair> pairs() const { return pairs_; }
 
+  // As SurfaceParts::tear(); the list is made again.
+  void tear(std::span<const std::array<int, 2>> torn) {
+    parts_.tear(torn);
+    covers_.clear();
+  }
+
   // A step begins, from these places on these ways. Every pair that may come nearer than the reach
   // of rows, 1.5 thicknesses, is listed.
   void begin(std::span<const Vec3> from, std::span<const Vec3> way, Team& team);

@@ -77,9 +77,12 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles, Ho
 }
 
 std::string SurfaceContact::objection(const ParticleView& view) {
-  if (const auto pair = Crossings(spec_.surfaces).first(view); !pair.empty())
+  Crossings crossings(spec_.surfaces);
+  crossings.tear(torn_);
+  if (const auto pair = crossings.first(view); !pair.empty())
     return "triangles " + named(pair[0]) + " and " + named(pair[1]) + " cross";
   SurfaceParts parts(spec_.surfaces, spec_.self, places(view));
+  parts.tear(torn_);
   std::vector<Box> boxes;
   for (int i = 0; i < view.n; ++i) {
     const Vec3 side = Vec3::Constant(kNoDistance * spec_.thickness);
@@ -134,6 +137,7 @@ void SurfaceContact::make_rows() {
 bool SurfaceContact::limit_strain() {
   bool any = false;
   for (std::size_t e = 0; e < longest_.size(); ++e) {
+    if (pairs_.parts().edge_gone(e)) continue;
     const auto [a, b] = pairs_.parts().edges()[e];
     const Vec3 start = from_[slot(b)] - from_[slot(a)];
     const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);

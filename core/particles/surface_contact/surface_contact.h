@@ -43,6 +43,12 @@ class SurfaceContact {
     body_surfaces_ = surfaces;
   }
 
+  // Between these pairs of particles surfaces are open. Replaces what was said before.
+  void tear(std::span<const std::array<int, 2>> torn) {
+    torn_.assign(torn.begin(), torn.end());
+    pairs_.tear(torn);
+  }
+
   const SurfaceContactSpec& spec() const { return spec_; }
   // Why these places are not allowed: two triangles that cross or touch. Empty where they are.
   std::string objection(const ParticleView& view);
@@ -97,6 +103,7 @@ class SurfaceContact {
   std::unique_ptr<HeldPieces> held_;  // where there are constraints
   const Solids* solids_ = nullptr;    // where there are bodies that touch
   std::span<const Surface> body_surfaces_;
+  std::vector<std::array<int, 2>> torn_;
   std::vector<TouchPoint> points_;
   std::vector<int> movers_;  // particles that a step may change: of surfaces, or all
   std::vector<Vec3> first_, from_, way_, free_way_, ends_, velocity_;  // first_: at leg 0

@@ -22,6 +22,7 @@ class SurfaceCorrection final : public StepCorrection {
   std::string title() const override { return "sim.contact"; }
   double take_dissipation(double late) override { return contact_.take_work(late); }
   Account account() const override;
+  void tear(std::span<const std::array<int, 2>> torn) override { contact_.tear(torn); }
   std::string objection(double t, const double* x) override {
     return contact_.objection(particles_->view(t, x));
   }

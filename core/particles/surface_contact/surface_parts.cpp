@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
+
+#include "core/particles/elements/torn_faces.h"
 
 namespace sim {
 namespace {
@@ -167,9 +170,24 @@ void SurfaceParts::leaves(const Node& a, const Node& b, std::span<const Box> box
   }
 }
 
+void SurfaceParts::tear(TornPairs torn) {
+  triangle_gone_.clear();
+  edge_gone_.clear();
+  if (torn.empty()) return;
+  std::set<std::array<int, 2>> held;  // edges of faces that are there
+  for (const TriangleMesh::Triangle& t : triangles_) {
+    triangle_gone_.push_back(torn_face(torn, t));
+    for (std::size_t k = 0; k < 3 && !triangle_gone_.back(); ++k)
+      held.insert({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+  }
+  for (const auto& [a, b] : edges_)
+    edge_gone_.push_back(!held.contains({std::min(a, b), std::max(a, b)}));
+}
+
 void SurfaceParts::triangle_pairs(int a, int b, std::span<const Box> boxes,
                                   std::vector<SurfacePair>& found) const {
   const auto vertices_at = [&](int of, int other) {
+    if (!triangle_gone_.empty() && triangle_gone_[slot(other)]) return;
     const TriangleMesh::Triangle& t = triangles_[slot(other)];
     for (const int v : owned_[slot(of)].vertices)
       if (v >= 0 && !among(v, t) && boxes[slot(v)].meets(triangle_boxes_[slot(other)]))
@@ -178,12 +196,12 @@ void SurfaceParts::triangle_pairs(int a, int b, std::span<const Box> boxes,
   vertices_at(a, b);
   vertices_at(b, a);
   for (const int e : owned_[slot(a)].edges) {
-    if (e < 0) continue;
+    if (e < 0 || edge_gone(slot(e))) continue;
     const auto [p, q] = edges_[slot(e)];
     const Box box = joined(boxes[slot(p)], boxes[slot(q)]);
     if (!box.meets(triangle_boxes_[slot(b)])) continue;
     for (const int f : owned_[slot(b)].edges) {
-      if (f < 0) continue;
+      if (f < 0 || edge_gone(slot(f))) continue;
       const auto [r, s] = edges_[slot(f)];
       if (p == r || p == s || q == r || q == s) continue;
       if (box.meets(joined(boxes[slot(r)], boxes[slot(s)])))

@@ -48,6 +48,11 @@ class SurfaceParts {
   std::span<const std::array<int, 2>> edges() const { return edges_; }
   std::span<const TriangleMesh::Triangle> triangles() const { return triangles_; }
 
+  // Faces with such an edge are in no pair any more, nor are edges that are torn or left without a
+  // face. Replaces what was said before.
+  void tear(std::span<const std::array<int, 2>> torn);
+  bool edge_gone(std::size_t edge) const { return !edge_gone_.empty() && edge_gone_[edge]; }
+
   // All pairs whose boxes meet, those of a vertex and a triangle before it; boxes: of the
   // particles. Memory is kept in `pairs`.
   void find_pairs(std::span<const Box> boxes, Team& team, std::vector<SurfacePair>& pairs);
@@ -85,6 +90,7 @@ class SurfaceParts {
   std::vector<Node> nodes_;
   std::vector<Box> triangle_boxes_;
   std::vector<Task> tasks_;
+  std::vector<std::uint8_t> triangle_gone_, edge_gone_;  // where surfaces are torn, else empty
 };
 
 }  // namespace sim

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace sim::study {
 namespace {
@@ -57,6 +58,10 @@ void Companion::follow(const Simulation& run) {
   auto settings = std::make_shared<Settings>(run.settings());
   settings->method = now.settings->method;
   settings->h = now.settings->h;
+  // What it broke by itself stays broken, and what a hand cut is.
+  std::vector<int> broken;
+  std::ranges::set_union(settings->broken, now.settings->broken, std::back_inserter(broken));
+  settings->broken = std::move(broken);
   // What is held or pinned stands and moves as the hand says, not as forces do.
   for (const StatePart& part : run.shape().parts())
     for (const int i : part.item == "particle" ? settings->fixed() : std::vector<int>())

@@ -280,6 +280,7 @@ std::vector<std::pair<std::string, double>> family_shares(const Simulation& syst
       if (link.to < i) continue;
       const Vec3 d = system.position(i) - system.position(link.to);
       const double length = d.stableNorm();
+      if (slack(link.sense, length, link.rest)) continue;
       const Vec3 e = moved(i) - moved(link.to);
       double energy = 0.5 * link.stiffness * e.squaredNorm();
       if (length > 0) {

@@ -1,5 +1,6 @@
 // What colliders did, and what else changes the ends of steps.
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/text.h"
 #include "core/particles/particle_system.h"
@@ -12,7 +13,14 @@ namespace {
 
 class ContactCriterion final : public Criterion {
  public:
-  explicit ContactCriterion(const Watched& run) : system_(&run.system), balance_(*run.balance) {}
+  explicit ContactCriterion(const Watched& run)
+      : system_(&run.system),
+        balance_(*run.balance),
+        elastic_(!run.spec.bodies.empty() && !run.spec.contact &&
+                 std::ranges::all_of(run.spec.bodies, [](const RigidSpec& body) {
+                   return !body.touches ||
+                          (body.surface.restitution == 1 && body.surface.friction == 0);
+                 })) {}
 
   void look(const Energy* /*energy*/) override {}
 
@@ -37,6 +45,13 @@ class ContactCriterion final : public Criterion {
     words += (acted.size() > 1 ? ", together took " : ", took ") + brief(work.lost, 3) + " J";
     if (particles_of(*system_)->contacts().move())
       words += ", colliders did " + brief(work.given, 3) + " J";
+    // Without friction, with a restitution of 1, contact of bodies takes nothing.
+    constexpr double kTaken = 1e-3;  // of the energy in play
+    const double took = std::fabs(work.lost);
+    if (elastic_ && took > kTaken * balance_.in_play())
+      findings.push_back(
+          {Trust::kSuspect, "elastic contact without friction took " + brief(took, 3) + " J, " +
+                                percent(took, balance_.in_play()) + " of the energy in play"});
   }
 
  private:
@@ -63,6 +78,7 @@ class ContactCriterion final : public Criterion {
 
   Simulation* system_;
   EnergyBalance& balance_;
+  bool elastic_;  // all bodies that touch something
 };
 
 }  // namespace

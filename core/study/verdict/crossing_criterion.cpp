@@ -42,6 +42,7 @@ class CrossingCriterion final : public Criterion {
 
  private:
   void count() {
+    if (system_->breaks()) crossings_.tear(system_->torn());
     const auto now =
         crossings_.count(particles_of(*system_)->view(system_->t(), system_->state().data()));
     if (now > 0 && most_ == 0) first_ = system_->t();

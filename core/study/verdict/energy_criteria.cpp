@@ -136,7 +136,10 @@ Finding EnergyCriterion::finding(const Parting& shadow) const {
   const std::string cause =
       of_forces ? "; no step mends it: some potential jumps, or is not that of its force" : "";
   const std::string damping = balance_.has_work() ? "forces" : "drag";
-  const std::string taker = drag && contact ? damping + " and contact" : drag ? damping : "contact";
+  const std::string between = system_->breaks() ? "contact and springs that broke" : "contact";
+  const std::string taker = drag && contact ? damping + " and " + between
+                            : drag          ? damping
+                                            : between;
   if (error > 0)
     return {Trust::kSuspect,
             "energy rose by " + brief(error, 3) + " J, " + percent(error, scale) + " of the " +

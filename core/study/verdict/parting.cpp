@@ -34,6 +34,9 @@ Finding finding_of(const Parting& parting, const Simulation& run) {
     return {Trust::kSuspect, std::string(run.second_order() ? "a force" : "the right-hand side") +
                                  " has a pulse near t = " + brief(parting.missed_at, 4) +
                                  " s that no step has seen"};
+  if (!std::isnan(parting.others_broke_at))
+    return {Trust::kChaotic, "positions are right until about t = " + brief(parting.horizon, 2) +
+                                 " s (with a finer step other springs break)"};
   const bool chaotic = parting.chaotic();
   constexpr double kFast = 1e4;
   const std::string parting_rate =

@@ -40,6 +40,8 @@ struct Parting {
   std::vector<OtherFigures> figures;  // as Shadow::judge() asked
   double missed_at = std::nan("");    // s, where the right-hand side did what no step has seen
 
+  double others_broke_at = std::nan("");  // s, from when on the shadow has other broken ties
+
   Pinch pinch;                       // the narrowest of the shadow
   double pinched_at = std::nan("");  // s, when that was too narrow to know how it came out
 

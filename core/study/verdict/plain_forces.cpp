@@ -31,6 +31,12 @@ double given_number(const PartSpec& part, const std::string& name) {
   return number ? *number : std::nan("");
 }
 
+bool given_flag(const PartSpec& part, const std::string& name) {
+  const auto given = part.given.find(name);
+  const bool* const flag = given == part.given.end() ? nullptr : std::get_if<bool>(&given->second);
+  return flag && *flag;
+}
+
 // The numbers that each element gives for itself, or null.
 const double* own_numbers(const PartSpec& part, const std::string& name) {
   const auto column = part.elements.values.find(name);
@@ -47,7 +53,7 @@ PlainForces::PlainForces(const SystemSpec& spec, const ParticleSystem& particles
     return !part.switch_name.empty() && std::ranges::binary_search(off, part.switch_name);
   });
   for (std::size_t f = 0; known_ && f < particles.forces().size(); ++f) {
-    const Force& force = *particles.forces()[f];
+    Force& force = *particles.forces()[f];
     Potential potential{&force};
     if (const auto affine = force.affine()) {
       gravity_ += affine->acceleration;
@@ -59,7 +65,8 @@ PlainForces::PlainForces(const SystemSpec& spec, const ParticleSystem& particles
       }
     }
     if (force.springs()) {
-      known_ = f < spec.forces.size() && !std::isnan(given_number(spec.forces[f], "stiffness"));
+      known_ = !force.breakable() && f < spec.forces.size() &&
+               !std::isnan(given_number(spec.forces[f], "stiffness"));
       if (known_) add_springs(spec, spec.forces[f], view, potential);
     }
     if (force.affine() || (force.springs() && view.n <= kAll)) potentials_.push_back(potential);
@@ -97,6 +104,9 @@ void PlainForces::add_springs(const SystemSpec& spec, const PartSpec& part,
     return numbers && tie.index >= 0 && !std::isnan(numbers[tie.index]) ? numbers[tie.index]
                                                                         : otherwise;
   };
+  const SpringSense sense = given_flag(part, "tension_only")       ? SpringSense::kTension
+                            : given_flag(part, "compression_only") ? SpringSense::kCompression
+                                                                   : SpringSense::kBoth;
   const bool whole = view.n <= kAll;
   part.elements.for_each([&](const Element& tie) {
     const int a = tie.ids[0], b = tie.ids[1];
@@ -109,18 +119,19 @@ void PlainForces::add_springs(const SystemSpec& spec, const PartSpec& part,
     if (whole) {
       double d[3];
       const double length = distance(view, a, b, d);
-      potential.energy += 0.5 * k * (length - r) * (length - r);
+      if (!slack(sense, length, r)) potential.energy += 0.5 * k * (length - r) * (length - r);
       potential.scale += k * (length * length + r * r);
     }
-    add_tie(a, b, k, r);
-    add_tie(b, a, k, r);
+    add_tie(a, b, k, r, sense);
+    add_tie(b, a, k, r, sense);
   });
 }
 
-void PlainForces::add_tie(int from, int to, double stiffness, double rest) {
+void PlainForces::add_tie(int from, int to, double stiffness, double rest, SpringSense sense) {
   const int k = place_[static_cast<std::size_t>(from)];
   if (k >= 0)
-    ties_.push_back({static_cast<std::size_t>(k), to, families_.size() - 1, stiffness, rest});
+    ties_.push_back(
+        {static_cast<std::size_t>(k), to, families_.size() - 1, stiffness, rest, sense});
 }
 
 std::vector<PlainForces::Sum> PlainForces::forces(const ParticleView& view) const {
@@ -137,6 +148,7 @@ std::vector<PlainForces::Sum> PlainForces::forces(const ParticleView& view) cons
     if (together) continue;
     Sum& sum = sums[tie.k];
     sum.scale += tie.stiffness * (length + tie.rest);
+    if (length > kSquareUnderflows && slack(tie.sense, length, tie.rest)) continue;
     // Scalar code knows nothing where a square underflows, nor, by itself, where one overflows.
     const double s =
         length > kSquareUnderflows ? tie.stiffness * (1 - tie.rest / length) : HUGE_VAL;

@@ -44,9 +44,10 @@ class PlainForces {
     int to;
     std::size_t family;
     double stiffness, rest;  // N/m, m
+    SpringSense sense;
   };
 
-  void add_tie(int from, int to, double stiffness, double rest);
+  void add_tie(int from, int to, double stiffness, double rest, SpringSense sense);
   void choose_ids(const ParticleView& view);
   void add_springs(const SystemSpec& spec, const PartSpec& part, const ParticleView& view,
                    Potential& potential);

@@ -63,7 +63,7 @@ void Shadow::look(const Energy* energy, std::span<const double> observed) {
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
   frames_.push_back({{run_->step_count(), run_->t()},
                      {places(*run_), energy ? energy->total() : std::nan(""),
-                      may_jump_ ? state_of(*run_) : std::vector<double>()},
+                      may_jump_ ? state_of(*run_) : std::vector<double>(), run_->settings().broken},
                      0,
                      {observed.begin(), observed.end()}});
   if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);
@@ -105,8 +105,10 @@ ShadowRun::Plan Shadow::plan(double steps) const {
 }
 
 ShadowRun Shadow::shadow_run(ShadowRun::Plan plan) const {
-  return {*spec_,   *registry_,     run_->settings(), {start_.step, start_.t()},
-          start_.x, std::move(plan)};
+  Settings own = run_->settings();
+  own.broken = start_.settings->broken;
+  own.broken_energy = start_.settings->broken_energy;
+  return {*spec_, *registry_, own, {start_.step, start_.t()}, start_.x, std::move(plan)};
 }
 
 bool Shadow::follow_beside(const std::function<bool()>& stop) {
@@ -186,6 +188,15 @@ void Shadow::compare_frame(const Frame& frame, double factor, const Sight& shado
   if (!(energy <= result.energy)) result.energy = energy;
 }
 
+// A tie that breaks a step later breaks all the same: what counts is the end, and since when.
+void Shadow::compare_broken(const ShadowRun& shadow, Parting& result) const {
+  for (std::size_t k = frames_.size() - 1; k > 0; --k) {
+    if (frames_[k].seen.broken == shadow.path()[k - 1].broken) return;
+    result.others_broke_at = frames_[k].at.t;
+    result.horizon = std::min(result.horizon, frames_[k].at.t);
+  }
+}
+
 std::vector<double> Shadow::observe(ShadowRun& shadow, std::size_t frame) const {
   Simulation& system = shadow.system();
   Snapshot then = system.snapshot();
@@ -193,6 +204,11 @@ std::vector<double> Shadow::observe(ShadowRun& shadow, std::size_t frame) const 
   then.t0 = frames_[frame].at.t;
   then.x = shadow.path()[frame - 1].state;
   then.memory = {};
+  if (system.breaks()) {
+    auto own = std::make_shared<Settings>(*then.settings);
+    own->broken = shadow.path()[frame - 1].broken;
+    then.settings = std::move(own);
+  }
   system.restore(then);
   return spec_->observe(system);
 }
@@ -234,6 +250,7 @@ Parting Shadow::compare(const std::function<bool()>& stop, bool spread) {
                             : 1 / (1 - std::pow(plan.steps_per_step, -std::max(1, info.order)));
   for (std::size_t k = 1; k < frames_.size(); ++k)
     compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
+  compare_broken(shadow, result);
   compare_observed(shadow, result);
   for (const double figure : shadow.figures()) result.figures.push_back({figure});
   result.strain = shadow.strain();

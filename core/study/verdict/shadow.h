@@ -59,6 +59,7 @@ class Shadow {
   // What observers say at a frame, which the system of the shadow is put back to.
   std::vector<double> observe(ShadowRun& shadow, std::size_t frame) const;
   void compare_observed(ShadowRun& shadow, Parting& result) const;
+  void compare_broken(const ShadowRun& shadow, Parting& result) const;
   // From a first state 1e-7 of the size away, another one for each number.
   ShadowRun neighbour(int which) const;
   void look_for_chaos(const ShadowRun& shadow, const std::function<bool()>& stop,

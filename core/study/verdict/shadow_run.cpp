@@ -53,7 +53,8 @@ bool ShadowRun::follow(const Moment& to, const std::function<bool()>& stop) {
   }
   now_ = to;
   path_.push_back({places(system_), plan_.energy ? system_.energy().total() : std::nan(""),
-                   plan_.states ? state_of(system_) : std::vector<double>()});
+                   plan_.states ? state_of(system_) : std::vector<double>(),
+                   system_.settings().broken});
   return true;
 }
 

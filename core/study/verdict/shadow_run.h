@@ -23,6 +23,7 @@ struct Sight {
   std::vector<double> x;      // coordinates of all particles, or the numbers of a flat state
   double energy;              // J, total; not a number where it is not wanted
   std::vector<double> state;  // X, where it is wanted
+  std::vector<int> broken;    // as in Settings
 };
 
 std::vector<double> places(Simulation& system);  // Sight::x of the present state

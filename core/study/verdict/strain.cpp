@@ -82,7 +82,11 @@ StrainedSpring worst_spring(Simulation& system) {
   for (const auto& force : particles->forces()) {
     const Springs* springs = force->springs();
     if (!springs) continue;
-    const auto look = [&](int a, int b, double /*k*/, double rest) { worst.look(a, b, rest); };
+    const SpringSense sense = springs->sense();
+    const auto look = [&](int a, int b, double /*k*/, double rest) {
+      if (sense == SpringSense::kBoth || !slack(sense, worst.square(a, b), rest * rest))
+        worst.look(a, b, rest);
+    };
     for (const SpringRun& run : springs->runs())
       if (run.uniform)
         worst.look(run);
@@ -119,7 +123,8 @@ Pinch nearest_pinch(Simulation& system, double ahead) {
     if (margin < nearest.margin) nearest = {a, b, nearest.share, margin};
   };
   for (const auto& force : particles->forces())
-    if (const Springs* springs = force->springs())
+    if (const Springs* springs = force->springs();
+        springs && springs->sense() != SpringSense::kTension)
       visit_near_points(*springs, p, ahead, Pinch::kNear, look);
   return nearest;
 }

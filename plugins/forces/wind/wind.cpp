@@ -1,6 +1,7 @@
 // Wind: the force of moving air on a surface, or on particles that each show it an area.
 #include <optional>
 
+#include "core/particles/elements/torn_faces.h"
 #include "core/plugin/plugin.h"
 #include "wind_forces.h"
 
@@ -48,10 +49,15 @@ class WindOnSurface final : public Wind {
     forces_->add(tile, sink);
   }
   std::unique_ptr<sim::ForceSweep> sweep() const override { return forces_->sweep(); }
+  void tear(sim::TornPairs torn) override {
+    torn_.assign(torn.begin(), torn.end());
+    forces_->tear(torn);
+  }
 
   void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
     const AirNow air = air_.at(view.t);
     for (const auto& ids : surface_->triangles()) {
+      if (sim::torn_face(torn_, ids)) continue;
       std::array<Vec3, 3> x, v;
       for (std::size_t c = 0; c < 3; ++c) {
         x[c] = view.position(ids[c]);
@@ -70,6 +76,7 @@ class WindOnSurface final : public Wind {
   std::shared_ptr<const sim::TriangleMesh> surface_;
   sim::WindLaw law_;
   std::optional<sim::WindForces> forces_;
+  std::vector<std::array<int, 2>> torn_;
 };
 
 // F = c |w| w, c = rho/2 A cn, or F = c w, c = A cn, with w = velocity of the air - v.

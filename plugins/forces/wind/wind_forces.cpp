@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/particles/elements/torn_faces.h"
+
 namespace sim {
 namespace {
 
@@ -133,6 +135,24 @@ WindForces::WindForces(const WindLaw& law, const Air& air, const TriangleMesh& s
   loose_thirds_ = Array(3 * loose_stride_);
 }
 
+void WindForces::tear(TornPairs torn) {
+  for (std::size_t r = 0; r < runs_.size(); ++r) {
+    TriangleRun& run = runs_[r];
+    if (whole_.size() == r) whole_.push_back(run.bits);
+    std::ranges::copy(whole_[r], run.bits.begin());
+    for (std::size_t a = 0; a < 8 * run.bits.size(); ++a) {
+      const auto bit = static_cast<std::uint8_t>(1 << a % 8);
+      const int id = static_cast<int>(a);
+      if ((run.bits[a / 8] & bit) &&
+          torn_face(torn, {id, id + static_cast<int>(run.b), id + static_cast<int>(run.c)}))
+        run.bits[a / 8] &= static_cast<std::uint8_t>(~bit);
+    }
+  }
+  loose_gone_.assign(loose_.size() / 3, 0);
+  for (std::size_t t = 0; t < loose_gone_.size(); ++t)
+    loose_gone_[t] = torn_face(torn, {loose_[3 * t], loose_[3 * t + 1], loose_[3 * t + 2]});
+}
+
 std::unique_ptr<ForceSweep> WindForces::sweep() const {
   if (!loose_.empty()) return nullptr;
   return std::make_unique<WindSweep>(law_, *air_, runs_);
@@ -169,6 +189,7 @@ void WindForces::add(Tile tile, ForceSink sink) const {
   for (int i = tile.begin; i < tile.end; ++i)
     for (const int place : at_.at(i)) {
       const auto at = static_cast<std::size_t>(place / 3);
+      if (!loose_gone_.empty() && loose_gone_[at]) continue;
       sink.add(i, {third[at], third[loose_stride_ + at], third[2 * loose_stride_ + at]});
     }
 }

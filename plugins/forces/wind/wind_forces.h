@@ -51,6 +51,8 @@ class WindForces {
 
   void prepare(const ParticleView& view, Team& team);
   void add(Tile tile, ForceSink sink) const;
+  // Triangles with such an edge are gone. Replaces what was said before; a sweep stays what it is.
+  void tear(std::span<const std::array<int, 2>> torn);
   std::unique_ptr<ForceSweep> sweep() const;  // null where some triangles are in no run
 
  private:
@@ -58,6 +60,8 @@ class WindForces {
   const Air* air_;
   WindKernels kernels_ = wind_kernels();
   std::vector<TriangleRun> runs_;
+  std::vector<std::vector<std::uint8_t>> whole_;  // the bits of each run before it was torn
+  std::vector<std::uint8_t> loose_gone_;          // of each loose triangle; empty: none is
   std::vector<WindSweep> sweeps_;  // of each thread
   Array sums_;                     // N, what the runs give to each particle: x, y, z
   std::vector<int> loose_;         // ids of the triangles that fit no run

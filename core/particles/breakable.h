@@ -1,0 +1,28 @@
+// Ties that break between steps where they are pulled too far.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/particles/view.h"
+
+namespace sim {
+
+// The ties of a force that may break, numbered in the order of the scene. Which ones are broken is
+// a setting of a run, as which force is on: the force is a pure function of (t, X) and of these.
+class Breakable {
+ public:
+  virtual ~Breakable() = default;
+
+  virtual int ties() const = 0;
+  virtual std::array<int, 2> ends(int tie) const = 0;
+  virtual double energy(const ParticleView& view, int tie) const = 0;  // J, of one that is whole
+
+  // Appends the whole ties that this state takes beyond their limit, ascending.
+  virtual void find_overloaded(const ParticleView& view, std::vector<int>& ties) const = 0;
+  // From now on these are broken, ascending, and no others.
+  virtual void set_broken(std::span<const int> ties) = 0;
+};
+
+}  // namespace sim

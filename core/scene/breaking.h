@@ -1,0 +1,57 @@
+// The ties of a scene that may break, numbered over all of its forces, and which ones are broken.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/particles/breakable.h"
+#include "core/particles/force.h"
+
+namespace sim {
+
+// Ties break between steps, all that the state at the end of a step takes beyond their limit, in
+// the order of the scene: no thread and no method has a say in it.
+class Breaking {
+ public:
+  // Every force of the scene in its order, with the name of its switch; empty: it has none.
+  void add(Force& force, const std::string& switch_name);
+  // Once they are bound.
+  void begin();
+
+  bool any() const { return count_ > 0; }
+  int count() const { return count_; }
+
+  // The whole ties of forces that are on which this state takes beyond their limit, ascending.
+  std::vector<int> overloaded(const ParticleView& view, std::span<const std::string> off) const;
+  std::vector<int> whole_between(int a, int b) const;
+  double energy(const ParticleView& view, std::span<const int> ties) const;  // J
+
+  // From now on these are broken, ascending, and no others.
+  void set_broken(std::span<const int> ties);
+  // Pairs that ties joined and that nothing joins any more, the lower id first, ascending.
+  std::span<const std::array<int, 2>> torn() const { return torn_; }
+
+ private:
+  struct Part {
+    Breakable* ties;
+    int first;
+    std::string switch_name;
+  };
+  const Part& part_of(int tie) const;
+
+  std::vector<Force*> forces_;
+  std::vector<Part> parts_;
+  int count_ = 0;
+  std::vector<std::uint8_t> broken_;       // of each tie
+  std::vector<std::array<int, 2>> pairs_;  // that ties join, ascending
+  std::vector<int> pair_of_;               // of each tie
+  std::vector<int> others_;                // of each pair: what joins it that cannot break
+  std::vector<std::array<int, 2>> torn_;
+};
+
+}  // namespace sim
