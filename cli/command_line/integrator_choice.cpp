@@ -1,6 +1,7 @@
 #include "cli/command_line/integrator_choice.h"
 
 #include <algorithm>
+#include <cctype>
 #include <vector>
 
 #include "cli/command_line/option_values.h"
@@ -27,6 +28,14 @@ std::vector<std::string> names_with(const std::string& param, Registry& registry
     }
   }
   return names;
+}
+
+// Names have small letters: RK4 is rk4, unless a plugin is called RK4.
+std::string known_name(std::string name, Registry& registry) {
+  if (registry.find(kind_of<Integrator>, name)) return name;
+  std::string small = name;
+  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return registry.find(kind_of<Integrator>, small) ? small : name;
 }
 
 }  // namespace
@@ -100,8 +109,9 @@ void add_options(MethodChoice& choice, const std::string& tol, const std::string
 
 MethodChoice typed(const MethodChoice& choice, const std::string& name, Registry& registry) {
   try {
-    const IntegratorPlugin& plugin = registry.get<Integrator>(name, "on the command line");
-    MethodChoice result(choice.name);
+    const std::string known = known_name(name, registry);
+    const IntegratorPlugin& plugin = registry.get<Integrator>(known, "on the command line");
+    MethodChoice result(choice.name == name ? known : choice.name);
     for (const auto& [param, value] : choice.given) {
       const auto declared = std::ranges::find(plugin.params, param, &Param::name);
       const auto* text = std::get_if<std::string>(&value);

@@ -41,9 +41,45 @@ double positive_number(const std::string& option, const std::string& text) {
   return value;
 }
 
-double non_negative_number(const std::string& option, const std::string& text) {
-  const double value = number(option, text);
-  if (!(value >= 0)) bad_value(option, text, "it must not be negative", "give a number of seconds");
+namespace {
+
+double time_in(const std::string& option, const std::string& text) {
+  const std::optional<double> value = seconds_of(text);
+  if (!value) bad_value(option, text, "it is no time", "write it in s, or like 5ms, 200us or 2min");
+  return *value;
+}
+
+}  // namespace
+
+std::optional<double> seconds_of(const std::string& text) {
+  struct Scale {
+    const char* unit;
+    const char* exponent;
+    double factor;
+  };
+  constexpr Scale kScales[] = {
+      {"us", "e-6", 1}, {"ms", "e-3", 1}, {"min", "", 60}, {"h", "", 3600}, {"s", "", 1}};
+  for (const Scale& scale : kScales) {
+    if (!text.ends_with(scale.unit)) continue;
+    std::string digits = text.substr(0, text.size() - std::string_view(scale.unit).size());
+    while (digits.ends_with(' ')) digits.pop_back();
+    // 5ms has the bits of 0.005, which a product by 1e-3 need not have.
+    const std::optional<double> value = parse_number(digits + scale.exponent);
+    return value && std::isfinite(*value * scale.factor) ? std::optional(*value * scale.factor)
+                                                         : std::nullopt;
+  }
+  return parse_number(text);
+}
+
+double positive_time(const std::string& option, const std::string& text) {
+  const double value = time_in(option, text);
+  if (!(value > 0)) bad_value(option, text, "it must be above 0", "write it like 0.005 or 5ms");
+  return value;
+}
+
+double non_negative_time(const std::string& option, const std::string& text) {
+  const double value = time_in(option, text);
+  if (!(value >= 0)) bad_value(option, text, "it must not be negative", "write it like 2 or 500ms");
   return value;
 }
 
@@ -122,12 +158,10 @@ std::vector<std::string> comma_list(const std::string& option, const std::string
   return words;
 }
 
-std::vector<std::string> command_words(int argc, const char* const* argv) {
+std::vector<std::string> command_words(const std::vector<std::string>& given) {
   std::vector<std::string> words;
   bool options_end = false;
-  const bool asks = argc > 1 && std::string_view(argv[1]) == "help";
-  for (int i = asks ? 2 : 1; i < argc; ++i) {
-    std::string word = argv[i];
+  for (std::string word : given) {
     options_end = options_end || word == "--";
     if (!options_end &&
         (word == "--energy" || word == "--dump" || word == "--observe" || word == "--tension"))
@@ -136,7 +170,6 @@ std::vector<std::string> command_words(int argc, const char* const* argv) {
       usage_error("empty value", word, "nothing follows the =", "give a value");
     words.push_back(word);
   }
-  if (asks) words.emplace_back("--help");
   std::reverse(words.begin(), words.end());  // as CLI11 wants them
   return words;
 }

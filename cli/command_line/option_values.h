@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,10 @@ namespace sim::cli {
 
 // Each throws Error{kUsage} naming the option and what it wants.
 double positive_number(const std::string& option, const std::string& text);
-double non_negative_number(const std::string& option, const std::string& text);
+// Simulated time in s: "0.005", "5ms", "2 min".
+double positive_time(const std::string& option, const std::string& text);
+double non_negative_time(const std::string& option, const std::string& text);
+std::optional<double> seconds_of(const std::string& text);             // the same, for any number
 double wall_time(const std::string& option, const std::string& text);  // "30s", "5min", "1h": in s
 std::string checkpoint_name(const std::string& option, const std::string& text);
 std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
@@ -33,9 +37,8 @@ std::string once(const std::string& option, const std::string& argument);
 std::string only(const std::string& option, const std::vector<std::string>& texts);
 
 // The words of the command line, the last one first. An option whose value is optional takes it
-// only behind "=": a bare one gets "-". An empty value would make CLI11 take the next word. `sim
-// help X` is `sim X --help`.
-std::vector<std::string> command_words(int argc, const char* const* argv);
+// only behind "=": a bare one gets "-". An empty value would make CLI11 take the next word.
+std::vector<std::string> command_words(const std::vector<std::string>& given);
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 

@@ -12,8 +12,10 @@
 #include "cli/command_line/option_values.h"
 #include "cli/command_line/out_options.h"
 #include "cli/command_line/plugin_studies.h"
+#include "cli/command_line/shell_completion.h"
 #include "cli/command_line/study_options.h"
 #include "cli/command_line/texts.h"
+#include "cli/command_line/verb_words.h"
 #include "cli/verbs/explain.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -34,14 +36,13 @@ class Parser {
                       const std::string& type, const std::string& doc);
   CLI::App* verb(const std::string& name, const std::string& doc);
 
-  void check_words() const;
+  std::vector<std::string> verb_names() const;
   void check_verb(const CLI::App& chosen) const;
   SceneRequest scene_request(const std::string& scene, const std::string& threads = "1") const;
   RunRequest run_request() const;
   AdjacencyRequest adjacency_request() const;
   RestRequest rest_request() const;
   StudyBase study_base() const;
-  NewPluginRequest new_plugin_request() const;
   PlotRequest plot_request() const;
   std::string manual() const;
 
@@ -87,12 +88,13 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       app_.add_option("DT", t.dt_word, "as --dt")->type_name(""),
       values("-i,--integrator", t.integrator, "NAME",
              "instead of the scene's own; with parameters:\nNAME:PARAM=VALUE,PARAM=VALUE"),
-      values("-d,--dt", t.dt, "S", "step size in s; if adaptive, time between states"),
+      values("-d,--dt", t.dt, "TIME",
+             "step size, in s or like 5ms; if adaptive, time between\nstates"),
       value("--tol", t.tol, "T", "tolerance of an adaptive integrator"),
       value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
       app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
           ->disable_flag_override(),
-      value("-T,--time", t.time, "S", "simulated time in s; the scene's if not given"),
+      value("-T,--time", t.time, "TIME", "simulated time, as --dt; the scene's if not given"),
       value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
       value("--debug-particle", t.debug_particle, "I",
             "its springs, then stop unless --time or\n--steps is given; NAME:I in a world"),
@@ -149,9 +151,10 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   app_.add_flag("--probe", t.probe,
                 "open plugins in a process of its own first, which\nthey may crash")
       ->disable_flag_override();
-  app_.add_flag("--version", t.version, "commit, compiler and plugin ABI")->disable_flag_override();
-
+  app_.add_flag("--version", t.version, "commit, compiler, plugin ABI and instruction set")
+      ->disable_flag_override();
   app_.add_flag("--man", t.man, "the manual page")->disable_flag_override();
+  value("--completion", t.completion, "SHELL", "what Tab completes, for bash, zsh or fish");
 
   adjacency_ = verb("adjacency", "SCENE I: the springs attached to particle I");
   adjacency_->add_option("SCENE", t.adjacency_scene, "Lua file")->type_name("");
@@ -165,8 +168,12 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       ->type_name("");
   list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
       ->disable_flag_override();
-  describe_ = verb("describe", "NAME: a plugin or a scene and its parameters");
-  describe_->add_option("NAME", t.describe_name, "plugin or scene")->type_name("");
+  list_->add_flag("--names", t.names, "names alone, one a line")->disable_flag_override();
+  list_->add_flag("--markdown", t.markdown, "the scene language and every plugin, as a page")
+      ->disable_flag_override();
+  describe_ = verb("describe", "NAME: a plugin, a scene or a function of scenes");
+  describe_->add_option("NAME", t.describe_name, "plugin, scene, or a name like sim.grid")
+      ->type_name("");
   doctor_ = verb("doctor", "is everything there that a run needs?");
   explain_ = verb("explain", "verdict: what each clause of it means");
   explain_->add_option("WHAT", t.explained, "verdict")->type_name("");
@@ -174,7 +181,8 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   test_->add_option("PLUGIN.so", t.test_library, "the library; exit 7 when a check fails")
       ->type_name("");
   plugin_ = verb("plugin", "new KIND NAME: a folder to start a plugin from");
-  plugin_->add_option("new", t.plugin_words[0], "the word new")->type_name("");
+  plugin_->add_option("new", t.plugin_words[0], "the word new; or flags: what g++ needs")
+      ->type_name("");
   plugin_
       ->add_option("KIND", t.plugin_words[1],
                    "force, field, integrator, constraint, collider,\nmotion or study")
@@ -198,33 +206,12 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   plugin_studies_.add_to(app_, studies.opened);
 }
 
-// Words that no option or argument wanted.
-void Parser::check_words() const {
-  const auto near_verb = [&] { return nearest_verb(app_, study_names_, texts_.scene); };
-  const std::vector<std::string> rest = app_.remaining(true);
-  for (const std::string& word : rest) {
-    if (word == "--") continue;
-    if (!word.starts_with("-") || word == "-")
-      usage_error("unexpected argument", "'" + word + "'", "no further argument is expected",
-                  "see sim --help");
-    const std::string name = word.substr(0, word.find('='));
-    std::vector<std::string> known;
-    for (const CLI::Option* option : app_.get_options())
-      for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
-    for (const CLI::App* chosen : app_.get_subcommands())
-      for (const CLI::Option* option : chosen->get_options())
-        for (const std::string& each : option->get_lnames()) known.push_back("--" + each);
-    const std::string near = nearest(name, known), verb = near_verb();
-    usage_error("unknown option", name, "sim has no such option",
-                !near.empty()   ? "did you mean '" + near + "'?"
-                : !verb.empty() ? verb
-                                : "see sim --help");
-  }
-  // What is no integrator is a file: the word before it may be a verb.
-  const std::string& second = texts_.integrator_word;
-  if (second.ends_with(".lua") && !texts_.scene.ends_with(".lua") && !near_verb().empty())
-    usage_error("unknown verb", "'" + texts_.scene + "'", "no verb or study has that name",
-                near_verb());
+std::vector<std::string> Parser::verb_names() const {
+  std::vector<std::string> names;
+  for (const CLI::App* each : app_.get_subcommands({})) names.push_back(each->get_name());
+  for (const std::string& study : study_names_)
+    if (std::ranges::find(names, study) == names.end()) names.push_back(study);
+  return names;
 }
 
 // Options of a run say nothing to the other verbs.
@@ -273,11 +260,11 @@ RunRequest Parser::run_request() const {
       parse_integrator(once(only("--integrator", t.integrator), t.integrator_word));
   add_options(request.scene.integrator, t.tol, t.precision, t.fixed_step);
   if (const std::string dt = once(only("--dt", t.dt), t.dt_word); !dt.empty())
-    request.scene.dt = positive_number("--dt", dt);
+    request.scene.dt = positive_time("--dt", dt);
   if (!t.time.empty() && !t.steps.empty())
     usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
                 "keep one of them");
-  if (!t.time.empty()) request.time = non_negative_number("--time", t.time);
+  if (!t.time.empty()) request.time = non_negative_time("--time", t.time);
   if (!t.steps.empty()) request.steps = integer_between("--steps", t.steps, 0, kMostSteps);
   if (!t.every.empty())
     request.every =
@@ -334,14 +321,6 @@ std::string Parser::manual() const {
   return manual_page("sim", "steps particle systems and says how wrong they are", sections);
 }
 
-NewPluginRequest Parser::new_plugin_request() const {
-  const auto& words = texts_.plugin_words;
-  if (words[0] != "new" || words[2].empty())
-    usage_error("bad arguments", "sim plugin " + join(words, " "), "it is sim plugin new KIND NAME",
-                "as in: sim plugin new force my_wind");
-  return {words[1], words[2]};
-}
-
 PlotRequest Parser::plot_request() const {
   PlotRequest request = texts_.plot;
   if (request.table.empty() || request.x.empty() || request.y.empty())
@@ -370,20 +349,23 @@ RestRequest Parser::rest_request() const {
 
 CommandLine Parser::parse(int argc, const char* const* argv) {
   try {
-    app_.parse(command_words(argc, argv));
+    app_.parse(command_words(asked_for_help({argv + 1, argv + argc}, verb_names())));
   } catch (const CLI::CallForHelp&) {
     const auto chosen = app_.get_subcommands();
     return {Message{chosen.empty() ? app_.help() : chosen.front()->help("sim")}, {}, {}};
   } catch (const CLI::ParseError& error) {
     usage_error("bad command line", error.get_name(), error.what(), "see sim --help");
   }
-  check_words();
+  check_words(app_.remaining(true), shown_words(app_),
+              nearest_verb(app_, study_names_, texts_.scene));
   for (const CLI::Option* option : app_.get_options())
     for (const std::string& result : option->results())
       if (result.empty())
         usage_error("empty value", option->get_name(), "it was given as ''", "give a value");
   if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
   if (texts_.man) return {Message{manual()}, {}, {}};
+  if (!texts_.completion.empty())
+    return {Message{shell_completion(shown_words(app_), texts_.completion)}, {}, {}};
 
   CommandLine line;
   line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());
@@ -391,6 +373,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   line.probe = texts_.probe;
   const auto chosen = app_.get_subcommands();
   if (chosen.empty()) {
+    check_for_verb(texts_.scene, nearest_verb(app_, study_names_, texts_.scene));
     line.request = run_request();
     return line;
   }
@@ -400,12 +383,19 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   } else if (chosen.front() == rest_) {
     line.request = rest_request();
   } else if (chosen.front() == list_) {
-    line.request = ListRequest{texts_.list_what, texts_.json, texts_.luacats};
+    line.request = ListRequest{.what = texts_.list_what,
+                               .json = texts_.json,
+                               .luacats = texts_.luacats,
+                               .names = texts_.names,
+                               .markdown = texts_.markdown};
   } else if (chosen.front() == describe_) {
     if (texts_.describe_name.empty())
       usage_error("argument missing", "sim describe", "it needs a name",
                   "'sim list' shows all names");
-    line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json};
+    line.request = DescribeRequest{texts_.describe_name, scene_request(""), texts_.json,
+                                   argc > 1 && argv[1] == std::string_view("help")
+                                       ? verb_names()
+                                       : std::vector<std::string>()};
   } else if (chosen.front() == explain_) {
     line.request = Message{explanation(texts_.explained)};
   } else if (chosen.front() == test_) {
@@ -414,7 +404,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
                   "as in: sim test wind.so");
     line.request = TestRequest{texts_.test_library, texts_.json};
   } else if (chosen.front() == plugin_) {
-    line.request = new_plugin_request();
+    line.request = new_plugin_request(texts_.plugin_words);
   } else if (chosen.front() == plot_) {
     line.request = plot_request();
   } else if (chosen.front() == import_) {
@@ -428,7 +418,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   } else if (chosen.front() == view_) {
     SceneRequest scene = scene_request(texts_.view.scene, "auto");
     if (const std::string dt = only("--dt", texts_.dt); !dt.empty())
-      scene.dt = positive_number("--dt", dt);
+      scene.dt = positive_time("--dt", dt);
     line.request = view_request(texts_.view, std::move(scene), texts_.integrator);
   } else if (plugin_studies_.has(chosen.front())) {
     line.request = plugin_studies_.request(chosen.front(), study_base());

@@ -113,8 +113,8 @@ StudyRequest PluginStudies::request(const CLI::App* chosen, const StudyBase& bas
   if (!verb.scene.empty()) request.scene.scene = verb.scene;
   request.scene.integrator = parse_integrator(only("--integrator", base.integrators));
   if (const std::string dt = only("--dt", base.dts); !dt.empty())
-    request.scene.dt = positive_number("--dt", dt);
-  if (!base.time.empty()) request.time = positive_number("--time", base.time);
+    request.scene.dt = positive_time("--dt", dt);
+  if (!base.time.empty()) request.time = positive_time("--time", base.time);
   request.of = only("--of", base.of);
   request.integrators = parse_integrators("--integrators", verb.integrators);
   for (const auto& [name, text] : verb.texts)

@@ -5,6 +5,7 @@
 
 #include "cli/command_line/manual_page.h"
 #include "cli/command_line/option_values.h"
+#include "cli/command_line/shell_completion.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -29,7 +30,7 @@ constexpr std::int64_t kMostHistory = std::int64_t{1} << 20;  // MB
 
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   std::string scene, integrator_word, dt_word, integrator, dt, tol, precision, seed, threads,
-      history, mode, resume, record, init, lua_budget;
+      history, mode, resume, record, init, lua_budget, completion;
   std::vector<std::string> set, off, plugin_path, load, codes, files;
   bool version = false, man = false, safe = false;
   ReplCommandLine line;
@@ -54,7 +55,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
       values("-e,--execute", codes, "CODE", "Lua or a command, then stop; repeatable");
   values("-f,--file", files, "FILE", "the lines of a file, then stop; repeatable");
   value("-i,--integrator", integrator, "NAME[:PARAM=VALUE,...]", "instead of the scene's own");
-  value("-d,--dt", dt, "S", "step size in s");
+  value("-d,--dt", dt, "TIME", "step size, in s or like 5ms");
   value("--tol", tol, "T", "tolerance of an adaptive integrator");
   value("--precision", precision, "P", "of a step: double, or single for half the time");
   values("-s,--set", set, "NAME=VALUE", "a parameter of the scene; repeatable");
@@ -81,8 +82,10 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   app.add_flag("--probe", line.probe,
                "open plugins in a process of its own first, which\nthey may crash")
       ->disable_flag_override();
-  app.add_flag("--version", version, "commit, compiler and plugin ABI")->disable_flag_override();
+  app.add_flag("--version", version, "commit, compiler, plugin ABI and instruction set")
+      ->disable_flag_override();
   app.add_flag("--man", man, "the manual page")->disable_flag_override();
+  value("--completion", completion, "SHELL", "what Tab completes, for bash, zsh or fish");
 
   try {
     app.parse(argc, argv);
@@ -101,6 +104,10 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
     line.message = version_line() + "\n";
     return line;
   }
+  if (!completion.empty()) {
+    line.message = shell_completion(shown_words(app), completion);
+    return line;
+  }
   SceneRequest& request = line.session.scene;
   if (!scene.empty()) request.scene = scene;
   request.settings = settings(set);
@@ -109,7 +116,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
   request.lua = lua_limits(lua_budget, safe);
   request.integrator = parse_integrator(once(integrator, integrator_word));
   add_options(request.integrator, tol, precision, false);
-  if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_number("--dt", h);
+  if (const std::string h = once(dt, dt_word); !h.empty()) request.dt = positive_time("--dt", h);
   if (!seed.empty())
     request.seed = static_cast<std::uint64_t>(
         integer_between("--seed", seed, 0, std::numeric_limits<std::int64_t>::max()));

@@ -137,9 +137,10 @@ void StudyOptions::add_to(CLI::App& app) {
                   "--no-verify", "--out", "--progress"});
   scene_of(sweep_);
   sweep_
-      ->add_option("--over", over_,
-                   "values of a name: NAME=a,b,c, NAME=LO:HI:N,\nNAME=LO:HI:logN or NAME=LO..HI; "
-                   "repeatable")
+      ->add_option(
+          "--over", over_,
+          "values of a name: NAME=a,b,c, NAME=LO:HI:linN,\nNAME=LO:HI:logN or NAME=LO..HI; "
+          "repeatable")
       ->type_name("NAME=VALUES")
       ->allow_extra_args(false);
   sweep_->add_option("--cases", cases_, "or a CSV file: names, then a row a case")
@@ -169,7 +170,7 @@ SceneRequest StudyOptions::stepped_scene(const StudyBase& base) const {
   SceneRequest scene = named_scene(base);
   scene.integrator = parse_integrator(only("--integrator", base.integrators));
   if (const std::string dt = only("--dt", base.dts); !dt.empty())
-    scene.dt = positive_number("--dt", dt);
+    scene.dt = positive_time("--dt", dt);
   return scene;
 }
 
@@ -188,7 +189,7 @@ StabilityRequest StudyOptions::stability(const StudyBase& base) const {
   if (extremes_ && !scene_.empty())
     usage_error("two things to study", "--extremes and '" + scene_ + "'",
                 "--extremes has a scene of its own", "keep one of them");
-  if (!at_.empty()) request.at = non_negative_number("--at", at_);
+  if (!at_.empty()) request.at = non_negative_time("--at", at_);
   request.integrators = parse_integrators("--integrators", integrators_);
   request.json = base.json;
   request.progress = base.progress;
@@ -201,7 +202,7 @@ OrderRequest StudyOptions::order(const StudyBase& base) const {
   for (const std::string& word : words_)
     if (!word.empty()) request.words.push_back(word);
   request.integrators = parse_integrators("--integrators", integrators_);
-  if (!base.time.empty()) request.time = positive_number("--time", base.time);
+  if (!base.time.empty()) request.time = positive_time("--time", base.time);
   request.of = only("--of", base.of);
   request.json = base.json;
   request.progress = base.progress;
@@ -213,7 +214,7 @@ TradeoffRequest StudyOptions::tradeoff(const StudyBase& base) const {
   request.scene = named_scene(base);
   if (!budget_.empty()) request.budget = study::parse_budget("--budget", budget_);
   request.of = only("--of", base.of);
-  if (!base.time.empty()) request.time = positive_number("--time", base.time);
+  if (!base.time.empty()) request.time = positive_time("--time", base.time);
   request.integrators = parse_integrators("--integrators", integrators_);
   if (!csv_.empty()) request.csv = parse_target("--csv", csv_);
   if (!svg_.empty()) request.svg = svg_;
@@ -238,10 +239,10 @@ CompareRequest StudyOptions::compare(const StudyBase& base) const {
     if (!base.integrators.empty())
       method.integrator =
           parse_integrator(base.integrators[std::min(i, base.integrators.size() - 1)]);
-    if (steps > 0) method.dt = positive_number("--dt", base.dts[steps == 1 ? 0 : i]);
+    if (steps > 0) method.dt = positive_time("--dt", base.dts[steps == 1 ? 0 : i]);
     request.methods.push_back(method);
   }
-  if (!base.time.empty()) request.time = positive_number("--time", base.time);
+  if (!base.time.empty()) request.time = positive_time("--time", base.time);
   request.out = out_request(base.out, {});
   request.of = only("--of", base.of);
   request.json = base.json;
@@ -256,7 +257,7 @@ SweepRequest StudyOptions::sweep(const StudyBase& base) const {
   if (!base.time.empty() && !base.steps.empty())
     usage_error("two lengths of a run", "--time and --steps", "only one of them can hold",
                 "keep one of them");
-  if (!base.time.empty()) request.length.time = positive_number("--time", base.time);
+  if (!base.time.empty()) request.length.time = positive_time("--time", base.time);
   if (!base.steps.empty())
     request.length.steps = integer_between("--steps", base.steps, 0, kMostSteps);
   if (!base.check.empty()) request.checks = parse_checks("--check", base.check);

@@ -24,10 +24,11 @@ struct Texts {
   ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
        verify = false, no_verify = false, from_rest = false, man = false, safe = false,
-       probe = false;
+       probe = false, names = false, markdown = false;
+  std::string completion;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene, explained;
   std::string test_library;
-  std::string plugin_words[3];
+  std::vector<std::string> plugin_words = std::vector<std::string>(3);
   PlotRequest plot;
   EngineTexts engine;
   std::vector<std::string> without, of;

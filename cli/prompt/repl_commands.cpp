@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "cli/command_line/option_values.h"
 #include "cli/prompt/repl_actions.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -32,6 +33,8 @@ const std::array kCommands = std::to_array<Command>({
      actions::diff},
 
     {"state", "n", "n", "", "the number of particles, or of components", actions::n},
+    {"state", "particles", "particles", "", "as n; position(i), velocity(i) .. tell of one",
+     actions::n},
     {"state", "mass", "mass", "I", "of particle I, in kg", actions::mass},
     {"state", "pins", "pins", "", "the particles that are held", actions::pins},
     {"state", "energy", "energy", "", "kinetic, potential, total and drift in J", actions::energy},
@@ -231,6 +234,14 @@ double Call::number(std::size_t i, double least, const std::string& what) const 
     refuse();
   if (!std::isfinite(value) || value < least) refuse();
   return value;
+}
+
+double Call::seconds(std::size_t i, double least, const std::string& what) const {
+  const auto* text = i < count() ? std::get_if<std::string>(&arguments_[i].value) : nullptr;
+  const std::optional<double> value = text ? seconds_of(*text) : std::nullopt;
+  if (!value) return number(i, least, what);
+  if (*value < least) wrong("expected " + what + " from " + brief(least) + " on, got " + *text);
+  return *value;
 }
 
 std::optional<std::string> plain_text(const Data& value) {

@@ -26,6 +26,7 @@ class Call {
   const Data& operator[](std::size_t i) const { return arguments_[i]; }
   std::int64_t integer(std::size_t i, std::int64_t least, const std::string& what) const;
   double number(std::size_t i, double least, const std::string& what) const;
+  double seconds(std::size_t i, double least, const std::string& what) const;  // 0.005 or "5ms"
   std::string text(std::size_t i, const std::string& what) const;
   Vec3 vector(std::size_t i, const std::string& what) const;  // a table of three, or three
   int particle(std::size_t i) const;                          // one that the system has

@@ -92,7 +92,7 @@ Answer dt(Call& call) {
   call.take(0, 1);
   LiveScene& live = call.session.live();
   if (call.count() == 0) return {live.system().h()};
-  live.set_dt(call.number(0, -INFINITY, "a step size in s"));
+  live.set_dt(call.seconds(0, -INFINITY, "a step size in s"));
   put(call.session.console().err, limit_warning(live.system()));
   return {};
 }

@@ -1,135 +1,43 @@
 #include "cli/prompt/repl_terminal.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <iostream>
 #include <utility>
 
+#include "cli/prompt/file_names.h"
+#include "cli/prompt/wide_text.h"
 #include "cli/terminal/signals.h"
+#include "core/base/utf8.h"
 
-#if defined(SIM_READLINE)
-#include <readline/history.h>
-#include <readline/readline.h>
-#elif defined(SIM_EDITLINE)
-#include <editline/readline.h>
+#if defined(SIM_LIBEDIT)
+#include <histedit.h>
+
+#include <algorithm>
+#include <clocale>
+#include <cstdlib>
+#include <string_view>
 #endif
 
 namespace sim::cli {
 
-std::string history_file() {
-  namespace fs = std::filesystem;
-  const char* state = std::getenv("XDG_STATE_HOME");
-  const char* home = std::getenv("HOME");
-  fs::path folder;
-  if (state && *state == '/')
-    folder = state;
-  else if (home && *home == '/')
-    folder = fs::path(home) / ".local/state";
-  else
-    return "";
-  folder /= "sim";
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  return failed ? "" : (folder / "history").string();
-}
-
-#if defined(SIM_READLINE) || defined(SIM_EDITLINE)
+#if defined(SIM_LIBEDIT)
 namespace {
 
-constexpr int kMostEntries = 10000;
-constexpr const char* kLuaBreaks = " \t\n\"'`@$><=;|&{(,+-*/^%#~[])}";
-constexpr const char* kCommandBreaks = " \t\n\"'";
-
-// readline calls plain functions, so what they need stands here.
-struct Editing {
-  LineEditor::Completer completer;
-  std::string line;
-  bool done = false, ended = false;
-  bool continues = false;
-  bool abandoned = false;             // by a signal
-  std::size_t prompt = 0;             // bytes
-  const sigset_t* signals = nullptr;  // that come through while we wait for a key
-} editing;
+constexpr std::string_view kLuaBreaks = " \t\n\"'`@$><=;|&{(,+-*/^%#~[])}";
+constexpr std::string_view kCommandBreaks = " \t\n\"'";
+constexpr std::size_t kMostShown = 200;  // words to choose from
+constexpr const wchar_t* kPasteEnd = L"\x1b[201~";
 
 volatile std::sig_atomic_t resized = 0, resumed = 0;
 
 extern "C" void remember_resize(int) { resized = 1; }
 extern "C" void remember_resume(int) { resumed = 1; }
-
-void accept(char* text) {
-  editing.done = true;
-  editing.ended = text == nullptr;
-  if (text) editing.line = text;
-  std::free(text);
-#if !defined(SIM_READLINE)
-  rl_callback_handler_remove();
-#endif
-}
-
-bool in_command() {
-  const std::string_view line(rl_line_buffer);
-  const std::size_t start = line.find_first_not_of(' ');
-  return start != std::string_view::npos && line[start] == '.';
-}
-
-std::vector<std::string> found_words;
-
-char* next_word(const char* /*text*/, int state) {
-  static std::size_t next = 0;
-  if (state == 0) next = 0;
-  return next < found_words.size() ? strdup(found_words[next++].c_str()) : nullptr;
-}
-
-char** attempt(const char* text, int start, int /*end*/) {
-#if defined(SIM_READLINE)
-  if (rl_completion_quote_character) return nullptr;  // files
-#endif
-  rl_attempted_completion_over = 1;
-  Completions found;
-  try {
-    const auto begin = static_cast<std::size_t>(start);
-    found = editing.completer(std::string(rl_line_buffer, begin) + text, begin);
-  } catch (const std::exception&) {
-    return nullptr;
-  }
-  found_words = std::move(found.words);
-  if (found_words.empty() && found.files) rl_attempted_completion_over = 0;
-  rl_completion_append_character = in_command() ? ' ' : '\0';
-  return rl_completion_matches(text, next_word);
-}
-
-#if defined(SIM_READLINE)
-char* word_breaks() { return const_cast<char*>(in_command() ? kCommandBreaks : kLuaBreaks); }
-
-// Tab indents at the front of a line that goes on.
-int tab(int count, int key) {
-  const std::string_view before(rl_line_buffer, static_cast<std::size_t>(rl_point));
-  if (!editing.continues || before.find_first_not_of(' ') != std::string_view::npos)
-    return rl_complete(count, key);
-  return rl_insert_text("  ");
-}
-#endif
-
-#if defined(SIM_READLINE)
-// readline divides by widths that are too small, and writes beyond its lines where a prompt does
-// not fit: it is told of a terminal that is wide enough, and the terminal breaks the lines.
-void fit_terminal(std::size_t prompt) {
-  winsize size{};
-  if (::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) != 0) return;
-  const int rows = size.ws_row > 1 ? size.ws_row : 24, columns = size.ws_col > 0 ? size.ws_col : 80;
-  const int least = static_cast<int>(std::min<std::size_t>(prompt, 200)) + 20;
-  rl_set_screen_size(rows, std::max(columns, least));
-}
-#endif
 
 void watch(int signal, void (*handler)(int)) {
   struct sigaction action {};
@@ -138,7 +46,7 @@ void watch(int signal, void (*handler)(int)) {
   sigaction(signal, &action, nullptr);
 }
 
-// The signals wait while readline works, and come through while we wait for a key.
+// The signals wait while libedit works, and come through while we wait for a key.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
@@ -157,131 +65,297 @@ class SignalsBlocked {
   sigset_t before_;
 };
 
-void say_to_terminal(const char* text) {
-  std::FILE* const out = rl_outstream ? rl_outstream : stdout;
-  std::fputs(text, out);
-  std::fflush(out);
+// Characters are UTF-8 in the whole program; libedit asks the C library.
+void choose_characters() {
+  const char* const chosen = std::setlocale(LC_CTYPE, "");
+  const std::string_view name = chosen ? chosen : "";
+  if (!name.ends_with("UTF-8") && !name.ends_with("utf8")) std::setlocale(LC_CTYPE, "C.UTF-8");
 }
 
-#if defined(SIM_READLINE)
-// Waits for a key, and meanwhile for signals: one of them ends the line. (readline's interface of
-// callbacks loses its place in key sequences and macros.)
-int next_key(std::FILE* stream) {
-  for (;;) {
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    const int ready = SessionSignals::any() ? 0 : ::ppoll(&input, 1, nullptr, editing.signals);
-    if (SessionSignals::any()) {
-      if (!std::exchange(editing.abandoned, true)) say_to_terminal("^C");
-      return EOF;
-    }
-    if (resumed) rl_prep_terminal(1);
-    if (resized) fit_terminal(editing.prompt);
-    if (resized || resumed) rl_forced_update_display();
-    resized = 0;
-    resumed = 0;
-    if (ready > 0) return rl_getc(stream);
-  }
+bool in_command(std::string_view line) {
+  const std::size_t start = line.find_first_not_of(' ');
+  return start != std::string_view::npos && line[start] == '.';
 }
-#endif
+
+// The quote that is still open at the end of a line; npos if there is none.
+std::size_t open_quote(std::string_view line) {
+  std::size_t open = std::string_view::npos;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] != '"' && line[i] != '\'') continue;
+    if (open == std::string_view::npos)
+      open = i;
+    else if (line[open] == line[i])
+      open = std::string_view::npos;
+  }
+  return open;
+}
+
+std::string common_beginning(const std::vector<std::string>& words) {
+  std::string common = words.front();
+  for (const std::string& word : words) {
+    const auto [end, other] = std::mismatch(common.begin(), common.end(), word.begin(), word.end());
+    common.erase(end, common.end());
+  }
+  return common;
+}
 
 }  // namespace
 
+struct LineEditor::Editing {
+  Completer completer;
+  EditLine* line = nullptr;
+  HistoryW* history = nullptr;
+  std::FILE* out = nullptr;
+  std::wstring prompt;
+  bool continues = false, pastes = false;
+  const sigset_t* signals = nullptr;  // that come through while we wait for a key
+  std::string pending;                // bytes that were read and are no character yet
+
+  explicit Editing(Completer asked);
+  ~Editing();
+
+  static Editing& of(EditLine* line) {
+    void* self = nullptr;
+    el_wget(line, EL_CLIENTDATA, &self);
+    return *static_cast<Editing*>(self);
+  }
+
+  void add(const std::string& text) const {
+    HistEventW event;
+    history_w(history, &event, H_ENTER, wide_text(text).c_str());
+  }
+
+  void say(const char* text) const {
+    std::fputs(text, out);
+    std::fflush(out);
+  }
+
+  int columns() const;
+  void fit_terminal();
+  bool read_byte();
+  int read_character(wchar_t* character);
+  unsigned char paste();
+  unsigned char tab();
+  unsigned char offer(const std::string& word, const std::vector<std::string>& words,
+                      const std::string& end);
+  void show_choice(const std::vector<std::string>& words) const;
+};
+
+LineEditor::Editing::Editing(Completer asked) : completer(std::move(asked)) {
+  choose_characters();
+  out = ::isatty(STDOUT_FILENO) ? stdout : stderr;
+  line = el_init("simrepl", stdin, out, stderr);
+  el_wset(line, EL_CLIENTDATA, this);
+  el_wset(
+      line, EL_PROMPT,
+      +[](EditLine* called) -> wchar_t* { return Editing::of(called).prompt.data(); });
+  el_wset(
+      line, EL_GETCFN, +[](EditLine* called, wchar_t* character) -> int {
+        return Editing::of(called).read_character(character);
+      });
+  el_wset(
+      line, EL_ADDFN, L"sim-complete", L"completes a name, a command or a file",
+      +[](EditLine* called, wint_t) -> unsigned char { return Editing::of(called).tab(); });
+  el_wset(
+      line, EL_ADDFN, L"sim-paste", L"inserts pasted text",
+      +[](EditLine* called, wint_t) -> unsigned char { return Editing::of(called).paste(); });
+  el_wset(line, EL_EDITOR, L"emacs");
+  constexpr std::pair<const wchar_t*, const wchar_t*> kKeys[] = {
+      {L"\t", L"sim-complete"},
+      {L"\x1b[200~", L"sim-paste"},
+      {L"\x1b[3~", L"ed-delete-next-char"},
+      {L"\x1b[H", L"ed-move-to-beg"},
+      {L"\x1b[1~", L"ed-move-to-beg"},
+      {L"\x1b[F", L"ed-move-to-end"},
+      {L"\x1b[4~", L"ed-move-to-end"},
+      {L"\x1b[1;5C", L"em-next-word"},
+      {L"\x1b[1;5D", L"ed-prev-word"},
+      {L"^R", L"em-inc-search-prev"},
+      {L"^S", L"em-inc-search-next"},
+      {L"^U", L"vi-kill-line-prev"},
+      {L"^W", L"ed-delete-prev-word"},
+  };
+  for (const auto& [keys, function] : kKeys) el_wset(line, EL_BIND, keys, function, nullptr);
+  const char* const terminal = std::getenv("TERM");
+  pastes = terminal && std::string_view(terminal) != "dumb";
+  HistEventW event;
+  history = history_winit();
+  history_w(history, &event, H_SETSIZE, static_cast<int>(PromptHistory::kMostEntries));
+  el_wset(line, EL_HIST, history_w, history);
+  el_source(line, nullptr);  // ~/.editrc
+}
+
+LineEditor::Editing::~Editing() {
+  el_end(line);
+  history_wend(history);
+}
+
+int LineEditor::Editing::columns() const {
+  winsize size{};
+  return ::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+// libedit is told of a terminal in which the prompt and some letters fit into one row, whatever its
+// size is; the terminal breaks the lines.
+void LineEditor::Editing::fit_terminal() {
+  winsize size{};
+  const bool known = ::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) == 0;
+  const int rows = known && size.ws_row > 1 ? size.ws_row : 24;
+  const int least = static_cast<int>(std::min<std::size_t>(prompt.size(), 200)) + 20;
+  el_wset(line, EL_SETTC, L"li", std::to_wstring(rows).c_str(), nullptr);
+  el_wset(line, EL_SETTC, L"co", std::to_wstring(std::max(columns(), least)).c_str(), nullptr);
+}
+
+// Waits for a byte, and meanwhile for signals: one of them ends the line.
+bool LineEditor::Editing::read_byte() {
+  for (;;) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    const int ready = SessionSignals::any() ? 0 : ::ppoll(&input, 1, nullptr, signals);
+    if (SessionSignals::any()) return false;
+    if (std::exchange(resumed, 0)) {
+      el_wset(line, EL_PREP_TERM, 1);
+      el_wset(line, EL_REFRESH);
+    }
+    if (std::exchange(resized, 0)) {
+      fit_terminal();
+      el_wset(line, EL_REFRESH);
+    }
+    if (ready <= 0) continue;
+    char byte;
+    const ssize_t count = ::read(STDIN_FILENO, &byte, 1);
+    if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (count <= 0) return false;
+    pending += byte;
+    return true;
+  }
+}
+
+// 1 with the next character; 0 at the end of the input, -1 on a signal. Bytes that are no UTF-8
+// become U+FFFD.
+int LineEditor::Editing::read_character(wchar_t* character) {
+  do {
+    if (pending.empty() && !read_byte()) return SessionSignals::any() ? -1 : 0;
+    while (unfinished_utf8(pending) == pending.size() && read_byte()) {}
+    if (SessionSignals::any()) return -1;
+    const Character first = first_character(pending);
+    *character = static_cast<wchar_t>(first.code.value_or(0xfffd));
+    pending.erase(0, first.bytes.size());
+  } while (*character == L'\0');  // libedit takes it for the end of its text
+  return 1;
+}
+
+// Text between the marks of a terminal that says what was pasted: newlines run nothing.
+unsigned char LineEditor::Editing::paste() {
+  std::wstring text;
+  const std::wstring_view end = kPasteEnd;
+  while (!text.ends_with(end)) {
+    wchar_t character;
+    if (el_wgetc(line, &character) != 1) return CC_EOF;
+    text += character == L'\r' ? L'\n' : character;
+  }
+  text.erase(text.size() - end.size());
+  return text.empty() || el_winsertstr(line, text.c_str()) == 0 ? CC_REFRESH : CC_ERROR;
+}
+
+// Completes the word before the cursor; indents at the front of a line that goes on.
+unsigned char LineEditor::Editing::tab() {
+  const LineInfoW* const all = el_wline(line);
+  const std::string before =
+      narrow_text({all->buffer, static_cast<std::size_t>(all->cursor - all->buffer)});
+  if (continues && before.find_first_not_of(' ') == std::string::npos)
+    return el_winsertstr(line, L"  ") == 0 ? CC_REFRESH : CC_ERROR;
+  if (const std::size_t quote = open_quote(before); quote != std::string::npos)
+    return offer(before.substr(quote + 1), file_names(before.substr(quote + 1)),
+                 before.substr(quote, 1));
+  const bool command = in_command(before);
+  const std::size_t last = before.find_last_of(command ? kCommandBreaks : kLuaBreaks);
+  const std::size_t begin = last == std::string::npos ? 0 : last + 1;
+  const std::string word = before.substr(begin);
+  Completions found;
+  try {
+    found = completer(before, begin);
+  } catch (const std::exception&) {
+    return CC_ERROR;
+  }
+  if (found.words.empty() && found.files) found.words = file_names(word);
+  return offer(word, found.words, command ? " " : "");
+}
+
+// Inserts what all words begin with, and `end` behind a single one that is no folder.
+unsigned char LineEditor::Editing::offer(const std::string& word,
+                                         const std::vector<std::string>& words,
+                                         const std::string& end) {
+  if (words.empty()) return CC_ERROR;
+  std::string more = common_beginning(words).substr(word.size());
+  if (words.size() == 1 && !words.front().ends_with('/')) more += end;
+  if (!more.empty()) el_winsertstr(line, wide_text(more).c_str());
+  if (words.size() == 1) return CC_REFRESH;
+  show_choice(words);
+  return CC_REDISPLAY;
+}
+
+void LineEditor::Editing::show_choice(const std::vector<std::string>& words) const {
+  const std::size_t count = std::min(words.size(), kMostShown);
+  std::size_t width = 2;
+  for (std::size_t i = 0; i < count; ++i) width = std::max(width, columns_of(words[i]) + 2);
+  const std::size_t across = std::max<std::size_t>(static_cast<std::size_t>(columns()) / width, 1);
+  const std::size_t rows = (count + across - 1) / across;
+  std::string text = "\n";
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t i = row; i < count; i += rows)
+      text += words[i] + std::string(i + rows < count ? width - columns_of(words[i]) : 0, ' ');
+    text += '\n';
+  }
+  if (count < words.size()) text += "... and " + std::to_string(words.size() - count) + " more\n";
+  say(text.c_str());
+}
+
 LineEditor::LineEditor(std::string history_file, Completer completer)
-    : history_file_(std::move(history_file)) {
-  editing.completer = std::move(completer);
-  rl_readline_name = const_cast<char*>("simrepl");
-  rl_attempted_completion_function = attempt;
-#if defined(SIM_READLINE)
-  rl_getc_function = next_key;
-  rl_catch_signals = 0;
-  rl_catch_sigwinch = 0;
-  rl_basic_word_break_characters = kLuaBreaks;
-  rl_completer_quote_characters = "\"'";
-  rl_completion_word_break_hook = word_breaks;
-  rl_outstream = ::isatty(STDOUT_FILENO) ? stdout : stderr;
-  rl_bind_key('\t', tab);
-  // Easily typed by mistake, and its search for words has no end in bytes that are no text.
-  rl_unbind_function_in_map(rl_vi_editing_mode, emacs_meta_keymap);
-  rl_variable_bind("show-all-if-ambiguous", "on");
-  history_write_timestamps = 1;
-  history_comment_char = '#';
-#else
-  rl_completer_word_break_characters = const_cast<char*>(kLuaBreaks);
-#endif
+    : history_(std::move(history_file)), editing_(new Editing(std::move(completer))) {
   watch(SIGWINCH, remember_resize);
   watch(SIGCONT, remember_resume);
-  using_history();
-  stifle_history(kMostEntries);
-  if (history_file_.empty()) return;
-  const int file = ::open(history_file_.c_str(), O_CREAT | O_APPEND | O_WRONLY | O_CLOEXEC, 0600);
-  if (file < 0) {
-    history_file_.clear();
-    return;
-  }
-  ::close(file);
-  read_history(history_file_.c_str());
+  for (const std::string& entry : history_.entries()) editing_->add(entry);
 }
 
 LineEditor::~LineEditor() {
-#if !defined(SIM_READLINE)
-  rl_callback_handler_remove();
-#endif
-  if (!history_file_.empty()) history_truncate_file(history_file_.c_str(), kMostEntries);
   watch(SIGWINCH, SIG_DFL);
   watch(SIGCONT, SIG_DFL);
 }
 
 std::optional<std::string> LineEditor::read(const std::string& prompt) {
-  editing.done = editing.abandoned = false;
+  Editing& editing = *editing_;
+  editing.prompt = wide_text(prompt);
   editing.continues = prompt.starts_with("...");
   const SignalsBlocked blocked;
-#if defined(SIM_READLINE)
-  editing.prompt = prompt.size();
   editing.signals = &blocked.before();
-  rl_initialize();
-  fit_terminal(prompt.size());
-  // What was undone in lines of the history is forgotten: its memory may have been freed.
-  for (HIST_ENTRY** entry = history_list(); entry && *entry; ++entry) (*entry)->data = nullptr;
-  accept(::readline(prompt.c_str()));
+  editing.fit_terminal();
+  if (editing.pastes) editing.say("\x1b[?2004h");
+  int count = 0;
+  const wchar_t* const typed = el_wgets(editing.line, &count);
+  if (editing.pastes) editing.say("\x1b[?2004l");
   if (SessionSignals::any()) {
-    if (!editing.abandoned) say_to_terminal("^C");
-    if (editing.ended || !editing.abandoned) say_to_terminal("\n");
+    editing.say("^C\n");
     throw Interrupted();
   }
-#else
-  rl_callback_handler_install(prompt.c_str(), accept);
-  while (!editing.done) {
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    const int ready = SessionSignals::any() ? 0 : ::ppoll(&input, 1, nullptr, &blocked.before());
-    if (SessionSignals::any()) {
-      say_to_terminal("^C\n");
-      rl_callback_handler_remove();
-      throw Interrupted();
-    }
-    resized = 0;
-    resumed = 0;
-    if (ready > 0) rl_callback_read_char();
-  }
-#endif
-  if (editing.ended) return {};
-  return editing.line;
+  if (!typed || count <= 0) return {};
+  std::string line = narrow_text({typed, static_cast<std::size_t>(count)});
+  if (line.ends_with('\n')) line.pop_back();
+  return line;
 }
 
 void LineEditor::remember(const std::string& text) {
   if (text.find_first_not_of(" \t\n") == std::string::npos || text == last_) return;
   last_ = text;
-  add_history(text.c_str());
-#if defined(SIM_READLINE)
-  if (!history_file_.empty()) append_history(1, history_file_.c_str());
-#else
-  if (!history_file_.empty()) write_history(history_file_.c_str());
-#endif
+  editing_->add(text);
+  history_.add(text);
 }
 
-#else  // neither library: lines as the terminal gives them
+#else  // no libedit: lines as the terminal gives them
+
+struct LineEditor::Editing {};
 
 LineEditor::LineEditor(std::string history_file, Completer /*completer*/)
-    : history_file_(std::move(history_file)) {}
+    : history_(std::move(history_file)) {}
 LineEditor::~LineEditor() = default;
 
 std::optional<std::string> LineEditor::read(const std::string& prompt) {

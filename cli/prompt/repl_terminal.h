@@ -1,15 +1,18 @@
-// Lines from a terminal: edited with readline (or libedit, or not at all), kept between sessions.
+// Lines from a terminal: edited with libedit (or as the terminal gives them), kept between
+// sessions.
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "cli/prompt/prompt_history.h"
 #include "cli/prompt/repl_help.h"
 
 namespace sim::cli {
 
-// One at a time, for readline has one state.
+// One at a time: signals of the terminal reach the one that reads.
 class LineEditor {
  public:
   using Completer = std::function<Completions(const std::string& line, std::size_t word_begin)>;
@@ -28,10 +31,11 @@ class LineEditor {
   void remember(const std::string& text);
 
  private:
-  std::string history_file_, last_;
-};
+  struct Editing;  // libedit and what it calls
 
-// $XDG_STATE_HOME/sim/history, with its folders made; "" where there is no home.
-std::string history_file();
+  PromptHistory history_;
+  std::string last_;
+  std::unique_ptr<Editing> editing_;
+};
 
 }  // namespace sim::cli

@@ -39,7 +39,7 @@ Answer run(Call& call) {
   call.take(0, 1);
   LiveScene& live = call.session.live();
   return judged(
-      call, live.run(call.count() ? call.number(0, 0, "a time in s") : live.system().duration()));
+      call, live.run(call.count() ? call.seconds(0, 0, "a time in s") : live.system().duration()));
 }
 
 Answer until(Call& call) {
@@ -82,7 +82,7 @@ Answer back(Call& call) {
 
 Answer go_to(Call& call) {
   call.take(1, 1);
-  call.session.live().go_to(call.number(0, 0, "a time in s"));
+  call.session.live().go_to(call.seconds(0, 0, "a time in s"));
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include "commit.h"
 #include "core/base/error.h"
 #include "core/plugin/plugin.h"
+#include "core/simd/simd_targets.h"
 
 namespace sim::cli {
 namespace {
@@ -83,7 +84,7 @@ BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 std::string version_line() {
   const BuildFacts facts = build_facts();
   return "sim " + facts.version + " (commit " + facts.commit + ", " + facts.compiler +
-         ", plugin ABI " + std::to_string(kPluginAbi) + ")";
+         ", plugin ABI " + std::to_string(kPluginAbi) + ", " + simd_name(simd_level()) + ")";
 }
 
 }  // namespace sim::cli

@@ -42,6 +42,6 @@ struct BuildFacts {
 };
 
 BuildFacts build_facts();
-std::string version_line();  // "sim 0.1.0 (commit ..., GNU 12.2.0, plugin ABI 2)"
+std::string version_line();  // "sim 0.2.0 (commit .., GNU 12.2.0, plugin ABI 25, avx2)"
 
 }  // namespace sim::cli

@@ -22,6 +22,12 @@ const Plugin<Writer>& writer_of(const std::string& file, Registry& registry) {
     for (const std::string& alias : registry.find(kind_of<Writer>, name)->aliases)
       known.push_back("." + alias);
   }
+  if (ending == "svg")
+    throw Error(ErrorKind::kUsage,
+                {"a chart is not a picture of the scene", "--out " + file, "--out draws no .svg",
+                 "--energy=" + file +
+                     " draws energies, sim tradeoff --svg error against cost, sim "
+                     "plot a table, .plot at the prompt what it recorded; a picture is .png"});
   throw Error(ErrorKind::kUsage,
               {"unknown ending of a file", "--out " + file,
                ending.empty()    ? "its name has none"

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "cli/run/language_docs.h"
 #include "cli/verbs/integrator_facts.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -15,6 +17,8 @@
 
 namespace sim::cli {
 namespace {
+
+using Docs = std::map<std::string, std::string>;
 
 std::string facts_text(const IntegratorFacts& facts) {
   std::string text = "  " + kind_text(facts.info) + ", order " + std::to_string(facts.info.order);
@@ -222,14 +226,25 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       .str();
 }
 
+// What the scene language says of "sim.grid", "grid" or "particles:pin"; nothing if it has no such
+// name.
+std::optional<std::string> language_doc(const std::string& name, const Docs& docs) {
+  const std::size_t before = name.find_last_of(".:");
+  const auto doc = docs.find(before == std::string::npos ? name : name.substr(before + 1));
+  return doc == docs.end() ? std::nullopt : std::optional(doc->second);
+}
+
 // A short name of a scene, or else the nearest of everything that can be described.
-std::string remedy_for(const std::string& name, const std::vector<std::string>& scenes,
-                       const Registry& registry) {
+std::string remedy_for(const DescribeRequest& request, const std::vector<std::string>& scenes,
+                       const Registry& registry, const Docs& docs) {
+  const std::string& name = request.name;
   for (const std::string& scene : scenes)
     if (std::filesystem::path(scene).stem() == name) return "did you mean '" + scene + "'?";
   std::vector<std::string> known = scenes;
   for (const PluginKind& kind : kPluginKinds)
     for (const std::string& plugin : registry.names(kind)) known.push_back(plugin);
+  for (const auto& [each, doc] : docs) known.push_back(each);
+  known.insert(known.end(), request.others.begin(), request.others.end());
   if (const std::string near = nearest(name, known); !near.empty())
     return "did you mean '" + near + "'?";
   return "'sim list' shows all names";
@@ -263,16 +278,24 @@ int describe(const DescribeRequest& request, const Environment& environment, Reg
   std::string text;
   std::vector<const PluginInfo*> plugins;
   if (!like_a_file) plugins = registry.find(name);
+  const Docs docs = like_a_file ? Docs() : language_docs(environment);
+  const std::optional<std::string> doc = language_doc(name, docs);
   if (!plugins.empty()) {
-    text = request.json ? plugins_json(plugins, registry) + "\n" : plugins_text(plugins, registry);
+    text = request.json ? plugins_json(plugins, registry) + "\n"
+                        : plugins_text(plugins, registry) + (doc ? "\n" + *doc : "");
+  } else if (doc) {
+    text = request.json
+               ? JsonObject().text("kind", "language").text("name", name).text("doc", *doc).str() +
+                     "\n"
+               : *doc;
   } else {
     const std::vector<std::string> scenes = list_scenes(environment.scene_folders);
     const bool known = std::find(scenes.begin(), scenes.end(), name) != scenes.end();
     std::error_code error;
     if (!known && !like_a_file && !std::filesystem::is_regular_file(name, error))
       throw Error(ErrorKind::kUsage,
-                  {"unknown name", name, "there is no plugin or scene of that name",
-                   remedy_for(name, scenes, registry)});
+                  {"unknown name", name, "there is no plugin, scene or function of that name",
+                   remedy_for(request, scenes, registry, docs)});
     SceneRequest scene_request = request.scene;
     scene_request.scene = name;
     const LoadedScene scene = load(scene_request, environment, registry);

@@ -1,4 +1,5 @@
-// `sim describe NAME`: a plugin in its own words, or a scene and its parameters.
+// `sim describe NAME`: a plugin or a function of scenes in its own words, or a scene and its
+// parameters.
 #pragma once
 
 #include <string>
@@ -9,12 +10,13 @@
 namespace sim::cli {
 
 struct DescribeRequest {
-  std::string name;    // a plugin, one of its aliases, or a scene
+  std::string name;    // a plugin, one of its aliases, a scene, or "sim.grid", "grid", "pin"
   SceneRequest scene;  // the settings with which a scene is read
   bool json = false;
+  std::vector<std::string> others = {};  // names that may have been meant, besides
 };
 
-// Throws Error{kUsage} for a name that is neither, with the nearest one.
+// Throws Error{kUsage} for a name that is none of these, with the nearest one.
 int describe(const DescribeRequest& request, const Environment& environment, Registry& registry,
              Console& console);
 

@@ -23,6 +23,7 @@ namespace {
 struct Check {
   std::string name, found;
   bool good = true;
+  bool absent = false;  // a part that a run may do without
 };
 
 class Examination {
@@ -32,8 +33,8 @@ class Examination {
   void build();
   void folders(const std::string& name, const Folders& list);
   void plugins(const Folders& libraries);
-  void engines();
   void scenes();
+  void optional_parts();
 
   const std::vector<Check>& checks() const { return checks_; }
 
@@ -51,23 +52,30 @@ void Examination::build() {
   checks_.push_back({"threads", threads ? counted(threads, "hardware thread") : "unknown"});
 }
 
-// The programs of the engines that there are.
-void Examination::engines() {
-  if (!registry_) return;
-  std::vector<std::string> programs, missing;
-  for (const std::string& name : registry_->names<engine::Engine>()) {
-    try {
-      const auto engine = make_engine(name, *registry_);
-      const std::vector<std::string> found = engine->programs();
-      programs.insert(programs.end(), found.begin(), found.end());
-      if (found.empty()) missing.push_back(name + " needs " + engine->needs());
-    } catch (const Error&) {
-      continue;  // told among the plugins
+// Parts that are there or not, and the Debian package that brings each.
+void Examination::optional_parts() {
+  const auto part = [&](const std::string& name, const std::string& found, const std::string& use,
+                        const std::string& package) {
+    checks_.push_back({name, found.empty() ? use + "; " + package : found, true, found.empty()});
+  };
+  const auto built = [&](const PluginKind& kind, const std::string& name) -> std::string {
+    return registry_ && registry_->find(kind, name) ? "in this build" : "";
+  };
+  part("HDF5", built(kind_of<Writer>, "h5"), "files .h5", "install libhdf5-dev and build again");
+  part("page", built(kind_of<View>, "web"), "sim view", "install libboost-dev and build again");
+  part("window", built(kind_of<View>, "window"), "sim view --window",
+       "install libglfw3-dev, libepoxy-dev and libimgui-dev and build again");
+  part("ffmpeg", find_program("ffmpeg"), "films", "install ffmpeg");
+  if (registry_)
+    for (const std::string& name : registry_->names<engine::Engine>()) {
+      try {
+        const auto engine = make_engine(name, *registry_);
+        part(name, join(engine->programs(), ", "), "--engine " + name, "needs " + engine->needs());
+      } catch (const Error&) {
+        continue;  // told among the plugins
+      }
     }
-  }
-  if (const std::string found = find_program("mpirun"); !found.empty()) programs.push_back(found);
-  if (programs.empty()) programs.push_back(join(missing, "; "));
-  checks_.push_back({"programs", join(programs, ", ")});
+  part("MPI", find_program("mpirun"), "--ranks", "install openmpi-bin");
 }
 
 void Examination::folders(const std::string& name, const Folders& list) {
@@ -128,18 +136,22 @@ int doctor(const DoctorRequest& request, const Environment& environment, Console
   examination.folders("plugin path", environment.plugin_folders);
   examination.folders("scene path", environment.scene_folders);
   examination.plugins(request.libraries);
-  examination.engines();
   examination.scenes();
+  examination.optional_parts();
 
   std::string text;
   std::vector<std::string> objects;
   long bad = 0;
   for (const Check& check : examination.checks()) {
     bad += !check.good;
-    text += (check.good ? "ok     " : "WRONG  ") + left(check.name, 13) + check.found + '\n';
+    text += (check.absent ? "absent "
+             : check.good ? "ok     "
+                          : "WRONG  ") +
+            left(check.name, 13) + check.found + '\n';
     objects.push_back(JsonObject()
                           .text("check", check.name)
                           .flag("ok", check.good)
+                          .flag("absent", check.absent)
                           .text("found", check.found)
                           .str());
   }

@@ -8,6 +8,7 @@
 
 #include "cli/verbs/integrator_facts.h"
 #include "cli/verbs/luacats.h"
+#include "cli/verbs/reference_page.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
@@ -125,6 +126,11 @@ int list(const ListRequest& request, const Environment& environment, Registry& r
     flush_or_throw(console.out, "standard output");
     return 0;
   }
+  if (request.markdown) {
+    put(console.out, reference_page(environment, registry));
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
   std::vector<std::pair<std::string, std::vector<ListRow>>> sections;
   std::vector<std::string> known{"scenes"};
   const auto add = [&](const std::string& name, auto rows) {
@@ -140,6 +146,12 @@ int list(const ListRequest& request, const Environment& environment, Registry& r
                 {"nothing of that kind to list", "sim list " + request.what,
                  "there are " + plural_kinds() + " and scenes", suggestion(request.what, known)});
 
+  if (request.names) {
+    for (const auto& [name, rows] : sections)
+      for (const ListRow& row : rows) put(console.out, row.name + "\n");
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
   JsonObject object;
   std::string text;
   for (const auto& [name, rows] : sections) {

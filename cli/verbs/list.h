@@ -11,7 +11,9 @@ namespace sim::cli {
 struct ListRequest {
   std::string what;  // integrators, forces, ..., scenes; empty = all of them
   bool json = false;
-  bool luacats = false;  // instead: types for editors
+  bool luacats = false;   // instead: types for editors
+  bool names = false;     // names alone, one a line
+  bool markdown = false;  // instead: the scene language and every plugin as a page
 };
 
 // One line a name with its aliases and summary; a plugin that cannot be opened says why. Throws

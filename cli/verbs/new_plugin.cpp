@@ -40,12 +40,16 @@ bool legal_name(const std::string& name) {
          std::ranges::all_of(name, [&](char c) { return lower(c) || (c >= '0' && c <= '9'); });
 }
 
-// How a library is built from one file without CMake; what no scene names is of the laboratory.
-std::string compiler_line(const std::string& name, bool in_scenes) {
+// What g++ needs besides the files, here and now; a folder that is written keeps no path of it.
+std::string compiler_flags() {
   const DevelopmentFiles files = development_files();
-  return "g++ -std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() + " " +
-         name + ".cpp -o " + name + ".so -L " + files.libraries.string() +
-         (in_scenes ? "" : " -lsimlab") + " -lsimkernel";
+  return "-std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() + " -L " +
+         files.libraries.string() + " -Wl,--as-needed -lsimlab -lsimkernel";
+}
+
+// How a library is built from one file without CMake.
+std::string compiler_line(const std::string& name) {
+  return "g++ " + name + ".cpp -o " + name + ".so $(sim plugin flags)";
 }
 
 std::string cmake_file(const std::string& name) {
@@ -97,6 +101,11 @@ class NewFolder {
 }  // namespace
 
 int new_plugin(const NewPluginRequest& request, Console& console) {
+  if (request.flags) {
+    put(console.out, compiler_flags() + "\n");
+    flush_or_throw(console.out, "standard output");
+    return 0;
+  }
   std::vector<std::string> kinds;
   for (const PluginTemplate& each : plugin_templates()) kinds.emplace_back(each.kind);
   const auto chosen = std::ranges::find(kinds, request.kind);
@@ -115,7 +124,7 @@ int new_plugin(const NewPluginRequest& request, Console& console) {
   const auto filled = [&](const char* text) {
     return replaced(replaced(text, "CLASS", class_name(name)), "NAME", name);
   };
-  const std::string by_hand = compiler_line(name, begin.scene), run = filled(begin.run);
+  const std::string by_hand = compiler_line(name), run = filled(begin.run);
   folder.write(name + ".cpp", filled(begin.source));
   if (begin.scene) folder.write(name + ".lua", filled(begin.scene));
   folder.write("CMakeLists.txt", cmake_file(name));

@@ -1,4 +1,4 @@
-// `sim plugin new KIND NAME`: a folder to start a plugin from.
+// `sim plugin new KIND NAME`: a folder to start a plugin from; `sim plugin flags`.
 #pragma once
 
 #include <string>
@@ -8,8 +8,9 @@
 namespace sim::cli {
 
 struct NewPluginRequest {
-  std::string kind;  // force, field or integrator
-  std::string name;  // letters, digits and _; also of the folder
+  bool flags = false;     // print what g++ needs to build a plugin, and do nothing else
+  std::string kind = {};  // force, field, integrator, constraint, collider or motion
+  std::string name = {};  // letters, digits and _; also of the folder
 };
 
 // Writes NAME/ with NAME.cpp, CMakeLists.txt, NAME.lua and README.md, and prints the commands that

@@ -312,9 +312,11 @@ void Sweep::write(Console& console) const {
 }
 
 std::string Sweep::summary() const {
-  std::string text = std::to_string(done_) + " cases";
+  const std::size_t left = missing();
+  std::string text = std::to_string(done_) +
+                     (left > 0 ? " of " + std::to_string(done_ + left) : std::string()) + " cases";
   if (kept_ > 0) text += ", " + std::to_string(kept_) + " of them kept from before";
-  if (missing() > 0) text += ", " + std::to_string(missing()) + " missing";
+  if (left > 0) text += ", " + std::to_string(left) + " missing";
   if (failed_ > 0) text += ", " + std::to_string(failed_) + " failed";
   return text;
 }
@@ -334,7 +336,10 @@ int sweep(const SweepRequest& request, const Environment& environment, Registry&
   if (request.collect) sweep.collect();
   progress.clear();
   if (whole && (request.parts == 1 || request.collect)) sweep.write(console);
-  console.err << sweep.notes() << "sim: " << sweep.summary() << '\n' << std::flush;
+  console.err << sweep.notes() << "sim: " << sweep.summary()
+              << (whole || request.out.empty() ? "" : "; the same command goes on from here")
+              << '\n'
+              << std::flush;
   if (const int code = progress.exit_code()) return code;
   return sweep.some_failed() ? kSomeFailed : 0;
 }

@@ -17,7 +17,7 @@ constexpr std::size_t kMostCases = 1'000'000;
 
 [[noreturn]] void bad_axis(const std::string& axis, const std::string& why) {
   throw Error(ErrorKind::kUsage, {"bad value", "--over '" + axis + "'", why,
-                                  "as in k=1,2,5, k=1:100:log5, dt=0.01:0.02:3 or seed=1..10"});
+                                  "as in k=1,2,5, k=1:100:log5, dt=0.01:0.02:lin3 or seed=1..10"});
 }
 
 [[noreturn]] void too_many() {
@@ -37,12 +37,12 @@ std::vector<std::string> whole_numbers(const std::string& axis, const std::strin
   return values;
 }
 
-// LO:HI:N or LO:HI:logN
+// LO:HI:N, LO:HI:linN or LO:HI:logN
 std::vector<std::string> steps_between(const std::string& axis, const std::string& text) {
   const std::size_t first = text.find(':'), second = text.find(':', first + 1);
   std::string count_text = text.substr(second + 1);
   const bool factors = count_text.starts_with("log");
-  if (factors) count_text.erase(0, 3);
+  if (factors || count_text.starts_with("lin")) count_text.erase(0, 3);
   const auto low = parse_number(text.substr(0, first)),
              high = parse_number(text.substr(first + 1, second - first - 1));
   const auto count = parse_integer(count_text);

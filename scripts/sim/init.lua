@@ -53,8 +53,12 @@ local function vector(v, what)
     fail((here()), "bad " .. what,
       "expected a vector {x, y, z} of 3 numbers, got a table with " .. entries .. " entries")
   end
-  for i = 1, 3 do
+  for i, axis in ipairs { "x", "y", "z" } do
     local c = v[i]
+    if c == nil then
+      fail((here()), "bad " .. what, "expected a vector {x, y, z} of 3 finite numbers, " .. axis
+        .. " is missing", "write it like {0, 0, 0}")
+    end
     if type(c) ~= "number" or c - c ~= 0 then
       bad(what, "a vector {x, y, z} of 3 finite numbers", c)
     end

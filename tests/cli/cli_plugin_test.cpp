@@ -28,7 +28,15 @@ TEST_CASE("a new plugin builds by the line it prints, passes sim test and runs")
     REQUIRE(begin != std::string::npos);
     const std::string line = made.out.substr(begin, made.out.find('\n', begin) - begin);
     const std::filesystem::path inside = folder.path() / "my_wind";
-    REQUIRE(std::system(("cd '" + inside.string() + "' && " + line).c_str()) == 0);
+    const std::string bin = std::filesystem::path(SIM_BINARY).parent_path().string();
+    REQUIRE(std::system(
+                ("cd '" + inside.string() + "' && PATH='" + bin + "':$PATH && " + line).c_str()) ==
+            0);
+    for (const auto& file : std::filesystem::directory_iterator(inside)) {
+      INFO(file.path());
+      if (file.path().extension() != ".so")
+        CHECK(read_text(file.path()).find(SIM_SOURCE_DIR) == std::string::npos);
+    }
 
     const Outcome test = run_sim({"test", "my_wind.so"}, {.folder = inside});
     INFO(test.out << test.err);

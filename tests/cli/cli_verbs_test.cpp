@@ -4,6 +4,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "core/simd/simd_targets.h"
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
 #include "tests/support/temporary.h"
@@ -73,12 +74,17 @@ TEST_CASE("explain knows every clause of the verdicts of the shipped scenes") {
   CHECK(run_sim({"explain", "weather"}).code == 2);
 }
 
-TEST_CASE("--version names commit, compiler and plugin ABI") {
+TEST_CASE("--version names commit, compiler, plugin ABI and instruction set") {
   const Outcome outcome = run_sim({"--version"});
   CHECK(outcome.code == 0);
   CHECK(outcome.out.rfind("sim ", 0) == 0);
   for (const char* part : {"commit ", "plugin ABI "})
     CHECK(outcome.out.find(part) != std::string::npos);
+  for (const sim::SimdLevel level : sim::simd_levels()) {
+    const std::string name = sim::simd_name(level);
+    const Outcome forced = run_sim({"--version"}, {.environment = {{"SIM_SIMD", name}}});
+    CHECK(forced.out.ends_with(", " + name + ")\n"));
+  }
 }
 
 TEST_CASE("list shows plugins and scenes") {

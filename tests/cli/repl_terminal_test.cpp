@@ -1,4 +1,5 @@
-// Sessions at a terminal: editing, completion, history, Ctrl-C, paste; and the one in README.md.
+// Sessions at a terminal: editing, completion, history, Ctrl-C, paste; and the one in
+// docs/prompt.md.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <regex>
@@ -12,15 +13,16 @@ using namespace sim_test;
 namespace {
 
 std::string command_in(const TemporaryFolder& folder) {
-  return "XDG_STATE_HOME=" + folder.path().string() + " INPUTRC=/dev/null " + SIM_REPL_BINARY +
+  return "XDG_STATE_HOME=" + folder.path().string() + " EDITRC=/dev/null " + SIM_REPL_BINARY +
          "; echo exit $?; sleep 100";
 }
 
-// The lines of README.md between "```" fences that begin with this one.
-std::vector<std::string> readme_block(const std::string& first) {
+// The lines of the page between "```" fences that begin with this one.
+std::vector<std::string> block_of_page(const std::string& first) {
   std::vector<std::string> block;
   bool inside = false;
-  for (const std::string& line : lines_of(read_text(std::string(SIM_SOURCE_DIR) + "/README.md"))) {
+  for (const std::string& line :
+       lines_of(read_text(std::string(SIM_SOURCE_DIR) + "/docs/prompt.md"))) {
     if (inside && line == "```") return block;
     inside = inside || line == first;
     if (inside) block.push_back(line);
@@ -30,8 +32,8 @@ std::vector<std::string> readme_block(const std::string& first) {
 
 }  // namespace
 
-TEST_CASE("repl: the session in README.md is what happens") {
-  const std::vector<std::string> block = readme_block("$ ./dev repl");
+TEST_CASE("repl: the session in the documents is what happens") {
+  const std::vector<std::string> block = block_of_page("$ ./dev repl");
   REQUIRE(block.size() > 10);
   const std::regex prompt("(\\S+ [0-9.e+-]+ s> |\\.\\.\\. )(.*)");
   TemporaryFolder folder;
@@ -155,9 +157,56 @@ TEST_CASE("repl: history from one session to the next") {
   CHECK(tmux.shows("\n{77}\n"));
   tmux.key("C-r");
   tmux.type("second");
-  CHECK(tmux.shows("(reverse-i-search)`second': \"second entry\""));
+  CHECK(tmux.shows("> \"second entry\""));
   tmux.key("Enter");
   CHECK(tmux.shows("\n\"second entry\"\n"));
+}
+
+// As the sessions of earlier versions wrote them: the time of each entry before its lines.
+TEST_CASE("repl: histories of earlier sessions are read and kept") {
+  need_program("tmux", "tmux");
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "sim");
+  const std::filesystem::path file = folder.path() / "sim" / "history";
+  write_text(file, "#1700000000\nolder = 1\n#1700000001\nboth = {\n5 }\n");
+  {
+    Tmux tmux(command_in(folder), folder.path() / "tmux");
+    REQUIRE(tmux.shows("cloth 0 s>"));
+    tmux.key("Up");
+    CHECK(tmux.shows("> both = {\n5 }"));
+    tmux.key("Up");
+    CHECK(tmux.shows("> older = 1"));
+    tmux.key("C-c");
+    tmux.enter("newer = {");
+    tmux.enter("6 }");
+    tmux.enter("\"written\"");
+    REQUIRE(tmux.shows("\n\"written\""));
+  }
+  const std::string text = read_text(file);
+  CHECK(text.starts_with("#1700000000\nolder = 1\n#1700000001\nboth = {\n5 }\n#"));
+  CHECK(text.find("\nnewer = {\n6 }\n#") != std::string::npos);
+  CHECK(text.ends_with("\n\"written\"\n"));
+}
+
+TEST_CASE("repl: keys of editing, and characters of several bytes") {
+  need_program("tmux", "tmux");
+  TemporaryFolder folder;
+  Tmux tmux(command_in(folder), folder.path() / "tmux");
+  REQUIRE(tmux.shows("cloth 0 s>"));
+  tmux.type("\"\xc3\xa9x\xe2\x82\xac\"");
+  tmux.key("Left");
+  tmux.key("Left");
+  tmux.key("BSpace");
+  tmux.key("Enter");
+  CHECK(tmux.shows("\n\"\xc3\xa9\xe2\x82\xac\"\n"));
+  tmux.type("one two");
+  tmux.key("C-w");
+  tmux.key("Home");
+  tmux.type("\"");
+  tmux.key("End");
+  tmux.type("three\"");
+  tmux.key("Enter");
+  CHECK(tmux.shows("\n\"one three\"\n"));
 }
 
 TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the session") {

@@ -28,7 +28,7 @@ class PlainTerminal {
     if (child_ == 0) {
       setenv("TERM", "dumb", 1);
       setenv("XDG_STATE_HOME", state_folder.c_str(), 1);
-      setenv("INPUTRC", "/dev/null", 1);
+      setenv("EDITRC", "/dev/null", 1);
       std::vector<char*> argv{const_cast<char*>(program.c_str())};
       for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));

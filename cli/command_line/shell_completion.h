@@ -1,0 +1,14 @@
+// What Tab completes in a shell, from what the command lines say of themselves.
+#pragma once
+
+#include <string>
+
+#include "cli/command_line/shown_words.h"
+
+namespace sim::cli {
+
+// A script for bash, zsh or fish: verbs, options, files, and the names of plugins and scenes, for
+// which it asks `sim list WHAT --names`. Throws Error{kUsage} for another shell.
+std::string shell_completion(const ShownCommand& program, const std::string& shell);
+
+}  // namespace sim::cli
