@@ -55,6 +55,10 @@ contact: none, contact: 5 particles, deepest 0 m, took 4.1 J
     "colliders did" is what those that move gave.
 bodies touched nothing, bodies touched at up to 16 points, took 0.12 J
     The same of rigid bodies, in one step.
+contact kept none apart, contact kept up to 32 pairs apart
+    The same of surfaces that sim.contact keeps apart: pairs of their parts.
+37 springs broke, took 0.4 J
+    The springs that broke, and the energy that was in them.
 constraints to 2e-15 m and 9e-16 m/s, holding with up to 27 N
     The furthest that one was off, its rate, and the largest force of one.
 no surface crosses another or itself
