@@ -21,10 +21,10 @@ struct Tie {
   int a, b;
   double k, rest;
 };
-using List = std::vector<Tie>;
+using Ties = std::vector<Tie>;
 
-List cloth(int n) {
-  List list;
+Ties cloth(int n) {
+  Ties list;
   const double s = 1.0 / n;
   const auto add = [&](double k, int di, int dj) {
     for (int i = 0; i + di < n; ++i)
@@ -40,16 +40,16 @@ List cloth(int n) {
   return list;
 }
 
-List chain(int n, bool jitter) {
-  List list;
+Ties chain(int n, bool jitter) {
+  Ties list;
   for (int i = 0; i + 1 < n; ++i)
     list.push_back({i, i + 1, 200.0 + (jitter ? i : 0), 0.1 + (jitter ? 1e-4 * i : 0)});
   return list;
 }
 
-List random_graph(int n, int springs) {
+Ties random_graph(int n, int springs) {
   std::mt19937 random(7);
-  List list;
+  Ties list;
   while (static_cast<int>(list.size()) < springs) {
     const int a = static_cast<int>(random() % static_cast<unsigned>(n));
     const int b = static_cast<int>(random() % static_cast<unsigned>(n));
@@ -58,7 +58,7 @@ List random_graph(int n, int springs) {
   return list;
 }
 
-Springs springs_of(int n, const List& list) {
+Springs springs_of(int n, const Ties& list) {
   return Springs(n, [&](const Springs::Visit& visit) {
     for (const Tie& tie : list) visit(tie.a, tie.b, tie.k, tie.rest);
   });
@@ -67,7 +67,7 @@ Springs springs_of(int n, const List& list) {
 // The springs of a list as a force of the particle system.
 class ListForce final : public Force {
  public:
-  explicit ListForce(List list) : list_(std::move(list)) {}
+  explicit ListForce(Ties list) : list_(std::move(list)) {}
   void bind(const ParticleView& initial) override {
     springs_.emplace(initial.n, [&](const Springs::Visit& visit) {
       for (const Tie& tie : list_) visit(tie.a, tie.b, tie.k, tie.rest);
@@ -76,7 +76,7 @@ class ListForce final : public Force {
   const Springs* springs() const override { return &*springs_; }
 
  private:
-  List list_;
+  Ties list_;
   std::optional<Springs> springs_;
 };
 
@@ -89,7 +89,7 @@ std::vector<Vec3> positions(int n) {
 }
 
 // Accelerations of unit masses as the system computes them.
-std::vector<Vec3> system_forces(const List& list, const std::vector<Vec3>& x, int threads = 1) {
+std::vector<Vec3> system_forces(const Ties& list, const std::vector<Vec3>& x, int threads = 1) {
   const int n = static_cast<int>(x.size());
   const Layout layout(n);
   Array state(layout.size()), y(layout.size()), dydt(layout.size());
@@ -110,7 +110,7 @@ std::vector<Vec3> system_forces(const List& list, const std::vector<Vec3>& x, in
 }
 
 // A plain loop over the list in extended precision.
-std::vector<Vec3> plain_forces(const List& list, const std::vector<Vec3>& x) {
+std::vector<Vec3> plain_forces(const Ties& list, const std::vector<Vec3>& x) {
   using Long = std::array<long double, 3>;
   std::vector<Long> f(x.size());
   for (const Tie& tie : list) {
@@ -133,7 +133,7 @@ std::vector<Vec3> plain_forces(const List& list, const std::vector<Vec3>& x) {
 }
 
 // The springs of a list with particle i called number[i].
-List renumbered(List list, const std::vector<int>& number) {
+Ties renumbered(Ties list, const std::vector<int>& number) {
   for (Tie& tie : list) {
     tie.a = number[static_cast<std::size_t>(tie.a)];
     tie.b = number[static_cast<std::size_t>(tie.b)];
@@ -152,22 +152,22 @@ std::vector<int> shuffled(int n, int window) {
 }
 
 // Of every particle, in the order in which a net adds them.
-std::vector<List> sorted_ends(const List& list, std::size_t n) {
-  std::vector<List> ends(n);
+std::vector<Ties> sorted_ends(const Ties& list, std::size_t n) {
+  std::vector<Ties> ends(n);
   for (const Tie& tie : list) {
     ends[static_cast<std::size_t>(tie.a)].push_back(tie);
     ends[static_cast<std::size_t>(tie.b)].push_back({tie.b, tie.a, tie.k, tie.rest});
   }
-  for (List& of_one : ends)
+  for (Ties& of_one : ends)
     std::ranges::sort(of_one, {},
                       [](const Tie& tie) { return std::tuple(tie.k, tie.rest, tie.b); });
   return ends;
 }
 
 // The forces of a net, end by end.
-std::vector<Vec3> net_forces(const List& list, const std::vector<Vec3>& x) {
+std::vector<Vec3> net_forces(const Ties& list, const std::vector<Vec3>& x) {
   std::vector<Vec3> f;
-  for (const List& ends : sorted_ends(list, x.size())) {
+  for (const Ties& ends : sorted_ends(list, x.size())) {
     Vec3 sum = Vec3::Zero();
     for (const Tie& tie : ends) {
       const Vec3 d = x[static_cast<std::size_t>(tie.a)] - x[static_cast<std::size_t>(tie.b)];
@@ -179,7 +179,7 @@ std::vector<Vec3> net_forces(const List& list, const std::vector<Vec3>& x) {
   return f;
 }
 
-void check_every_way(const List& list, const std::vector<Vec3>& x,
+void check_every_way(const Ties& list, const std::vector<Vec3>& x,
                      const std::vector<Vec3>& forces) {
   for (const int threads : {1, 2, 3}) CHECK(system_forces(list, x, threads) == forces);
   for (const char* level : {"sse2", "fma", "avx2", "avx512"}) {
@@ -211,7 +211,7 @@ TEST_CASE("a cloth of any size is six runs", "[particles]") {
 
 TEST_CASE("the order of a list and of the ends of its springs does not matter", "[particles]") {
   const int n = 20;
-  List list = cloth(n);
+  Ties list = cloth(n);
   const std::vector<Vec3> x = positions(n * n);
   const std::vector<Vec3> before = system_forces(list, x);
   std::mt19937 random(11);
@@ -233,8 +233,8 @@ TEST_CASE("a chain is one run, with or without its own constants everywhere", "[
 }
 
 TEST_CASE("two springs between the same particles are two springs", "[particles]") {
-  List list = chain(64, false);
-  const List again = list;
+  Ties list = chain(64, false);
+  const Ties again = list;
   list.insert(list.end(), again.begin(), again.end());
   const std::vector<Vec3> x = positions(64);
   const std::vector<Vec3> once = system_forces(again, x), twice = system_forces(list, x);
@@ -257,10 +257,10 @@ TEST_CASE("forces agree with a plain loop in extended precision", "[particles]")
   for (const int n : {2, 7, 8, 9, 64, 1000})
     CHECK(worst_difference(system_forces(chain(n, true), positions(n)),
                            plain_forces(chain(n, true), positions(n))) < 1e-12);
-  const List graph = random_graph(500, 2000);
+  const Ties graph = random_graph(500, 2000);
   CHECK(worst_difference(system_forces(graph, positions(500)),
                          plain_forces(graph, positions(500))) < 1e-12);
-  List mixed = cloth(12);
+  Ties mixed = cloth(12);
   for (const Tie& tie : random_graph(144, 40)) mixed.push_back(tie);
   CHECK(worst_difference(system_forces(mixed, positions(144)),
                          plain_forces(mixed, positions(144))) < 1e-12);
@@ -268,7 +268,7 @@ TEST_CASE("forces agree with a plain loop in extended precision", "[particles]")
 
 TEST_CASE("threads and instruction sets do not change a bit", "[particles]") {
   for (const int n : {8, 33, 64}) {
-    const List list = cloth(n);
+    const Ties list = cloth(n);
     const std::vector<Vec3> x = positions(n * n);
     const std::vector<Vec3> one = system_forces(list, x);
     for (const int threads : {2, 3, 4}) CHECK(system_forces(list, x, threads) == one);
@@ -283,17 +283,17 @@ TEST_CASE("threads and instruction sets do not change a bit", "[particles]") {
 TEST_CASE("a large net in another order adds the same ends in the same order", "[particles]") {
   const int n = 190 * 190;
   const std::vector<Vec3> x = positions(n);
-  const List random = renumbered(cloth(190), shuffled(n, n));
+  const Ties random = renumbered(cloth(190), shuffled(n, n));
   const Springs springs = springs_of(n, random);
   REQUIRE(springs.runs().empty());
   CHECK(springs.net().reordered());
   check_every_way(random, x, net_forces(random, x));
 
-  const std::vector<List> ends = sorted_ends(random, x.size());
+  const std::vector<Ties> ends = sorted_ends(random, x.size());
   long wrong = 0;
   for (int i = 0; i < n; ++i) {
     std::size_t e = 0;
-    const List& of_one = ends[static_cast<std::size_t>(i)];
+    const Ties& of_one = ends[static_cast<std::size_t>(i)];
     springs.at(i, [&](int to, double k, double rest) {
       wrong +=
           e >= of_one.size() || of_one[e].b != to || of_one[e].k != k || of_one[e].rest != rest;
@@ -307,7 +307,7 @@ TEST_CASE("a large net in another order adds the same ends in the same order", "
 TEST_CASE("a net keeps numbers that are near, or few", "[particles]") {
   for (const auto& [side, window] : {std::pair{190, 64}, std::pair{40, 1600}}) {
     const int n = side * side;
-    List list = renumbered(cloth(side), shuffled(n, window));
+    Ties list = renumbered(cloth(side), shuffled(n, window));
     for (Tie& tie : list) tie.k = 100;  // not the stiffness alone tells the springs apart
     const std::vector<Vec3> x = positions(n);
     REQUIRE(springs_of(n, list).runs().empty());
@@ -320,7 +320,7 @@ TEST_CASE("a net may be in pieces, with a star, free particles and extreme lengt
           "[particles]") {
   // Two cloths of 130 x 130, a star of 5000 and 3 particles without springs.
   const int cloth_size = 130 * 130, n = 2 * cloth_size + 5001 + 3;
-  List list = cloth(130);
+  Ties list = cloth(130);
   for (const Tie& tie : cloth(130))
     list.push_back({tie.a + cloth_size, tie.b + cloth_size, tie.k + 1, tie.rest});
   for (int i = 1; i <= 5000; ++i)
@@ -340,7 +340,7 @@ TEST_CASE("a net may be in pieces, with a star, free particles and extreme lengt
 
 TEST_CASE("runs and a reordered net add up", "[particles]") {
   const int n = 33001;
-  List list = chain(n, false);
+  Ties list = chain(n, false);
   for (const Tie& tie : renumbered(list, shuffled(n, n))) list.push_back(tie);
   list.push_back({0, n - 1, 10, 0.3});
   const Springs springs = springs_of(n, list);
@@ -357,7 +357,7 @@ TEST_CASE("distances far outside the fast path give the exact force", "[particle
   constexpr int kCount = 64;
   for (const auto& [stride, low] : {std::pair{1, 7}, {1, 16}, {1, 17}, {12, 3}, {12, 33}})
     for (const double d : {1e-300, 1e-200, 1e-100, 1e-25, 1e-22, 1e19, 1e25, 1e100, 1e200}) {
-      List list;
+      Ties list;
       for (int i = 0; i + stride < kCount; ++i) list.push_back({i, i + stride, 2.0, 0.5});
       std::vector<Vec3> x;
       for (int i = 0; i < kCount; ++i) {
@@ -384,7 +384,7 @@ TEST_CASE("distances far outside the fast path give the exact force", "[particle
 
 TEST_CASE("particles that are not tied do not feel each other, however far apart") {
   // Two chains of 6 and 10 particles; their ends are neighbours in the list, and infinitely far.
-  List list = chain(16, false);
+  Ties list = chain(16, false);
   list.erase(list.begin() + 5);
   std::vector<Vec3> x;
   for (int i = 0; i < 16; ++i) x.push_back({i < 6 ? 1.7e308 : -1.7e308, 0.3 * i, 0});
