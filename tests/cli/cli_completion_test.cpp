@@ -54,17 +54,21 @@ TEST_CASE("completions know every option and verb of the help") {
 }
 
 TEST_CASE("zsh and fish can read their completions") {
+  // Fish makes a folder of its own where this says.
+  const TemporaryFolder folder;
+  auto environment = kPath;
+  for (const char* name : {"HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"})
+    environment.emplace_back(name, folder.path().string());
   for (const std::string shell : {"zsh", "fish"}) {
     need_program(shell, shell);
-    const TemporaryFolder folder;
     write_text(folder.path() / "script", run_sim({"--completion", shell}).out);
     const Outcome outcome = run_sim({"-n", (folder.path() / "script").string()},
-                                    {.program = "/usr/bin/" + shell, .environment = kPath});
+                                    {.program = "/usr/bin/" + shell, .environment = environment});
     INFO(outcome.err);
     CHECK(outcome.code == 0);
   }
   const Outcome fish =
       run_sim({"-c", "source (" SIM_BINARY " --completion fish | psub); complete -C 'sim stab'"},
-              {.program = "/usr/bin/fish", .environment = kPath});
+              {.program = "/usr/bin/fish", .environment = environment});
   CHECK(fish.out.starts_with("stability\t"));
 }
