@@ -50,7 +50,7 @@ TEST_CASE("a run has a length that can be counted") {
 }
 
 TEST_CASE("integrators take the parameters they declare") {
-  check_error({"--tol", "1e-6"}, 2, "choose one that has: auto, bdf2, bs23, dop853, dopri5");
+  check_error({"--tol", "1e-6"}, 2, "choose one that has: auto, bdf, bdf2, bs23, dop853, dopri5");
   check_error({"scenes/cloth.lua", "rk4", "--tol=1e-6"}, 2, "integrator 'rk4' has none");
   check_error({"scenes/cloth.lua", "dopri5", "--tol=1e-20"}, 2, "at least 1e-15");
   check_error({"scenes/cloth.lua", "dopri5", "--tol=2"}, 2, "at most 1");
