@@ -330,6 +330,7 @@ std::optional<std::string> LineEditor::read(const std::string& prompt) {
   editing.signals = &blocked.before();
   editing.fit_terminal();
   if (editing.pastes) editing.say("\x1b[?2004h");
+  el_wset(editing.line, EL_PREP_TERM, 1);  // before the prompt, so that nothing is echoed twice
   int count = 0;
   const wchar_t* const typed = el_wgets(editing.line, &count);
   if (editing.pastes) editing.say("\x1b[?2004l");

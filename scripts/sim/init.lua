@@ -114,7 +114,9 @@ local meant = { x = true, y = true, z = true, t = true, r = true, m = true, rest
 local function carry(record, options, known, set)
   local numbers
   for key, value in next, options do
-    if not known[key] and type(key) == "string" and type(value) == "number" then
+    -- A name that is nearly one of those known is a misspelling of it.
+    if not known[key] and type(key) == "string" and type(value) == "number"
+      and not suggest(key, known):find("^did you mean") then
       if value - value ~= 0 then bad(key .. " of a particle", "a finite number", value) end
       if not key:find("^[%a_][%w_]*$") or meant[key] then
         bad("name of a number that particles carry",

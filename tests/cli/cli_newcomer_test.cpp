@@ -124,7 +124,7 @@ TEST_CASE("doctor names optional parts that are absent, and their packages") {
   const Outcome outcome = run_sim({"doctor"}, {.environment = {{"PATH", folder.path().string()}}});
   CHECK(outcome.code == 0);
   CHECK(has(outcome.out, "absent ffmpeg       films; install ffmpeg\n"));
-  CHECK(has(outcome.out, "absent LAMMPS       --engine lammps; install lammps\n"));
+  CHECK(has(outcome.out, "absent lammps       --engine lammps; needs the package lammps\n"));
   CHECK(has(outcome.out, "all is well"));
   CHECK(has(run_sim({"doctor", "--json"}, {.environment = {{"PATH", folder.path().string()}}}).out,
             "{\"check\":\"ffmpeg\",\"ok\":true,\"absent\":true"));

@@ -62,7 +62,7 @@ TEST_CASE("names are known without opening anything") {
   for (const char* name : {"gravity", "drag", "spring", "noticed"})
     CHECK(std::count(forces.begin(), forces.end(), name) == 1);
   CHECK(std::is_sorted(forces.begin(), forces.end()));
-  CHECK(registry.names<sim::Field>() == std::vector<std::string>{"lua", "rotation"});
+  CHECK(registry.names<sim::Field>() == std::vector<std::string>{"formula", "lua", "rotation"});
   CHECK(registry.get<sim::Force>("gravity").name == "gravity");
   CHECK(getenv("SIM_FIXTURE_RAN") == nullptr);
 

@@ -269,8 +269,9 @@ TEST_CASE("wrong parameters of implicit methods are refused with what is known")
   CHECK_THAT(refusal({{"tol", -1.0}}), Catch::Contains("tol"));
   sim::SystemSpec large = make_circle();
   large.first_order->state.assign(3000, 1.0);
-  CHECK_THROWS_WITH(sim::Simulation(large, registry, with("trbdf2", 0.1)),
-                    Catch::Contains("3000") && Catch::Contains("rk4"));
+  // Thousands of numbers are no reason to refuse: of each, the derivative reads one other.
+  sim::Simulation many(large, registry, with("trbdf2", 0.1));
+  CHECK(many.step());
 }
 
 TEST_CASE("projective dynamics approaches backward Euler") {

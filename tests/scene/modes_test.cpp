@@ -67,9 +67,7 @@ TEST_CASE("every integrator grows or decays as its amplification says") {
   for (const std::string& method : methods_with_order(row, registry)) {
     sim::Simulation probe(row, registry, fixed_steps(method, 0.01, registry));
     const double limit = sim::stable_step(probe.integrator(), 1, 0);
-    // A step of bdf is of the order that it chooses, and has no amplification of its own.
-    REQUIRE(std::isnan(limit) == (method == "bdf"));
-    if (std::isnan(limit)) continue;
+    REQUIRE_FALSE(std::isnan(limit));
     const bool bounded = limit > 0 && std::isfinite(limit);
 
     for (const double h_omega : {0.1, 0.5, 0.99 * limit, 1.01 * limit}) {

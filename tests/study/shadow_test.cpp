@@ -89,7 +89,7 @@ TEST_CASE("neighbours that part for a moment are not chaotic") {
       });
   const Judged loose = judged(jumps, {.integrator = {"esdirk43", {{"tol", 1e-3}}}, .dt = 1}, 250);
   CHECK(loose.verdict.trust != Trust::kChaotic);
-  CHECK(loose.parting.growth < 1e5);
+  CHECK_FALSE(loose.parting.growth > 1e5);
   const Judged lorenz = judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 4000);
   CHECK(lorenz.verdict.trust == Trust::kChaotic);
   CHECK(lorenz.parting.growth > 1e5);

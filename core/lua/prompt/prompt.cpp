@@ -60,7 +60,7 @@ struct Prompt::Impl {
   static int index_sim(lua_State* L);
   static DataFunction reference(lua_State* L, int index);
   void open(lua_State* L);
-  bool push_of_language(lua_State* L, const std::string& name) const;
+  int push_of_language(lua_State* L, const std::string& name) const;
   static void push_both(lua_State* L);
   void load_chunk(lua_State* L, const std::string& chunk, const std::string& name);
 
@@ -157,17 +157,17 @@ int Prompt::Impl::index_sim(lua_State* L) {
          "neither the scene language nor the prompt has it", "did you mean 'sim." + near + "'?"});
 }
 
-// Pushes the table of that name, or nothing and says so.
-bool Prompt::Impl::push_of_language(lua_State* L, const std::string& name) const {
+// The type of that name in the language; pushes it if it is a table.
+int Prompt::Impl::push_of_language(lua_State* L, const std::string& name) const {
   lua_pushcfunction(L, [](lua_State* state) {
     lua_gettable(state, 1);
     return 1;
   });
   lua_rawgeti(L, LUA_REGISTRYINDEX, language);
   lua_pushstring(L, name.c_str());
-  if (lua_pcall(L, 2, 1, 0) == LUA_OK && lua_istable(L, -1)) return true;
-  lua_pop(L, 1);
-  return false;
+  const int type = lua_pcall(L, 2, 1, 0) == LUA_OK ? lua_type(L, -1) : LUA_TNIL;
+  if (type != LUA_TTABLE) lua_pop(L, 1);
+  return type;
 }
 
 // Makes one table that behaves like the function when called and like the table when indexed.
@@ -269,8 +269,13 @@ void Prompt::define(const std::string& name, Host host) {
     lua_pushcclosure(L, Impl::call_host, 2);
     lua_pushvalue(L, -1);
     lua_setglobal(L, name.c_str());
-    if (self.push_of_language(L, name)) self.push_both(L);
-    lua_rawset(L, -3);
+    // A function of the language keeps its name there: particles() counts, sim.particles makes.
+    const int type = self.push_of_language(L, name);
+    if (type == LUA_TTABLE) self.push_both(L);
+    if (type == LUA_TFUNCTION)
+      lua_pop(L, 2);
+    else
+      lua_rawset(L, -3);
     lua_pop(L, 1);
   });
 }
