@@ -27,7 +27,10 @@ class NewStudy {
     const auto begin = made.out.find("  g++ ");
     REQUIRE(begin != std::string::npos);
     const std::string line = made.out.substr(begin, made.out.find('\n', begin) - begin);
-    REQUIRE(std::system(("cd '" + place().string() + "' && " + line).c_str()) == 0);
+    const std::string bin = std::filesystem::path(SIM_BINARY).parent_path().string();
+    REQUIRE(std::system(
+                ("cd '" + place().string() + "' && PATH='" + bin + "':$PATH && " + line).c_str()) ==
+            0);
   }
 
   std::filesystem::path place() const { return folder_.path() / "halved"; }
