@@ -39,7 +39,7 @@ mkdir physics
 cat >physics/CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)
 project(physics LANGUAGES CXX)
-find_package(sim 0.1 REQUIRED)
+find_package(sim 0.2 REQUIRED)
 file(GLOB folders LIST_DIRECTORIES true ${CMAKE_SOURCE_DIR}/*/)
 foreach(folder ${folders})
   get_filename_component(name ${folder} NAME)

@@ -5,14 +5,13 @@
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
+#include "core/base/slot.h"
 #include "core/math/power.h"
 
 namespace sim {
 namespace {
 
 constexpr double kFirstGrowth = 1e4, kGrowth = 10;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -70,31 +69,31 @@ void Bdf::set_coefficients(double h) {
   l_ = {1, 1};
   double alpha = -1, alpha_hat = -1, xi_inverse = 1, last_inverse = 1, sum = h;
   const auto multiply = [&](double inverse, int degree) {
-    for (int i = degree; i >= 1; --i) l_[at(i)] += l_[at(i - 1)] * inverse;
+    for (int i = degree; i >= 1; --i) l_[slot(i)] += l_[slot(i - 1)] * inverse;
   };
   if (q > 1) {
     for (int j = 2; j < q; ++j) {
-      sum += now_.past[at(j - 2)];
+      sum += now_.past[slot(j - 2)];
       xi_inverse = h / sum;
       alpha -= 1.0 / j;
       multiply(xi_inverse, j);
     }
     alpha -= 1.0 / q;
     last_inverse = -l_[1] - alpha;
-    sum += now_.past[at(q - 2)];
+    sum += now_.past[slot(q - 2)];
     xi_inverse = h / sum;
     alpha_hat = -l_[1] - xi_inverse;
     multiply(last_inverse, q);
   }
   const double a = 1 - alpha_hat + alpha, b = 1 + q * a;
   error_ = std::fabs(a / (alpha * b));
-  scale_ = std::fabs(b * last_inverse / (l_[at(q)] * xi_inverse));
+  scale_ = std::fabs(b * last_inverse / (l_[slot(q)] * xi_inverse));
   lower_ = 1;
   if (q > 1) {
-    const double c = last_inverse / l_[at(q)], d = alpha + 1.0 / q, e = alpha_hat + xi_inverse;
+    const double c = last_inverse / l_[slot(q)], d = alpha + 1.0 / q, e = alpha_hat + xi_inverse;
     lower_ = std::fabs(c * (1 - e + d) / d);
   }
-  sum += now_.past[at(q - 1)];
+  sum += now_.past[slot(q - 1)];
   xi_inverse = h / sum;
   const double f = alpha - 1.0 / (q + 1), g = alpha_hat - xi_inverse;
   higher_ = std::fabs((1 - g + f) / b / (xi_inverse * (q + 2) * f));
@@ -111,13 +110,13 @@ void Bdf::change_order(int order) {
   l[2] = 1;
   double sum = 0;
   const auto multiply = [&](double xi, int degree) {
-    for (int i = degree; i >= 2; --i) l[at(i)] = l[at(i)] * xi + l[at(i - 1)];
+    for (int i = degree; i >= 2; --i) l[slot(i)] = l[slot(i)] * xi + l[slot(i - 1)];
   };
   if (order > q) {
     double alpha = -1, inverse = 1, product = 1, xi_before = 1;
     sum = now_.h;
     for (int j = 1; j < q; ++j) {
-      sum += now_.past[at(j)];
+      sum += now_.past[slot(j)];
       const double xi = sum / now_.h;
       product *= xi;
       alpha -= 1.0 / (j + 1);
@@ -126,18 +125,18 @@ void Bdf::change_order(int order) {
       xi_before = xi;
     }
     const double scale = (-alpha - inverse) / product;
-    Array& last = z_[at(q + 1)];
+    Array& last = z_[slot(q + 1)];
     for (std::size_t i = 0; i < last.size(); ++i) last[i] = scale * saved_[i];
     for (int j = 2; j <= q; ++j)
-      for (std::size_t i = 0; i < last.size(); ++i) z_[at(j)][i] += l[at(j)] * last[i];
+      for (std::size_t i = 0; i < last.size(); ++i) z_[slot(j)][i] += l[slot(j)] * last[i];
   } else if (q > 2) {
     for (int j = 1; j <= q - 2; ++j) {
-      sum += now_.past[at(j - 1)];
+      sum += now_.past[slot(j - 1)];
       multiply(sum / now_.h, j + 2);
     }
-    const Array& last = z_[at(q)];
+    const Array& last = z_[slot(q)];
     for (int j = 2; j < q; ++j)
-      for (std::size_t i = 0; i < last.size(); ++i) z_[at(j)][i] -= l[at(j)] * last[i];
+      for (std::size_t i = 0; i < last.size(); ++i) z_[slot(j)][i] -= l[slot(j)] * last[i];
   }
   now_.order = order;
   now_.wait = order + 1;
@@ -146,20 +145,21 @@ void Bdf::change_order(int order) {
 // predicted_j = sum_{k>=j} (k over j) z_k
 void Bdf::predict() {
   const int q = now_.order;
-  for (int j = 0; j <= q; ++j) std::copy_n(z_[at(j)].data(), y_.size(), predicted_[at(j)].data());
+  for (int j = 0; j <= q; ++j)
+    std::copy_n(z_[slot(j)].data(), y_.size(), predicted_[slot(j)].data());
   for (int k = 1; k <= q; ++k)
     for (int j = q; j >= k; --j) {
-      double* const to = predicted_[at(j - 1)].data();
-      const double* const from = predicted_[at(j)].data();
+      double* const to = predicted_[slot(j - 1)].data();
+      const double* const from = predicted_[slot(j)].data();
       for (std::size_t i = 0; i < y_.size(); ++i) to[i] += from[i];
     }
 }
 
 void Bdf::correct() {
   for (int j = 0; j <= now_.order; ++j) {
-    double* const to = z_[at(j)].data();
-    const double* const from = predicted_[at(j)].data();
-    const double weight = l_[at(j)];
+    double* const to = z_[slot(j)].data();
+    const double* const from = predicted_[slot(j)].data();
+    const double weight = l_[slot(j)];
     for (std::size_t i = 0; i < y_.size(); ++i) to[i] = from[i] + weight * change_[i];
   }
 }
@@ -176,7 +176,7 @@ StepStatus Bdf::next_step(OdeSystem& system) {
     double factor = 1;
     for (int j = 1; j <= now_.order; ++j) {
       factor *= ratio;
-      for (double& number : z_[at(j)].span()) number *= factor;
+      for (double& number : z_[slot(j)].span()) number *= factor;
     }
     now_.h = h;
   };
@@ -262,7 +262,7 @@ void Bdf::choose_next(double error) {
   if (now_.wait == 0) {
     now_.wait = 2;
     if (q > 1)
-      if (const double less = growth(kBias, lower_ * norm(z_[at(q)]), q); less > best) {
+      if (const double less = growth(kBias, lower_ * norm(z_[slot(q)]), q); less > best) {
         best = less;
         order = q - 1;
       }
@@ -316,9 +316,9 @@ Advance Bdf::advance(OdeSystem& system, double t, double h, std::int64_t /*most*
 
 void Bdf::interpolate(double t, double* out) const {
   const double s = (t - now_.t) / now_.h;
-  std::copy_n(z_[at(now_.order)].data(), y_.size(), out);
+  std::copy_n(z_[slot(now_.order)].data(), y_.size(), out);
   for (int j = now_.order - 1; j >= 0; --j)
-    for (std::size_t i = 0; i < y_.size(); ++i) out[i] = out[i] * s + z_[at(j)][i];
+    for (std::size_t i = 0; i < y_.size(); ++i) out[i] = out[i] * s + z_[slot(j)][i];
 }
 
 std::vector<double> Bdf::memory() const {

@@ -8,12 +8,11 @@
 #include "core/base/array.h"
 #include "core/base/finite.h"
 #include "core/base/noise.h"
+#include "core/base/slot.h"
 #include "core/ode/ode_system.h"
 
 namespace sim {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 class Differences final : public JacobianEntries {
  public:
@@ -40,10 +39,10 @@ class Differences final : public JacobianEntries {
         point_[i] = x[i] + (colors_[i] == color ? steps_[i] : 0);
       evaluate(t, point_.data(), moved_);
       for (int column = 0; column < sparsity_.size(); ++column) {
-        if (colors_[sim::at(column)] != color) continue;
+        if (colors_[slot(column)] != color) continue;
         for (int k = sparsity_.begin_of(column); k < sparsity_.end_of(column); ++k) {
-          const std::size_t row = sim::at(sparsity_.row(k));
-          values[sim::at(k)] = (moved_[row] - f_[row]) / steps_[sim::at(column)];
+          const std::size_t row = slot(sparsity_.row(k));
+          values[slot(k)] = (moved_[row] - f_[row]) / steps_[slot(column)];
         }
       }
     }
@@ -100,7 +99,7 @@ class Differences final : public JacobianEntries {
       evaluate(t, center.data(), f_);
     }
     // Columns change by amounts that have nothing to do with each other.
-    std::vector<double> change(sim::at(size));
+    std::vector<double> change(slot(size));
     for (std::size_t i = 0; i < change.size(); ++i) {
       const double scale = std::max({std::fabs(center[i]), kSmall * most, kLeast});
       change[i] = kNear * scale * (1.5 + noise.next());
@@ -127,9 +126,9 @@ class Differences final : public JacobianEntries {
       std::vector<std::size_t> together;
       for (std::size_t g = first; g < groups.size(); ++g) {
         const std::vector<int>& rows = groups[g].rows;
-        if (done[g] || std::ranges::any_of(rows, [&](int row) { return taken[sim::at(row)]; }))
+        if (done[g] || std::ranges::any_of(rows, [&](int row) { return taken[slot(row)]; }))
           continue;
-        for (const int row : rows) taken[sim::at(row)] = true;
+        for (const int row : rows) taken[slot(row)] = true;
         together.push_back(g);
         done[g] = true;
       }
@@ -138,14 +137,14 @@ class Differences final : public JacobianEntries {
         for (const std::size_t g : together) {
           const int middle = (groups[g].begin + groups[g].end) / 2;
           const int begin = upper ? middle : groups[g].begin, end = upper ? groups[g].end : middle;
-          for (int i = begin; i < end; ++i) point_[sim::at(i)] += change[sim::at(i)];
+          for (int i = begin; i < end; ++i) point_[slot(i)] += change[slot(i)];
         }
         evaluate(t, point_.data(), moved_);
         for (const std::size_t g : together) {
           const int middle = (groups[g].begin + groups[g].end) / 2;
           Group half{upper ? middle : groups[g].begin, upper ? groups[g].end : middle, {}};
           for (const int row : groups[g].rows)
-            if (!(moved_[sim::at(row)] == f_[sim::at(row)])) half.rows.push_back(row);
+            if (!(moved_[slot(row)] == f_[slot(row)])) half.rows.push_back(row);
           if (half.rows.empty()) continue;
           if (half.end - half.begin > 1)
             next.push_back(std::move(half));
@@ -174,16 +173,17 @@ int color_columns(const Sparsity& sparsity, std::span<int> colors) {
   std::vector<int> last;  // column that may not have this color
   for (int column = 0; column < sparsity.size(); ++column) {
     for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
-      for (const int other : columns[at(sparsity.row(k))]) last[at(colors[at(other)])] = column;
+      for (const int other : columns[slot(sparsity.row(k))])
+        last[slot(colors[slot(other)])] = column;
     int color = 0;
-    while (color < count && last[at(color)] == column) ++color;
+    while (color < count && last[slot(color)] == column) ++color;
     if (color == count) {
       ++count;
       last.push_back(-1);
     }
-    colors[at(column)] = color;
+    colors[slot(column)] = color;
     for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
-      columns[at(sparsity.row(k))].push_back(column);
+      columns[slot(sparsity.row(k))].push_back(column);
   }
   return count;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/slot.h"
+
 namespace sim {
 namespace {
 
@@ -11,8 +13,6 @@ constexpr int kMostBegins = 12;       // of those
 constexpr double kSolved = 1e-10;     // of the right side
 constexpr double kEnough = 1e-3;      // with which Newton's method still ends
 constexpr double kInvariant = 1e-14;  // of a product: the basis has all of it
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 // In their order: the same bits on every machine.
 double product(const Array& a, const Array& b) {
@@ -29,10 +29,10 @@ void add(double share, const Array& of, Array& to) {
 
 KrylovSolver::KrylovSolver(OdeSystem& system, const StageOptions& options)
     : StageNewton(system, options),
-      h_(at(kBasis * (kBasis + 1))),
-      cosine_(at(kBasis)),
-      sine_(at(kBasis)),
-      rest_(at(kBasis + 1)),
+      h_(slot(kBasis * (kBasis + 1))),
+      cosine_(slot(kBasis)),
+      sine_(slot(kBasis)),
+      rest_(slot(kBasis + 1)),
       found_(size()),
       right_(size()) {
   for (int i = 0; i <= kBasis; ++i) basis_.emplace_back(size());
@@ -45,42 +45,43 @@ void KrylovSolver::linearise(double t, double tau, const double* y) {
 
 // By modified Gram-Schmidt and Givens rotations.
 double KrylovSolver::extend(int k) {
-  Array &from = basis_[at(k)], &next = basis_[at(k + 1)];
+  Array &from = basis_[slot(k)], &next = basis_[slot(k + 1)];
   jacobian().apply(from.data(), next.data());
   ++effort_.linear;
   for (std::size_t i = 0; i < next.size(); ++i) next[i] = from[i] - tau_ * next[i];
   const double before = std::sqrt(product(next, next));
-  double* const column = h_.data() + at(k) * at(kBasis + 1);
+  double* const column = h_.data() + slot(k) * slot(kBasis + 1);
   for (int i = 0; i <= k; ++i) {
-    column[i] = product(basis_[at(i)], next);
-    add(-column[i], basis_[at(i)], next);
+    column[i] = product(basis_[slot(i)], next);
+    add(-column[i], basis_[slot(i)], next);
   }
   double length = std::sqrt(product(next, next));
   if (!(length > kInvariant * before)) length = 0;
   for (int i = 0; i < k; ++i) {
     const double a = column[i], b = column[i + 1];
-    column[i] = cosine_[at(i)] * a + sine_[at(i)] * b;
-    column[i + 1] = cosine_[at(i)] * b - sine_[at(i)] * a;
+    column[i] = cosine_[slot(i)] * a + sine_[slot(i)] * b;
+    column[i + 1] = cosine_[slot(i)] * b - sine_[slot(i)] * a;
   }
   const double size = std::sqrt(column[k] * column[k] + length * length);
-  cosine_[at(k)] = size > 0 ? column[k] / size : 1;
-  sine_[at(k)] = size > 0 ? length / size : 0;
+  cosine_[slot(k)] = size > 0 ? column[k] / size : 1;
+  sine_[slot(k)] = size > 0 ? length / size : 0;
   column[k] = size;
-  rest_[at(k + 1)] = -sine_[at(k)] * rest_[at(k)];
-  rest_[at(k)] *= cosine_[at(k)];
+  rest_[slot(k + 1)] = -sine_[slot(k)] * rest_[slot(k)];
+  rest_[slot(k)] *= cosine_[slot(k)];
   if (length > 0)
     for (std::size_t i = 0; i < next.size(); ++i) next[i] /= length;
-  return std::fabs(rest_[at(k + 1)]);
+  return std::fabs(rest_[slot(k + 1)]);
 }
 
 void KrylovSolver::add_to(Array& found, int count) {
   for (int k = count - 1; k >= 0; --k) {
-    double sum = rest_[at(k)];
-    for (int j = k + 1; j < count; ++j) sum -= h_[at(j) * at(kBasis + 1) + at(k)] * rest_[at(j)];
-    const double diagonal = h_[at(k) * at(kBasis + 1) + at(k)];
-    rest_[at(k)] = diagonal != 0 ? sum / diagonal : 0;
+    double sum = rest_[slot(k)];
+    for (int j = k + 1; j < count; ++j)
+      sum -= h_[slot(j) * slot(kBasis + 1) + slot(k)] * rest_[slot(j)];
+    const double diagonal = h_[slot(k) * slot(kBasis + 1) + slot(k)];
+    rest_[slot(k)] = diagonal != 0 ? sum / diagonal : 0;
   }
-  for (int k = 0; k < count; ++k) add(rest_[at(k)], basis_[at(k)], found);
+  for (int k = 0; k < count; ++k) add(rest_[slot(k)], basis_[slot(k)], found);
 }
 
 bool KrylovSolver::divide(Array& x) {

@@ -9,21 +9,21 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/slot.h"
+
 namespace sim {
 namespace {
 
 using Eigen::SparseMatrix;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 // The unknowns that each one is joined to, in both directions, itself left out.
 std::vector<std::vector<int>> neighbours_of(const Sparsity& sparsity) {
-  std::vector<std::vector<int>> joined(at(sparsity.size()));
+  std::vector<std::vector<int>> joined(slot(sparsity.size()));
   for (int column = 0; column < sparsity.size(); ++column)
     for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
       if (const int row = sparsity.row(k); row != column) {
-        joined[at(column)].push_back(row);
-        joined[at(row)].push_back(column);
+        joined[slot(column)].push_back(row);
+        joined[slot(row)].push_back(column);
       }
   for (std::vector<int>& list : joined) {
     std::ranges::sort(list);
@@ -37,13 +37,13 @@ std::vector<std::vector<int>> groups_of(const std::vector<std::vector<int>>& joi
   std::vector<std::vector<int>> groups;
   std::vector<bool> seen(joined.size(), false);
   for (int first = 0; first < static_cast<int>(joined.size()); ++first) {
-    if (seen[at(first)]) continue;
+    if (seen[slot(first)]) continue;
     std::vector<int> group{first};
-    seen[at(first)] = true;
+    seen[slot(first)] = true;
     for (std::size_t k = 0; k < group.size(); ++k)
-      for (const int other : joined[at(group[k])])
-        if (!seen[at(other)]) {
-          seen[at(other)] = true;
+      for (const int other : joined[slot(group[k])])
+        if (!seen[slot(other)]) {
+          seen[slot(other)] = true;
           group.push_back(other);
         }
     std::ranges::sort(group);
@@ -54,17 +54,17 @@ std::vector<std::vector<int>> groups_of(const std::vector<std::vector<int>>& joi
 
 // Cuthill & McKee (1969): by distance from an unknown at the rim, those of few neighbours first.
 std::vector<int> narrow_order(const std::vector<std::vector<int>>& joined) {
-  const auto degree = [&](int i) { return joined[at(i)].size(); };
+  const auto degree = [&](int i) { return joined[slot(i)].size(); };
   std::vector<int> order;
   std::vector<bool> seen(joined.size());
   const auto spread = [&](int start) {
     std::vector<int> found{start};
-    seen[at(start)] = true;
+    seen[slot(start)] = true;
     for (std::size_t k = 0; k < found.size(); ++k) {
       std::vector<int> next;
-      for (const int other : joined[at(found[k])])
-        if (!seen[at(other)]) {
-          seen[at(other)] = true;
+      for (const int other : joined[slot(found[k])])
+        if (!seen[slot(other)]) {
+          seen[slot(other)] = true;
           next.push_back(other);
         }
       std::ranges::stable_sort(next, {}, degree);
@@ -76,7 +76,7 @@ std::vector<int> narrow_order(const std::vector<std::vector<int>>& joined) {
     int start = *std::ranges::min_element(group, {}, degree);
     for (int n = 0; n < 3; ++n) {  // the one furthest from it lies at the rim
       const std::vector<int> found = spread(start);
-      for (const int i : found) seen[at(i)] = false;
+      for (const int i : found) seen[slot(i)] = false;
       start = found.back();
     }
     const std::vector<int> found = spread(start);
@@ -90,25 +90,25 @@ class DenseBlocks final : public MatrixSolver {
  public:
   DenseBlocks(const Sparsity& sparsity, std::vector<std::vector<int>> groups)
       : groups_(std::move(groups)) {
-    std::vector<int> place(at(sparsity.size()), 0), group_of(at(sparsity.size()), 0);
+    std::vector<int> place(slot(sparsity.size()), 0), group_of(slot(sparsity.size()), 0);
     std::size_t size = 0, longest = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       begin_.push_back(size);
       for (std::size_t k = 0; k < groups_[g].size(); ++k) {
-        place[at(groups_[g][k])] = static_cast<int>(k);
-        group_of[at(groups_[g][k])] = static_cast<int>(g);
+        place[slot(groups_[g][k])] = static_cast<int>(k);
+        group_of[slot(groups_[g][k])] = static_cast<int>(g);
       }
       size += groups_[g].size() * groups_[g].size();
       longest = std::max(longest, groups_[g].size());
     }
     numbers_.resize(size);
-    pivots_.resize(at(sparsity.size()));
+    pivots_.resize(slot(sparsity.size()));
     part_.resize(longest);
     for (int column = 0; column < sparsity.size(); ++column)
       for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
-        const std::size_t g = at(group_of[at(column)]), many = groups_[g].size();
-        targets_.push_back(begin_[g] + at(place[at(sparsity.row(k))]) * many +
-                           at(place[at(column)]));
+        const std::size_t g = slot(group_of[slot(column)]), many = groups_[g].size();
+        targets_.push_back(begin_[g] + slot(place[slot(sparsity.row(k))]) * many +
+                           slot(place[slot(column)]));
       }
   }
 
@@ -185,9 +185,9 @@ struct Width {
 };
 
 std::vector<int> places_of(const std::vector<int>& order, int size) {
-  std::vector<int> place(at(size));
+  std::vector<int> place(slot(size));
   std::iota(place.begin(), place.end(), 0);
-  for (std::size_t i = 0; i < order.size(); ++i) place[at(order[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < order.size(); ++i) place[slot(order[i])] = static_cast<int>(i);
   return place;
 }
 
@@ -196,7 +196,7 @@ Width width_of(const Sparsity& sparsity, const std::vector<int>& order) {
   Width width;
   for (int column = 0; column < sparsity.size(); ++column)
     for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
-      const int down = place[at(sparsity.row(k))] - place[at(column)];
+      const int down = place[slot(sparsity.row(k))] - place[slot(column)];
       width.below = std::max(width.below, down);
       width.above = std::max(width.above, -down);
     }
@@ -214,13 +214,13 @@ class Band final : public MatrixSolver {
     below_ = width.below;
     above_ = width.above;
     pitch_ = 2 * below_ + above_ + 1;
-    numbers_.resize(at(size_) * at(pitch_));
-    pivots_.resize(at(size_));
+    numbers_.resize(slot(size_) * slot(pitch_));
+    pivots_.resize(slot(size_));
     part_.resize(order_.size());
     const std::vector<int> place = places_of(order_, size_);
     for (int column = 0; column < size_; ++column)
       for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
-        targets_.push_back(index(place[at(sparsity.row(k))], place[at(column)]));
+        targets_.push_back(index(place[slot(sparsity.row(k))], place[slot(column)]));
   }
 
   bool factorise(double tau, std::span<const double> values) override {
@@ -234,7 +234,7 @@ class Band final : public MatrixSolver {
       int pivot = 0;
       for (int i = 1; i <= rows; ++i)
         if (std::fabs(column[i]) > std::fabs(column[pivot])) pivot = i;
-      pivots_[at(k)] = pivot;
+      pivots_[slot(k)] = pivot;
       reach = std::max(reach, std::min(k + above_ + pivot, size_ - 1));
       std::swap(column[0], column[pivot]);
       const double inverse = 1 / column[0];
@@ -257,7 +257,7 @@ class Band final : public MatrixSolver {
     for (std::size_t i = 0; i < order_.size(); ++i) y[i] = x[order_[i]];
     for (int k = 0; k < size_; ++k) {
       const double* const column = numbers_.data() + index(k, k);
-      std::swap(y[k], y[k + pivots_[at(k)]]);
+      std::swap(y[k], y[k + pivots_[slot(k)]]);
       const int rows = std::min(below_, size_ - 1 - k);
       for (int i = 1; i <= rows; ++i) y[k + i] -= column[i] * y[k];
     }
@@ -276,7 +276,7 @@ class Band final : public MatrixSolver {
 
  private:
   std::size_t index(int row, int column) const {
-    return at(column) * at(pitch_) + at(below_ + above_ + row - column);
+    return slot(column) * slot(pitch_) + slot(below_ + above_ + row - column);
   }
 
   int size_, below_ = 0, above_ = 0, pitch_ = 1;

@@ -10,7 +10,7 @@ namespace sim {
 namespace {
 
 // The ends of the edges, in the order of the nodes on them.
-constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+constexpr int kTetrahedronEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 
 // The gradients of the barycentric coordinates L_0 ... L_3 in the coordinates (L_1, L_2, L_3).
 constexpr Vec3 kSlopes[4] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -29,7 +29,7 @@ std::array<Vec3, 10> slopes_at(int nodes, int point) {
   l[point] = kNearPoint;
   for (std::size_t a = 0; a < 4; ++a) slopes[a] = (4 * l[a] - 1) * kSlopes[a];
   for (std::size_t e = 0; e < 6; ++e) {
-    const auto [a, b] = kEdges[e];
+    const auto [a, b] = kTetrahedronEdges[e];
     slopes[4 + e] = 4 * (l[a] * kSlopes[b] + l[b] * kSlopes[a]);
   }
   return slopes;
@@ -81,7 +81,7 @@ std::vector<int> grid_tetrahedra(const std::array<int, 3>& size, int order) {
           }
           for (const Corner& corner : corners) ids.push_back(id(corner));
           if (order == 1) continue;
-          for (const auto& [a, b] : kEdges) {
+          for (const auto& [a, b] : kTetrahedronEdges) {
             Corner middle;
             for (std::size_t axis = 0; axis < 3; ++axis)
               middle[axis] = (corners[static_cast<std::size_t>(a)][axis] +

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/particles/surface_contact/slot.h"
+#include "core/base/slot.h"
 
 namespace sim {
 

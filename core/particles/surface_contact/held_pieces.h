@@ -8,7 +8,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/constraints/holding.h"
-#include "core/particles/surface_contact/slot.h"
+#include "core/base/slot.h"
 
 namespace sim {
 

@@ -11,7 +11,7 @@
 #include "core/base/team.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/surface_contact/separation.h"
-#include "core/particles/surface_contact/slot.h"
+#include "core/base/slot.h"
 
 namespace sim {
 

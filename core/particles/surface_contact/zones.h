@@ -8,7 +8,7 @@
 
 #include "core/math/vec3.h"
 #include "core/particles/surface_contact/led_motion.h"
-#include "core/particles/surface_contact/slot.h"
+#include "core/base/slot.h"
 
 namespace sim {
 

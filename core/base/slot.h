@@ -1,4 +1,4 @@
-// Ids of particles as places in lists.
+// Whole numbers as indices of lists.
 #pragma once
 
 #include <cstddef>
