@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one
 
 // A study that takes so much longer than it said leaves out what is left: what it says is an
 // estimate from the start, where nothing may touch yet.
-constexpr double kMostTimes = 3, kLeast = 2;  // of what it said, and s
+constexpr double kMostTimes = 3, kLeastOverrun = 2;  // of what it said, and s
 
 bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
@@ -185,7 +185,7 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   const auto study_begin = Clock::now();
   const auto study_late = [&] {
     return std::chrono::duration<double>(Clock::now() - study_begin).count() >
-           kMostTimes * said + kLeast;
+           kMostTimes * said + kLeastOverrun;
   };
 
   Standstill place(problem, system);
