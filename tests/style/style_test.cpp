@@ -285,7 +285,6 @@ TEST_CASE("the top level holds what it should and nothing else") {
                                          "LICENSE",
                                          "README.md",
                                          "SECURITY.md",
-                                         "THIRD_PARTY.md",
                                          "build",
                                          "cli",
                                          "core",

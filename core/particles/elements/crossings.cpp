@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
 
 #include "core/particles/elements/torn_faces.h"
 
@@ -103,7 +102,7 @@ void Crossings::each(const ParticleView& view, const Found& found) {
   if (boxes_.empty() || !sort(view)) return;
   const auto& [u, w] = lines_;
   for (std::size_t e = 0; e < edges_.size(); ++e) {
-    if (!edge_gone_.empty() && edge_gone_[e]) continue;
+    if (!gone_.edges.empty() && gone_.edges[e]) continue;
     const auto& [i, j] = edges_[e];
     const Vec3 p = view.position(i), q = view.position(j);
     const Vec3 least = p.cwiseMin(q), most = p.cwiseMax(q);
@@ -113,7 +112,7 @@ void Crossings::each(const ParticleView& view, const Found& found) {
                  end = static_cast<std::size_t>(row * w.count + last + 1);
       for (int at = starts_[begin]; at < starts_[end]; ++at) {
         const auto k = static_cast<std::size_t>(order_[static_cast<std::size_t>(at)]);
-        if (!triangle_gone_.empty() && triangle_gone_[k]) continue;
+        if (!gone_.triangles.empty() && gone_.triangles[k]) continue;
         const Reach& box = boxes_[k];
         if (box.most[0] < least[0] || box.least[0] > most[0] || box.most[1] < least[1] ||
             box.least[1] > most[1] || box.most[2] < least[2] || box.least[2] > most[2])
@@ -127,24 +126,7 @@ void Crossings::each(const ParticleView& view, const Found& found) {
   }
 }
 
-namespace {
-
-std::array<int, 2> ordered(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
-
-}  // namespace
-
-void Crossings::tear(TornPairs torn) {
-  triangle_gone_.clear();
-  edge_gone_.clear();
-  if (torn.empty()) return;
-  std::set<std::array<int, 2>> held;  // edges of faces that are there
-  for (const TriangleMesh::Triangle& t : triangles_) {
-    triangle_gone_.push_back(torn_face(torn, t));
-    for (std::size_t k = 0; k < 3 && !triangle_gone_.back(); ++k)
-      held.insert(ordered(t[k], t[(k + 1) % 3]));
-  }
-  for (const auto& [a, b] : edges_) edge_gone_.push_back(!held.contains(ordered(a, b)));
-}
+void Crossings::tear(TornPairs torn) { gone_ = torn_parts(torn, triangles_, edges_); }
 
 std::int64_t Crossings::count(const ParticleView& view) {
   std::int64_t count = 0;

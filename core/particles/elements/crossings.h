@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/view.h"
 
@@ -49,7 +50,7 @@ class Crossings {
   std::vector<std::array<int, 2>> edges_;
   std::vector<int> triangle_of_;  // of each edge
   std::vector<Reach> boxes_;      // of each triangle
-  std::vector<std::uint8_t> triangle_gone_, edge_gone_;  // where surfaces are torn, else empty
+  TornParts gone_;
   std::array<Line, 2> lines_;
   std::vector<int> order_, starts_, next_;  // triangles by cell; where each begins; scratch
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <set>
 
 #include "core/particles/elements/torn_faces.h"
 
@@ -170,24 +169,12 @@ void SurfaceParts::leaves(const Node& a, const Node& b, std::span<const Box> box
   }
 }
 
-void SurfaceParts::tear(TornPairs torn) {
-  triangle_gone_.clear();
-  edge_gone_.clear();
-  if (torn.empty()) return;
-  std::set<std::array<int, 2>> held;  // edges of faces that are there
-  for (const TriangleMesh::Triangle& t : triangles_) {
-    triangle_gone_.push_back(torn_face(torn, t));
-    for (std::size_t k = 0; k < 3 && !triangle_gone_.back(); ++k)
-      held.insert({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
-  }
-  for (const auto& [a, b] : edges_)
-    edge_gone_.push_back(!held.contains({std::min(a, b), std::max(a, b)}));
-}
+void SurfaceParts::tear(TornPairs torn) { gone_ = torn_parts(torn, triangles_, edges_); }
 
 void SurfaceParts::triangle_pairs(int a, int b, std::span<const Box> boxes,
                                   std::vector<SurfacePair>& found) const {
   const auto vertices_at = [&](int of, int other) {
-    if (!triangle_gone_.empty() && triangle_gone_[slot(other)]) return;
+    if (!gone_.triangles.empty() && gone_.triangles[slot(other)]) return;
     const TriangleMesh::Triangle& t = triangles_[slot(other)];
     for (const int v : owned_[slot(of)].vertices)
       if (v >= 0 && !among(v, t) && boxes[slot(v)].meets(triangle_boxes_[slot(other)]))

@@ -8,10 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "core/base/slot.h"
 #include "core/base/team.h"
+#include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/surface_contact/separation.h"
-#include "core/base/slot.h"
 
 namespace sim {
 
@@ -51,7 +52,7 @@ class SurfaceParts {
   // Faces with such an edge are in no pair any more, nor are edges that are torn or left without a
   // face. Replaces what was said before.
   void tear(std::span<const std::array<int, 2>> torn);
-  bool edge_gone(std::size_t edge) const { return !edge_gone_.empty() && edge_gone_[edge]; }
+  bool edge_gone(std::size_t edge) const { return !gone_.edges.empty() && gone_.edges[edge]; }
 
   // All pairs whose boxes meet, those of a vertex and a triangle before it; boxes: of the
   // particles. Memory is kept in `pairs`.
@@ -90,7 +91,7 @@ class SurfaceParts {
   std::vector<Node> nodes_;
   std::vector<Box> triangle_boxes_;
   std::vector<Task> tasks_;
-  std::vector<std::uint8_t> triangle_gone_, edge_gone_;  // where surfaces are torn, else empty
+  TornParts gone_;
 };
 
 }  // namespace sim
