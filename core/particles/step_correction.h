@@ -9,6 +9,8 @@
 
 namespace sim {
 
+class BodyGeometry;
+
 // Studies, verdicts and checkpoints ask the corrections of a system, and know none of them.
 class StepCorrection {
  public:
@@ -55,6 +57,9 @@ class StepCorrection {
   virtual bool breaks_constraints(int /*particle*/) const { return false; }
   // As Force::tear(): surfaces have no faces between these pairs of particles any more.
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
+  // The rigid bodies that it keeps apart; null: none. What another one moves keeps out of them.
+  virtual const BodyGeometry* bodies() const { return nullptr; }
+  virtual void keep_out_of(const BodyGeometry& /*bodies*/) {}  // which outlive it
   // It stands for forces: a step without it is none of the scene.
   virtual bool stands_for_forces() const { return false; }
 };

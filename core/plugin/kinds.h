@@ -18,6 +18,9 @@
 
 namespace sim {
 
+class StepCorrection;  // core/particles/step_correction.h
+struct ContactTask;    // core/particles/contact_task.h: what it keeps apart
+
 // Kinds of the laboratory, which the kernel knows by name only.
 class Writer;       // core/output/writer.h
 struct WriterTask;  // what it is to write
@@ -65,6 +68,12 @@ struct Kind<RigidMotion> {
 };
 
 template <>
+struct Kind<StepCorrection> {
+  static constexpr std::string_view name = "contact", folder = "contact";
+  using Make = std::function<std::unique_ptr<StepCorrection>(const Params&, const ContactTask&)>;
+};
+
+template <>
 struct Kind<Writer> {
   static constexpr std::string_view name = "writer", folder = "writers";
   static constexpr bool in_scenes = false;
@@ -94,7 +103,7 @@ struct Kind<engine::Engine> {
 
 // In the order in which they are shown and numbered.
 using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint,
-                       Study, engine::Engine>;
+                       Study, engine::Engine, StepCorrection>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

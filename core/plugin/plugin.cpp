@@ -1,5 +1,7 @@
 #include "core/plugin/plugin.h"
 
+#include "core/particles/contact_task.h"
+
 namespace sim {
 
 template void Registrar::add(Plugin<Integrator>);
@@ -8,6 +10,7 @@ template void Registrar::add(Plugin<Field>);
 template void Registrar::add(Plugin<Collider>);
 template void Registrar::add(Plugin<RigidMotion>);
 template void Registrar::add(Plugin<Constraint>);
+template void Registrar::add(Plugin<StepCorrection>);
 
 std::string PluginInfo::title() const { return std::string(kind.name) + " '" + name + "'"; }
 

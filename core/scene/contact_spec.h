@@ -1,7 +1,9 @@
-// Contact of surfaces as plain data.
+// What of a scene does not pass through each other, as plain data.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/particles/elements/triangle_mesh.h"
@@ -9,12 +11,11 @@
 
 namespace sim {
 
-// Contact of surfaces with each other and themselves, as sim.contact says it.
+// Surfaces, as `sim.contact` lists them. A value that is the default of the plugin is not given.
 struct ContactSpec {
-  std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0, friction = 0;  // m, > 0; Coulomb's, >= 0
-  bool self = true;                    // each with itself, too
-  double strain_limit = 0;             // of edges, a share of their first length; 0: none
+  std::vector<std::shared_ptr<const TriangleMesh>> surfaces = {};
+  std::map<std::string, Value> given = {};
+  std::string plugin = "surfaces";
   Place place = {};
 };
 

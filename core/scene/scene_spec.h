@@ -69,7 +69,8 @@ struct SystemSpec {
   std::vector<BodyPoint> points;          // that elements name
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   std::optional<ContactSpec> contact;
-  std::vector<Vec3> loads;  // N, a constant force on each particle; empty = none
+  std::string body_contact = "bodies";  // the plugin by which bodies touch
+  std::vector<Vec3> loads;              // N, a constant force on each particle; empty = none
   std::optional<FirstOrderSpec> first_order;
 
   MethodChoice integrator;

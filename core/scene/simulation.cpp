@@ -177,9 +177,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   particles->set_accuracy(spec.accuracy);
   compile_corrections();
   compile_constraints(spec, registry);
-  compile_contact(spec);
-  particles->order_by(particles->view(0, x.data()));
-  compile_rigid_contact(spec);
+  compile_contact(spec, registry);
   apply_switches(*settings);
   system = std::move(compiled);
 }

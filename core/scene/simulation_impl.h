@@ -11,8 +11,8 @@
 #include "core/base/error.h"
 #include "core/base/team.h"
 #include "core/fields/field_system.h"
+#include "core/particles/contact_task.h"
 #include "core/particles/particle_system.h"
-#include "core/particles/step_correction.h"
 #include "core/scene/breaking.h"
 #include "core/scene/placed.h"
 #include "core/scene/simulation.h"
@@ -52,8 +52,10 @@ struct Simulation::Impl {
   void compile_particles(const SystemSpec& spec, Registry& registry, Threads threads);
   void compile_constraints(const SystemSpec& spec, Registry& registry);
   void compile_corrections();  // of forces
-  void compile_contact(const SystemSpec& spec);
-  void compile_rigid_contact(const SystemSpec& spec);
+  std::unique_ptr<StepCorrection> contact(const ContactSpec& spec, const ContactTask& task,
+                                          Registry& registry);
+  std::optional<BodyCollisionSpec> body_collision(const SystemSpec& spec) const;
+  void compile_contact(const SystemSpec& spec, Registry& registry);
   std::vector<double> masses() const;  // kg, as if none were pinned
   void place_particles();              // x := the initial state
   void apply_switches(const Settings& wanted);

@@ -3,34 +3,15 @@
 #include <set>
 
 #include "core/base/finite.h"
-#include "core/base/text.h"
+#include "core/particles/contact_task.h"
 #include "core/particles/late_velocities.h"
-#include "core/particles/rigid/rigid_correction.h"
 #include "core/particles/rigid/rigid_rows.h"
-#include "core/particles/surface_contact/surface_correction.h"
 #include "core/particles/touch_events.h"
+#include "core/scene/foreign.h"
 #include "core/scene/joined.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
-
-namespace {
-
-// What is not looked for where bodies touch the particles of surfaces.
-std::string note_on_gaps(const SystemSpec& spec, const ParticleView& start) {
-  const bool some = std::ranges::any_of(spec.bodies, &RigidSpec::touches);
-  if (!spec.contact || !some) return {};
-  double longest = 0;
-  for (const auto& surface : spec.contact->surfaces)
-    for (const auto& t : surface->triangles())
-      for (std::size_t k = 0; k < 3; ++k)
-        longest = std::max(longest, (start.position(t[k]) - start.position(t[(k + 1) % 3])).norm());
-  return "bodies touch the particles of surfaces, not what is between them: corners and edges of "
-         "bodies may come through where particles are " +
-         brief(longest, 2) + " m apart";
-}
-
-}  // namespace
 
 void Simulation::Impl::compile_corrections() {
   for (Force* const force : particles->forces())
@@ -40,9 +21,8 @@ void Simulation::Impl::compile_corrections() {
 
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
-    particles->hold().add(
-        std::make_unique<RigidRows>(bodies, note_on_gaps(spec, particles->view(0, x.data()))),
-        "rigid", spec.bodies.front().place, 0, x.data());
+    particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,
+                          0, x.data());
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -74,28 +54,19 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
   particles->holding()->join_contact(bodies.empty() ? initial.count() : bodies.front().first());
 }
 
-void Simulation::Impl::compile_contact(const SystemSpec& spec) {
-  if (!spec.contact) return;
-  const ContactSpec& contact = *spec.contact;
-  if (Holding* const holding = particles->holding();
-      holding && holding->constraints().feedback() > 0)
-    throw Error(ErrorKind::kScene, {"sim.contact and constraints", contact.place,
-                                    "constraints with feedback are not obeyed at each step, and "
-                                    "contact would have to put them back",
-                                    "leave feedback out"});
-  placed(contact.place, [&] {
-    corrections.push_back(std::make_unique<SurfaceCorrection>(
-        SurfaceContactSpec{contact.surfaces, contact.thickness, contact.friction, contact.self,
-                           contact.strain_limit},
-        *particles, particles->holding(), particles->view(0, x.data())));
-  });
+std::unique_ptr<StepCorrection> Simulation::Impl::contact(const ContactSpec& spec,
+                                                          const ContactTask& task,
+                                                          Registry& registry) {
+  const auto& plugin = registry.get<StepCorrection>(spec.plugin, spec.place);
+  const Params params(plugin.title(), plugin.params, spec.given, spec.place);
+  return placed(spec.place, [&] { return made_by(plugin, spec.place, params, task); });
 }
 
 namespace {
 
 // Bodies, particles and other bodies that a part joins.
 void find_tied(const PartSpec& part, const SystemSpec& spec, int n, bool bodies_too,
-               SolidsSpec& solids) {
+               BodyCollisionSpec& collision) {
   const std::vector<int>& ids = part.elements.ids;
   const auto arity = static_cast<std::size_t>(std::max(1, part.elements.arity));
   const auto body_of = [&](int id) { return spec.points[static_cast<std::size_t>(id - n)].body; };
@@ -104,40 +75,59 @@ void find_tied(const PartSpec& part, const SystemSpec& spec, int n, bool bodies_
       for (const int other : std::span(ids).subspan(k, arity)) {
         if (point < n) continue;
         if (other < n)
-          solids.tied.emplace(body_of(point), other);
+          collision.tied.emplace(body_of(point), other);
         else if (bodies_too && body_of(point) != body_of(other))
-          solids.joined.insert(std::minmax(body_of(point), body_of(other)));
+          collision.joined.insert(std::minmax(body_of(point), body_of(other)));
       }
 }
 
 }  // namespace
 
-// Bodies touch colliders, each other and single particles, but not what is joined to them.
-void Simulation::Impl::compile_rigid_contact(const SystemSpec& spec) {
-  if (bodies.empty()) return;
-  SolidsSpec solids{.bodies = bodies, .singles = bodies.front().first()};
-  std::vector<Surface> surfaces;
+// Bodies touch colliders, each other and single particles, but not what is joined to them. Of those
+// that touch nothing there is no contact.
+std::optional<BodyCollisionSpec> Simulation::Impl::body_collision(const SystemSpec& spec) const {
+  if (bodies.empty()) return {};
+  BodyCollisionSpec collision{.bodies = bodies, .singles = bodies.front().first()};
   for (const RigidSpec& body : spec.bodies) {
-    surfaces.push_back(body.surface);
-    solids.touch.push_back(body.touches);
+    collision.surfaces.push_back(body.surface);
+    collision.touches.push_back(body.touches);
   }
-  for (const PartSpec& force : spec.forces) find_tied(force, spec, initial.count(), false, solids);
+  for (const PartSpec& force : spec.forces)
+    find_tied(force, spec, initial.count(), false, collision);
   for (const PartSpec& part : spec.constraints)
-    find_tied(part, spec, initial.count(), true, solids);
-  const auto touching = std::ranges::count(solids.touch, true);
-  const std::int64_t all = touching * solids.singles;
-  const bool others = all > static_cast<std::int64_t>(solids.tied.size());
-  if (touching == 0 || (touching == 1 && spec.colliders.empty() && !others)) return;
-  placed(spec.bodies.front().place, [&] {
-    auto bodies_apart = std::make_unique<RigidCorrection>(
-        Solids(std::move(solids), *particles, x.data()), std::move(surfaces), *particles,
-        spec.constraints.empty() ? nullptr : particles->holding());
-    // Surfaces come last: they keep out of the bodies where these end.
-    if (spec.contact)
-      dynamic_cast<SurfaceCorrection&>(*corrections.back())
-          .touch(bodies_apart->solids(), bodies_apart->surfaces());
-    corrections.insert(corrections.end() - (spec.contact ? 1 : 0), std::move(bodies_apart));
-  });
+    find_tied(part, spec, initial.count(), true, collision);
+  const auto touching = std::ranges::count(collision.touches, true);
+  const std::int64_t all = touching * collision.singles;
+  const bool others = all > static_cast<std::int64_t>(collision.tied.size());
+  if (touching == 0 || (touching == 1 && spec.colliders.empty() && !others)) return {};
+  return collision;
+}
+
+// Surfaces come last: they keep out of the bodies where these end.
+void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registry) {
+  std::unique_ptr<StepCorrection> surfaces;
+  if (spec.contact)
+    surfaces = contact(*spec.contact,
+                       {.particles = *particles,
+                        .holding = particles->holding(),
+                        .initial = x.data(),
+                        .surfaces = spec.contact->surfaces},
+                       registry);
+  particles->order_by(particles->view(0, x.data()));
+  if (auto collision = body_collision(spec))
+    corrections.push_back(
+        contact({.plugin = spec.body_contact, .place = spec.bodies.front().place},
+                {.particles = *particles,
+                 .holding = spec.constraints.empty() ? nullptr : particles->holding(),
+                 .initial = x.data(),
+                 .bodies = std::move(*collision)},
+                registry));
+  if (surfaces) corrections.push_back(std::move(surfaces));
+  for (const auto& one : corrections)
+    for (const auto& other : corrections)
+      if (one != other && one->bodies()) other->keep_out_of(*one->bodies());
+  for (const auto& correction : corrections)
+    for (std::string& note : correction->notes()) particles->add_note(std::move(note));
 }
 
 void Simulation::Impl::break_ties(double end, double h) {

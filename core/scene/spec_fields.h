@@ -74,8 +74,8 @@ struct FieldsOf<BodyPoint> {
 
 template <>
 struct FieldsOf<ContactSpec> {
-  static constexpr StructField list[] = {{"surfaces"}, {"thickness"},    {"friction"},
-                                         {"self"},     {"strain_limit"}, {"place", kDescribes}};
+  static constexpr StructField list[] = {
+      {"surfaces"}, {"given"}, {"plugin"}, {"place", kDescribes}};
 };
 
 template <>
@@ -95,6 +95,7 @@ struct FieldsOf<SystemSpec> {
                                          {"points"},
                                          {"surfaces"},
                                          {"contact"},
+                                         {"body_contact"},
                                          {"loads"},
                                          {"first_order"},
                                          {"integrator", kDescribes},

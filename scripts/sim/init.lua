@@ -592,8 +592,6 @@ end
 
 -- Contact of surfaces ----------------------------------------------------------------------------
 
-local contact_class = class("contact", {})
-
 -- contact = sim.contact { surfaces =, thickness =, friction =, self =, strain_limit = }
 -- Surfaces that do not pass through each other or themselves, for the scene's key `contact`: what is
 -- apart at the start never crosses, with any step size and any method of fixed steps. It acts after
@@ -604,37 +602,23 @@ local contact_class = class("contact", {})
 --   self        whether a surface touches itself, or only the others; default true
 --   strain_limit   > 0: edges of the surfaces are held to (1 + strain_limit) times their length at the
 --               start, as far as some sweeps over them reach; default: no limit
--- Constraints stay obeyed where contact acts.
+-- Constraints stay obeyed where contact acts. This is sim.contact.surfaces; another plugin of the kind
+-- is sim.contact.NAME { surfaces =, ... }, with the parameters that `sim describe NAME` shows.
 -- Errors: surfaces that cross or touch at the start (it names two triangles), constraints with
 -- feedback, an adaptive method.
-local function make_contact(options)
-  check_keys(options, { surfaces = true, thickness = true, friction = true, self = true,
-    strain_limit = true }, "sim.contact")
-  local place = here()
-  local list, surfaces = options.surfaces, {}
+local function take_surfaces(record)
+  local list, surfaces = record.given.surfaces, {}
   if type(list) ~= "table" or records[list] or #list == 0 then
     bad("surfaces of sim.contact", "a list { sim.surface { ... }, ... }", list)
   end
   for i = 1, #list do
-    local record = records[list[i]]
-    if not record or record.kind ~= "surface" then
+    local of = records[list[i]]
+    if not of or of.kind ~= "surface" then
       bad("entry " .. i .. " of surfaces of sim.contact", "a sim.surface", list[i])
     end
     surfaces[i] = list[i]
   end
-  local friction, self = options.friction, options.self
-  if friction == nil then friction = 0 end
-  if self == nil then self = true end
-  if type(self) ~= "boolean" then bad("self of sim.contact", "true or false", self) end
-  local handle = setmetatable({}, contact_class)
-  records[handle] = {
-    kind = "contact", place = place, surfaces = surfaces, self = self,
-    thickness = number_from(options.thickness, 0, true, "thickness of sim.contact", " m"),
-    friction = number_from(friction, 0, false, "friction of sim.contact", ""),
-    strain_limit = options.strain_limit ~= nil
-      and number_from(options.strain_limit, 0, true, "strain_limit of sim.contact", "") or 0,
-  }
-  return handle
+  record.given.surfaces, record.surfaces = nil, surfaces
 end
 
 -- Cells ------------------------------------------------------------------------------------------
@@ -718,8 +702,8 @@ local function copy(value, depth)
 end
 
 -- part = sim.KIND.NAME { ... }
--- KIND is a kind of plugin: force, field, integrator, collider, motion, constraint. NAME is any plugin that `sim list`
--- shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
+-- KIND is a kind of plugin: force, field, integrator, collider, motion, constraint, contact. NAME is
+-- any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
 -- positional; it can then be written without its name, first in the table.
 -- Forces and constraints that join particles also take ties = { {a, b}, ... }, see force:tie; and
 -- those that act between pairs a grid of pairs:
@@ -758,6 +742,7 @@ local function constructors(kind)
           count = 0, arity = 2, ids = {}, places = {}, values = {},
         }
         records[handle] = record
+        if kind == "contact" then take_surfaces(record) end
         if (kind == "force" or kind == "constraint") and options.ties ~= nil then
           record.given.ties = nil
           add_ties(record, options.ties)
@@ -766,6 +751,8 @@ local function constructors(kind)
         return handle
       end
     end,
+    __call = kind == "contact" and function(contacts, options) return contacts.surfaces(options) end
+      or nil,
   })
 end
 
@@ -853,7 +840,7 @@ end
 
 local entries = {
   arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
-  surface = make_surface, contact = make_contact, cells = make_cells,
+  surface = make_surface, cells = make_cells,
   rigid = make_rigid, box = make_box, sphere = make_sphere, capsule = make_capsule,
   mesh = make_mesh,
   scene = "made where it is written", world = "made where it is written",

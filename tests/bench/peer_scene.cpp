@@ -41,7 +41,7 @@ std::vector<double> numbers_of_solids(const sim::SystemSpec& spec) {
     numbers[3] = number_of(sphere->given.at("radius"));
     numbers[5] = number_of(sphere->given.at("friction"));
   }
-  if (spec.contact) numbers[6] = spec.contact->thickness;
+  if (spec.contact) numbers[6] = number_of(spec.contact->given.at("thickness"));
   if (const sim::PartSpec* const plane = find_collider(spec, "plane"))
     numbers[7] = std::get<sim::Vec3>(plane->given.at("point"))[1];
   return numbers;

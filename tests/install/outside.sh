@@ -34,7 +34,8 @@ by_cmake=$(orbit by-cmake/attraction.so) || fail 'the plugin of find_package(sim
 
 # Each physics is a folder: a copy of it outside the tree takes the place of the built-in one, keeps
 # what its kind promises, and gives the same bits.
-declare -A scenes=([expression]=double_well [fluid]=dam [wind]=flag [fem]=beam)
+declare -A scenes=([expression]=double_well [fluid]=dam [wind]=flag [fem]=beam
+  [surfaces]=folded [bodies]=stack)
 mkdir physics
 cat >physics/CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)
@@ -48,7 +49,7 @@ foreach(folder ${folders})
   endif()
 endforeach()
 END
-for folder in "$source"/plugins/forces/*/; do cp -r "$folder" physics/; done
+for folder in "$source"/plugins/{forces,contact}/*/; do cp -r "$folder" physics/; done
 "$cmake" -S physics -B by-folder -DCMAKE_PREFIX_PATH="$place/prefix" \
   -DCMAKE_CXX_COMPILER="$cxx" >folder.log || { cat folder.log; exit 1; }
 "$cmake" --build by-folder >>folder.log || { cat folder.log; exit 1; }

@@ -2,7 +2,7 @@
 #include "core/base/bits.h"
 #include "core/base/team.h"
 #include "core/particles/elements/tetrahedra.h"
-#include "core/particles/surface_contact/unfolded.h"
+#include "plugins/contact/surfaces/unfolded.h"
 #include "plugins/forces/fem/solid_forces.h"
 #include "plugins/forces/wind/wind_forces.h"
 #include "tests/support/kernel_cases.h"

@@ -216,7 +216,7 @@ sim::SystemSpec make_full_scene() {
   spec.bodies[0].shape = std::make_shared<const sim::RigidShape>(shape);
   spec.points = {{0, {1, 0, 0}}};
   spec.surfaces = {triangle(3)};
-  spec.contact = sim::ContactSpec{{triangle(3)}, 0.01, 0.5};
+  spec.contact = sim::ContactSpec{{triangle(3)}, {{"thickness", 0.01}, {"friction", 0.5}}};
   spec.loads = {{1, 0, 0}};
   spec.first_order = {3, {1, 0, 0}, make_full_part()};
   return spec;
@@ -236,8 +236,8 @@ TEST_CASE("each field of each part of a scene is in its identity, but for what o
   for (const char* path : {".name",
                            ".dt",
                            ".accuracy",
-                           ".contact.friction",
-                           ".contact.self",
+                           ".contact.given.friction",
+                           ".contact.plugin",
                            ".contact.surfaces",
                            ".forces.given.k",
                            ".forces.given.motion",
@@ -269,7 +269,7 @@ TEST_CASE("what differs between two scenes is named") {
   sim::SystemSpec other = make_cloth(4);
   CHECK(sim::differing(sim::scene_identity(cloth), sim::scene_identity(other)).empty());
   other.forces[1].given["k"] = 3.0;
-  other.contact = sim::ContactSpec{{}, 0.01};
+  other.contact = sim::ContactSpec{{}, {{"thickness", 0.01}}};
   CHECK(sim::differing(sim::scene_identity(cloth), sim::scene_identity(other)) ==
         std::vector<std::string>{"contact", "contact.thickness",
                                  "forces[1] '" + cloth.forces[1].plugin + "'.given.k"});
@@ -280,13 +280,13 @@ TEST_CASE("a checkpoint is refused when the friction of a contact was changed") 
   sim::SystemSpec cloth = make_cloth(4);
   const auto sheet =
       std::make_shared<const sim::TriangleMesh>(16, sim::grid_triangles({4, 4, 1}, false));
-  cloth.contact = sim::ContactSpec{{sheet}, 0.01, 0.3};
+  cloth.contact = sim::ContactSpec{{sheet}, {{"thickness", 0.01}, {"friction", 0.3}}};
   sim::Simulation from(cloth, registry);
   REQUIRE(run(from, 3));
   const sim::Checkpoint::System saved = sim::checkpoint(from, cloth, 0);
   sim::Simulation same(cloth, registry);
   CHECK_NOTHROW(sim::resume(same, cloth, saved, registry));
-  cloth.contact->friction = 0.31;
+  cloth.contact->given["friction"] = 0.31;
   sim::Simulation other(cloth, registry);
   CHECK_THROWS_WITH(sim::resume(other, cloth, saved, registry),
                     Catch::Contains("contact.friction"));

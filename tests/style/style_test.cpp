@@ -105,6 +105,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
        return rooms;
      }()},
     {"core/lua", kToOutput},
+    {"plugins/contact", ground_and({"core/particles", "core/plugin"})},
     {"plugins/forces", ground_and({"core/expression", "core/particles", "core/plugin"})},
     {"plugins/fields", ground_and({"core/expression", "core/fields", "core/ode", "core/plugin"})},
     {"plugins/colliders", ground_and({"core/particles", "core/plugin"})},

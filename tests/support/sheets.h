@@ -29,9 +29,9 @@ sim::SystemSpec make_sheets(int sheets, const SheetOptions& options, const Place
                                      make_springs("shear", 0.5 * options.stiffness),
                                      make_springs("flex", options.flex * options.stiffness)};
   const std::pair<int, int> offsets[] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}, {0, 2}, {2, 0}};
-  sim::ContactSpec contact{.surfaces = {},
-                           .thickness = options.thickness > 0 ? options.thickness : 0.2 * side,
-                           .friction = options.friction};
+  sim::ContactSpec contact{
+      .given = {{"thickness", options.thickness > 0 ? options.thickness : 0.2 * side},
+                {"friction", options.friction}}};
   for (int sheet = 0; sheet < sheets; ++sheet) {
     std::vector<sim::TriangleMesh::Triangle> triangles = sim::grid_triangles({n, n, 1}, false);
     for (auto& triangle : triangles)

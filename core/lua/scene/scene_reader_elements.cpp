@@ -10,6 +10,7 @@
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
 #include "core/particles/elements/triangle_mesh.h"
+#include "core/scene/identity.h"
 #include "core/scene/passing.h"
 
 namespace sim {
@@ -362,14 +363,19 @@ void SceneReader::contact(lua_State* L, int scene, Body& body, SystemSpec& spec)
       scene_error(spec.place, "bad contact",
                   "expected a sim.contact { ... }, got " + show(L, handle));
     const int record = lua_gettop(L);
-    const LuaTable given(L, record);
+    const Place place = place_of(L, record);
+    push_field(L, record, "plugin");
+    const auto& plugin = registry_.get<StepCorrection>(lua_tostring(L, -1), place);
     ContactSpec& contact = spec.contact.emplace();
-    contact.place = place_of(L, record);
-    contact.thickness = given.number("thickness");
-    contact.friction = given.number("friction");
-    contact.self = given.flag("self");
-    contact.strain_limit = given.number("strain_limit");
-    const LuaTable list = given.table("surfaces");
+    contact.plugin = plugin.name;
+    contact.place = place;
+    const auto given = part(L, record, plugin, 1, &body).given;
+    const Params params(plugin.title(), plugin.params, given, place);
+    for (const Param& param : plugin.params)
+      if (const Value& value = params.value(param.name);
+          digest(value) != digest(param.default_value))
+        contact.given[param.name] = value;
+    const LuaTable written(L, record), list = written.table("surfaces");
     for (lua_Integer i = 1; i <= list.length(); ++i) {
       lua_rawgeti(L, list.index(), i);
       const int each = lua_gettop(L);

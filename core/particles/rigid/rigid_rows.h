@@ -14,19 +14,16 @@ namespace sim {
 // of multipliers is all but diagonal.
 class RigidRows final : public Constraint {
  public:
-  RigidRows(std::vector<RigidBody> bodies, std::string note)
-      : bodies_(std::move(bodies)), note_(std::move(note)) {}
+  explicit RigidRows(std::vector<RigidBody> bodies) : bodies_(std::move(bodies)) {}
 
   RowPattern pattern() const override;
   void evaluate(const ParticleView& view, const Rows& rows) const override;
   std::string name(int row) const override { return "body " + std::to_string(row / kRows); }
-  std::string note() const override { return note_; }
 
  private:
   static constexpr int kRows = 6;
 
   std::vector<RigidBody> bodies_;
-  std::string note_;
 };
 
 }  // namespace sim

@@ -1,0 +1,35 @@
+// Rigid bodies as others see them that act on the end of a step: where they are touched.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/collider.h"
+#include "core/particles/rigid/rigid_body.h"
+
+namespace sim {
+
+struct TouchPoint {
+  Vec3 x;           // m, in the middle of the gap
+  Vec3 normal;      // of length 1, from the second to the first
+  double gap = 0;   // m, < 0 where they overlap
+  int feature = 0;  // the same from step to step, as long as the same parts touch
+};
+
+class BodyGeometry {
+ public:
+  virtual ~BodyGeometry() = default;
+
+  virtual int bodies() const = 0;
+  virtual const RigidBody& body(int i) const = 0;
+  virtual bool touches(int i) const = 0;  // whether anything may touch it
+  virtual const Surface& surface(int i) const = 0;
+  virtual double radius(int i) const = 0;                   // m, of a ball around its center
+  virtual bool are_tied(int body, int particle) const = 0;  // joined: they do not touch
+
+  // Appends where a body in this state, the first of the two, and a point are at most `margin`, m,
+  // apart.
+  virtual void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
+                           std::vector<TouchPoint>& out) const = 0;
+};
+
+}  // namespace sim

@@ -1,0 +1,47 @@
+// Constraints between bodies, and what else they hold, as impulses of contact see them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/particles/constraints/holding.h"
+#include "impulses.h"
+#include "solids.h"
+
+namespace sim {
+
+// Impulses of contact move bodies and particles as if they were free; hold() takes all velocities
+// to the nearest that constraints allow, in the metric of the masses, by impulses of theirs. It is
+// an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
+class BodyJoints final : public MoverLinks {
+ public:
+  BodyJoints(Particles& particles, Holding& holding);
+
+  // The end of a free step; movers: those of the bodies, and of `entered` behind them.
+  void begin(const Solids& solids, std::span<const int> entered, double t_end,
+             const double* x_next);
+  void hold(std::span<Mover> movers, bool change_alone) override;
+  // From now on movers have moves of places in the place of velocities, from none.
+  void begin_moves();
+  void end_moves();  // other particles go with them
+  // Places and velocities of particles that are no movers; then all of them where they obey. False
+  // with a refusal of the constraints where there is no such place.
+  bool store(double* x_next);
+  const std::string& refusal() const { return holding_->refusal(); }
+
+ private:
+  Particles* particles_;
+  Holding* holding_;
+  const Solids* solids_ = nullptr;
+  std::span<const int> entered_;
+  double t_end_ = 0;
+  bool moves_ = false;
+  Array end_, change_, moved_;       // states: as now; of changes, of moves
+  std::vector<Vec3> arms_;           // of the particles of bodies, from their centers
+  std::vector<Mat3> inertia_;        // inverse, of bodies
+  std::vector<Vec3> shift_;          // of other particles, m
+  std::vector<std::uint8_t> other_;  // which these are
+};
+
+}  // namespace sim

@@ -1,0 +1,60 @@
+#include "surface_correction.h"
+
+#include <algorithm>
+
+#include "core/base/text.h"
+
+namespace sim {
+
+SurfaceCorrection::SurfaceCorrection(SurfaceContactSpec spec, Particles& particles,
+                                     Holding* holding, const ParticleView& initial)
+    : contact_(std::move(spec), particles, holding, initial), particles_(&particles) {
+  for (const auto& surface : contact_.spec().surfaces)
+    for (const auto& t : surface->triangles())
+      for (std::size_t k = 0; k < 3; ++k)
+        longest_edge_ = std::max(
+            longest_edge_, (initial.position(t[k]) - initial.position(t[(k + 1) % 3])).norm());
+}
+
+std::vector<std::string> SurfaceCorrection::notes() const {
+  if (!meets_bodies_) return {};
+  return {
+      "bodies touch the particles of surfaces, not what is between them: corners and edges of "
+      "bodies may come through where particles are " +
+      brief(longest_edge_, 2) + " m apart"};
+}
+
+StepCorrection::Outcome SurfaceCorrection::apply(const Step& step) {
+  switch (contact_.resolve(*particles_, step.t, step.h, step.x, step.x_next)) {
+    case SurfaceContact::Outcome::kRefused:
+      return Outcome::kFailed;
+    case SurfaceContact::Outcome::kChanged:
+      return Outcome::kChanged;
+    case SurfaceContact::Outcome::kFree:
+      break;
+  }
+  return Outcome::kUnchanged;
+}
+
+StepCorrection::Account SurfaceCorrection::account() const {
+  const SurfaceContact::Counts& counts = contact_.counts();
+  Account account{.words = "contact kept none apart",
+                  .acted = counts.steps > 0,
+                  .figures = {{"steps", static_cast<double>(counts.steps)},
+                              {"pairs", static_cast<double>(counts.pairs)},
+                              {"zones", static_cast<double>(counts.zones)},
+                              {"shortened", static_cast<double>(counts.shortened)},
+                              {"deepest", counts.deepest}}};
+  if (!account.acted) return account;
+  account.words = "contact kept up to " + std::to_string(counts.pairs) +
+                  (counts.pairs == 1 ? " pair apart" : " pairs apart");
+  if (counts.zones > 0)
+    account.words += ", " + std::to_string(counts.zones) + " particles as one piece";
+  if (counts.shortened > 0)
+    account.words += ", in " + std::to_string(counts.shortened) +
+                     (counts.shortened == 1 ? " step" : " steps") +
+                     " what constraints join went a shorter way";
+  return account;
+}
+
+}  // namespace sim

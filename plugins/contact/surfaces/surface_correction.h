@@ -1,0 +1,36 @@
+// Contact of surfaces as a correction of steps.
+#pragma once
+
+#include "core/particles/step_correction.h"
+#include "surface_contact.h"
+
+namespace sim {
+
+class SurfaceCorrection final : public StepCorrection {
+ public:
+  SurfaceCorrection(SurfaceContactSpec spec, Particles& particles, Holding* holding,
+                    const ParticleView& initial);
+
+  Outcome apply(const Step& step) override;
+  std::string failure() const override { return contact_.refusal(); }
+  std::string title() const override { return "sim.contact"; }
+  double take_dissipation(double late) override { return contact_.take_work(late); }
+  Account account() const override;
+  std::vector<std::string> notes() const override;
+  void tear(std::span<const std::array<int, 2>> torn) override { contact_.tear(torn); }
+  std::string objection(double t, const double* x) override {
+    return contact_.objection(particles_->view(t, x));
+  }
+  void keep_out_of(const BodyGeometry& bodies) override {
+    contact_.keep_out_of(bodies);
+    meets_bodies_ = true;
+  }
+
+ private:
+  SurfaceContact contact_;
+  Particles* particles_;
+  double longest_edge_ = 0;  // m, at the start
+  bool meets_bodies_ = false;
+};
+
+}  // namespace sim
