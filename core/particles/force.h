@@ -26,6 +26,7 @@ struct AffineForce {
 class Breakable;
 class Particles;
 class Springs;
+struct SceneNames;  // core/particles/scene_names.h
 class StepCorrection;
 class Team;
 
@@ -109,8 +110,9 @@ class Force {
   // force on a surface leaves out the faces with such an edge. Replaces what was said before.
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
 
-  // After bind(): particles that pass through those it acts on, ascending, and the remedy.
-  virtual std::pair<std::vector<int>, std::string> unseen() const { return {}; }
+  // After bind(): what a user should know of it in this scene, as what follows on its name: "does
+  // not see body 0: ...".
+  virtual std::vector<std::string> notes(const SceneNames& /*names*/) const { return {}; }
 
   // Appends the links of particle i; how many each family has, in the order of definition.
   virtual void links(int /*i*/, std::vector<Link>& /*out*/) const {}

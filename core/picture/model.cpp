@@ -5,7 +5,7 @@
 #include <set>
 
 #include "core/particles/constraints/holding.h"
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
 #include "core/scene/simulation.h"

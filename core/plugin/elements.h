@@ -22,7 +22,7 @@ struct PluginInfo;
 struct ElementKind {
   int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
   const char* name = "tie";  // what one is called
-  bool cells = false;        // tetrahedra that fill a body: of 4 particles, or of 10
+  bool cells = false;        // cells that fill a body, of 4 particles or of 10
 
   bool takes(int count) const { return arity > 0 && (count == arity || (cells && count == 10)); }
 };
@@ -47,7 +47,7 @@ struct Element {
 
 struct Elements {
   int arity = 2;
-  bool cells = false;              // tetrahedra that fill a body
+  bool cells = false;              // cells that fill a body
   std::vector<GridPairs> grids{};  // only of arity 2
   std::vector<int> ids{};          // the list: `arity` each
   // What the elements of the list give for themselves, one number each; nan: not given.

@@ -27,6 +27,9 @@ struct PluginInfo {
   bool free_numbers =
       false;  // forces, fields: other names than those of `params` may be given numbers
   bool reads_particles = false;  // forces: Elements::carried is filled in
+  // Memory that an element of it takes besides what it joins, bytes, for an estimate before a run:
+  // a tie, a cell, or a triangle of a surface.
+  double element_bytes = 0;
   // Parameters with which it works, tied where it takes ties; not needed where those that are
   // required may have any value of their type.
   ValueMap example = {};

@@ -43,7 +43,7 @@ struct Action {
 };
 
 // "grab 3", "move 3 0.1 0 -2 over 16", "release 3", "pin 3", "unpin 3", "cut 3 4",
-// "switch wind off", "dt 0.001", "integrator verlet", "position 3 0 1 0", "velocity 3 0 1 0",
+// "switch motor off", "dt 0.001", "integrator verlet", "position 3 0 1 0", "velocity 3 0 1 0",
 // "component 0 1.5", "reset". Numbers come back to the last bit.
 std::string to_text(const Action& action);
 

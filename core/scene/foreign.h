@@ -11,7 +11,8 @@
 
 namespace sim {
 
-// The exception that is being handled, as an error of `who` ("force 'wind' of wind.so") in `what`
+// The exception that is being handled, as an error of `who` ("force 'spring' of spring.so") in
+// `what`
 // ("its constructor"). Errors, and memory that ran out, pass as they are.
 [[noreturn]] void rethrow_foreign(const std::string& who, const Place& place,
                                   const std::string& what);

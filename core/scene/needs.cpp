@@ -16,8 +16,6 @@ constexpr double kImplicit = 1000;  // vectors of Newton's method and of the lin
 constexpr double kListed = 56;      // of a particle that is no place of a grid
 constexpr double kTie = 40;         // of a listed element: ids, description, place in a run or net
 constexpr double kStiffness = 40;   // of an element whose derivatives an implicit method keeps
-constexpr double kTetrahedron = 2000;
-constexpr double kTriangle = 1500;  // of a surface that is kept apart from others: boxes, parts
 constexpr double kRod = 1100;       // of a chain, whose matrix has no fill
 constexpr double kProducts = 4000;  // of implicit methods on constraints: vectors of GMRES
 constexpr double kNumber = 8 * 12;  // of a first-order state: X twice, stages
@@ -53,7 +51,7 @@ std::string Needs::text() const {
   return text;
 }
 
-Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
+Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method, Registry& registry) {
   Needs needs;
   if (!spec.particles) {
     if (spec.first_order)
@@ -68,23 +66,27 @@ Needs needs_of(const SystemSpec& spec, const IntegratorInfo& method) {
   needs.parts.emplace_back("the method", (stages * kStage + (method.adaptive ? kEmbedded : 0) +
                                           (method.implicit ? kImplicit : 0)) *
                                              n);
-  double cells = 0;
+  double of_forces = 0;
   for (const PartSpec& part : spec.forces)
-    if (part.elements.cells) cells += static_cast<double>(part.elements.listed());
-  needs.parts.emplace_back("springs and other ties",
-                           kTie * elements_of(spec, true) + kTetrahedron * cells);
+    if (part.elements.arity != 0)
+      of_forces += registry.get<Force>(part.plugin, part.place).element_bytes *
+                   static_cast<double>(part.elements.listed());
+  needs.parts.emplace_back("springs and other ties", kTie * elements_of(spec, true) + of_forces);
   if (method.implicit)
     needs.parts.emplace_back("their derivatives", kStiffness * elements_of(spec, false));
-  double rods = 0, triangles = 0;
+  double rods = 0;
   for (const PartSpec& part : spec.constraints)
     if (part.elements.arity != 0) rods += static_cast<double>(part.elements.count());
   needs.parts.emplace_back("constraints", kRod * rods);
   if (method.implicit && !spec.constraints.empty())
     needs.parts.emplace_back("vectors of GMRES", kProducts * n);
-  if (spec.contact)
-    for (const auto& surface : spec.contact->surfaces)
-      triangles += static_cast<double>(surface->triangles().size());
-  needs.parts.emplace_back("contact", kTriangle * triangles);
+  if (!spec.contact) return needs;
+  const double each =
+      registry.get<StepCorrection>(spec.contact->plugin, spec.contact->place).element_bytes;
+  double triangles = 0;
+  for (const auto& surface : spec.contact->surfaces)
+    triangles += static_cast<double>(surface->triangles().size());
+  needs.parts.emplace_back("contact", each * triangles);
   return needs;
 }
 
@@ -107,8 +109,8 @@ void require_room_for_files(const SystemSpec& spec, int files) {
                  "write fewer of them in one run");
 }
 
-void require_room(const SystemSpec& spec, const IntegratorInfo& method) {
-  const Needs needs = needs_of(spec, method);
+void require_room(const SystemSpec& spec, const IntegratorInfo& method, Registry& registry) {
+  const Needs needs = needs_of(spec, method, registry);
   require_memory(needs.total(), "'" + spec.name + "' needs " + needs.text() + ": in all",
                  spec.place, "make it smaller, or take a method that keeps less, as verlet");
 }

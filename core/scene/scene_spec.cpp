@@ -1,6 +1,6 @@
 #include "core/scene/scene_spec.h"
 
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 
 namespace sim {
 
@@ -40,7 +40,7 @@ void weigh_cells(SystemSpec& spec) {
     const auto arity = static_cast<std::size_t>(part.elements.arity);
     for (std::size_t e = 0; e < part.elements.listed(); ++e) {
       const std::span<const int> ids = std::span(part.elements.ids).subspan(e * arity, arity);
-      const double mass = density * tetrahedron_volume(ids, at);
+      const double mass = density * cell_volume(ids, at);
       for (std::size_t node = 0; node < arity; ++node)
         particles.weights[static_cast<std::size_t>(ids[node])] +=
             lumped_share(part.elements.arity, static_cast<int>(node)) * mass;

@@ -14,7 +14,7 @@
 #include "core/scene/foreign.h"
 #include "core/scene/joined.h"
 #include "core/scene/needs.h"
-#include "core/scene/passing.h"
+#include "core/scene/part_text.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -153,10 +153,10 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  const SceneNames names_in_scene = names_of(spec);
   for (std::size_t k = 0; k < parts.size(); ++k)
-    for (std::string note :
-         {passing_note(*parts[k], spec.forces[k], spec), open_note(spec.forces[k], spec)})
-      if (!note.empty()) particles->add_note(std::move(note));
+    for (std::string& note : notes_of(*parts[k], spec.forces[k], names_in_scene))
+      particles->add_note(std::move(note));
   for (const LeadSpec& lead : spec.particles->leads)
     placed(lead.place, [&] {
       const Vec3 now = particles->view(0, x.data()).position(lead.particle);
@@ -275,7 +275,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
       if (!part.switch_name.empty() && !part.on) settings->off.push_back(part.switch_name);
   std::ranges::sort(settings->off);
 
-  require_room(spec, s.info_of(settings->method, spec.place));
+  require_room(spec, s.info_of(settings->method, spec.place), registry);
   if (spec.particles) {
     settings->pinned = spec.particles->pinned;
     std::ranges::sort(settings->pinned);

@@ -1,7 +1,7 @@
 // Kernels of triangles and cells, compared with plain loops.
 #include "core/base/bits.h"
 #include "core/base/team.h"
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 #include "plugins/contact/surfaces/unfolded.h"
 #include "plugins/forces/fem/solid_forces.h"
 #include "plugins/forces/wind/wind_forces.h"

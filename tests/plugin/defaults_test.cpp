@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 #include "core/particles/rigid_motion.h"
 #include "tests/support/scenes.h"
 
@@ -31,7 +31,7 @@ sim::SystemSpec make_block() {
   sim::PartSpec solid = make_part("solid", {{"young", kYoung}, {"density", 8.0}});
   solid.elements.cells = true;
   solid.elements.arity = 4;
-  solid.elements.ids = sim::grid_tetrahedra(grid.size, 1);
+  solid.elements.ids = sim::grid_cells(grid.size, 1);
   spec.forces = {solid};
   sim::weigh_cells(spec);
   return spec;

@@ -337,7 +337,8 @@ TEST_CASE("what RATTLE cannot reach is too far, not a number that is not finite"
 
 TEST_CASE("implicit methods on constraints need room for the vectors of GMRES") {
   const SceneSpec spec = load("scenes/rope.lua", {{"n", "1000"}});
-  const double explicit_bytes = needs_of(spec.systems[0], {}).total();
-  const double bytes = needs_of(spec.systems[0], {.implicit = true}).total();
+  Registry registry = sim_test::make_registry();
+  const double explicit_bytes = needs_of(spec.systems[0], {}, registry).total();
+  const double bytes = needs_of(spec.systems[0], {.implicit = true}, registry).total();
   CHECK(bytes - explicit_bytes > 81 * 6 * 8 * 1001.0);
 }

@@ -191,6 +191,22 @@ TEST_CASE("the kernel includes nothing of the laboratory, the plugins or the pro
   CHECK(checked > 100);
 }
 
+// A physics is a plugin. Words of one in the kernel say that it knows more than interfaces.
+TEST_CASE("the kernel names no physics") {
+  const std::regex physics(
+      R"(fluid|\bwater|\bwinds?\b|tetrahedr|finite.?element|\bfem\b|\bsph\b|(rigid|surface).?contact)",
+      std::regex::icase);
+  const std::set<std::string> kernel = rooms_of("kernel");
+  int lines = 0;
+  for (const File& file : cpp_files({"core"})) {
+    if (!kernel.contains(part_of(file.path))) continue;
+    for (std::size_t i = 0; i < file.lines.size(); ++i, ++lines)
+      if (std::regex_search(file.lines[i], physics))
+        FAIL_CHECK(file.path << ":" << i + 1 << ": " << file.lines[i]);
+  }
+  CHECK(lines > 10000);
+}
+
 TEST_CASE("plugins include public headers and their own folder, which public headers do as well") {
   const std::vector<std::string> list =
       lines_of(fs::path(SIM_SOURCE_DIR) / "core" / "public_headers.txt");

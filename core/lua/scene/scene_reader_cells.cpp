@@ -5,7 +5,7 @@
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 
 namespace sim {
 
@@ -33,7 +33,7 @@ bool SceneReader::cells(lua_State* L, int index, const Body& body, const Place& 
     session_->count(0, ids / out.arity, written);
     require_memory(sizeof(int) * ids, "the ids of its cells need", written,
                    "make the grid smaller");
-    out.ids = grid_tetrahedra(body.particles.grid->size, order);
+    out.ids = grid_cells(body.particles.grid->size, order);
     return true;
   }
   out.arity = static_cast<int>(cells.integer("arity"));

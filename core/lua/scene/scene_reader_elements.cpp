@@ -11,7 +11,7 @@
 #include "core/lua/scene/scene_reader.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/scene/identity.h"
-#include "core/scene/passing.h"
+#include "core/scene/part_text.h"
 
 namespace sim {
 namespace {

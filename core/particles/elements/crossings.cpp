@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-// Six times the volume of a tetrahedron, with the digits that differences of doubles need.
+// Six times the volume between four points, with the digits that differences of doubles need.
 class Volume {
  public:
   Volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {

@@ -35,7 +35,7 @@ void check_closed(const RigidShape& mesh) {
   }
 }
 
-// A tetrahedron 0, a, b, c of density 1 has det / 6, s / 4 with s = a + b + c, and
+// A cell 0, a, b, c of density 1 has det / 6, s / 4 with s = a + b + c, and
 // det / 120 (s s^T + a a^T + b b^T + c c^T) about 0.
 Bulk bulk_of_mesh(const RigidShape& mesh) {
   check_closed(mesh);

@@ -32,7 +32,7 @@ struct Bulk {
   Mat3 covariance;       // m^5, the integral of r r^T about the center
 };
 
-// Closed forms; of a mesh exact, over the tetrahedra from one point to its triangles. Throws
+// Closed forms; of a mesh exact, over the cones from one point to its triangles. Throws
 // Error{kScene} for a mesh that is not closed, inside out or without volume.
 Bulk bulk_of(const RigidShape& shape);
 

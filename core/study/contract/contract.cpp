@@ -198,6 +198,8 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
     contract::check_collider(static_cast<const Plugin<Collider>&>(plugin), contract);
   else if (plugin.kind == kind_of<RigidMotion>)
     contract::check_motion(static_cast<const Plugin<RigidMotion>&>(plugin), contract);
+  else if (plugin.kind == kind_of<StepCorrection>)
+    contract::check_contact(registry, static_cast<const Plugin<StepCorrection>&>(plugin), contract);
   else if (plugin.kind == kind_of<Study>)
     contract::check_study(registry, static_cast<const Plugin<Study>&>(plugin), contract);
   else

@@ -61,6 +61,7 @@ SIM_PLUGIN(StepCorrection, "surfaces") {
                    .doc = "> 0: edges of the surfaces are held to (1 + strain_limit) times their "
                           "length at the start, as far as some sweeps over them reach",
                    .min = 0}},
+       .element_bytes = 1500,  // boxes and parts of a triangle
        .example = {{"thickness", 0.01}}},
       make_contact});
 }

@@ -77,7 +77,8 @@ SIM_PLUGIN(Force, "solid") {
              .doc = "gives the particles of the cells their masses, which they then have from "
                     "here alone; if not given, they have those of the scene's particles",
              .min = 0}},
-       .elements = {.arity = 4, .name = "tetrahedron", .cells = true}},
+       .elements = {.arity = 4, .name = "tetrahedron", .cells = true},
+       .element_bytes = 2000},
       [](const sim::Params& params, const sim::Elements& elements) {
         return make_solid(params, elements);
       }});

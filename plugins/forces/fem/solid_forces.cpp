@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/particles/elements/cells.h"
 #include "core/particles/elements/incidence.h"
-#include "core/particles/elements/tetrahedra.h"
 
 namespace sim {
 namespace {

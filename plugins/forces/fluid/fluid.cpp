@@ -5,14 +5,19 @@
 
 #include <algorithm>
 
+#include "core/particles/scene_names.h"
 #include "core/plugin/plugin.h"
 
 namespace {
 
 class Fluid final : public sim::Force {
  public:
-  Fluid(sim::FluidForces forces, std::unique_ptr<sim::FluidProjection> projection)
-      : forces_(std::move(forces)), projection_(std::move(projection)) {}
+  // boundary: as the scene wrote it.
+  Fluid(sim::FluidForces forces, std::unique_ptr<sim::FluidProjection> projection,
+        std::vector<std::string> boundary)
+      : forces_(std::move(forces)),
+        projection_(std::move(projection)),
+        boundary_(std::move(boundary)) {}
 
   void bind(const sim::ParticleView& initial) override {
     forces_.bind(initial);
@@ -50,13 +55,28 @@ class Fluid final : public sim::Force {
   }
   bool depends_on_velocity() const override { return forces_.viscous(); }
 
-  std::pair<std::vector<int>, std::string> unseen() const override {
-    return {forces_.unseen(), "name their surface as its solid, and bodies as its bodies"};
+  // What passes through it, and what it passes through.
+  std::vector<std::string> notes(const sim::SceneNames& names) const override {
+    std::vector<std::string> notes;
+    if (const std::string unseen = names.particles(forces_.unseen()); !unseen.empty())
+      notes.push_back("does not see " + unseen +
+                      ": it flows through them; name their surface as its solid, and bodies as its "
+                      "bodies");
+    const auto open = std::ranges::find_if(boundary_, [&](const std::string& collider) {
+      return std::ranges::find(names.colliders, collider) == names.colliders.end();
+    });
+    if (open != boundary_.end())
+      notes.push_back(
+          "has " + *open +
+          " in its boundary, which is none of the scene's colliders: particles may pass "
+          "it; name it in both");
+    return notes;
   }
 
  private:
   sim::FluidForces forces_;
   std::unique_ptr<sim::FluidProjection> projection_;
+  std::vector<std::string> boundary_;
 };
 
 // 0 where it is not given.
@@ -81,10 +101,12 @@ std::unique_ptr<sim::Force> make_fluid(const sim::Params& params, const sim::Ele
   std::unique_ptr<sim::FluidProjection> projection;
   if (!compressible)
     projection = std::make_unique<sim::FluidProjection>(params.number("density_error"), ids);
+  std::vector<std::string> boundary;
   if (params.has("boundary"))
     for (const auto& collider : params.colliders("boundary")) {
       forces.add_wall(collider->make());
       if (projection) projection->add_wall(collider->make());
+      if (!collider->text.empty()) boundary.push_back(collider->text);
     }
   if (projection && (params.has("solid") || params.has("bodies")))
     throw sim::Error(sim::ErrorKind::kScene,
@@ -93,7 +115,7 @@ std::unique_ptr<sim::Force> make_fluid(const sim::Params& params, const sim::Ele
   if (params.has("solid")) forces.set_solid(params.surface("solid"));
   if (params.has("bodies"))
     for (const auto& body : params.bodies("bodies")) forces.add_body(body);
-  return std::make_unique<Fluid>(std::move(forces), std::move(projection));
+  return std::make_unique<Fluid>(std::move(forces), std::move(projection), std::move(boundary));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "core/math/logarithm.h"
 #include "core/ode/jacobian.h"
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 #include "plugins/forces/fem/solid_law.h"
 #include "tests/support/scenes.h"
 
@@ -42,7 +42,7 @@ sim::SystemSpec make_body(const Body& body) {
                                            {"model", body.model}});
   part.elements.cells = true;
   part.elements.arity = body.order == 1 ? 4 : 10;
-  part.elements.ids = sim::grid_tetrahedra(body.size, body.order);
+  part.elements.ids = sim::grid_cells(body.size, body.order);
   spec.forces = {part};
   sim::weigh_cells(spec);
   return spec;

@@ -1,5 +1,5 @@
-// Tetrahedra between particles, as cells of a body: of 4 particles, with linear shape functions, or
-// of 10, with quadratic ones: the corners 0 1 2 3, then one on each edge 01 12 02 03 13 23.
+// Cells of a body between particles, with four faces: of 4 particles, with linear shape functions,
+// or of 10, with quadratic ones: the corners 0 1 2 3, then one on each edge 01 12 02 03 13 23.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ constexpr int cell_points(int nodes) { return nodes == 4 ? 1 : 4; }
 CellPoint cell_point(std::span<const int> ids, const PlaceOf& at, int point);
 
 // m^3, never below 0.
-double tetrahedron_volume(std::span<const int> ids, const PlaceOf& at);
+double cell_volume(std::span<const int> ids, const PlaceOf& at);
 
 // The share of a cell's mass that a node has. Linear: 1/4. Quadratic: the diagonal of the mass
 // matrix, scaled to the whole (Hinton, Rock & Zienkiewicz (1976), Earthq. Eng. Struct. Dyn. 4,
@@ -33,11 +33,11 @@ constexpr double lumped_share(int nodes, int node) {
   return nodes == 4 ? 0.25 : node < 4 ? 1.0 / 36 : 4.0 / 27;
 }
 
-// Six tetrahedra for each cell of a grid of particles (i * size[1] + j) * size[2] + k, along the
+// Six cells for each step of a grid of particles (i * size[1] + j) * size[2] + k, along the
 // ways from its lowest corner to its highest (Kuhn (1960), IBM J. Res. Dev. 4, 518-524). Neighbours
 // fit, and so do the triangles of grid_triangles(). Order 2: a cell is two steps of the grid in
 // each direction, the sizes are odd, and every particle is a node. Four or ten ids each.
-std::vector<int> grid_tetrahedra(const std::array<int, 3>& size, int order);
+std::vector<int> grid_cells(const std::array<int, 3>& size, int order);
 
 // The triangles of these cells that no other shares, seen counter-clockwise from outside.
 std::vector<TriangleMesh::Triangle> skin_of(std::span<const int> ids, int nodes, const PlaceOf& at);

@@ -1,4 +1,4 @@
-#include "core/particles/elements/tetrahedra.h"
+#include "core/particles/elements/cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@ namespace sim {
 namespace {
 
 // The ends of the edges, in the order of the nodes on them.
-constexpr int kTetrahedronEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+constexpr int kCellEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 
 // The gradients of the barycentric coordinates L_0 ... L_3 in the coordinates (L_1, L_2, L_3).
 constexpr Vec3 kSlopes[4] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -29,7 +29,7 @@ std::array<Vec3, 10> slopes_at(int nodes, int point) {
   l[point] = kNearPoint;
   for (std::size_t a = 0; a < 4; ++a) slopes[a] = (4 * l[a] - 1) * kSlopes[a];
   for (std::size_t e = 0; e < 6; ++e) {
-    const auto [a, b] = kTetrahedronEdges[e];
+    const auto [a, b] = kCellEdges[e];
     slopes[4 + e] = 4 * (l[a] * kSlopes[b] + l[b] * kSlopes[a]);
   }
   return slopes;
@@ -57,14 +57,14 @@ CellPoint cell_point(std::span<const int> ids, const PlaceOf& at, int point) {
   return result;
 }
 
-double tetrahedron_volume(std::span<const int> ids, const PlaceOf& at) {
+double cell_volume(std::span<const int> ids, const PlaceOf& at) {
   double sum = 0;
   for (int point = 0; point < cell_points(static_cast<int>(ids.size())); ++point)
     sum += cell_point(ids, at, point).weight;
   return std::fabs(sum);
 }
 
-std::vector<int> grid_tetrahedra(const std::array<int, 3>& size, int order) {
+std::vector<int> grid_cells(const std::array<int, 3>& size, int order) {
   constexpr int kWays[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   using Corner = std::array<int, 3>;
   const auto id = [&](const Corner& c) { return (c[0] * size[1] + c[1]) * size[2] + c[2]; };
@@ -81,7 +81,7 @@ std::vector<int> grid_tetrahedra(const std::array<int, 3>& size, int order) {
           }
           for (const Corner& corner : corners) ids.push_back(id(corner));
           if (order == 1) continue;
-          for (const auto& [a, b] : kTetrahedronEdges) {
+          for (const auto& [a, b] : kCellEdges) {
             Corner middle;
             for (std::size_t axis = 0; axis < 3; ++axis)
               middle[axis] = (corners[static_cast<std::size_t>(a)][axis] +

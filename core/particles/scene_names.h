@@ -1,0 +1,18 @@
+// What a scene calls its parts, for forces that have something to say to its user.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sim {
+
+struct SceneNames {
+  int first_of_bodies = -1;  // the first particle of rigid bodies, which are the last; -1: none
+  std::vector<std::string> colliders = {};  // as the scene wrote them
+
+  // Ascending ids: "particles 0 to 9 and 20 and body 2"; empty where there are none.
+  std::string particles(std::span<const int> ids) const;
+};
+
+}  // namespace sim
