@@ -48,7 +48,10 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   if (request.fps && every)
     usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
   request.look = {t.camera, t.color, t.size, t.springs, t.wireframe};
-  make_look(request.look);  // for its errors
+  // For its errors; only the scene knows all that may colour.
+  LookSpec look = request.look;
+  look.color.clear();
+  make_look(look);
   const bool looks = !t.fps.empty() || !request.look.empty();
   request.show = t.show;
   if (looks && !request.any())

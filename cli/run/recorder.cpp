@@ -109,9 +109,14 @@ struct Recorder::Channel {
 };
 
 Look look_of(const SceneSpec& scene, const LookSpec& asked) {
-  for (const SystemSpec& system : scene.systems)
-    if (!system.look.empty()) return make_look(system.look, asked);
-  return make_look(asked);
+  std::vector<std::string> names;
+  const LookSpec* own = nullptr;
+  for (const SystemSpec& system : scene.systems) {
+    const auto more = names_of_field(system);
+    names.insert(names.end(), more.begin(), more.end());
+    if (!own && !system.look.empty()) own = &system.look;
+  }
+  return make_look(own ? *own : LookSpec{}, asked, names);
 }
 
 Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& registry)

@@ -281,7 +281,7 @@ bool Comparison::run(const study::Watch& watch) {
 void Comparison::write(const std::function<bool()>& stop) const {
   WriterTask task;
   task.world = true;
-  task.look = make_look(spec_.look, request_.out.look);
+  task.look = make_look(spec_.look, request_.out.look, names_of_field(spec_));
   if (task.look.colour == "none") task.look.colour = "error";
   // A run that is lost does not make all others look right.
   if (task.look.colour == "error" && task.look.most == 0)

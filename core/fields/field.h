@@ -1,13 +1,23 @@
 // A first-order right-hand side: positions move with a velocity that is a function of (t, X).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "core/math/sparsity.h"
 #include "core/ode/ode_system.h"
 
 namespace sim {
+
+// Names for the numbers of a flat state that is a lattice: all names of cell 0, then of cell 1,
+// ...; of cells (i, j, k) the last index runs fastest. Pictures draw it.
+struct FieldLayout {
+  std::vector<std::string> names;     // empty: nothing is known
+  std::array<int, 3> cells{1, 1, 1};  // in each direction; 1 where there is none
+};
 
 // x and dxdt hold one number a component of a flat state, or x0 y0 z0 x1 y1 z1 ... of particles.
 // Pure, and single-threaded: eval is called on one thread at a time.
@@ -28,6 +38,8 @@ class Field {
   virtual const Sparsity* sparsity() const { return nullptr; }
   virtual void jacobian(double /*t*/, std::span<const double> /*x*/,
                         std::span<double> /*values*/) const {}
+
+  virtual FieldLayout layout() const { return {}; }
 
   // Steps of a fixed-step method made faster, with the bits of stage after stage; null: there are
   // none. The field outlives them.

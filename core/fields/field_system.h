@@ -26,6 +26,9 @@ class FieldSystem final : public OdeSystem {
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<Jacobian> jacobian() override;
 
+  const Field& field() const { return *field_; }
+  std::span<const double> start() const { return start_; }
+
  private:
   std::vector<double> start_;
   std::size_t size_;

@@ -67,10 +67,11 @@ void read_camera(const std::string& text, Look& look) {
     refuse_look(option, "eye and at are one point", form);
 }
 
-void read_colour(const std::string& text, Look& look) {
+void read_colour(const std::string& text, Look& look, const std::vector<std::string>& names) {
   const auto colon = text.find(':');
   look.colour = text.substr(0, colon);
-  const std::vector<std::string>& known = Look::colours();
+  std::vector<std::string> known = Look::colours();
+  known.insert(known.end(), names.begin(), names.end());
   if (std::ranges::find(known, look.colour) == known.end())
     refuse_look("--color '" + text + "'", "nothing is coloured by that",
                 suggestion(look.colour, known));
@@ -107,11 +108,23 @@ void read_size(const std::string& text, Look& look) {
   look.height = static_cast<int>(*height);
 }
 
-Look make_look(const LookSpec& scene, const LookSpec& asked) {
+std::vector<std::string> names_of_field(const SystemSpec& system) {
+  std::vector<std::string> names;
+  if (!system.first_order) return names;
+  const auto& given = system.first_order->field.given;
+  const auto list = given.find("names");
+  if (list == given.end() || !std::holds_alternative<List>(list->second)) return names;
+  for (const auto& entry : std::get<List>(list->second))
+    if (const auto* name = std::get_if<std::string>(&entry)) names.push_back(*name);
+  return names;
+}
+
+Look make_look(const LookSpec& scene, const LookSpec& asked,
+               const std::vector<std::string>& names) {
   Look look;
   for (const LookSpec* spec : {&scene, &asked}) {
     if (!spec->camera.empty()) read_camera(spec->camera, look);
-    if (!spec->color.empty()) read_colour(spec->color, look);
+    if (!spec->color.empty()) read_colour(spec->color, look, names);
     if (!spec->size.empty()) read_size(spec->size, look);
     look.wireframe = look.wireframe || spec->wireframe;
   }

@@ -16,7 +16,7 @@ struct Look {
   double fov = 30;                  // degrees, of the height
   std::optional<double> ground;     // m, its height
   bool wireframe = false;
-  std::string colour = "none";  // one of kColours
+  std::string colour = "none";  // one of colours(), or the name of a number of a lattice
   double most = 0;              // of its scale, in its unit; 0: as the run needs
   bool all_springs = false;
   std::vector<std::string> families;  // springs of these names
@@ -27,13 +27,19 @@ struct Look {
 };
 
 // Each reads one option into the look; throws Error{kUsage} naming it.
-void read_camera(const std::string& text, Look& look);   // "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40"
-void read_colour(const std::string& text, Look& look);   // "strain", "speed:2"
+void read_camera(const std::string& text, Look& look);  // "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40"
+// "strain", "speed:2"; `names` are known besides Look::colours().
+void read_colour(const std::string& text, Look& look, const std::vector<std::string>& names = {});
 void read_springs(const std::string& text, Look& look);  // "12", "all", "shear"
 void read_size(const std::string& text, Look& look);     // "1280x720"
 
 // What the first says, and over it what the second says: a scene and its user. Throws
 // Error{kUsage}.
-Look make_look(const LookSpec& scene, const LookSpec& asked = {});
+// `names`: of the numbers of a lattice, which colour too.
+Look make_look(const LookSpec& scene, const LookSpec& asked = {},
+               const std::vector<std::string>& names = {});
+
+// The names that the field of a system gives to its numbers.
+std::vector<std::string> names_of_field(const SystemSpec& system);
 
 }  // namespace sim

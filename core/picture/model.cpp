@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "core/fields/field_system.h"
 #include "core/particles/constraints/holding.h"
 #include "core/particles/elements/cells.h"
 #include "core/particles/elements/triangle_mesh.h"
@@ -146,6 +147,70 @@ std::vector<std::string> others_of(const SystemSpec& spec, const Particles& part
   return {others.begin(), others.end()};
 }
 
+// The names and cells of a flat state with more than one cell; none of other systems.
+FieldLayout layout_of(const Simulation& system) {
+  if (!system.flat()) return {};
+  const auto* field = dynamic_cast<const FieldSystem*>(&system.ode());
+  FieldLayout layout = field ? field->field().layout() : FieldLayout{};
+  if (layout.cells == std::array<int, 3>{1, 1, 1}) layout.names.clear();
+  return layout;
+}
+
+int directions_of(const FieldLayout& layout) {
+  return static_cast<int>(std::ranges::count_if(layout.cells, [](int n) { return n > 1; }));
+}
+
+// Curves of a lattice in one direction stand beside its axis, half as high as it is long at the
+// start.
+double height_of(const Simulation& system) {
+  const auto start = dynamic_cast<const FieldSystem&>(system.ode()).start();
+  const auto [low, high] = std::ranges::minmax(start);
+  const double range = high > low ? high - low : std::max(std::abs(high), std::abs(low));
+  return range > 0 ? 0.5 / range : 1;
+}
+
+void add_lattice(const FieldLayout& layout, Model& model) {
+  const int cells = layout.cells[0] * layout.cells[1] * layout.cells[2];
+  model.names = layout.names;
+  model.grid = layout.cells;
+  if (directions_of(layout) > 1) {
+    model.particles = cells;
+    model.triangles = grid_triangles(layout.cells, false);
+    return;
+  }
+  model.particles = cells * static_cast<int>(layout.names.size());
+  model.grid = {0, 0, 0};
+  int first = 0;
+  for (const std::string& name : layout.names) {
+    ModelFamily& family = model.families.emplace_back(ModelFamily{.name = name, .rods = true});
+    for (int i = 0; i + 1 < cells; ++i) family.ends.push_back({first + i, first + i + 1});
+    family.rest.resize(family.ends.size());
+    family.stiffness.resize(family.ends.size());
+    family.sense.resize(family.ends.size(), SpringSense::kBoth);
+    first += cells;
+  }
+}
+
+// Where the points of a lattice are drawn.
+void place_lattice(const Simulation& system, const FieldLayout& layout, Frame& frame) {
+  const auto& n = layout.cells;
+  const std::size_t names = layout.names.size();
+  const int cells = n[0] * n[1] * n[2];
+  if (directions_of(layout) > 1) {
+    for (int i = 0; i < n[0]; ++i)
+      for (int j = 0; j < n[1]; ++j)
+        for (int k = 0; k < n[2]; ++k)
+          frame.x.insert(frame.x.end(), {double(i), double(j), double(k)});
+    return;
+  }
+  const double scale = height_of(system);
+  for (std::size_t name = 0; name < names; ++name)
+    for (int i = 0; i < cells; ++i) {
+      const double value = frame.components[static_cast<std::size_t>(i) * names + name];
+      frame.x.insert(frame.x.end(), {double(i) / (cells - 1), scale * value, 0});
+    }
+}
+
 }  // namespace
 
 std::vector<bool> Model::in_triangles() const {
@@ -153,6 +218,7 @@ std::vector<bool> Model::in_triangles() const {
   for (const auto& triangle : triangles)
     for (const int i : triangle) in[static_cast<std::size_t>(i)] = true;
   for (const int i : in_bodies) in[static_cast<std::size_t>(i)] = true;
+  if (curves()) in.assign(in.size(), true);
   // What is inside of a block, its skin hides.
   if (!triangles.empty() && std::ranges::min(grid) > 1)
     std::fill_n(in.begin(), grid[0] * grid[1] * grid[2], true);
@@ -167,6 +233,8 @@ Model make_model(const SystemSpec& spec, Simulation& system) {
   model.second_order = system.second_order();
   model.flat = system.flat();
   model.particles = model.flat ? 1 : system.particles();
+  if (const FieldLayout layout = layout_of(system); !layout.names.empty())
+    add_lattice(layout, model);
   if (!spec.particles) return model;
   for (int i = 0; i < model.particles; ++i) {
     model.mass.push_back(spec.particles->at(i).mass);
@@ -196,9 +264,13 @@ Frame take_frame(const Simulation& system) {
   frame.step = system.step_count();
   frame.t = system.t();
   if (system.flat()) {
-    // Its first two or three components as a point; a single one goes up over the time.
     const int n = system.components();
     for (int i = 0; i < n; ++i) frame.components.push_back(system.component(i));
+    if (const FieldLayout layout = layout_of(system); !layout.names.empty()) {
+      place_lattice(system, layout, frame);
+      return frame;
+    }
+    // Its first two or three components as a point; a single one goes up over the time.
     frame.x = n == 1 ? std::vector<double>{system.t(), system.component(0), 0}
                      : std::vector<double>{system.component(0), system.component(1),
                                            n > 2 ? system.component(2) : 0};

@@ -40,6 +40,10 @@ struct Model {
   double h = 0;              // s
   int particles = 0;         // a flat state is one, at its first components
   bool second_order = false, flat = false;
+  // Of a lattice of cells, whose grid it is: the names of the numbers in each of them. Cells of one
+  // direction are curves, a family for each name, whose points are particles; of two and three a
+  // picture, with a particle a cell that is coloured by one of the numbers.
+  std::vector<std::string> names;
   std::vector<double> mass;                   // kg, of each particle; empty in first order
   std::vector<int> pinned;                    // ids, ascending
   std::vector<int> in_bodies;                 // those that rigid bodies are made of
@@ -52,7 +56,11 @@ struct Model {
   double drag = 0;                  // kg/s, on all particles
   std::vector<std::string> others;  // that act besides these and springs: "collider 'sphere'"
 
-  std::vector<bool> in_triangles() const;  // of each particle: or a solid is drawn for it
+  bool lattice() const { return !names.empty(); }
+  bool curves() const { return lattice() && triangles.empty(); }
+
+  // Of each particle: or a solid or a curve is drawn for it.
+  std::vector<bool> in_triangles() const;
 };
 
 struct Frame {

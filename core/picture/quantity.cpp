@@ -51,7 +51,12 @@ V3 ColourScale::colour(double value) const {
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name) {
   const auto n = static_cast<std::size_t>(model.particles);
   std::vector<double> values;
-  if (name == "speed" && !frame.v.empty()) {
+  if (const auto at = std::ranges::find(model.names, name);
+      at != model.names.end() && !model.curves()) {
+    for (auto i = static_cast<std::size_t>(at - model.names.begin()); i < frame.components.size();
+         i += model.names.size())
+      values.push_back(frame.components[i]);
+  } else if (name == "speed" && !frame.v.empty()) {
     for (std::size_t i = 0; i < n; ++i)
       values.push_back(Vec3(frame.v[3 * i], frame.v[3 * i + 1], frame.v[3 * i + 2]).norm());
   } else if (name == "strain" && !model.families.empty()) {
@@ -84,15 +89,22 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
   return values;
 }
 
+std::string colour_of(const Look& look, std::span<const Model> models) {
+  if (look.colour == "none")
+    for (const Model& model : models)
+      if (model.lattice() && !model.curves()) return model.names.front();
+  return look.colour;
+}
+
 ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments) {
   ColourScale scale;
-  scale.name = look.colour;
+  scale.name = colour_of(look, models);
   if (look.colour == "strain") scale = {"strain", "%", 100, 1, true};
   if (look.colour == "speed") scale = {"speed", "m/s", 1, 1, false};
   if (look.colour == "energy") scale = {"energy", "J", 1, 1, false};
   if (look.colour == "error") scale = {"error", "m", 1, 1, false};
   if (look.colour == "mode") scale = {"fastest mode", "", 1, 1, false};
-  double most = 0;
+  double most = 0, least = 0;
   if (look.most > 0) {
     scale.most = look.most;
     return scale;
@@ -101,9 +113,15 @@ ColourScale colour_scale(const Look& look, std::span<const Model> models, const 
   for (std::size_t at = 0; at < moments.size(); ++at) {
     const Moment& moment = moments.at(at, room);
     for (std::size_t m = 0; m < models.size() && m < moment.size(); ++m)
-      for (const double value : quantity(models[m], moment[m], look.colour))
-        if (std::isfinite(value)) most = std::max(most, std::abs(value));
+      for (const double value : quantity(models[m], moment[m], scale.name))
+        if (std::isfinite(value)) {
+          most = std::max(most, std::abs(value));
+          least = std::min(least, value);
+        }
   }
+  // Numbers of a lattice may have either sign.
+  const bool known = std::ranges::count(Look::colours(), scale.name) > 0;
+  if (!known && least < -1e-3 * most) scale.both_signs = true;
   scale.most = round_up(most);
   return scale;
 }

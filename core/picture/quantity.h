@@ -24,8 +24,11 @@ struct ColourScale {
 
 // One value a particle. strain: of the spring there that is strained most, with its sign; speed:
 // m/s; energy: kinetic and half of that in each of its springs, J; error and mode: the values of
-// the frame. Empty where there is none.
+// the frame; a name of a lattice: that number of each cell. Empty where there is none.
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
+
+// What a look colours by: what it says, or the first number of a lattice.
+std::string colour_of(const Look& look, std::span<const Model> models);
 
 // Of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a power of ten.
 ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments);

@@ -75,6 +75,16 @@ std::vector<Vec3> trail_of(const Model& model, const Moments& moments, std::size
   return points;
 }
 
+// Of one number of all cells.
+std::array<double, 2> range_of(const Frame& frame, std::size_t name, std::size_t names) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (std::size_t i = name; i < frame.components.size(); i += names) {
+    low = std::min(low, frame.components[i]);
+    high = std::max(high, frame.components[i]);
+  }
+  return {low, high};
+}
+
 }  // namespace
 
 unsigned family_colour(std::size_t i) { return kFamilies[i % std::size(kFamilies)]; }
@@ -90,15 +100,16 @@ Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Lo
     wires_.push_back(edges_of(models[m]));
   for (std::size_t m = 0; m < models.size(); ++m)
     trails_.push_back(trail_of(models[m], moments, m));
+  look_.colour = colour_of(look, models);
   std::vector<std::string> names;
   int most = 0;
   Moment room;
   const Moment& first = moments.at(0, room);
-  bool colours = look.colour == "none";
+  bool colours = look_.colour == "none";
   for (std::size_t m = 0; m < models.size(); ++m) {
     for (const ModelFamily& family : models[m].families) names.push_back(family.name);
     if (!models[m].families.empty()) most = std::max(most, models[m].particles);
-    colours = colours || !quantity(models[m], first[m], look.colour).empty();
+    colours = colours || !quantity(models[m], first[m], look_.colour).empty();
   }
   for (const std::string& family : look.families)
     if (std::ranges::find(names, family) == names.end())
@@ -112,8 +123,8 @@ Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Lo
   if (look.all_springs && names.empty())
     nothing_of("--springs all", "the scene has no springs", "leave it out");
   if (!colours)
-    nothing_of("--color " + look.colour, "the scene has none",
-               look.colour == "strain" ? "strain needs springs" : "leave it out");
+    nothing_of("--color " + look_.colour, "the scene has none",
+               look_.colour == "strain" ? "strain needs springs" : "leave it out");
 }
 
 // Which side of an open sheet is its front is nobody's choice: the one that is seen more.
@@ -227,6 +238,13 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
     if (!values.empty() && !pinned) tint = scale_.colour(values[static_cast<std::size_t>(i)]);
     const float share = bare(i) ? (pinned ? 0.7F * size : size) : 0.011F;
     picture.balls.push_back({place(m, frame.at(i)), share, tint, bare(i)});
+  }
+  if (model.curves()) {
+    for (std::size_t f = 0; f < model.families.size(); ++f)
+      for (const auto& [a, b] : model.families[f].ends)
+        picture.lines.push_back(
+            {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(family_colour(f)), false});
+    return;
   }
   if (look_.all_springs) return;
   for (const ModelFamily& family : model.families)
@@ -365,6 +383,16 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
   for (const std::string& line : warnings(moment)) {
     picture.texts.push_back({line, 22, y, 12, kWarning, 0, true});
     y += 25;
+  }
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    if (!models_[m].curves()) continue;
+    y += 6;
+    for (std::size_t f = 0; f < models_[m].names.size(); ++f, y += 22) {
+      const auto [low, high] = range_of(moment[m], f, models_[m].names.size());
+      picture.patches.push_back({22, y - 9, 16, 5, {family_colour(f)}, 1});
+      picture.texts.push_back({models_[m].names[f] + "  " + brief(low, 3) + " to " + brief(high, 3),
+                               46, y, 12, 0x2B323A, 0, false});
+    }
   }
   if (!look_.picked.empty()) {
     y += 6;

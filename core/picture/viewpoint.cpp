@@ -134,7 +134,8 @@ std::optional<double> floor_of(const Moments& moments, std::size_t systems, cons
 
 // A scene of nothing that moves in space, but of numbers: no ground.
 bool only_numbers(std::span<const Model> models) {
-  return std::ranges::all_of(models, [](const Model& model) { return model.flat; });
+  return std::ranges::all_of(
+      models, [](const Model& model) { return model.flat && std::ranges::min(model.grid) < 2; });
 }
 
 }  // namespace
@@ -194,7 +195,10 @@ Viewpoint make_viewpoint(std::span<const Model> models, const Moments& moments, 
                               static_cast<float>(viewpoint.grid * viewpoint.scale),
                               9};
   }
-  viewpoint.light = raster::unit(to_v3(0.62 * along + 1.0 * up + 0.62 * front));
+  // Numbers are shown in the colours of their scale.
+  viewpoint.light = only_numbers(models)
+                        ? to_v3(front)
+                        : raster::unit(to_v3(0.62 * along + 1.0 * up + 0.62 * front));
 
   const double tan_y = tangent(0.5 * look.fov),
                tan_x = tan_y * static_cast<double>(look.width) / look.height;

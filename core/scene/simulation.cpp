@@ -398,6 +398,7 @@ const Method& Simulation::method() const { return impl_->settings->method; }
 IntegratorInfo Simulation::integrator_info() const { return impl_->integrator->info(); }
 const Integrator& Simulation::integrator() const { return *impl_->integrator; }
 OdeSystem& Simulation::ode() { return *impl_->system; }
+const OdeSystem& Simulation::ode() const { return *impl_->system; }
 std::span<const double> Simulation::state() const { return impl_->x.span(); }
 
 const StateShape& Simulation::shape() const { return impl_->shape; }

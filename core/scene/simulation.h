@@ -62,6 +62,7 @@ class Simulation {
   IntegratorInfo integrator_info() const;
   const Integrator& integrator() const;
   const Settings& settings() const;
+  const OdeSystem& ode() const;
   OdeSystem& ode();                       // for studies: the right-hand side, and
   std::span<const double> state() const;  // X
   const StateShape& shape() const;        // what the numbers of X are

@@ -163,6 +163,12 @@ class FormulaField final : public sim::Field {
     find_entries();
   }
 
+  sim::FieldLayout layout() const override {
+    sim::FieldLayout layout{names_, {1, 1, 1}};
+    std::ranges::copy(cells_, layout.cells.begin());
+    return layout;
+  }
+
   void begin(double t, std::span<const double> x) const override {
     std::vector<double> dxdt(x.size());
     eval(t, x, dxdt);

@@ -221,6 +221,97 @@ TEST_CASE("energies of particles are those of the system") {
   CHECK(sum == Approx(expected).epsilon(1e-13));
 }
 
+namespace {
+
+// A lattice with u = 100 i + 10 j + k and v = -u in cell (i, j, k), and its picture's model.
+Seen lattice(const std::string& cells, int count, const std::string& look = "") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local n, state = " + cells +
+      ", {}\n"
+      "for i = 0, n[1] - 1 do for j = 0, (n[2] or 1) - 1 do for k = 0, (n[3] or 1) - 1 do\n"
+      "  local u = 100 * i + 10 * j + k\n"
+      "  state[#state + 1] = u; state[#state + 1] = -u\nend end end\n"
+      "return sim.scene { state = state, integrator = 'rk4', dt = 0.1, duration = 1,\n" +
+      look + "  field = sim.field.formula { '-u', '-v', names = {'u', 'v'}, cells = n } }\n");
+  const sim::SystemSpec& spec = scene.systems[0];
+  sim::Simulation system(spec, registry);
+  Seen seen{{sim::make_model(spec, system)}, {{sim::take_frame(system)}}};
+  CHECK(seen.moments[0][0].x.size() == 3 * static_cast<std::size_t>(seen.models[0].particles));
+  CHECK(seen.models[0].particles == count);
+  return seen;
+}
+
+}  // namespace
+
+TEST_CASE("a lattice of two directions is a picture with a particle a cell") {
+  const Seen seen = lattice("{3, 4}", 12);
+  const Model& model = seen.models[0];
+  CHECK(model.triangles.size() == 2 * 2 * 3);
+  CHECK_FALSE(model.curves());
+  const auto u = sim::quantity(model, seen.moments[0][0], "u"),
+             v = sim::quantity(model, seen.moments[0][0], "v");
+  REQUIRE((u.size() == 12 && v.size() == 12));
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) {
+      const int cell = 4 * i + j;
+      CHECK(seen.moments[0][0].at(cell) == sim::Vec3(i, j, 0));
+      CHECK(u[static_cast<std::size_t>(cell)] == 100 * i + 10 * j);
+      CHECK(v[static_cast<std::size_t>(cell)] == -(100 * i + 10 * j));
+    }
+  // Coloured by the first number unless another one is asked for; by both signs where it has them.
+  Look look;
+  CHECK(sim::colour_of(look, seen.models) == "u");
+  const sim::ColourScale scale = sim::colour_scale(look, seen.models, seen.moments);
+  CHECK((scale.name == "u" && !scale.both_signs));
+  CHECK(scale.most == Approx(300));  // of 230
+  look.colour = "v";
+  CHECK(sim::colour_scale(look, seen.models, seen.moments).both_signs);
+  const sim::Picture picture = sim::Scenery(seen.models, seen.moments, look).picture(0);
+  CHECK((picture.colours.size() == 12 && picture.balls.empty() && !picture.ground));
+  CHECK(sim::colour_of(Look{}, cloth(2, 0).models) == "none");
+}
+
+TEST_CASE("a lattice of one direction is a curve a name") {
+  const Seen seen = lattice("{5}", 10);
+  const Model& model = seen.models[0];
+  const sim::Frame& frame = seen.moments[0][0];
+  CHECK(model.curves());
+  REQUIRE(model.families.size() == 2);
+  CHECK((model.families[0].name == "u" && model.families[1].name == "v"));
+  CHECK(model.families[1].ends == std::vector<std::array<int, 2>>{{5, 6}, {6, 7}, {7, 8}, {8, 9}});
+  // As long as 1, and half as high at the start: values reach from -400 to 400.
+  for (int i = 0; i < 5; ++i) {
+    CHECK((frame.at(i) - sim::Vec3(i / 4.0, 100.0 * i / 1600, 0)).norm() < 1e-15);
+    CHECK((frame.at(5 + i) - sim::Vec3(i / 4.0, -100.0 * i / 1600, 0)).norm() < 1e-15);
+  }
+  const sim::Picture picture = sim::Scenery(seen.models, seen.moments, Look{}).picture(0);
+  CHECK((picture.lines.size() == 8 && picture.balls.empty()));
+  const auto drawn = [&](std::size_t line, std::size_t family) {
+    return sim::raster::length(picture.lines[line].colour -
+                               sim::colour(sim::family_colour(family))) == 0;
+  };
+  CHECK((drawn(3, 0) && drawn(4, 1)));
+  const auto legend = [&](const std::string& text) {
+    return std::ranges::count(picture.texts, text, &sim::PictureText::text) == 1;
+  };
+  CHECK((legend("u  0 to 400") && legend("v  -400 to 0")));
+}
+
+TEST_CASE("a lattice of three directions is its skin, and one cell is a point") {
+  const Seen seen = lattice("{3, 4, 5}", 60);
+  CHECK(seen.models[0].triangles.size() == 4 * (2 * 3 + 3 * 4 + 2 * 4));
+  CHECK(seen.moments[0][0].at(59) == sim::Vec3(2, 3, 4));
+  CHECK(sim::quantity(seen.models[0], seen.moments[0][0], "u")[59] == 234);
+  CHECK(sim::Scenery(seen.models, seen.moments, Look{}).picture(0).ground);
+  CHECK_FALSE(lattice("{1}", 1).models[0].lattice());
+}
+
+TEST_CASE("numbers of a lattice colour by their names") {
+  CHECK_NOTHROW(lattice("{3, 4}", 12, "look = { color = 'v:2' },"));
+  CHECK_THROWS_AS(lattice("{3, 4}", 12, "look = { color = 'w' },"), sim::Error);
+}
+
 TEST_CASE("scales end at 1, 2, 3 or 5 times a power of ten") {
   CHECK(sim::round_up(0.0123) == Approx(0.02));
   CHECK(sim::round_up(1) == 1);

@@ -220,9 +220,7 @@ def test_large(display):
 def test_silhouettes(display):
     """The window draws what the rasteriser draws, in every scene of the project."""
     scripts = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts/scenes")
-    # Of the many numbers of gray_scott no picture shows anything yet.
-    scenes = sorted(os.path.join(scripts, name) for name in os.listdir(scripts)
-                    if name != "gray_scott.lua")
+    scenes = sorted(os.path.join(scripts, name) for name in os.listdir(scripts))
     done = subprocess.run([os.path.join(os.path.dirname(PROGRAM), "sim_silhouette"), *scenes],
                           env=display.environment, check=False, capture_output=True, text=True,
                           timeout=300)

@@ -22,7 +22,8 @@ void add_springs(lua_State* L, int value, const Place& place, LookSpec& look) {
 
 }  // namespace
 
-LookSpec read_look(lua_State* L, int index, const Place& place) {
+LookSpec read_look(lua_State* L, int index, const Place& place,
+                   const std::vector<std::string>& names) {
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
     scene_error(place, "bad look", "expected { color = \"strain\", .. }, got " + show(L, index));
@@ -57,7 +58,7 @@ LookSpec read_look(lua_State* L, int index, const Place& place) {
     scene_error(place, "bad wireframe of look", "expected true or false, got " + show(L, -1));
   lua_settop(L, top);
   try {
-    make_look(look);
+    make_look(look, {}, names);
   } catch (const Error& error) {
     scene_error(place, "bad look", error.text().why, error.text().remedy);
   }

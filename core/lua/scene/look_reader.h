@@ -9,6 +9,7 @@ struct lua_State;
 namespace sim {
 
 // The table at `index`. Throws Error{kScene}.
-LookSpec read_look(lua_State* L, int index, const Place& place);
+LookSpec read_look(lua_State* L, int index, const Place& place,
+                   const std::vector<std::string>& names);
 
 }  // namespace sim

@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/look_reader.h"
+#include "core/picture/look.h"
 #include "core/lua/scene/lua_function.h"
 #include "core/lua/scene/observer.h"
 
@@ -218,7 +219,8 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
 
   if (push_field(L, scene, "observe") != LUA_TNIL)
     spec.observers = read_observers(session_, L, lua_absindex(L, -1), place);
-  if (push_field(L, scene, "look") != LUA_TNIL) spec.look = read_look(L, -1, place);
+  if (push_field(L, scene, "look") != LUA_TNIL)
+    spec.look = read_look(L, -1, place, names_of_field(spec));
   lua_pop(L, 2);
   return spec;
 }

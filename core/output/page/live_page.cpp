@@ -85,21 +85,23 @@ std::string LivePage::frame(const Moment& moment, const ViewState& state) {
   all.number("real", state.real).number("us", state.us).flag("slow", state.slow);
   all.number("known", state.known).text("failure", state.failure);
   all.json("systems", json_array(systems));
+  Look look;
+  if (!state.measured.empty()) look.colour = state.measured;
+  const bool coloured = colour_of(look, scene_.models) != "none";
   ColourScale scale;
-  if (!state.measured.empty()) {
-    Look look;
-    look.colour = state.measured;
+  if (coloured) {
     scale = colour_scale(look, scene_.models, {&moment, 1});
     scale.most = most_ = steady_most(scale.most, most_);
     all.json("values", JsonObject()
-                           .text("name", state.measured)
+                           .text("name", state.measured.empty() ? scale.name : state.measured)
                            .text("unit", scale.unit)
                            .number("most", scale.most)
+                           .flag("both", scale.both_signs)
                            .str());
   } else {
     most_ = 0;
   }
-  return page_.frame(moment, all.str(), state.measured.empty() ? 0 : scale.most);
+  return page_.frame(moment, all.str(), coloured ? &scale : nullptr);
 }
 
 std::string LivePage::past(std::span<const EnergySample> samples) {

@@ -154,6 +154,7 @@ std::string Page::made(const std::string& live, std::string nonce, std::size_t m
                             .text("name", scale_.name)
                             .text("unit", scale_.unit)
                             .json("most", number(scale_.most))
+                            .flag("both", scale_.both_signs)
                             .str());
 
   const std::string words = script_json(head.str());
@@ -171,7 +172,7 @@ std::string Page::made(const std::string& live, std::string nonce, std::size_t m
                                    {"POLICY", policy}});
 }
 
-std::string Page::frame(const Moment& moment, std::string words, double most) const {
+std::string Page::frame(const Moment& moment, std::string words, const ColourScale* scale) const {
   words.append((4 - words.size() % 4) % 4, ' ');
   std::string bytes;
   append_bytes(bytes, static_cast<std::uint32_t>(words.size()));
@@ -190,7 +191,7 @@ std::string Page::frame(const Moment& moment, std::string words, double most) co
       bytes[begin + 2 * i] = static_cast<char>(q & 255U);
       bytes[begin + 2 * i + 1] = static_cast<char>(q >> 8);
     }
-    if (most > 0) append_values(m, moment, most, bytes);
+    if (scale) append_values(m, moment, *scale, bytes);
     bytes.append((4 - bytes.size() % 4) % 4, '\0');
   }
   return bytes;
@@ -312,7 +313,8 @@ std::string Page::energy_json(std::size_t m) const {
 
 bool Page::measured() const {
   Moment room;
-  return std::ranges::any_of(moments_.at(0, room),
+  return std::ranges::count(models_.front().names, scale_.name) > 0 ||
+         std::ranges::any_of(moments_.at(0, room),
                              [](const Frame& frame) { return !frame.values.empty(); });
 }
 
@@ -361,12 +363,15 @@ std::string Page::solids_json(std::size_t m) const {
 }
 
 // In 255ths of the scale.
-void Page::append_values(std::size_t m, const Moment& moment, double most, std::string& out) const {
+void Page::append_values(std::size_t m, const Moment& moment, const ColourScale& scale,
+                         std::string& out) const {
+  const std::vector<double> values =
+      models_[m].lattice() ? quantity(models_[m], moment[m], scale.name) : moment[m].values;
   for (int i = 0; i < models_[m].particles; ++i) {
-    const auto& values = moment[m].values;
-    const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / most;
+    const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / scale.most;
+    const double share = scale.both_signs ? 0.5 + 0.5 * value : value;
     out += static_cast<char>(
-        static_cast<unsigned char>(value > 0 ? std::min(255.0, 255 * value + 0.5) : 0));
+        static_cast<unsigned char>(share > 0 ? std::min(255.0, 255 * share + 0.5) : 0));
   }
 }
 
@@ -398,7 +403,7 @@ void Page::append_positions(std::size_t m, const Box& box, Deflater& data) const
   if (!measured()) return;
   for (std::size_t at = 0; at < moments_.size() && !data.full(); ++at) {
     std::string bytes;
-    append_values(m, moments_.at(at, room), scale_.most, bytes);
+    append_values(m, moments_.at(at, room), scale_, bytes);
     data.add(bytes);
   }
 }

@@ -32,8 +32,9 @@ class Page {
   // `live`: JSON that the page finds in H.live. Its policy is sent by whoever serves it.
   std::string of_live(const std::string& live, const std::string& nonce) const;
 
-  // What of_live() draws next, see LivePage; with the values of the moment, up to `most`, if any.
-  std::string frame(const Moment& moment, std::string words, double most = 0) const;
+  // What of_live() draws next, see LivePage; with what the scale shows of the moment, if any.
+  std::string frame(const Moment& moment, std::string words,
+                    const ColourScale* scale = nullptr) const;
 
   std::string solids(const Moment& moment, std::size_t system) const;  // JSON, as they are then
 
@@ -50,7 +51,8 @@ class Page {
   std::vector<float> points_of(std::size_t m, const Moment& moment) const;
   Box box_of(std::size_t m) const;
   void append_positions(std::size_t m, const Box& box, Deflater& data) const;
-  void append_values(std::size_t m, const Moment& moment, double most, std::string& out) const;
+  void append_values(std::size_t m, const Moment& moment, const ColourScale& scale,
+                     std::string& out) const;
   bool measured() const;  // colours are values that the frames bring
 
   std::span<const Model> models_;
