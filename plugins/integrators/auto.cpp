@@ -21,6 +21,10 @@ constexpr double kShareOfLimit = 0.5;
 // Where h omega is more than this an implicit step of h is cheaper than the explicit ones in it;
 // one whose own steps come down to a quarter of that is not.
 constexpr double kStiffest = 200, kNotStiff = 50;
+// Up to so many numbers in a list an implicit step costs about as much as an explicit one: their
+// Jacobian has few entries.
+constexpr std::size_t kFewNumbers = 2000;
+constexpr double kFlatStiffest = 10;
 constexpr int kShortSteps = 10;  // one after the other, until it is given up
 // An implicit method of order 4 takes too many steps below this tolerance.
 constexpr double kImplicit = 1e-10;
@@ -47,6 +51,8 @@ class Automatic final : public sim::Integrator {
   void prepare(sim::OdeSystem& system) override {
     system_ = &system;
     splits_ = system.split_stepper({.drift = {0, 1}, .kick = {1}, .order = 4}) != nullptr;
+    const sim::StateShape shape = system.shape();
+    flat_ = shape.first().item == "component";
     for (sim::Array* array : {&between_, &coarse_, &half_, &fine_})
       *array = sim::Array(system.size());
   }
@@ -70,9 +76,9 @@ class Automatic final : public sim::Integrator {
       const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
       if (!hard || tol_ < kImplicit || system.confined()) return now;
       // What stops explicit steps within h may be stiffness that was not there at its start.
-      take(kStiff);
+      take(flat_ ? kMultistep : kStiff);
       method_->restart(t, h, x);
-      reason_ = "auto: esdirk43, steps of its own: explicit ones failed";
+      reason_ = "auto: " + name_ + ", steps of its own: explicit ones failed";
       return advance(system, t, h, most, x, x_next);
     }
     // However many equal steps were taken at once, the next look comes at the same time.
@@ -97,7 +103,7 @@ class Automatic final : public sim::Integrator {
   void recall(std::span<const double> memory) override {
     constexpr std::size_t kOwn = 6;
     if (memory.size() < kOwn) return;
-    const double last = static_cast<int>(kClassic);
+    const double last = static_cast<int>(kMultistep);
     const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
     const bool known = choice != kNone && choice == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl));
@@ -124,7 +130,7 @@ class Automatic final : public sim::Integrator {
   }
 
  private:
-  enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff, kClassic };
+  enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff, kClassic, kMultistep };
 
   std::int64_t steps_in(double h) const {
     constexpr double kMost = 1e15;
@@ -139,10 +145,11 @@ class Automatic final : public sim::Integrator {
   void take(Choice choice) {
     if (choice == choice_) return;
     past_ = effort();
-    constexpr const char* kNames[] = {"", "verlet", "pefrl", "dopri5", "dop853", "esdirk43", "rk4"};
+    constexpr const char* kNames[] = {"",       "verlet",   "pefrl", "dopri5",
+                                      "dop853", "esdirk43", "rk4",   "bdf"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
-    if (choice == kStiff) given["tol"] = std::min(tol_, kLoosest);
+    if (choice == kStiff || choice == kMultistep) given["tol"] = std::min(tol_, kLoosest);
     method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
     name_ = kNames[choice];
@@ -234,6 +241,7 @@ class Automatic final : public sim::Integrator {
       return std::string(text);
     };
     const bool oscillates = std::fabs(fastest.damping) < 1.9 * fastest.rate;
+    const bool decays = flat_ && !oscillates, few = decays && system_->size() <= kFewNumbers;
     std::string what = fastest.rate == 0 ? "nothing vibrates or decays"
                        : oscillates      ? "omega up to " + number(fastest.rate) + " rad/s"
                                          : "decay up to " + number(fastest.rate) + " 1/s";
@@ -250,8 +258,10 @@ class Automatic final : public sim::Integrator {
       take(splits_ ? kVerlet : kClassic);
       what += ", not all states are allowed";
       stay_below_limit();
-    } else if (h * fastest.rate > kStiffest && tol_ >= kImplicit && hold_ <= 0) {
-      take(kStiff);
+    } else if (h * fastest.rate > (few ? kFlatStiffest : kStiffest) && tol_ >= kImplicit &&
+               hold_ <= 0) {
+      // Formulas of order 3 and more are unstable along a part of the imaginary axis.
+      take(decays ? kMultistep : kStiff);
       what += ": explicit steps would be of " + number(1 / fastest.rate) +
               " s or less; its own steps to accuracy " + number(tol_);
     } else if (tol_ < kFine || !splits_ || h * fastest.rate < kSlack || hold_ > 0) {
@@ -290,6 +300,7 @@ class Automatic final : public sim::Integrator {
   sim::OtherIntegrator other_;
   sim::OdeSystem* system_ = nullptr;
   bool splits_ = false;  // particles whose forces depend on positions and drag alone
+  bool flat_ = false;    // a list of numbers, no points
   std::unique_ptr<sim::Integrator> method_;
   Choice choice_ = kNone;
   std::string name_, reason_;
@@ -311,6 +322,8 @@ SIM_PLUGIN(Integrator, "auto") {
       "colliders:                verlet; rk4 with forces of velocity\n"
       "stiff (h omega > 200):    esdirk43 to tol, or 1e-5 where tol is more,\n"
       "                          until its steps come below 50 / omega\n"
+      "lists of numbers whose fastest mode decays, stiff,\n"
+      "or few and h omega > 10:  bdf to tol, or 1e-5 where tol is more\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"
       "  tol >= 1e-7:            pefrl; verlet where h gamma > 1\n"

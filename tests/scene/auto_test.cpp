@@ -5,6 +5,7 @@
 
 #include "core/base/array.h"
 #include "core/ode/fastest_mode.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 #include "tests/support/table.h"
 
@@ -64,6 +65,32 @@ TEST_CASE("auto chooses by stiffness, damping, accuracy and order") {
   CHECK_THAT(choice(make_vertical_spring(30), registry, 0.1), Contains("verlet"));
   CHECK_THAT(choice(make_circle(), registry, 0.01), Contains("dopri5") && Contains("first order"));
   CHECK_THAT(choice(make_falling(1, 0), registry, 0.1), Contains("nothing vibrates"));
+}
+
+TEST_CASE("auto takes bdf for fields that decay, as soon as it pays") {
+  sim::Registry registry = make_registry();
+  // x' = -rate x in each of n numbers, or a rotation with that rate.
+  const auto chosen = [&](const std::string& formulas, int cells, double h) {
+    const sim::SceneSpec scene = sim::test::load_text(
+        "local n, state = " + std::to_string(cells) +
+        ", {}\n"
+        "for i = 1, 2 * n do state[i] = 1 end\n"
+        "return sim.scene { state = state, integrator = 'rk4', dt = 1, duration = 1,\n"
+        "  field = sim.field.formula { " +
+        formulas + ", names = {'u', 'v'}, cells = n } }\n");
+    return choice(scene.systems[0], registry, h);
+  };
+  const std::string decays = "'-10*u', '-v'", turns = "'-10*v', '10*u'";
+  CHECK_THAT(chosen(decays, 1, 0.9), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(decays, 1, 1.1), Contains("auto: bdf, steps of 1.1 s: decay up to 10 1/s"));
+  // Many numbers: only where explicit steps are shorter by far.
+  CHECK_THAT(chosen(decays, 1000, 1.1), Contains("auto: bdf"));
+  CHECK_THAT(chosen(decays, 1001, 1.1), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(decays, 1001, 19), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(decays, 1001, 21), Contains("auto: bdf"));
+  // Formulas of high order are unstable where it oscillates.
+  CHECK_THAT(chosen(turns, 1, 1.1), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(turns, 1, 21), Contains("auto: esdirk43"));
 }
 
 TEST_CASE("auto runs the method that it names") {
