@@ -87,13 +87,14 @@ constexpr double kRate = -7;
 constexpr double kPart = 0.05;  // of a step, after which the state is asked for
 
 // One step from a history.
-Step step_from(const History& before, double atol, double max_step = HUGE_VAL) {
+Step step_from(const History& before, double atol, double max_step = HUGE_VAL, int failures = 0) {
   DrivenSystem system({kRate});
+  system.failures = failures;
   Step step{.method = Bdf({.atol = atol, .rtol = 0, .max_step = max_step}, {})};
   step.method.prepare(system);
   step.method.recall(before.numbers());
   REQUIRE(step.method.memory() == before.numbers());
-  const double x = before.at(before.t), interval = kPart * before.next_h;
+  const double x = before.at(before.t), interval = (failures > 0 ? 0.01 : kPart) * before.next_h;
   step.status = step.method.step(system, before.t, interval, &x, &step.x_next);
   step.after = History::of(step.method.memory());
   return step;
@@ -274,6 +275,67 @@ TEST_CASE("the order is the one whose step is longest") {
   CHECK(lower > 10);
   CHECK(higher > 10);
   CHECK(same > 10);
+}
+
+TEST_CASE("a first step changes the state by half of the tolerance, and the next is much longer") {
+  DrivenSystem system({kRate});
+  for (const double max_step : {HUGE_VAL, 1e-12}) {
+    Bdf method({.atol = 1e-10, .rtol = 0, .max_step = max_step}, {});
+    method.prepare(system);
+    const double x = 2;
+    double x_next = 0;
+    REQUIRE(method.step(system, 0.2, 1e-13, &x, &x_next) == StepStatus::kDone);
+    const History after = History::of(method.memory());
+    const double h = std::min(0.5e-10 / std::fabs(system.slope(0.2, x, 0)), max_step);
+    CHECK(after.past[0] == Approx(h).epsilon(1e-12));
+    CHECK(after.next_h == Approx(std::min(1e4 * h, max_step)).epsilon(1e-9));
+    CHECK(after.growth == 10);
+    CHECK(x_next == Approx(x + 1e-13 * system.slope(0.2, x, 0)).epsilon(1e-15));
+  }
+}
+
+TEST_CASE("equations without a solution make the step a quarter, which does not grow then") {
+  for (int q = 1; q <= 5; ++q)
+    for (const int failures : {1, 2}) {
+      CAPTURE(q, failures);
+      const History before = history(q, true);
+      const Step step = step_from(before, 1e3, HUGE_VAL, failures);
+      REQUIRE(step.status == StepStatus::kDone);
+      CHECK(step.method.effort().rejected == failures);
+      CHECK(step.after.h == Approx(before.h * std::pow(0.25, failures)).epsilon(1e-14));
+      CHECK(step.after.next_h == step.after.h);
+      CHECK(step.after.order == q);
+    }
+}
+
+TEST_CASE(
+    "after three errors that are too large the order falls, and of order 1 the slope is new") {
+  for (const int q : {1, 3}) {
+    CAPTURE(q);
+    int found = 0;
+    for (double atol = 1; atol > 1e-9; atol *= 0.7) {
+      History before = history(q, true);
+      for (int j = 2; j <= q; ++j) before.z[slot(j)] *= 30;
+      DrivenSystem system({kRate});
+      Bdf method({.atol = atol, .rtol = 0}, {});
+      method.prepare(system);
+      method.recall(before.numbers());
+      const double x = before.at(before.t);
+      double x_next = 0;
+      REQUIRE(method.step(system, before.t, 1e-9, &x, &x_next) == StepStatus::kDone);
+      if (method.effort().steps != 1 || method.effort().rejected != 3) continue;
+      const History after = History::of(method.memory());
+      const double first = after.h / before.h;
+      CHECK(after.order == std::max(1, q - 1));
+      CHECK(first <= 0.1 * 0.9 * 0.9);
+      CHECK(first >= 0.999e-3);
+      CHECK(after.next_h == after.h);
+      CHECK(after.wait == (q == 1 ? 9 : std::max(2, q - 1)));
+      CHECK(system.evaluations == (q == 1 ? 1 : 0));
+      ++found;
+    }
+    CHECK(found > 0);
+  }
 }
 
 TEST_CASE("a history that cannot be is not taken, and one of another time begins anew") {

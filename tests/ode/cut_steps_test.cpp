@@ -202,7 +202,7 @@ TEST_CASE("adaptive implicit steps end at events and where a state is asked for"
   };
   constexpr ImplicitPair<2> kTrapezoid{
       .method = {.a = {{{}, {0.5, 0.5}}}, .b = {0.5, 0.5}, .c = {0, 1}}, .embedded = {0.4, 0.6}};
-  Planned events({{1.3, true}});
+  Planned events({{1.3, true}, {1.8, true}});
   Implicit system(&events);
   AdaptiveImplicit method(kTrapezoid, 2, {.atol = 1e9, .rtol = 0}, {});
   method.prepare(system);
@@ -210,7 +210,12 @@ TEST_CASE("adaptive implicit steps end at events and where a state is asked for"
   REQUIRE(method.step(system, 1, 0.8, &x, &x_next) == StepStatus::kDone);
   check_pairs(events.ended, {{1, 0.3}, {1.3, 0.5}});
   const auto growth = [](double h) { return (1 + h) / (1 - h); };
-  CHECK(x_next == Approx(-3 * growth(0.3) * growth(0.5)).epsilon(1e-12));
+  CHECK(x_next == Approx(3 * growth(0.3) * growth(0.5)).epsilon(1e-12));
   CHECK(method.effort().evaluations == 2);  // at the beginning and after the jump
   CHECK(method.effort().steps == 2);
+  // The slope is another one after what happened at the end, too.
+  x = x_next;
+  REQUIRE(method.step(system, 1.8, 0.4, &x, &x_next) == StepStatus::kDone);
+  CHECK(x_next == Approx(x * growth(0.4)).epsilon(1e-12));
+  CHECK(method.effort().evaluations == 3);
 }
