@@ -182,6 +182,7 @@ TEST_CASE("a step stands to its tolerance, and the next is as long as its error 
   for (int q = 1; q <= 5; ++q) {
     CAPTURE(q);
     History before = history(q, true);
+    for (int j = q - 1; j < 6; ++j) before.past[slot(j)] = 0.02;  // steps that do not count
     const Step free = step_from(before, 1e3);
     double predicted = 0;
     for (const double z : before.z) predicted += z;
@@ -209,11 +210,14 @@ TEST_CASE("a step stands to its tolerance, and the next is as long as its error 
             Approx(std::min(1.01 * before.h, after.next_h)));
     }
     // On both sides of what a change is worth.
+    before.saved_scale = 3;
     for (const double growth : {1.49, 1.51}) {
       const double error = std::pow(1 / growth - 1e-6, q + 1) / 6;
-      CHECK(step_from(before, limit / error).after.next_h ==
-            Approx(growth < 1.5 ? before.h : growth * before.h).epsilon(1e-9));
+      const History after = step_from(before, limit / error).after;
+      CHECK(after.saved_scale == 3);
+      CHECK(after.next_h == Approx(growth < 1.5 ? before.h : growth * before.h).epsilon(1e-9));
     }
+    before.saved_scale = 0;
     // After a failure nothing grows.
     before.growth = 1;
     before.wait = 2;
@@ -227,6 +231,9 @@ TEST_CASE("a step stands to its tolerance, and the next is as long as its error 
     if (q < 5) {
       CHECK(kept.saved[0] == Approx(e).epsilon(1e-11));
       CHECK(kept.saved_scale == Approx(factorial(q + 1)).epsilon(1e-12));
+    } else {
+      CHECK(kept.saved == before.saved);
+      CHECK(kept.saved_scale == 0);
     }
   }
 }
@@ -243,6 +250,7 @@ TEST_CASE("the order is the one whose step is longest") {
             before.z[slot(q)] *= last;
             before.wait = 1;
             before.growth = 1e4;
+            for (int j = q; j < 6; ++j) before.past[slot(j)] = 0.02;  // steps that do not count
             const Step free = step_from(before, 1e6);
             double predicted = 0;
             for (const double z : before.z) predicted += z;
