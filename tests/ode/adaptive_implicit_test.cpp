@@ -36,7 +36,7 @@ struct PlainImplicit {
   double t = 0, h = 0, h_next = 0, error_before = 1;
   bool repeated = false;
   std::int64_t steps = 0, rejected = 0, solved = 0;
-  Numbers x, y, slope, last_slope;
+  Numbers x = {}, y = {}, slope = {}, last_slope = {};
 
   double norm(const Numbers& values, const Numbers& a, const Numbers& b) const {
     double most = 0;
