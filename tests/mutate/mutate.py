@@ -3,8 +3,8 @@
 
 All mutants are in one build and are switched on one at a time (Untch, Offutt & Harrold (1993), Mutation analysis
 using mutant schemata, ISSTA 139-148), each against tests that reach it, quick ones that reach little else first, for
-as many seconds of tests as said. Results are kept in build/mutate: a call goes on where the last one stopped, and
-survivors are asked of tests with new names and of those for which there was no time.
+as many seconds of tests as said, and those that survive against all that are left. Results are kept in build/mutate:
+a call goes on where the last one stopped, and asks of the survivors the tests whose files have changed.
 """
 
 import collections
@@ -31,7 +31,9 @@ WORK = ROOT / 'build' / 'mutate'
 SOURCE, TREE, OUT = WORK / 'source', WORK / 'tree', WORK / 'out'  # as it was, with mutants, built
 FOLDERS = ('core', 'plugins', 'cli')
 TARGETS = ('sim', 'simrepl', 'plugins', 'sim_tests', 'sim_hunt')
-LEFT_OUT = {'slow', 'browser', 'window'}  # labels of tests that are not asked
+SHOWN = {'browser', 'window'}  # labels of tests that take long and are asked of what is shown alone
+SHOWING = ('cli/view', 'plugins/view', 'core/output/page', 'core/picture')
+LONGEST = 75.0  # s, of a processor; tests that take longer are not asked
 BATCH, JOBS = 4.0, os.cpu_count() or 1  # s, of test cases that run in one process; processes at a time
 
 def say(text):
@@ -109,9 +111,28 @@ def copy_tree():
     with open(TREE / 'cli/CMakeLists.txt', 'a') as file:  # the program without the kernel
         file.write('if(TARGET sim-petsc)\n  target_sources(sim-petsc PRIVATE ../core/base/mutants.cpp)\nendif()\n')
 
+def renew_tests():
+    """Copies the tests that have changed; the names of their cases, and of files that are no cases."""
+    changed, old = set(), {path for path in (TREE / 'tests').rglob('*') if path.is_file()}
+    for path in (ROOT / 'tests').rglob('*'):
+        copy = TREE / path.relative_to(ROOT)
+        old.discard(copy)
+        if not path.is_file() or '__pycache__' in path.parts or \
+                (copy.exists() and copy.read_bytes() == path.read_bytes()):
+            continue
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, copy)
+        text = re.sub(r'"\s*\n\s*"', '', path.read_text(errors='replace'))
+        named = re.findall(r'TEST_CASE\(\s*"((?:[^"\\]|\\.)*)"', text)
+        changed |= {'case ' + re.sub(r'\\(.)', r'\1', name) for name in named} | {path.name}
+    for path in old:
+        path.unlink()
+    return changed
+
 def ninja():
+    window = ['sim_silhouette'] if 'build sim_silhouette:' in (OUT / 'build.ninja').read_text() else []
     with open(WORK / 'build.log', 'w') as log:
-        return subprocess.run(['ninja', '-C', OUT, '-k', '0', '-j', str(JOBS), *TARGETS], stdout=log,
+        return subprocess.run(['ninja', '-C', OUT, '-k', '0', '-j', str(JOBS), *TARGETS, *window], stdout=log,
                               stderr=subprocess.STDOUT).returncode == 0
 
 def write_mutants(mutants):
@@ -171,33 +192,35 @@ def run(names, commands, timeout, seconds=600, **environment):
         return process.returncode in (0, 77), ended[2].ru_utime + ended[2].ru_stime
 
 def tests():
-    """The command of each test that is a program; none for a case of sim_tests."""
+    """The command of each test that is a program, none for a case of sim_tests; those of what is shown."""
     shown = subprocess.run(['ctest', '--test-dir', OUT, '--show-only=json-v1'], capture_output=True, check=True).stdout
-    found = {}
+    found, shown_alone = {}, set()
     for test in json.loads(shown)['tests']:
         labels = {label for p in test.get('properties', []) if p['name'] == 'LABELS' for label in p['value']}
-        if 'command' in test and not test['command'][0].endswith('/sim_tests') and not labels & LEFT_OUT:
+        if 'command' in test and not test['command'][0].endswith('/sim_tests') and 'slow' not in labels:
             found[test['name']] = test['command']
+            shown_alone |= {test['name']} if labels & SHOWN else set()
     listed = subprocess.run([OUT / 'bin/sim_tests', '--list-test-names-only'], capture_output=True, text=True).stdout
-    return found | {f'case {line}': None for line in listed.splitlines() if line.strip()}
+    return found | {f'case {line}': None for line in listed.splitlines() if line.strip()}, shown_alone
 
-def reach_of(name, commands, most):
+def reach_of(name, commands):
     with tempfile.NamedTemporaryFile(dir=WORK / 'tmp') as file:
         file.truncate(1 << 16)
-        passed, seconds = run([name], commands, 20 * most, most, SIM_MUTANT_REACHED=file.name)
+        passed, seconds = run([name], commands, 20 * LONGEST, int(LONGEST), SIM_MUTANT_REACHED=file.name)
         return name, passed, seconds, [i for i, byte in enumerate(pathlib.Path(file.name).read_bytes()) if byte]
 
 def read_lines(path):
     return {key: rest for key, *rest in map(json.loads, path.read_text().splitlines())} if path.exists() else {}
 
-def find_reach(commands, most):
-    """{name: (seconds, reached)} of tests that pass in so many s without a mutant, and the names that are new."""
+def find_reach(commands, changed):
+    """{name: (seconds, reached)} of tests that pass without a mutant, and the names that are new or changed."""
     path = WORK / 'reach.jsonl'
     found = read_lines(path)
-    new = [name for name in commands if name not in found]
+    new = [name for name, command in commands.items()
+           if name not in found or name in changed or {pathlib.Path(str(word)).name for word in command or ()} & changed]
     say(f'{len(new)} tests show what they reach')
     with concurrent.futures.ThreadPoolExecutor(JOBS) as pool, open(path, 'a') as file:
-        for name, *rest in pool.map(lambda test: reach_of(test, commands, most), new):
+        for name, *rest in pool.map(lambda test: reach_of(test, commands), new):
             found[name] = rest
             print(json.dumps([name, *rest]), file=file, flush=True)
     failing = [name for name, (passed, *_) in found.items() if not passed and name in commands]
@@ -205,11 +228,11 @@ def find_reach(commands, most):
         say(f'{len(failing)} tests fail or take long without a mutant and are not asked: ' + '; '.join(failing))
     return {name: rest[1:] for name, rest in found.items() if rest[0] and name in commands}, new
 
-def most_telling(names, reach, new, budget):
-    """New tests, then quick ones that reach few mutants, while the budget lasts."""
+def most_telling(names, reach, first, budget):
+    """The tests that are to be asked first, then quick ones that reach few mutants, while the budget lasts."""
     seconds = 0.0
-    for name in sorted(names, key=lambda name: (name not in new, (reach[name][0] + 0.02) * len(reach[name][1]))):
-        if name in new or seconds + reach[name][0] <= budget:
+    for name in sorted(names, key=lambda name: (name not in first, (reach[name][0] + 0.02) * len(reach[name][1]))):
+        if name in first or seconds + reach[name][0] <= budget:
             seconds += reach[name][0]
             yield name
 
@@ -269,35 +292,38 @@ def main():
     if known.get('key') == key:
         say('goes on where it stopped; remove build/mutate/state.json to begin anew')
         mutants = {int(n): (name, points.Point(**fields)) for n, (name, fields) in known['mutants'].items()}
-        shutil.copytree(ROOT / 'tests', TREE / 'tests', symlinks=True, dirs_exist_ok=True)
+        changed = renew_tests()
         if not ninja():
             fail(f'the tests do not compile: {WORK}/build.log')
     else:
         for path in (state, kept, WORK / 'reach.jsonl'):
             path.unlink(missing_ok=True)
         copy_tree()
-        mutants = draw(*key)
+        changed, mutants = set(), draw(*key)
         build(mutants)
         state.write_text(json.dumps({'key': key, 'mutants': {n: [m, vars(p)] for n, (m, p) in mutants.items()}}))
 
-    commands = tests()
-    reach, new = find_reach(commands, 75 if budget == float('inf') else max(1, int(budget / 4)))
-    place = {name: i for i, name in enumerate(read_lines(WORK / 'reach.jsonl'))}  # of a test, in results
+    commands, shown = tests()
+    reach, new = find_reach(commands, changed)
+    lines = (WORK / 'reach.jsonl').read_text().splitlines()
+    place = {json.loads(line)[0]: i for i, line in enumerate(lines)}  # of a test as it is now, in results
     results = read_lines(kept)
-    added = new if results else []
-    with concurrent.futures.ThreadPoolExecutor(JOBS) as pool, open(kept, 'a') as file:
-        asked = {}
-        for number in mutants:
-            before, by = results.get(number, ([], None))
-            left = [test for test, (_, reached) in reach.items() if number in reached and place[test] not in before]
-            tests_now = list(most_telling(left, reach, added, budget))
-            if by is None and (tests_now or number not in results):
-                asked[pool.submit(try_mutant, number, tests_now, reach, commands)] = number, before, tests_now
-        for done in concurrent.futures.as_completed(asked):
-            (number, before, tests_now), by = asked[done], done.result()
-            results[number] = [before + [place[test] for test in tests_now], by]
-            print(json.dumps([number, *results[number]]), file=file, flush=True)
-            say(f'{number} {"noticed by " + by if by else "PASSED"}; {len(results)} of {len(mutants)}')
+    first = set(new) if results else set()
+    for most in sorted({budget, float('inf')}):
+        with concurrent.futures.ThreadPoolExecutor(JOBS) as pool, open(kept, 'a') as file:
+            asked = {}
+            for number, (name, _) in mutants.items():
+                before, by = results.get(number, ([], None))
+                left = [test for test, (_, reached) in reach.items() if number in reached and
+                        place[test] not in before and (test not in shown or name.startswith(SHOWING))]
+                tests_now = list(most_telling(left, reach, first, most))
+                if by is None and (tests_now or number not in results):
+                    asked[pool.submit(try_mutant, number, tests_now, reach, commands)] = number, before, tests_now
+            for done in concurrent.futures.as_completed(asked):
+                (number, before, tests_now), by = asked[done], done.result()
+                results[number] = [before + [place[test] for test in tests_now], by]
+                print(json.dumps([number, *results[number]]), file=file, flush=True)
+                say(f'{number} {"noticed by " + by if by else "PASSED"}; {len(results)} of {len(mutants)}')
     report(mutants, results, reach)
 
 if __name__ == '__main__':

@@ -110,6 +110,55 @@ TEST_CASE("a drag elsewhere turns, the other button moves, and Home leads back")
   CHECK(corner().y == Approx(start.y).margin(0.1));
 }
 
+// However it was turned, the eye is at the same distance, looks at the same place and stands
+// upright; its axes are a right-handed frame, and places in the picture are those that it sees.
+TEST_CASE("an eye that turns keeps its frame, its distance and what it looks at") {
+  using What = FrontEvent::What;
+  Seen seen;
+  const sim::Eye first = seen.front->picture().eye;
+  const sim::V3 up = seen.front->picture().ground.value_or(sim::Ground{}).up;
+  // Where the first line of sight and that after a turn meet.
+  std::optional<sim::V3> target;
+  std::pair<float, float> from{3, 3};
+  for (const auto& [x, y] :
+       {std::pair{90.0F, 20.0F}, {200.0F, 5.0F}, {430.0F, 90.0F}, {20.0F, 40.0F}, {310.0F, 3.0F}}) {
+    CAPTURE(x, y);
+    seen.at(What::kPress, from.first, from.second);
+    seen.at(What::kMove, from.first + x - 90, from.second + y);
+    seen.at(What::kRelease, from.first + x - 90, from.second + y);
+    const sim::Picture picture = seen.front->picture();
+    const sim::Eye& eye = picture.eye;
+    for (const sim::V3& axis : {eye.right, eye.up, eye.forward})
+      CHECK(dot(axis, axis) == Approx(1).epsilon(1e-5));
+    CHECK(dot(eye.right, eye.forward) == Approx(0).margin(1e-5));
+    CHECK(dot(eye.right, up) == Approx(0).margin(1e-5));
+    CHECK(dot(eye.up, eye.forward) == Approx(0).margin(1e-5));
+    CHECK(dot(eye.up, up) > 0);
+    const sim::V3 across = sim::raster::cross(eye.right, eye.up) + eye.forward;
+    CHECK(dot(across, across) == Approx(0).margin(1e-9));
+    if (!target && std::abs(dot(eye.forward, first.forward)) < 0.99F) {
+      const float c = dot(eye.forward, first.forward);
+      const sim::V3 d = eye.at - first.at;
+      target = first.at +
+               (dot(d, first.forward) - c * dot(d, eye.forward)) / (1 - c * c) * first.forward;
+    }
+    if (target) {
+      const sim::V3 to = *target - eye.at, at_first = *target - first.at;
+      CHECK(dot(to, eye.forward) == Approx(dot(at_first, first.forward)).epsilon(1e-3));
+      CHECK(dot(to, to) == Approx(dot(at_first, at_first)).epsilon(1e-3));
+    }
+    for (const int particle : {0, 7, 20, 63}) {
+      const sim::V3 d = picture.points[static_cast<std::size_t>(particle)] - eye.at;
+      const float z = dot(d, eye.forward), scale = eye.focal * kHeight / 2 / z;
+      const sim::V3 pixel = seen.front->pixel(0, particle);
+      CHECK(pixel.x == Approx(kWidth / 2 + dot(d, eye.right) * scale).margin(0.01));
+      CHECK(pixel.y == Approx(kHeight / 2 - dot(d, eye.up) * scale).margin(0.01));
+      CHECK(pixel.z == Approx(z).epsilon(1e-5));
+    }
+  }
+  REQUIRE(target);
+}
+
 TEST_CASE("keys are words, or another look at the same moment") {
   Seen seen;
   CHECK(seen.key("Space") == Words{"pause"});

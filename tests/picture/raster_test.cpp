@@ -291,3 +291,43 @@ TEST_CASE("every character has a width") {
   CHECK(text_width("") == 0);
   CHECK(text_width("\xC3\xB6") == text_width("??"));
 }
+
+// Rows and columns from the rounded edges of a rectangle in 1/720 of the height, its colours side
+// by side in equal parts; a low picture counts as 420 pixels.
+TEST_CASE("a patch has its colours, and nothing beside it changes") {
+  struct Case {
+    int width, height;
+    sim::PicturePatch patch;
+    int left, right, top, bottom;
+  };
+  const std::vector<unsigned> three{0xFF0000, 0x00FF00, 0x0000FF};
+  const Case cases[] = {{1280, 720, {100, 50, 90, 7, three}, 100, 190, 50, 57},
+                        {640, 720, {630, 700, 99, 99, three}, 630, 640, 700, 720},
+                        {240, 210, {12, 24, 36, 12, three}, 7, 28, 14, 21},
+                        {64, 720, {-20, 3, 30, 2, {0x102030}}, 0, 10, 3, 5},
+                        {64, 720, {20, 3, 30, 2, {}}, 0, 0, 0, 0}};
+  for (const Case& each : cases) {
+    CAPTURE(each.width, each.left, each.patch.rgb.size());
+    sim::Raster raster(each.width, each.height);
+    Picture picture;
+    const sim::Image before = raster.draw(picture);
+    picture.patches = {each.patch};
+    const sim::Image& after = raster.draw(picture);
+    int wrong = 0;
+    for (int y = 0; y < each.height; ++y)
+      for (int x = 0; x < each.width; ++x) {
+        const bool inside = x >= each.left && x < each.right && y >= each.top && y < each.bottom;
+        for (int c = 0; c < 3; ++c) {
+          int wanted = before.pixel(x, y)[c];
+          if (inside) {
+            const auto count = static_cast<int>(each.patch.rgb.size());
+            const int part = (x - each.left) * count / (each.right - each.left);
+            wanted = static_cast<int>(
+                each.patch.rgb[static_cast<std::size_t>(part)] >> (16 - 8 * c) & 0xFFU);
+          }
+          wrong += std::abs(after.pixel(x, y)[c] - wanted) > 1;
+        }
+      }
+    CHECK(wrong == 0);
+  }
+}
