@@ -279,6 +279,16 @@ TEST_CASE("H5MD files that are damaged or made to harm are refused") {
       "put('parameters/sim/all/pinned', [0]); p = f['parameters/sim/all']\n"
       "p.attrs['drag'] = -1.",
       "no drag");
+  // Stiffness or rest length alone below 0, or not finite.
+  for (const std::string values :
+       {"[-1.], [1.]", "[1.], [-1.]", "[np.nan], [1.]", "[1.], [np.inf]", "[-np.inf], [1.]"})
+    refused(
+        "put('connectivity/b', [[0, 1]])\n"
+        "for name, value in zip(['stiffness', 'rest'], (" +
+            values +
+            ")):\n"
+            "    put('parameters/sim/all/spring_' + name, value)",
+        "a stiffness or rest length below 0");
   refused("del f[" + at + "]; f[" + at + "] = h5py.ExternalLink('/etc/passwd', '/x')",
           "link to elsewhere");
   refused("del f[" + at + "]; f[" + at + "] = h5py.SoftLink('/h5md')", "link to elsewhere");

@@ -65,6 +65,10 @@ TEST_CASE("offsets have as many directions as their grid", "[lua][elements]") {
   says("{ {0, 0, 0} }", "to itself");
   says("{ {0, 1, 2}, {0, -1, -2} }", "before it");
   says("{ {0, 1, 0.5} }", "whole numbers {di, dj, dk}");
+  // The one that is wrong is named by its place in the list.
+  says("{ {0, 0, 0} }", "offset 1");
+  says("{ {0, 1, 2}, {1, 0, 0}, {0, -1, -2} }", "bad offset 3");
+  says("{ {1, 0, 0}, {0, 1, 0.5} }", "offset 2");
 }
 
 TEST_CASE("ties come one by one or as a list, with numbers of their own", "[lua][elements]") {

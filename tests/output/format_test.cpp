@@ -7,7 +7,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-// As many words a line as have room, whatever is in the line already.
+// Each line takes words while it has room, whatever stands in it already.
 std::string wrapped_plainly(const Words& words, std::size_t indent, std::size_t used,
                             std::size_t width) {
   std::string line(used, '#'), text;

@@ -117,7 +117,7 @@ TEST_CASE("an eye that turns keeps its frame, its distance and what it looks at"
   Seen seen;
   const sim::Eye first = seen.front->picture().eye;
   const sim::V3 up = seen.front->picture().ground.value_or(sim::Ground{}).up;
-  // Where the first line of sight and that after a turn meet.
+  // The place where the first line of sight and that after a turn meet.
   std::optional<sim::V3> target;
   std::pair<float, float> from{3, 3};
   for (const auto& [x, y] :
