@@ -4,13 +4,25 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION lib)
 install(DIRECTORY scripts/ DESTINATION share/sim)
-# The public headers: what plugins and programs may include. All others may change at any time.
-file(STRINGS core/public_headers.txt public_headers)
+# The public headers: what plugins and programs may include. What these include in turn comes with
+# them, and may change at any time, as all others.
+file(STRINGS core/public_headers.txt headers_left)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core/public_headers.txt)
-foreach(header ${public_headers})
+set(headers)
+while(headers_left)
+  list(POP_FRONT headers_left header)
+  if(header IN_LIST headers)
+    continue()
+  endif()
+  list(APPEND headers ${header})
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${header} DESTINATION include/sim/${folder})
-endforeach()
+  file(STRINGS ${header} includes REGEX "^[ \t]*#[ \t]*include[ \t]*\"core/")
+  foreach(include ${includes})
+    string(REGEX REPLACE "^[^\"]*\"([^\"]+)\".*" "\\1" include "${include}")
+    list(APPEND headers_left ${include})
+  endforeach()
+endwhile()
 
 # find_package(sim) gives sim::simkernel, sim::simlab and sim_add_plugin(NAME FILE...).
 set(package lib/cmake/sim)

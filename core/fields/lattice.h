@@ -11,11 +11,11 @@
 namespace sim {
 
 // Pairs of numbers that alternate, taken apart and put together.
-struct PairKernels {
+struct LatticeKernels {
   void (*split)(const double* pairs, double* first, double* second, std::size_t count);
   void (*join)(const double* first, const double* second, double* pairs, std::size_t count);
 };
-PairKernels pair_kernels();
+LatticeKernels lattice_kernels();
 
 // What lies beyond the ends of a lattice.
 struct LatticeEdge {
@@ -83,7 +83,7 @@ class Lattice {
   std::vector<Array> arrays_;
   std::vector<Run> runs_;
   std::vector<Row> rows_;  // of cells, ascending
-  PairKernels kernels_ = pair_kernels();
+  LatticeKernels kernels_ = lattice_kernels();
 };
 
 }  // namespace sim

@@ -65,7 +65,7 @@ SIM_TARGET_END
 #if SIM_ONCE
 namespace sim {
 
-PairKernels pair_kernels() { return {SIM_CHOOSE(split), SIM_CHOOSE(join)}; }
+LatticeKernels lattice_kernels() { return {SIM_CHOOSE(split), SIM_CHOOSE(join)}; }
 
 }  // namespace sim
 #endif

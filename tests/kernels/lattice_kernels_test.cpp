@@ -6,7 +6,7 @@ using namespace sim_test;
 
 TEST_CASE("pairs of numbers are taken apart and put together", "[lattice_kernel]") {
   for_each_lane([](int items, int extreme) {
-    const sim::PairKernels kernels = sim::pair_kernels();
+    const sim::LatticeKernels kernels = sim::lattice_kernels();
     const auto count = static_cast<std::size_t>(items);
     Column pairs(2 * items), first(items), second(items), again(2 * items);
     for (int i = 0; i < 2 * items; ++i) pairs[i] = scattered(i, 0);

@@ -58,3 +58,43 @@ TEST_CASE("a plugin that a scene cannot have is an error with its line", "[lua][
   CHECK(broken->kind() == ErrorKind::kPlugin);
   CHECK(contains(broken->what(), "it is not a shared library"));
 }
+
+TEST_CASE("a scene takes another plugin of contact", "[lua][plugin]") {
+  const SceneFolder folder;
+  const fs::path library = folder.path() / "above.so";
+  fs::copy_file(fs::path(SIM_FIXTURE_DIR) / "above/above.so", library);
+  const auto falling = [](const std::string& contact) {
+    return "local sim = require \"sim\"\nsim.plugin \"above.so\"\n"
+           "local g = sim.grid { 3, 3, origin = {0,0.3,0}, du = {0,0,0.1}, dv = {0.1,0,0}, mass = "
+           "1 }\n"
+           "local skin = sim.surface { grid = g }\n"
+           "return sim.scene { particles = g, forces = { sim.force.gravity { g = {0,-10,0} } },\n"
+           "integrator = \"verlet\", dt = 0.01, duration = 1, contact = sim.contact" +
+           contact + " }\n";
+  };
+  const SystemSpec spec =
+      load(folder.write("fall.lua", falling(".above { surfaces = { skin }, level = 0.1 }")))
+          .systems[0];
+  CHECK(spec.contact->plugin == "above");
+  Registry registry({SIM_PLUGIN_DIR}, {library});
+  Simulation system(spec, registry);
+  for (int n = 0; n < 100; ++n) REQUIRE(system.step());
+  for (int i = 0; i < 9; ++i) CHECK(system.position(i).y() == 0.1);
+  // It falls for 0.2 s, and is then stopped in each of the other 80 steps.
+  CHECK(system.contact_work().lost ==
+        Approx(0.5 * 9 * 100 * (0.2 * 0.2 + 80 * 0.01 * 0.01)).epsilon(0.1));
+
+  const auto refused = [&](const std::string& contact) -> std::string {
+    try {
+      Simulation(load(folder.write("bad.lua", falling(contact))).systems[0], registry);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return {};
+  };
+  CHECK(contains(refused(".above { surfaces = { skin } }"), "level"));
+  CHECK(contains(refused(".abov { surfaces = { skin } }"), "'above'"));
+  CHECK(contains(refused(".above { level = 1 }"), "bad surfaces of sim.contact"));
+  CHECK(contains(refused(".bodies { surfaces = { skin } }"), "it acts on rigid bodies"));
+  CHECK(contains(refused("(3)"), "expected a table of parameters"));
+}

@@ -275,6 +275,21 @@ TEST_CASE("what differs between two scenes is named") {
                                  "forces[1] '" + cloth.forces[1].plugin + "'.given.k"});
 }
 
+// Checkpoints of versions in which contact was no plugin have these.
+TEST_CASE("numbers of contact are known by their own digests, and defaults by none") {
+  sim::SystemSpec spec = make_cloth(4);
+  spec.contact = sim::ContactSpec{{triangle(16)}, {{"thickness", 0.01}, {"self", false}}};
+  const sim::SceneIdentity identity = sim::scene_identity(spec);
+  CHECK(identity.at("contact") == 0);
+  CHECK(identity.at("contact.thickness") == sim::digest(0.01));
+  CHECK(identity.at("contact.self") == sim::digest(false));
+  for (const char* path : {"contact.plugin", "contact.given", "contact.friction", "body_contact"})
+    CHECK_FALSE(identity.contains(path));
+  spec.contact->plugin = "other";
+  CHECK(sim::differing(identity, sim::scene_identity(spec)) ==
+        std::vector<std::string>{"contact.plugin"});
+}
+
 TEST_CASE("a checkpoint is refused when the friction of a contact was changed") {
   sim::Registry registry = make_registry();
   sim::SystemSpec cloth = make_cloth(4);
