@@ -94,6 +94,12 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
       app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
           ->disable_flag_override(),
+      value("--error", t.error, "E",
+            "instead of a step: an error that is kept, \"1 mm\", 1% of\nthe size; chooses method "
+            "and step, within -i and -d;\nof --of, if that is given"),
+      app_.add_flag("--until-horizon", t.until_horizon,
+                    "... and ends where chaos or contact lets none be kept")
+          ->disable_flag_override(),
       value("-T,--time", t.time, "TIME", "simulated time, as --dt; the scene's if not given"),
       value("-n,--steps", t.steps, "N", "or a number of steps; 0 = the initial frame"),
       value("--debug-particle", t.debug_particle, "I",
@@ -286,6 +292,8 @@ RunRequest Parser::run_request() const {
                   "a replay is as long as its recording", "leave the other out");
   }
   request.from_rest = t.from_rest;
+  if (!t.error.empty()) request.error = study::parse_budget("--error", t.error);
+  request.until_horizon = t.until_horizon;
   request.of = t.of;
   if (t.verify && t.no_verify)
     usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");

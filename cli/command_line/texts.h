@@ -17,14 +17,14 @@ struct Texts {
   std::vector<std::string> integrator, dt;  // several to compare
   std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
       tension, every;
-  std::string snap, snap_every, resume, replay, check, lua_budget;
+  std::string snap, snap_every, resume, replay, check, lua_budget, error;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;
   OutTexts out;
   ViewTexts view;
   bool fixed_step = false, json = false, quiet = false, version = false, luacats = false,
        verify = false, no_verify = false, from_rest = false, man = false, safe = false,
-       probe = false, names = false, markdown = false;
+       probe = false, names = false, markdown = false, until_horizon = false;
   std::string completion;
   std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene, explained;
   std::string test_library;

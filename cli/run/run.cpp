@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/run/checkpoint_file.h"
+#include "cli/run/error_choice.h"
 #include "cli/run/postmortem.h"
 #include "cli/run/replay_file.h"
 #include "cli/run/report.h"
@@ -42,7 +43,8 @@ class Run {
  public:
   // From where the drift of each system counts; empty = from here.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-      std::optional<Replays> replays, Registry& registry, Console& console);
+      std::optional<Replays> replays, std::vector<study::GoalChoice> choices, Registry& registry,
+      Console& console);
 
   // The exit code; what fails on the way is said.
   int go();
@@ -70,6 +72,7 @@ class Run {
   Console& console_;
   std::vector<Track> tracks_;
   std::optional<Replays> replays_;
+  std::vector<study::GoalChoice> choices_;           // of --error, one a system, or none
   std::vector<std::unique_ptr<EngineRun>> engines_;  // of each track, or none
   Report report_;
   Progress progress_;
@@ -90,12 +93,14 @@ bool shows_progress(const RunRequest& request, const Console& console) {
 }
 
 Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-         std::optional<Replays> replays, Registry& registry, Console& console)
+         std::optional<Replays> replays, std::vector<study::GoalChoice> choices, Registry& registry,
+         Console& console)
     : request_(request),
       scene_(scene),
       registry_(registry),
       console_(console),
       replays_(std::move(replays)),
+      choices_(std::move(choices)),
       report_(report_stream(request, console), scene),
       progress_(console.err, shows_progress(request, console)),
       outputs_(request, scene, registry, console, progress_) {
@@ -115,6 +120,9 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
+    if (!choices_.empty())
+      if (study::Parting known = parting_of(choices_[i], request); known.verified())
+        tracks_.back().verified_by(std::move(known));
     tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
     if (!accounts.empty()) {
       tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
@@ -179,6 +187,8 @@ bool Run::step(Track& track) {
 // Until all tracks are at their ends, or a signal came, which is returned, or nobody is left to run
 // for.
 int Run::take_steps(const Interrupts& interrupts) {
+  if (std::ostream* out = report_stream(request_, console_))
+    for (const study::GoalChoice& choice : choices_) put(*out, error_choice_text(choice, request_));
   report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
@@ -321,8 +331,11 @@ int Run::conclude(int caught) {
   const Verdict verdict = overall_verdict(tracks_);
   outputs_.settle(verdict.trust == Trust::kDiverged);
   if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
+  std::vector<std::string> choices;
+  for (const study::GoalChoice& choice : choices_)
+    choices.push_back(error_choice_json(choice, request_));
   if (request_.json)
-    console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_) << '\n';
+    console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_, choices) << '\n';
   outputs_.flush_words();
 
   const bool adaptive = scene_.systems.front().integrator_info().adaptive;
@@ -338,8 +351,9 @@ int Run::conclude(int caught) {
   }
   if (verdict.trust == Trust::kDiverged) return static_cast<int>(ErrorKind::kDiverged);
   if (request_.checks && !caught)
-    for (Track& track : tracks_)
-      check(*request_.checks, track.verdict(), track.system().name());
+    for (Track& track : tracks_) check(*request_.checks, track.verdict(), track.system().name());
+  if (!caught)
+    for (const study::GoalChoice& choice : choices_) check_error_kept(choice, request_);
   return caught ? 128 + caught : 0;
 }
 
@@ -407,7 +421,17 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     console.err << "sim: note: " << accounts.front().doubt << '\n';
   if (!request.quiet)
     for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
-  return Run(request, scene, accounts, std::move(replays), registry, console).go();
+  std::vector<study::GoalChoice> choices;
+  if (request.error) {
+    int caught = 0;
+    choices = choose_for_error(request, scene, registry, console, caught);
+    if (caught != 0) {
+      print_error(console.err, "interrupted: no step was chosen yet, and nothing was run");
+      return 128 + caught;
+    }
+  }
+  return Run(request, scene, accounts, std::move(replays), std::move(choices), registry, console)
+      .go();
 }
 
 }  // namespace sim::cli

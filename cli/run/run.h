@@ -12,6 +12,7 @@
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
 #include "core/output/output.h"
+#include "core/study/budget.h"
 
 namespace sim::cli {
 
@@ -28,6 +29,8 @@ struct RunRequest {
   std::optional<double> snap_every;         // s, of wall time; else 15 minutes
   std::optional<std::string> replay;        // a recording; the run is as long as that
   bool from_rest = false;                   // starts where the scene comes to rest
+  std::optional<study::Budget> error;       // asked for: method and step are chosen by it
+  bool until_horizon = false;               // ends where that is no longer kept
   std::vector<std::string> of;              // figures of what the scene observes, for the report
   std::optional<Checks> checks;
   OutRequest out;                       // pictures, films and files for other programs

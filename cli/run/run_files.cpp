@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cli/run/error_choice.h"
 #include "cli/run/run_checkpoints.h"
 #include "core/base/error.h"
 #include "core/output/output.h"
@@ -61,6 +62,7 @@ FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& syst
 }
 
 void check_request(const RunRequest& request) {
+  check_error_request(request);
   if (request.snap_every && !request.snap)
     throw Error(ErrorKind::kUsage, {"no checkpoint to write", "--snap-every",
                                     "it says how often, and there is no file", "add --snap FILE"});

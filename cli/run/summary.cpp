@@ -93,7 +93,7 @@ std::string bodies_json(const Simulation& system) {
   return json_array(list);
 }
 
-std::string system_json(Track& track, const std::string& post_mortem) {
+std::string system_json(Track& track, const std::string& post_mortem, const std::string& choice) {
   const Simulation& system = track.system();
   const Verdict verdict = track.verdict();
   JsonObject object;
@@ -130,6 +130,7 @@ std::string system_json(Track& track, const std::string& post_mortem) {
       .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason)
       .json("figures", figures_json(verdict.figures));
+  if (!choice.empty()) object.json("error_goal", choice);
   if (!post_mortem.empty()) object.json("postmortem", post_mortem);
   return object.str();
 }
@@ -137,12 +138,13 @@ std::string system_json(Track& track, const std::string& post_mortem) {
 }  // namespace
 
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
-                         std::span<const std::string> post_mortems) {
+                         std::span<const std::string> post_mortems,
+                         std::span<const std::string> choices) {
   std::vector<std::string> systems;
   std::string post_mortem;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::string own = i < post_mortems.size() ? post_mortems[i] : "";
-    systems.push_back(system_json(tracks[i], own));
+    systems.push_back(system_json(tracks[i], own, i < choices.size() ? choices[i] : ""));
     if (post_mortem.empty()) post_mortem = own;
   }
   const Verdict verdict = overall_verdict(tracks);

@@ -20,10 +20,12 @@ namespace sim::cli {
 // components instead of particles for a flat state; figures as in study::Figures, null where not
 // known or without bounds; began_anew: a method that keeps earlier steps, for a last_step that is
 // shorter than dt. dt, last_step, t and seconds in s, energies in J.
+// `choices`, one a system or none at all: what --error chose becomes "error_goal" of its system.
 // `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
 // system, and the first of them that of the whole.
 std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
-                         std::span<const std::string> post_mortems = {});
+                         std::span<const std::string> post_mortems = {},
+                         std::span<const std::string> choices = {});
 
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);

@@ -210,6 +210,11 @@ void Track::verify(const std::function<bool()>& stop, bool spread) {
   parting_ = shadow_->compare(stop, spread);
 }
 
+void Track::verified_by(study::Parting parting) {
+  parting_ = std::move(parting);
+  shadow_.reset();
+}
+
 void Track::leave_unverified(std::string why) {
   if (shadow_) unverified_ = std::move(why);
   shadow_.reset();

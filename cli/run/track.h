@@ -69,6 +69,7 @@ class Track {
   bool verify_beside(const std::function<bool()>& stop);
   bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
   void verify(const std::function<bool()>& stop, bool spread = false);
+  void verified_by(study::Parting parting);  // was measured on a run of the same bits
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
   void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt

@@ -1,0 +1,223 @@
+#include "cli/run/error_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/run/study_progress.h"
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/output/format.h"
+
+namespace sim::cli {
+namespace {
+
+using study::GoalCandidate;
+using study::GoalChoice;
+
+std::string with_unit(const GoalChoice& choice, double value, int digits) {
+  return brief(value, digits) + (choice.unit.empty() ? "" : " " + choice.unit);
+}
+
+std::string of_whom(const RunRequest& request, const GoalChoice& choice) {
+  if (!request.of.empty()) return request.of.front();
+  return choice.unit.empty() ? "numbers" : "positions";
+}
+
+std::string step_text(const GoalChoice& choice) {
+  return choice.tolerance > 0 ? "tol " + brief(choice.tolerance, 3) : brief(choice.dt, 4) + " s";
+}
+
+// "sim SCENE -i verlet -d 0.00625 -T 2": makes the same run without any search.
+std::string command_text(const GoalChoice& choice, const RunRequest& request) {
+  std::string text = command_for(request.scene) + " -i " + choice.method->label;
+  if (choice.tolerance > 0) text += " --tol " + shortest(choice.tolerance);
+  text += " -d " + shortest(choice.dt);
+  return request.time ? text + " -T " + shortest(*request.time) : text;
+}
+
+// "pefrl 1.4, rk4 2.1": what others would cost, over the cheapest.
+std::string others_text(const GoalChoice& choice) {
+  constexpr std::size_t kMost = 3;
+  const double least = choice.candidates.front().cost;
+  std::string text;
+  std::size_t told = 0;
+  for (const GoalCandidate& each : choice.candidates) {
+    if (each.label == choice.method->label || !std::isfinite(each.cost) || told == kMost) continue;
+    text += (told++ ? ", " : "") + each.label + " " + brief(each.cost / least, 2);
+  }
+  return text;
+}
+
+double over_cheapest(const GoalChoice& choice) {
+  const double least = choice.candidates.empty() ? choice.cost : choice.candidates.front().cost;
+  return std::isfinite(least) && least > 0 ? choice.cost / least : std::nan("");
+}
+
+std::string horizon_text(const GoalChoice& choice) {
+  return "kept until t = " + brief(choice.horizon, 3) + " s" +
+         (choice.chaotic ? "; beyond it neighbouring motions part, and no step helps" : "");
+}
+
+}  // namespace
+
+void check_error_request(const RunRequest& request) {
+  const auto refuse = [](const char* what, const char* why, const char* remedy) {
+    throw Error(ErrorKind::kUsage,
+                {"not with --error", std::string(what), std::string(why), std::string(remedy)});
+  };
+  if (!request.error) {
+    if (request.until_horizon)
+      refuse("--until-horizon", "it ends a run where the error that was asked for is not kept",
+             "add --error E");
+    return;
+  }
+  constexpr const char* kOne = "leave one of the two out";
+  if (request.resume)
+    refuse("--resume", "the first part of the run has its method and its step already",
+           "go on with those, or begin anew with --error");
+  if (request.replay) refuse("--replay", "a recording has its method and its steps", kOne);
+  if (request.from_rest) refuse("--from-rest", "trials begin with the state of the scene", kOne);
+  if (request.engine) refuse("--engine", "another program chooses its own steps", kOne);
+  if (!request.export_to.empty() || request.export_file)
+    refuse("sim export", "nothing is run", kOne);
+  if (request.steps)
+    refuse("--steps", "how long a step is is not known before it is chosen", "give --time instead");
+  for (const char* name : {"tol", "rtol", "atol"})
+    if (request.scene.integrator.given.contains(name))
+      refuse("--tol", "the tolerance is what is chosen", kOne);
+  if (request.of.size() > 1)
+    refuse("--of more than once", "the error is that of one quantity", "keep one of them");
+}
+
+std::vector<GoalChoice> choose_for_error(RunRequest& request, LoadedScene& scene,
+                                         Registry& registry, Console& console, int& caught) {
+  std::vector<GoalChoice> choices;
+  StudyProgress progress(request.progress, console);
+  for (const SystemSpec& spec : scene.spec.systems) {
+    study::ErrorGoal goal{.budget = *request.error,
+                          .time = request.time.value_or(spec.duration),
+                          .dt = request.scene.dt};
+    if (!(goal.time > 0))
+      throw Error(ErrorKind::kUsage,
+                  {"nothing to run", "--error", "the run has no length", "give --time"});
+    if (!request.scene.integrator.name.empty())
+      goal.integrators = study_choices({request.scene.integrator}, registry);
+    study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+    problem.options.dt = 0;
+    if (!request.of.empty()) problem.of = quantity(spec, request.of.front());
+    choices.push_back(study::choose_for_error(problem, goal, progress.watch()));
+    if (progress.caught()) {
+      progress.clear();
+      caught = progress.caught();
+      return {};
+    }
+  }
+  progress.clear();
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const GoalChoice& choice = choices[i];
+    const SystemSpec& spec = scene.spec.systems[i];
+    if (!choice.method)
+      throw Error(ErrorKind::kDiverged,
+                  {"no step found", spec.name + ", --error",
+                   "no method stays finite at the steps that can be waited for",
+                   "see what sim " + request.scene.scene + " says"});
+    RunOptions options = run_options(request.scene, spec, registry);
+    options.integrator = choice.integrator();
+    options.dt = choice.dt;
+    scene.systems[i] = Simulation(spec, registry, options);
+    if (!request.until_horizon || choice.kept) continue;
+    if (!(choice.horizon > 0))
+      throw Error(ErrorKind::kCheck,
+                  {"check failed", spec.name + ", error",
+                   "it is not kept for any time that was looked at", "allow a larger one"});
+    request.time = std::min(request.time.value_or(spec.duration), choice.horizon);
+  }
+  return choices;
+}
+
+std::string error_choice_text(const GoalChoice& choice, const RunRequest& request) {
+  const std::string asked = "at most " + with_unit(choice, choice.allowed, 3) + " (" +
+                            percent(choice.allowed / choice.size, 1, 2) + " of the " +
+                            (request.of.empty() ? "size" : "range") + "), rms of " +
+                            of_whom(request, choice) + ", at all times";
+  std::string text = label("error", wrapped(asked, 12, 12));
+  const std::string others = others_text(choice);
+  const bool restricted = !request.scene.integrator.name.empty() || request.scene.dt > 0;
+  const std::string why =
+      !choice.kept ? "the closest of " +
+                         counted(static_cast<long>(choice.candidates.size()), "method") + " tried"
+      : restricted && choice.candidates.size() == 1
+          ? "as asked for"
+          : "the cheapest of " + counted(static_cast<long>(choice.candidates.size()), "method") +
+                " tried" + (others.empty() ? "" : "; over its cost: " + others);
+  text += label("chosen",
+                wrapped(choice.method->label + ", " + step_text(choice) + ": " + why, 12, 12));
+  std::string measured = with_unit(choice, choice.error, 2) + " from " +
+                         (choice.tolerance > 0 ? "a tenth of the tolerance" : "half the step") +
+                         " over the whole run";
+  if (request.of.empty() && !choice.unit.empty())
+    measured += ", of a particle at most " + with_unit(choice, choice.largest, 2);
+  if (!choice.kept) measured += "; " + horizon_text(choice);
+  text += label("measured", wrapped(measured, 12, 12));
+  std::string cost = brief(choice.cost, 3) + " evaluations";
+  if (const double over = over_cheapest(choice); std::isfinite(over))
+    cost += ", " + brief(over, 2) + " times the cheapest known";
+  if (std::isfinite(choice.cost_of_ten))
+    cost += "; ten times the error would cost " + brief(choice.cost_of_ten / choice.cost, 2) +
+            " times that";
+  cost += "; trials took " + brief(choice.trials / choice.cost, 2) + " times that";
+  if (choice.mended > 0) cost += ", " + counted(choice.mended, "run") + " that missed among them";
+  return text + label("cost", wrapped(cost, 12, 12));
+}
+
+std::string error_choice_json(const GoalChoice& choice, const RunRequest& request) {
+  std::vector<std::string> candidates;
+  for (const GoalCandidate& each : choice.candidates)
+    candidates.push_back(JsonObject()
+                             .text("integrator", each.label)
+                             .number("cost", each.cost)
+                             .number("order", each.order)
+                             .integer("runs", each.runs)
+                             .str());
+  return JsonObject()
+      .number("allowed", choice.allowed)
+      .number("size", choice.size)
+      .json("of", request.of.empty() ? "null" : json_string(request.of.front()))
+      .text("integrator", choice.method->label)
+      .number("dt", choice.dt)
+      .number("tol", choice.tolerance)
+      .number("error", choice.error)
+      .number("largest", choice.largest)
+      .flag("kept", choice.kept)
+      .number("horizon", choice.horizon)
+      .flag("chaotic", choice.chaotic)
+      .number("cost", choice.cost)
+      .number("over_cheapest", over_cheapest(choice))
+      .number("cost_of_ten_times", choice.cost_of_ten)
+      .number("trials", choice.trials)
+      .integer("mended", choice.mended)
+      .number("window", choice.window)
+      .text("command", command_text(choice, request))
+      .json("candidates", json_array(candidates))
+      .str();
+}
+
+study::Parting parting_of(const GoalChoice& choice, const RunRequest& request) {
+  study::Parting parting;
+  if (!choice.kept || !request.of.empty()) return parting;
+  parting.outcome = study::Parting::Outcome::kCompared;
+  parting.error = parting.at_end = choice.largest;
+  parting.share = choice.largest / choice.size;
+  return parting;
+}
+
+void check_error_kept(const GoalChoice& choice, const RunRequest& request) {
+  if (choice.kept || request.until_horizon) return;
+  throw Error(ErrorKind::kCheck,
+              {"check failed", choice.system + ", error",
+               with_unit(choice, choice.allowed, 3) + " is " + horizon_text(choice),
+               choice.chaotic ? "add --until-horizon, or judge a quantity with --of"
+                              : "allow a larger error, or add --until-horizon"});
+}
+
+}  // namespace sim::cli

@@ -1,0 +1,370 @@
+#include "core/study/accuracy/error_goal.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/sweep.h"
+#include "core/study/limits/step_limit.h"
+
+namespace sim::study {
+namespace {
+
+// One of each kind and order that work-precision studies show at the front: others are as good as
+// one of these at best.
+constexpr const char* kWorthTrying[] = {
+    "verlet", "pefrl",  "rk4",      "tsit5", "dop853", "implicit_midpoint",
+    "imex",   "trbdf2", "esdirk43", "bdf"};
+
+constexpr double kParticles = 64;       // costs are of systems of so many, or fewer
+constexpr double kPilot = 1e5;          // evaluations of the run up to which all of it is tried
+constexpr double kFree = 1e6;           // that all trials may take, however short the run
+constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
+constexpr double kAim = 0.7;            // of the error allowed
+constexpr double kCheckCost = 4;        // times that of the choice may take its check
+constexpr double kAgree = 2;            // times the sum of both errors two families may differ
+constexpr int kMostMendings = 3;
+constexpr double kMostTimes = 64;  // steps more at once
+
+bool splits(const Candidate& method) {
+  return method.info.symplectic || method.info.needs_second_order;
+}
+
+bool other_family(const Candidate& a, const Candidate& b) {
+  return a.info.implicit != b.info.implicit || splits(a) != splits(b);
+}
+
+class Chooser {
+ public:
+  Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& watch);
+
+  GoalChoice choose();
+
+ private:
+  bool go_on(const std::string& what, double done) {
+    told_ = told_ || !watch_(what, done);
+    return !told_;
+  }
+  std::int64_t states_in(const Candidate& method, double time) const;
+  void make_trials();
+  double window_of(Simulation& system) const;
+  void measure_range();
+  bool affordable(double cost) const;
+  bool refine(MethodTrials& method);
+  void race();
+  MethodTrials* cheapest();
+  MethodTrials* check_for(const MethodTrials& chosen);
+  bool agrees(MethodTrials& chosen, MethodTrials& check);
+  MethodTrials* choose_checked();
+  void run_whole(MethodTrials& chosen);
+  double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
+  void tell_candidates();
+
+  double in_window() const { return result_.allowed * result_.window / result_.time; }
+  double whole(double cost) const { return cost * result_.time / result_.window; }
+
+  const Problem& problem_;
+  const ErrorGoal& goal_;
+  const Watch& watch_;
+  double step_ = 0;    // s, that the scene or the goal asks for
+  double weight_ = 1;  // evaluations of 64 particles that one takes
+  bool corrected_ = false, told_ = false;
+  std::vector<MethodTrials> trials_;
+  GoalChoice result_;
+};
+
+Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& watch)
+    : problem_(problem), goal_(goal), watch_(watch) {
+  Simulation system = problem.simulation();
+  result_.system = system.name();
+  result_.unit = problem.of || system.flat() ? "" : "m";
+  result_.time = goal.time;
+  result_.size = scene_size(system);
+  result_.allowed = goal.budget.of(result_.size);
+  weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kParticles);
+  step_ = goal.dt > 0 ? goal.dt : system.h();
+  corrected_ = acts_between_steps(system);
+  result_.window = window_of(system);
+}
+
+// All of a run that costs little, or a part that does.
+double Chooser::window_of(Simulation& system) const {
+  const double steps = result_.time / system.h();
+  const double cost = weight_ * steps * std::max(1, system.integrator_info().evaluations);
+  double share = 1;
+  while (cost * share > kPilot && share > kShortest) share /= 2;
+  return share * result_.time;
+}
+
+// That a method with steps of its own shows: as many as the scene asks for, but where each ends a
+// step of an implicit one few.
+std::int64_t Chooser::states_in(const Candidate& method, double time) const {
+  constexpr std::int64_t kImplicitStates = 40, kStates = 120;
+  if (method.info.implicit && goal_.dt == 0) return kImplicitStates;
+  const auto all = static_cast<std::int64_t>(std::ceil(time / step_ - 1e-9));
+  return (all + kStates - 1) / kStates * kStates;
+}
+
+void Chooser::make_trials() {
+  constexpr double kInside = 0.9;  // of the largest stable step
+  constexpr double kFirstTolerance = 1e-3;
+  constexpr double kFewest = 20;
+  Simulation system = problem_.simulation();
+  std::vector<Candidate> methods = methods_to_sweep(problem_, system, goal_.integrators);
+  const std::string own = problem_.registry->get<Integrator>(problem_.integrator().name).name;
+  if (goal_.integrators.empty())
+    std::erase_if(methods, [&](const Candidate& each) {
+      const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying);
+      return each.chooses || (!tried && each.name != own);
+    });
+  const Spectrum modes = spectrum(system);
+  const double window = result_.window;
+  for (Candidate& method : methods) {
+    if (Refinement(method).by_tolerance()) {
+      trials_.emplace_back(problem_, method, window, 1 / kFirstTolerance, states_in(method, window),
+                           corrected_, false);
+      continue;
+    }
+    if (goal_.dt > 0) {
+      const double steps = std::ceil(window / goal_.dt - 1e-9);
+      trials_.emplace_back(problem_, method, window, steps, 0, corrected_, true);
+      continue;
+    }
+    const auto limit = predicted_step(*problem_.with(method).make_integrator(), modes);
+    double steps = kFewest;
+    if (limit && std::isfinite(*limit) && *limit > 0)
+      steps = std::max(steps, std::ceil(window / (kInside * *limit)));
+    trials_.emplace_back(problem_, method, window, steps, 0, corrected_, false);
+  }
+  if (trials_.empty())
+    throw Error(ErrorKind::kUsage, {"no method for --error", "'" + problem_.spec->name + "'",
+                                    "no integrator fits the scene", "see sim list integrators"});
+}
+
+// The range of a quantity is known when something has run.
+void Chooser::measure_range() {
+  if (!problem_.of) return;
+  const MethodTrials* best = nullptr;
+  for (const MethodTrials& each : trials_)
+    if (each.finest().finished && (!best || each.error() < best->error())) best = &each;
+  if (!best) return;
+  double range = std::abs(best->finest().figure);
+  if (!problem_.by_figure()) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const auto& point : best->finest().points) {
+      low = std::min(low, point.front());
+      high = std::max(high, point.front());
+    }
+    range = high > low ? high - low : std::abs(high);
+  }
+  result_.size = range > 0 ? range : 1;
+  result_.allowed = goal_.budget.of(result_.size);
+}
+
+// All trials together take as much as the run, or little.
+bool Chooser::affordable(double cost) const {
+  double spent = 0, run = HUGE_VAL;
+  for (const MethodTrials& each : trials_) {
+    spent += each.spent();
+    run = std::min(run, whole(each.least_cost(kAim * in_window())));
+  }
+  return spent + cost <= std::max(kFree / weight_, run);
+}
+
+bool Chooser::refine(MethodTrials& method) {
+  const bool done = method.refine([&] { return go_on(method.method().label, 0.2); });
+  measure_range();
+  return done;
+}
+
+MethodTrials* Chooser::cheapest() {
+  MethodTrials* best = nullptr;
+  double least = HUGE_VAL;
+  for (MethodTrials& each : trials_) {
+    const double cost = each.predict(kAim * in_window()).cost;
+    if (cost < least) {
+      least = cost;
+      best = &each;
+    }
+  }
+  return best;
+}
+
+// The method whose next run costs least is refined next, until none can become cheaper than the
+// cheapest that is known to keep the error.
+void Chooser::race() {
+  while (!told_) {
+    const double allowed = kAim * in_window();
+    double known = HUGE_VAL;
+    for (const MethodTrials& each : trials_)
+      if (each.error() <= allowed) known = std::min(known, each.predict(allowed).cost);
+    MethodTrials* next = nullptr;
+    for (MethodTrials& each : trials_) {
+      const bool open = each.can_refine() && !(each.error() <= allowed) &&
+                        each.least_cost(allowed) < known && affordable(each.next_cost());
+      if (open && (!next || each.next_cost() < next->next_cost())) next = &each;
+    }
+    if (!next || !refine(*next)) return;
+  }
+}
+
+// The closest run of another family, or where there is none of another method.
+MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
+  MethodTrials* check = nullptr;
+  bool family = false;
+  for (MethodTrials& each : trials_) {
+    if (&each == &chosen || !std::isfinite(each.error())) continue;
+    const bool other = other_family(each.method(), chosen.method());
+    if (family && !other) continue;
+    if (!check || (other && !family) || each.error() < check->error()) check = &each;
+    family = family || other;
+  }
+  return check;
+}
+
+// Two families that differ by more than both say: neither is believed until both are refined.
+bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
+  const double off = error_course(problem_, chosen.finest(), check.finest()).most;
+  if (off <= kAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window()) return true;
+  chosen.doubt(std::max(0.0, off - check.error()));
+  check.doubt(std::max(0.0, off - chosen.error()));
+  return false;
+}
+
+MethodTrials* Chooser::choose_checked() {
+  constexpr int kRounds = 4;
+  race();
+  MethodTrials* chosen = cheapest();
+  for (int round = 0; chosen && !told_ && round < kRounds; ++round) {
+    MethodTrials* check = check_for(*chosen);
+    if (!check) break;
+    const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
+    while (check->error() > in_window() && check->can_refine() && check->next_cost() <= most &&
+           affordable(check->next_cost()))
+      if (!refine(*check)) return nullptr;
+    if (agrees(*chosen, *check)) break;
+    for (MethodTrials* each : {chosen, check})
+      if (each->can_refine() && affordable(each->next_cost()) && !refine(*each)) return nullptr;
+    race();
+    chosen = cheapest();
+  }
+  return chosen;
+}
+
+// When a neighbour of the run, a hundred-millionth of the size away, has parted from it as far as
+// chaos takes it; infinite where it has not.
+double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& run,
+                                     const SeenRun& own) {
+  constexpr double kAway = 1e-8, kChaos = 1e5;
+  const SeenRun other = seen_run(
+      problem_, method, run, result_.time, [&] { return go_on("neighbour", 0.9); },
+      kAway * result_.size);
+  if (told_ || problem_.of) return HUGE_VAL;
+  const ErrorCourse course = error_course(problem_, own, other);
+  for (std::size_t k = 0; k < course.rms.size(); ++k)
+    if (course.rms[k] > kChaos * kAway * result_.size)
+      return result_.time * static_cast<double>(k) / static_cast<double>(course.rms.size() - 1);
+  return HUGE_VAL;
+}
+
+// The run and its refined run; again with smaller steps where it missed.
+void Chooser::run_whole(MethodTrials& chosen) {
+  const Candidate& method = chosen.method();
+  const Refinement refinement(method);
+  const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
+  double fineness = chosen.predict(kAim * in_window()).fineness;
+  if (fineness == 0) fineness = chosen.fineness();
+  if (!refinement.by_tolerance()) fineness *= result_.time / result_.window;
+  double exponent = chosen.exponent(), best = -1;
+  double previous = 0, previous_error = 0;
+  for (int attempt = 0;; ++attempt) {
+    TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
+    if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
+    const auto watch = [&](const char* what, double done) {
+      return [this, &method, what, done] { return go_on(method.label + what, done); };
+    };
+    const SeenRun run = seen_run(problem_, method, plan, result_.time, watch(", the run", 0.5));
+    const SeenRun fine = seen_run(problem_, method, refined(plan, corrected_), result_.time,
+                                  watch(", the refined run", 0.7));
+    if (told_) return;
+    const double falls = std::pow(refinement.factor(), -exponent);
+    ErrorCourse course = error_course(problem_, run, fine);
+    double horizon = HUGE_VAL;
+    for (double& each : course.rms) each /= 1 - falls;
+    for (std::size_t k = course.rms.size(); k-- > 0;)
+      if (!(course.rms[k] <= result_.allowed))
+        horizon = result_.time * static_cast<double>(k == 0 ? 0 : k - 1) /
+                  static_cast<double>(course.rms.size() - 1);
+    const double error = course.most / (1 - falls);
+    if (horizon > best) {
+      best = horizon;
+      result_.method = method;
+      result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
+      result_.tolerance = plan.tolerance;
+      result_.error = error;
+      result_.largest = course.largest / (1 - falls);
+      result_.cost = run.cost;
+      result_.kept = error <= result_.allowed;
+      result_.horizon = horizon;
+    }
+    if (result_.kept || fixed || attempt == kMostMendings) return;
+    result_.trials += run.cost + fine.cost;
+    if (attempt == 0 && error > 10 * result_.allowed) {
+      const double parted = horizon_by_neighbour(method, plan, run);
+      if (told_) return;
+      result_.chaotic = parted < result_.time;
+      if (result_.chaotic) return;
+    }
+    if (previous > 0 && std::isfinite(previous_error) && error > 0 && fineness > previous)
+      exponent = std::clamp(std::log(previous_error / error) / std::log(fineness / previous), 0.3,
+                            refinement.error());
+    previous = fineness;
+    previous_error = error;
+    const double more = std::isfinite(error)
+                            ? std::pow(error / (kAim * result_.allowed), 1 / exponent)
+                            : refinement.factor();
+    fineness *= std::clamp(more, 1.2, kMostTimes);
+    result_.mended = attempt + 1;
+  }
+}
+
+void Chooser::tell_candidates() {
+  const double allowed = kAim * in_window();
+  for (const MethodTrials& each : trials_) {
+    GoalCandidate told{each.method().label, whole(each.predict(allowed).cost), each.exponent(),
+                       each.runs(), ""};
+    result_.cost_of_ten = std::min(result_.cost_of_ten, whole(each.predict(10 * allowed).cost));
+    result_.trials += each.spent();
+    result_.candidates.push_back(std::move(told));
+  }
+  std::ranges::stable_sort(result_.candidates, {}, &GoalCandidate::cost);
+}
+
+GoalChoice Chooser::choose() {
+  make_trials();
+  MethodTrials* chosen = choose_checked();
+  if (!told_ && !chosen) {  // the closest there is shows until when the error is kept
+    const auto closest = std::ranges::min_element(trials_, {}, &MethodTrials::error);
+    if (std::isfinite(closest->error())) chosen = &*closest;
+  }
+  if (!told_) tell_candidates();
+  if (!told_ && chosen) run_whole(*chosen);
+  result_.complete = !told_;
+  return std::move(result_);
+}
+
+}  // namespace
+
+MethodChoice GoalChoice::integrator() const {
+  MethodChoice choice = *method;
+  if (tolerance > 0) choice.given["tol"] = tolerance;
+  return choice;
+}
+
+GoalChoice choose_for_error(const Problem& problem, const ErrorGoal& goal, const Watch& watch) {
+  return Chooser(problem, goal, watch).choose();
+}
+
+}  // namespace sim::study

@@ -1,0 +1,110 @@
+// One method tried at smaller and smaller steps, or tolerances, each run compared with the next.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/study/accuracy/trajectory.h"
+
+namespace sim::study {
+
+// What a run showed at equal intervals of time, and what it took.
+struct SeenRun {
+  std::vector<std::vector<double>> points;  // what the problem compares, at k time / intervals
+  double cost = 0;                          // in evaluations of f, see cost_of()
+  bool finished = false;
+  double figure = std::nan("");  // where the problem asks for one
+};
+
+// Evaluations, and what the equations of implicit steps are worth in them: a fixed price for an
+// iteration and a factorisation, so that a choice by cost is the same on every machine.
+double cost_of(const Effort& effort);
+
+// The errors of a run at common times, from another one. By a figure a single one at the end.
+struct ErrorCourse {
+  std::vector<double> rms;       // at k time / (size - 1); infinite where one run did not get
+  double most = 0, largest = 0;  // the largest rms, and of any particle (or number)
+};
+ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenRun& other);
+
+// How a method is refined: by its steps, or by its tolerance.
+class Refinement {
+ public:
+  explicit Refinement(const Candidate& method)
+      : by_tolerance_(method.info.adaptive && method.has_tolerance),
+        order_(std::max(1, method.info.order)) {}
+
+  bool by_tolerance() const { return by_tolerance_; }
+  double factor() const { return by_tolerance_ ? 10 : 2; }
+  // The claimed exponents: error = C fineness^-error(), cost = C fineness^cost(); fineness is the
+  // number of steps, or 1 / tolerance.
+  double error() const { return by_tolerance_ ? 1 : order_; }
+  double cost() const { return by_tolerance_ ? 1.0 / order_ : 1; }
+
+ private:
+  bool by_tolerance_;
+  int order_;
+};
+
+// A run of `time` seconds, at a fineness. Steps are rounded up to a multiple that is seen.
+struct TrialRun {
+  std::int64_t steps = 0;  // between states; of its own size for a method of fixed steps
+  double tolerance = 0;    // 0 for those
+};
+// `between`: steps between states that a method with a tolerance has. One whose states are
+// corrected at their ends (contact) has more of them with a smaller tolerance.
+TrialRun trial_run(const Candidate& method, double fineness, std::int64_t between);
+// The same, finer by Refinement::factor().
+TrialRun refined(const TrialRun& run, bool corrected);
+
+SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
+                 const std::function<bool()>& go_on, std::optional<double> disturbed = {});
+
+struct CostPrediction {
+  double fineness = 0, cost = HUGE_VAL;  // of the window
+};
+
+class MethodTrials {
+ public:
+  // In the first `window` seconds; `first` is the fineness that it begins with. With `only` no
+  // other is allowed, and one refinement shows its error.
+  MethodTrials(const Problem& problem, Candidate method, double window, double first,
+               std::int64_t between, bool corrected, bool only);
+
+  const Candidate& method() const { return method_; }
+  double next_cost() const { return next_cost_; }   // of the next refinement, about
+  bool refine(const std::function<bool()>& go_on);  // false: told to end
+  bool can_refine() const;
+
+  // Of the finest run: infinite before two of them agree to a tenth of the size.
+  double error() const { return std::max(error_, doubt_); }
+  void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
+  double exponent() const { return exponent_; }  // observed, at most the claimed one
+  const SeenRun& finest() const { return finest_; }
+  double fineness() const { return fineness_; }
+  double spent() const { return spent_; }
+  int runs() const { return runs_; }
+
+  // The cheapest run that keeps this error, as far as what was measured tells.
+  CostPrediction predict(double allowed) const;
+  // No run that keeps it can be cheaper, if the claimed order holds from the finest run on.
+  double least_cost(double allowed) const;
+
+ private:
+  const Problem* problem_;
+  Candidate method_;
+  Refinement refinement_;
+  double window_, first_;
+  std::int64_t between_;
+  bool corrected_, only_;
+  double fineness_ = 0;  // of the finest run
+  double cost_ = 0, next_cost_, spent_ = 0;
+  double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
+  int runs_ = 0;
+  SeenRun finest_;
+};
+
+}  // namespace sim::study
