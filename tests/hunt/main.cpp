@@ -1,11 +1,16 @@
 // sim_hunt [CASES [SEED]]: looks for runs that are called trusted and are wrong.
+// sim_hunt goals WORDS: looks for errors that are said to be kept and are not, see goals.h.
 #include <cstdlib>
 #include <iostream>
+#include <string_view>
 
+#include "tests/hunt/goals.h"
 #include "tests/hunt/hunt.h"
 #include "tests/support/scenes.h"
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "goals")
+    return sim_test::hunt_goals({argv + 2, static_cast<std::size_t>(argc - 2)});
   const long cases = argc > 1 ? std::atol(argv[1]) : 1000;
   const auto first = static_cast<std::uint64_t>(argc > 2 ? std::atoll(argv[2]) : 1);
   sim::Registry registry = sim_test::make_registry();
