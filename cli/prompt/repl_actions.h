@@ -50,6 +50,7 @@ Answer save(Call& call);
 Answer verdict(Call& call);
 Answer stability(Call& call);
 Answer tradeoff(Call& call);
+Answer error(Call& call);
 Answer minimal(Call& call);
 Answer order(Call& call);
 

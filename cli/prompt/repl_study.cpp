@@ -3,6 +3,7 @@
 
 #include "cli/command_line/option_values.h"
 #include "cli/prompt/repl_actions.h"
+#include "cli/run/error_choice.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/study.h"
@@ -98,6 +99,41 @@ Answer tradeoff(Call& call) {
   request.progress = progress_of(session);
   cli::tradeoff(request, session.environment(), session.registry(), session.console());
   return {};
+}
+
+// Of the scene as its file makes it; what is chosen is the integrator and the step from now on.
+Answer error(Call& call) {
+  Session& session = call.session;
+  LiveScene& live = session.live();
+  const std::string text = allowed(call, ".error");
+  if (text.empty())
+    throw Error(ErrorKind::kUsage, {"no error asked for", ".error", "it says what may be off",
+                                    "write .error 1% or .error 1mm"});
+  if (live.scene().spec.world)
+    throw Error(ErrorKind::kUsage,
+                {"not in a world", ".error", "its systems need steps of their own",
+                 "leave the prompt and run sim SCENE --error " + text});
+  RunRequest request;
+  request.scene = live.request();
+  request.scene.integrator = {};
+  request.scene.dt = 0;
+  request.error = study::parse_budget(".error", text);
+  request.progress = progress_of(session);
+  LoadedScene scene = load(request.scene, session.environment(), session.registry());
+  int caught = 0;
+  const GoalChoices choices =
+      choose_for_error(request, scene, session.registry(), session.console(), caught);
+  if (caught != 0) return words("interrupted: integrator and dt are as they were\n");
+  const study::GoalChoice& choice = *choices.front();
+  live.set_integrator(choice.integrator());
+  live.set_dt(choice.dt);
+  return words(error_choice_text(choice, request),
+               std::vector<std::pair<Data, Data>>{{"integrator", choice.method->label},
+                                                  {"dt", choice.dt},
+                                                  {"tol", choice.tolerance},
+                                                  {"error", choice.error},
+                                                  {"kept", choice.kept},
+                                                  {"cost", choice.cost}});
 }
 
 Answer minimal(Call& call) {

@@ -11,6 +11,8 @@
 namespace sim::cli {
 namespace {
 
+constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
+
 using study::GoalCandidate;
 using study::GoalChoice;
 
@@ -18,9 +20,10 @@ std::string with_unit(const GoalChoice& choice, double value, int digits) {
   return brief(value, digits) + (choice.unit.empty() ? "" : " " + choice.unit);
 }
 
-std::string of_whom(const RunRequest& request, const GoalChoice& choice) {
-  if (!request.of.empty()) return request.of.front();
-  return choice.unit.empty() ? "numbers" : "positions";
+std::string judged_text_of(const RunRequest& request, const GoalChoice& choice) {
+  if (!request.of.empty()) return "of " + request.of.front();
+  return std::string("rms of ") + (choice.unit.empty() ? "numbers" : "positions") +
+         ", at all times";
 }
 
 std::string step_text(const GoalChoice& choice) {
@@ -48,7 +51,9 @@ std::string others_text(const GoalChoice& choice) {
   return text;
 }
 
+// Nothing to compare with where none of them keeps it.
 double over_cheapest(const GoalChoice& choice) {
+  if (!choice.kept) return std::nan("");
   const double least = choice.candidates.empty() ? choice.cost : choice.candidates.front().cost;
   return std::isfinite(least) && least > 0 ? choice.cost / least : std::nan("");
 }
@@ -82,45 +87,71 @@ void check_error_request(const RunRequest& request) {
     refuse("sim export", "nothing is run", kOne);
   if (request.steps)
     refuse("--steps", "how long a step is is not known before it is chosen", "give --time instead");
-  for (const char* name : {"tol", "rtol", "atol"})
+  for (const char* name : kTolerances)
     if (request.scene.integrator.given.contains(name))
       refuse("--tol", "the tolerance is what is chosen", kOne);
   if (request.of.size() > 1)
     refuse("--of more than once", "the error is that of one quantity", "keep one of them");
 }
 
-std::vector<GoalChoice> choose_for_error(RunRequest& request, LoadedScene& scene,
-                                         Registry& registry, Console& console, int& caught) {
-  std::vector<GoalChoice> choices;
+namespace {
+
+// What is asked of a system: on the command line, or by the scene where nothing else asks for steps
+// of its own.
+std::optional<study::Budget> asked_of(const SystemSpec& spec, const RunRequest& request) {
+  if (request.error) return request.error;
+  const bool steps = request.resume || request.replay || request.from_rest || request.engine ||
+                     request.steps || !request.export_to.empty() || request.export_file;
+  if (!spec.error || steps || request.of.size() > 1 ||
+      std::ranges::any_of(kTolerances, [&](const char* name) {
+        return request.scene.integrator.given.contains(name);
+      }))
+    return {};
+  return study::Budget{spec.error->value, spec.error->in_metres};
+}
+
+study::GoalChoice choose_one(const SystemSpec& spec, const study::Budget& budget,
+                             const RunRequest& request, Registry& registry,
+                             const study::Watch& watch) {
+  study::ErrorGoal goal{
+      .budget = budget, .time = request.time.value_or(spec.duration), .dt = request.scene.dt};
+  if (!(goal.time > 0))
+    throw Error(ErrorKind::kUsage,
+                {"nothing to run", "--error", "the run has no length", "give --time"});
+  if (!request.scene.integrator.name.empty())
+    goal.integrators = study_choices({request.scene.integrator}, registry);
+  study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
+  problem.options.dt = 0;
+  if (!request.of.empty()) problem.of = quantity(spec, request.of.front());
+  return study::choose_for_error(problem, goal, watch);
+}
+
+}  // namespace
+
+GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
+                             Console& console, int& caught) {
+  GoalChoices choices(scene.systems.size());
+  if (std::ranges::none_of(scene.spec.systems, [&](const SystemSpec& spec) {
+        return asked_of(spec, request).has_value();
+      }))
+    return choices;
+  const std::optional<double> time = request.time;
   StudyProgress progress(request.progress, console);
-  for (const SystemSpec& spec : scene.spec.systems) {
-    study::ErrorGoal goal{.budget = *request.error,
-                          .time = request.time.value_or(spec.duration),
-                          .dt = request.scene.dt};
-    if (!(goal.time > 0))
-      throw Error(ErrorKind::kUsage,
-                  {"nothing to run", "--error", "the run has no length", "give --time"});
-    if (!request.scene.integrator.name.empty())
-      goal.integrators = study_choices({request.scene.integrator}, registry);
-    study::Problem problem{&spec, &registry, run_options(request.scene, spec, registry)};
-    problem.options.dt = 0;
-    if (!request.of.empty()) problem.of = quantity(spec, request.of.front());
-    choices.push_back(study::choose_for_error(problem, goal, progress.watch()));
-    if (progress.caught()) {
-      progress.clear();
-      caught = progress.caught();
-      return {};
-    }
-  }
-  progress.clear();
   for (std::size_t i = 0; i < choices.size(); ++i) {
-    const GoalChoice& choice = choices[i];
     const SystemSpec& spec = scene.spec.systems[i];
+    const std::optional<study::Budget> budget = asked_of(spec, request);
+    if (!budget) continue;
+    RunRequest own = request;
+    own.time = time;
+    choices[i] = choose_one(spec, *budget, own, registry, progress.watch());
+    progress.clear();
+    if ((caught = progress.caught())) return {};
+    const study::GoalChoice& choice = *choices[i];
     if (!choice.method)
       throw Error(ErrorKind::kDiverged,
                   {"no step found", spec.name + ", --error",
                    "no method stays finite at the steps that can be waited for",
-                   "see what sim " + request.scene.scene + " says"});
+                   "see what '" + command_for(request.scene) + "' says without it"});
     RunOptions options = run_options(request.scene, spec, registry);
     options.integrator = choice.integrator();
     options.dt = choice.dt;
@@ -135,11 +166,13 @@ std::vector<GoalChoice> choose_for_error(RunRequest& request, LoadedScene& scene
   return choices;
 }
 
-std::string error_choice_text(const GoalChoice& choice, const RunRequest& request) {
+std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRequest& request) {
+  if (!made) return {};
+  const GoalChoice& choice = *made;
   const std::string asked = "at most " + with_unit(choice, choice.allowed, 3) + " (" +
                             percent(choice.allowed / choice.size, 1, 2) + " of the " +
-                            (request.of.empty() ? "size" : "range") + "), rms of " +
-                            of_whom(request, choice) + ", at all times";
+                            (request.of.empty() ? "size" : "range") + "), " +
+                            judged_text_of(request, choice);
   std::string text = label("error", wrapped(asked, 12, 12));
   const std::string others = others_text(choice);
   const bool restricted = !request.scene.integrator.name.empty() || request.scene.dt > 0;
@@ -162,15 +195,17 @@ std::string error_choice_text(const GoalChoice& choice, const RunRequest& reques
   std::string cost = brief(choice.cost, 3) + " evaluations";
   if (const double over = over_cheapest(choice); std::isfinite(over))
     cost += ", " + brief(over, 2) + " times the cheapest known";
-  if (std::isfinite(choice.cost_of_ten))
-    cost += "; ten times the error would cost " + brief(choice.cost_of_ten / choice.cost, 2) +
-            " times that";
+  if (choice.kept && std::isfinite(choice.cost_of_ten))
+    cost += "; ten times the error would cost " +
+            brief(std::min(1.0, choice.cost_of_ten / choice.cost), 2) + " times that";
   cost += "; trials took " + brief(choice.trials / choice.cost, 2) + " times that";
   if (choice.mended > 0) cost += ", " + counted(choice.mended, "run") + " that missed among them";
   return text + label("cost", wrapped(cost, 12, 12));
 }
 
-std::string error_choice_json(const GoalChoice& choice, const RunRequest& request) {
+std::string error_choice_json(const std::optional<GoalChoice>& made, const RunRequest& request) {
+  if (!made) return {};
+  const GoalChoice& choice = *made;
   std::vector<std::string> candidates;
   for (const GoalCandidate& each : choice.candidates)
     candidates.push_back(JsonObject()
@@ -202,7 +237,9 @@ std::string error_choice_json(const GoalChoice& choice, const RunRequest& reques
       .str();
 }
 
-study::Parting parting_of(const GoalChoice& choice, const RunRequest& request) {
+study::Parting parting_of(const std::optional<GoalChoice>& made, const RunRequest& request) {
+  if (!made) return {};
+  const GoalChoice& choice = *made;
   study::Parting parting;
   if (!choice.kept || !request.of.empty()) return parting;
   parting.outcome = study::Parting::Outcome::kCompared;
@@ -211,7 +248,9 @@ study::Parting parting_of(const GoalChoice& choice, const RunRequest& request) {
   return parting;
 }
 
-void check_error_kept(const GoalChoice& choice, const RunRequest& request) {
+void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& request) {
+  if (!made) return;
+  const GoalChoice& choice = *made;
   if (choice.kept || request.until_horizon) return;
   throw Error(ErrorKind::kCheck,
               {"check failed", choice.system + ", error",

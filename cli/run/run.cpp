@@ -43,8 +43,7 @@ class Run {
  public:
   // From where the drift of each system counts; empty = from here.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-      std::optional<Replays> replays, std::vector<study::GoalChoice> choices, Registry& registry,
-      Console& console);
+      std::optional<Replays> replays, GoalChoices choices, Registry& registry, Console& console);
 
   // The exit code; what fails on the way is said.
   int go();
@@ -72,7 +71,7 @@ class Run {
   Console& console_;
   std::vector<Track> tracks_;
   std::optional<Replays> replays_;
-  std::vector<study::GoalChoice> choices_;           // of --error, one a system, or none
+  GoalChoices choices_;                              // of --error, one a system, or none
   std::vector<std::unique_ptr<EngineRun>> engines_;  // of each track, or none
   Report report_;
   Progress progress_;
@@ -93,8 +92,7 @@ bool shows_progress(const RunRequest& request, const Console& console) {
 }
 
 Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-         std::optional<Replays> replays, std::vector<study::GoalChoice> choices, Registry& registry,
-         Console& console)
+         std::optional<Replays> replays, GoalChoices choices, Registry& registry, Console& console)
     : request_(request),
       scene_(scene),
       registry_(registry),
@@ -120,9 +118,8 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
-    if (!choices_.empty())
-      if (study::Parting known = parting_of(choices_[i], request); known.verified())
-        tracks_.back().verified_by(std::move(known));
+    if (study::Parting known = parting_of(choices_[i], request); known.verified())
+      tracks_.back().verified_by(std::move(known));
     tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
     if (!accounts.empty()) {
       tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
@@ -188,7 +185,7 @@ bool Run::step(Track& track) {
 // for.
 int Run::take_steps(const Interrupts& interrupts) {
   if (std::ostream* out = report_stream(request_, console_))
-    for (const study::GoalChoice& choice : choices_) put(*out, error_choice_text(choice, request_));
+    for (const auto& choice : choices_) put(*out, error_choice_text(choice, request_));
   report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
     track.system().stop_when(SessionSignals::any);
@@ -332,8 +329,7 @@ int Run::conclude(int caught) {
   outputs_.settle(verdict.trust == Trust::kDiverged);
   if (verdict.trust == Trust::kDiverged && !request_.quiet && !caught) explain();
   std::vector<std::string> choices;
-  for (const study::GoalChoice& choice : choices_)
-    choices.push_back(error_choice_json(choice, request_));
+  for (const auto& choice : choices_) choices.push_back(error_choice_json(choice, request_));
   if (request_.json)
     console_.out << summary_json(scene_, tracks_, seconds_, explanation_json_, choices) << '\n';
   outputs_.flush_words();
@@ -353,7 +349,7 @@ int Run::conclude(int caught) {
   if (request_.checks && !caught)
     for (Track& track : tracks_) check(*request_.checks, track.verdict(), track.system().name());
   if (!caught)
-    for (const study::GoalChoice& choice : choices_) check_error_kept(choice, request_);
+    for (const auto& choice : choices_) check_error_kept(choice, request_);
   return caught ? 128 + caught : 0;
 }
 
@@ -412,6 +408,12 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     flush_or_throw(console.out, "standard output");
     if (!request.time && !request.steps) return 0;
   }
+  int caught = 0;
+  GoalChoices choices = choose_for_error(request, scene, registry, console, caught);
+  if (caught != 0) {
+    print_error(console.err, "interrupted: no step was chosen yet, and nothing was run");
+    return 128 + caught;
+  }
   if (request.energy && !request.quiet)
     for (const Simulation& system : scene.systems)
       if (!system.second_order())
@@ -421,15 +423,6 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     console.err << "sim: note: " << accounts.front().doubt << '\n';
   if (!request.quiet)
     for (const std::string& note : scene.notes()) console.err << "sim: note: " << note << '\n';
-  std::vector<study::GoalChoice> choices;
-  if (request.error) {
-    int caught = 0;
-    choices = choose_for_error(request, scene, registry, console, caught);
-    if (caught != 0) {
-      print_error(console.err, "interrupted: no step was chosen yet, and nothing was run");
-      return 128 + caught;
-    }
-  }
   return Run(request, scene, accounts, std::move(replays), std::move(choices), registry, console)
       .go();
 }

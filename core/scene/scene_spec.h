@@ -59,6 +59,13 @@ struct ObserverSpec {
   std::function<double(const Simulation&)> value;
 };
 
+// An error that a run may have, of positions or of the numbers of a flat state: a share of the size
+// of the scene, or in m.
+struct AllowedError {
+  double value = 0;
+  bool in_metres = false;
+};
+
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
@@ -74,8 +81,9 @@ struct SystemSpec {
   std::optional<FirstOrderSpec> first_order;
 
   MethodChoice integrator;
-  double dt = 0;        // s, > 0
-  double duration = 0;  // s, >= 0
+  double dt = 0;                      // s, > 0
+  double duration = 0;                // s, >= 0
+  std::optional<AllowedError> error;  // method and step of a run are then chosen to keep it
   Place place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

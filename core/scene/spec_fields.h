@@ -101,6 +101,7 @@ struct FieldsOf<SystemSpec> {
                                          {"integrator", kDescribes},
                                          {"dt", kDescribes},
                                          {"duration", kDescribes},
+                                         {"error", kDescribes},
                                          {"place", kDescribes},
                                          {"exact", kDescribes},
                                          {"one_thread", kDescribes},

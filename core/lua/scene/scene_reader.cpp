@@ -10,14 +10,15 @@
 #include "core/picture/look.h"
 #include "core/lua/scene/lua_function.h"
 #include "core/lua/scene/observer.h"
+#include "core/study/budget.h"
 
 namespace sim {
 namespace {
 
 const std::vector<std::string> kSceneKeys = {
-    "name",     "particles",   "bodies",     "forces",   "surfaces", "colliders",
-    "accuracy", "constraints", "contact",    "switches", "state",    "field",
-    "exact",    "observe",     "integrator", "dt",       "duration", "look"};
+    "name",        "particles", "bodies",   "forces", "surfaces", "colliders", "accuracy",
+    "constraints", "contact",   "switches", "state",  "field",    "exact",     "observe",
+    "integrator",  "dt",        "duration", "error",  "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -179,6 +180,8 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
   if (spec.duration = read_number(L, -1, place, "duration"); spec.duration < 0)
     scene_error(place, "bad duration", "expected a time >= 0 s, got " + show(L, -1));
   lua_pop(L, 4);
+  if (push_field(L, scene, "error") != LUA_TNIL) spec.error = allowed_error(L, place);
+  lua_pop(L, 1);
 
   // Either particles with forces or a state with a field.
   const bool second = has("particles") || has("bodies") || has("forces") || has("surfaces") ||
@@ -223,6 +226,22 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
     spec.look = read_look(L, -1, place, names_of_field(spec));
   lua_pop(L, 2);
   return spec;
+}
+
+// A number in m, or a text as --error takes it; on top of the stack.
+AllowedError SceneReader::allowed_error(lua_State* L, const Place& place) const {
+  if (lua_type(L, -1) == LUA_TNUMBER) {
+    if (const double value = read_number(L, -1, place, "error"); value > 0) return {value, true};
+  } else {
+    const std::string text = read_text(L, -1, place, "error");
+    try {
+      const study::Budget budget = study::parse_budget("error", text);
+      return {budget.value, budget.in_metres};
+    } catch (const Error&) {  // said below, with its place
+    }
+  }
+  scene_error(place, "bad error", "expected a share or an amount above 0, got " + show(L, -1),
+              "write error = \"1%\", \"1 mm\" or 1e-3, in m");
 }
 
 // A name, or a sim.integrator.NAME{...}; on top of the stack.

@@ -25,6 +25,7 @@ class SceneReader {
   std::vector<SystemSpec> world(lua_State* L, int scenes, const Place& place) const;
   SystemSpec system(lua_State* L, int scene, const Place& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
+  AllowedError allowed_error(lua_State* L, const Place& place) const;
   template <class Visit>
   void each_part(lua_State* L, const std::string& kind, const Place& place, Visit visit) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;

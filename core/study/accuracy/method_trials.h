@@ -34,7 +34,7 @@ ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenR
 class Refinement {
  public:
   explicit Refinement(const Candidate& method)
-      : by_tolerance_(method.info.adaptive && method.has_tolerance),
+      : by_tolerance_((method.info.adaptive || method.chooses) && method.has_tolerance),
         order_(std::max(1, method.info.order)) {}
 
   bool by_tolerance() const { return by_tolerance_; }
