@@ -94,9 +94,10 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       value("--precision", t.precision, "P", "of a step: double, or single for half the time"),
       app_.add_flag("--fixed-step", t.fixed_step, "steps of size dt, adaptive or not")
           ->disable_flag_override(),
-      value("--error", t.error, "E",
-            "instead of a step: an error that is kept, \"1 mm\", 1% of\nthe size; chooses method "
-            "and step, within -i and -d;\nof --of, if that is given"),
+      value(
+          "--error", t.error, "E",
+          "instead of a step: \"1 mm\", or 1% of the size. Chooses\nmethod and step that keep it, "
+          "within -i and -d; of\n--of, if that is given"),
       app_.add_flag("--until-horizon", t.until_horizon,
                     "... and ends where chaos or contact lets none be kept")
           ->disable_flag_override(),

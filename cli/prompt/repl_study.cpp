@@ -101,7 +101,7 @@ Answer tradeoff(Call& call) {
   return {};
 }
 
-// Of the scene as its file makes it; what is chosen is the integrator and the step from now on.
+// The scene is tried as its file makes it; the integrator and the step chosen hold from now on.
 Answer error(Call& call) {
   Session& session = call.session;
   LiveScene& live = session.live();

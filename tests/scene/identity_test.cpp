@@ -229,9 +229,9 @@ TEST_CASE("each field of each part of a scene is in its identity, but for what o
   Changes changes(spec);
   changes.of(spec, "", true);
   // Only these may change: lines of files, names, looks, and what a checkpoint holds by itself.
-  CHECK(changes.describing == std::set<std::string>{"dt", "duration", "exact", "integrator", "look",
-                                                    "name", "observers", "on", "one_thread",
-                                                    "place"});
+  CHECK(changes.describing == std::set<std::string>{"dt", "duration", "error", "exact",
+                                                    "integrator", "look", "name", "observers", "on",
+                                                    "one_thread", "place"});
   // The walk has been everywhere.
   for (const char* path : {".name",
                            ".dt",

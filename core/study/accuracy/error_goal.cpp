@@ -60,6 +60,7 @@ class Chooser {
   MethodTrials* choose_checked();
   void run_whole(MethodTrials& chosen);
   double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
+  MethodTrials* longest_kept();
   void tell_candidates();
 
   double in_window() const { return result_.allowed * result_.window / result_.time; }
@@ -330,6 +331,20 @@ void Chooser::run_whole(MethodTrials& chosen) {
   }
 }
 
+// Where no method keeps the error over the whole window.
+MethodTrials* Chooser::longest_kept() {
+  MethodTrials* best = nullptr;
+  double longest = -1;
+  for (MethodTrials& each : trials_) {
+    const double kept = each.kept_share(in_window());
+    if (!std::isfinite(each.error()) || kept < longest) continue;
+    if (kept == longest && each.next_cost() >= best->next_cost()) continue;
+    longest = kept;
+    best = &each;
+  }
+  return best;
+}
+
 void Chooser::tell_candidates() {
   const double allowed = kAim * in_window();
   for (const MethodTrials& each : trials_) {
@@ -345,10 +360,7 @@ void Chooser::tell_candidates() {
 GoalChoice Chooser::choose() {
   make_trials();
   MethodTrials* chosen = choose_checked();
-  if (!told_ && !chosen) {  // the closest there is shows until when the error is kept
-    const auto closest = std::ranges::min_element(trials_, {}, &MethodTrials::error);
-    if (std::isfinite(closest->error())) chosen = &*closest;
-  }
+  if (!told_ && !chosen) chosen = longest_kept();
   if (!told_) tell_candidates();
   if (!told_ && chosen) run_whole(*chosen);
   result_.complete = !told_;

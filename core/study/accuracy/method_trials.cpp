@@ -157,6 +157,8 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
     difference_ = course.most;
     const double falls = std::pow(factor, -exponent_);
     coarse_error_ = course.most / (1 - falls);
+    course_ = course.rms;
+    for (double& each : course_) each /= 1 - falls;
     error_ = coarse_error_ * falls;
   }
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
@@ -167,6 +169,14 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
   fineness_ = finer;
   finest_ = std::move(next);
   return true;
+}
+
+double MethodTrials::kept_share(double allowed) const {
+  const auto missed =
+      std::ranges::find_if(course_, [&](double error) { return !(error <= allowed); });
+  if (course_.size() < 2) return 0;
+  return static_cast<double>(std::max<std::ptrdiff_t>(0, missed - course_.begin() - 1)) /
+         static_cast<double>(course_.size() - 1);
 }
 
 CostPrediction MethodTrials::predict(double allowed) const {

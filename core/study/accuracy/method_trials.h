@@ -83,6 +83,8 @@ class MethodTrials {
   double error() const { return std::max(error_, doubt_); }
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one
+  // The share of the window up to which the run before the finest kept it.
+  double kept_share(double allowed) const;
   const SeenRun& finest() const { return finest_; }
   double fineness() const { return fineness_; }
   double spent() const { return spent_; }
@@ -105,6 +107,7 @@ class MethodTrials {
   double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
   int runs_ = 0;
   SeenRun finest_;
+  std::vector<double> course_;  // the error of the run before it, at equal times
 };
 
 }  // namespace sim::study
