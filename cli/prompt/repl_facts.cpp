@@ -65,14 +65,13 @@ Answer springs(Call& call) {
   std::vector<Data> list;
   for (const Link& link : system.links(particle)) {
     const double length = (system.position(particle) - system.position(link.to)).stableNorm();
-    list.emplace_back(
-        std::vector<std::pair<Data, Data>>{{"family", link.family},
-                                           {"to", link.to},
-                                           {"stiffness", link.stiffness},
-                                           {"rest", link.rest},
-                                           {"length", length},
-                                           {"strain", length / link.rest - 1},
-                                           {"force", link.tension(length)}});
+    list.emplace_back(std::vector<std::pair<Data, Data>>{{"family", link.family},
+                                                         {"to", link.to},
+                                                         {"stiffness", link.stiffness},
+                                                         {"rest", link.rest},
+                                                         {"length", length},
+                                                         {"strain", length / link.rest - 1},
+                                                         {"force", link.tension(length)}});
   }
   return {list, [&live, &system, particle](Mode mode) -> std::optional<std::string> {
             if (mode == Mode::kCsv) return {};

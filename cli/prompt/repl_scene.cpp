@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "cli/run/run_length.h"
+#include "cli/run/judged.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/text.h"

@@ -11,9 +11,9 @@
 #include "cli/prompt/scene_branch.h"
 #include "cli/prompt/scene_changes.h"
 #include "cli/prompt/work_ledger.h"
+#include "cli/run/judged.h"
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
-#include "cli/run/track.h"
 #include "core/scene/recording.h"
 
 namespace sim::cli {

@@ -3,9 +3,9 @@
 #include <sstream>
 
 #include "cli/prompt/repl_actions.h"
-#include "cli/run/summary.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
+#include "core/output/summary.h"
 #include "core/output/tables.h"
 
 namespace sim::cli::actions {

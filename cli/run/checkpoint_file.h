@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "cli/run/track.h"
 #include "core/output/output.h"
 #include "core/scene/checkpoint.h"
 

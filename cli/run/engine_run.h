@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/judged.h"
 #include "cli/run/recorder.h"
-#include "cli/run/track.h"
 #include "cli/terminal/console.h"
 #include "core/engine/engine.h"
 #include "core/engine/engine_folder.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "cli/run/track.h"
 #include "core/output/writer.h"
 #include "core/study/accuracy/companion.h"
 

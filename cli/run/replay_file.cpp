@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "cli/run/summary.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/text.h"
+#include "core/output/summary.h"
 
 namespace sim::cli {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "cli/run/track.h"
 #include "core/scene/replay.h"
 
 namespace sim::cli {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "cli/run/summary.h"
 #include "cli/terminal/console.h"
 #include "core/output/format.h"
+#include "core/output/summary.h"
 
 namespace sim::cli {
 namespace {

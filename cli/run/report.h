@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
+#include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "cli/run/track.h"
 
 namespace sim::cli {
 

@@ -7,14 +7,13 @@
 
 #include "cli/run/checkpoint_file.h"
 #include "cli/run/error_choice.h"
+#include "cli/run/judged.h"
 #include "cli/run/postmortem.h"
 #include "cli/run/replay_file.h"
 #include "cli/run/report.h"
 #include "cli/run/run_files.h"
-#include "cli/run/run_length.h"
 #include "cli/run/run_outputs.h"
 #include "cli/run/study_progress.h"
-#include "cli/run/summary.h"
 #include "cli/run/verification.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
@@ -23,6 +22,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/output/summary.h"
 
 namespace sim::cli {
 namespace {

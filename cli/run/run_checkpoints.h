@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "cli/run/checkpoint_file.h"
+#include "cli/run/judged.h"
 #include "cli/run/report.h"
 #include "cli/run/run.h"
-#include "cli/run/track.h"
 
 namespace sim::cli {
 

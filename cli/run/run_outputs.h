@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/judged.h"
 #include "cli/run/recorder.h"
 #include "cli/run/report.h"
 #include "cli/run/run.h"
 #include "cli/run/run_checkpoints.h"
-#include "cli/run/track.h"
 #include "core/output/tables.h"
 
 namespace sim::cli {

@@ -8,6 +8,7 @@
 
 #include "cli/command_line/integrator_choice.h"
 #include "cli/run/environment.h"
+#include "cli/run/judged.h"
 #include "core/base/error.h"
 #include "core/lua/limits.h"
 #include "core/output/file_plan.h"
@@ -17,7 +18,6 @@
 namespace sim::cli {
 
 inline constexpr std::int64_t kMostThreads = 1024;
-inline constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 
 struct SceneRequest {
   std::string scene = "scenes/cloth.lua";

@@ -4,7 +4,7 @@
 #include <ostream>
 #include <span>
 
-#include "cli/run/track.h"
+#include "cli/run/judged.h"
 
 namespace sim::cli {
 

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
+#include "cli/run/judged.h"
 #include "cli/run/run_files.h"
-#include "cli/run/run_length.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/staging_folder.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "cli/run/check.h"
+#include "cli/run/judged.h"
 #include "cli/run/run.h"
-#include "cli/run/run_length.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "core/output/output.h"

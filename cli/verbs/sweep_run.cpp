@@ -11,12 +11,11 @@
 #include <cstring>
 
 #include "cli/run/environment.h"
-#include "cli/run/follow.h"
-#include "cli/run/summary.h"
-#include "cli/run/track.h"
+#include "cli/run/judged.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/output/summary.h"
 
 namespace sim::cli {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cli/run/check.h"
-#include "cli/run/run_length.h"
+#include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/base/input_file.h"
 

@@ -2,8 +2,7 @@
 
 #include <utility>
 
-#include "cli/run/follow.h"
-#include "cli/run/run_length.h"
+#include "cli/run/judged.h"
 
 namespace sim::cli {
 namespace {

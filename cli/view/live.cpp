@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/run/judged.h"
 #include "cli/run/recorder.h"
 #include "cli/run/replay_file.h"
-#include "cli/run/summary.h"
-#include "cli/run/track.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/output/summary.h"
 
 namespace sim::cli {
 namespace {

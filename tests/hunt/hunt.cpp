@@ -6,7 +6,7 @@
 #include <memory>
 #include <ostream>
 
-#include "cli/run/track.h"
+#include "core/study/run/track.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/scene/simulation.h"
@@ -92,7 +92,7 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
     found.reason = error.what();
     return found;
   }
-  sim::cli::Track track(scene.spec, *system, scene.steps, sim::cli::Track::kNever,
+  sim::study::Track track(scene.spec, *system, scene.steps, sim::study::Track::kNever,
                         std::max<std::int64_t>(1, scene.steps / kLooks), &registry);
   std::vector<Frame> frames;
   const auto look = [&](bool last) {
@@ -106,7 +106,7 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
   while (!track.finished() && (whole = system->steps(track.due()) > 0)) look(false);
   if (!whole) track.mark_diverged();
   if (whole) track.verify([] { return false; });
-  const sim::cli::Verdict verdict = track.verdict();
+  const sim::study::Verdict verdict = track.verdict();
   found.verdict = verdict.trust;
   found.reason = verdict.reason;
   if (!whole) {

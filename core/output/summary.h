@@ -4,10 +4,10 @@
 #include <span>
 #include <string>
 
-#include "cli/run/scene.h"
-#include "cli/run/track.h"
+#include "core/study/run/track.h"
+#include "core/study/study.h"
 
-namespace sim::cli {
+namespace sim {
 
 // {"scene","systems":[...],"threads","seconds","verdict","reason"} with, for each system,
 //   {"name","order_of_state","particles","pinned","springs":{FAMILY:n},"integrator","dt",
@@ -23,11 +23,11 @@ namespace sim::cli {
 // `choices`, one a system or none at all: what --error chose becomes "error_goal" of its system.
 // `post_mortems`, one a system or none at all: what is not empty becomes "postmortem" of its
 // system, and the first of them that of the whole.
-std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
+std::string summary_json(const StudiedScene& scene, std::span<study::Track> tracks, double seconds,
                          std::span<const std::string> post_mortems = {},
                          std::span<const std::string> choices = {});
 
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);
 
-}  // namespace sim::cli
+}  // namespace sim

@@ -1,5 +1,6 @@
-#include "cli/run/summary.h"
+#include "core/output/summary.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -7,8 +8,10 @@
 
 #include "core/output/format.h"
 
-namespace sim::cli {
+namespace sim {
 namespace {
+
+using study::Track, study::Verdict;
 
 // Values of the integrator's parameters as texts; those without a value are left out.
 std::string params_json(const Simulation& system) {
@@ -137,7 +140,7 @@ std::string system_json(Track& track, const std::string& post_mortem, const std:
 
 }  // namespace
 
-std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, double seconds,
+std::string summary_json(const StudiedScene& scene, std::span<Track> tracks, double seconds,
                          std::span<const std::string> post_mortems,
                          std::span<const std::string> choices) {
   std::vector<std::string> systems;
@@ -147,11 +150,13 @@ std::string summary_json(const LoadedScene& scene, std::span<Track> tracks, doub
     systems.push_back(system_json(tracks[i], own, i < choices.size() ? choices[i] : ""));
     if (post_mortem.empty()) post_mortem = own;
   }
-  const Verdict verdict = overall_verdict(tracks);
+  const Verdict verdict = study::overall_verdict(tracks);
+  int threads = 1;
+  for (const Simulation& system : scene.systems) threads = std::max(threads, system.threads());
   JsonObject object;
   object.text("scene", scene.spec.file)
       .json("systems", json_array(systems))
-      .integer("threads", scene.threads())
+      .integer("threads", threads)
       .number("seconds", seconds)
       .text("verdict", study::trust_name(verdict.trust))
       .text("reason", verdict.reason);
@@ -166,4 +171,4 @@ std::string hash_text(const Simulation& system) {
   return text.data();
 }
 
-}  // namespace sim::cli
+}  // namespace sim

@@ -1,10 +1,9 @@
-#include "cli/run/run_length.h"
+#include "core/study/run/run_length.h"
 
-#include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
-namespace sim::cli {
+namespace sim::study {
 
 std::int64_t steps_of(const RunLength& length, const Simulation& system) {
   if (length.steps) return *length.steps;
@@ -26,4 +25,4 @@ void shorten(double end, Track& track) {
   if (beyond && end > track.system().t()) track.end_at(end);
 }
 
-}  // namespace sim::cli
+}  // namespace sim::study

@@ -13,9 +13,7 @@
 #include "core/study/verdict/looks.h"
 #include "core/study/verdict/verdict.h"
 
-namespace sim::cli {
-
-using study::Trust, study::Verdict;
+namespace sim::study {
 
 class Track {
  public:
@@ -24,7 +22,7 @@ class Track {
 
   // Spec and system outlive it. 0 steps are legal; tables have a frame every `frame_stride` steps,
   // reports a row every `row_stride`, both at the start and at the end too. Throws what the exact
-  // solution throws at t = 0. The registry is for the verdict, see study::Monitor.
+  // solution throws at t = 0. The registry is for the verdict, see Monitor.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride, Registry* registry = nullptr);
   void set_start(double total) { start_ = {0, total}; }  // the drift counts from that, in J
@@ -56,16 +54,16 @@ class Track {
   double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
-  void judge(const std::vector<study::Quantity>& figures);  // of all steps; before the first
-  std::span<const study::Quantity> judged() const { return judged_; }
+  void judge(const std::vector<Quantity>& figures);  // of all steps; before the first
+  std::span<const Quantity> judged() const { return judged_; }
   double figure(std::size_t i) const { return courses_[i].figure(judged_[i]); }
   double figure_parted(std::size_t i) const;  // from that of the shadow; not a number: not known
   double figure_spread(std::size_t i) const;  // from the neighbour's that is furthest; likewise
   std::span<const double> observed();         // of the present state; not finite: not known
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
-  std::span<const study::Parted> parted() const { return parting_.observed; }  // of its shadow
-  study::Deviation deviation() const { return study::deviation(*spec_, *system_); }
-  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: study::Shadow.
+  std::span<const Parted> parted() const { return parting_.observed; }  // of its shadow
+  Deviation deviation() const { return study::deviation(*spec_, *system_); }
+  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: Shadow.
   bool verify_beside(const std::function<bool()>& stop);
   bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
   void verify(const std::function<bool()>& stop, bool spread = false);
@@ -88,18 +86,18 @@ class Track {
   const SystemSpec* spec_;
   Simulation* system_;
   std::int64_t steps_, frame_stride_, row_stride_, first_step_, sampled_;
-  study::Looks looks_;
+  Looks looks_;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
   std::int64_t energy_step_ = -1, observed_step_ = -1;  // the steps that these belong to
   std::vector<double> observed_;
-  std::vector<study::Quantity> judged_;
-  std::vector<study::Course> courses_;
+  std::vector<Quantity> judged_;
+  std::vector<Course> courses_;
   std::optional<double> end_, short_;  // s, of a last step that is shortened: when, how long
-  study::Monitor monitor_;
-  std::optional<study::Shadow> shadow_;
-  study::Parting parting_;
+  Monitor monitor_;
+  std::optional<Shadow> shadow_;
+  Parting parting_;
   std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
   bool looked_ = false, energy_unknown_ = false;  // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
@@ -108,4 +106,4 @@ class Track {
 // The verdict on all systems of a run: the worst one's, with the names where there are several.
 Verdict overall_verdict(std::span<Track> tracks);
 
-}  // namespace sim::cli
+}  // namespace sim::study

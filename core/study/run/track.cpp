@@ -1,13 +1,13 @@
-#include "cli/run/track.h"
+#include "core/study/run/track.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "core/output/format.h"
+#include "core/base/text.h"
 #include "core/study/verdict/bad_force.h"
 
-namespace sim::cli {
+namespace sim::study {
 namespace {
 
 std::string step_t_h(std::int64_t step, double t, double h) {
@@ -83,7 +83,7 @@ std::span<const double> Track::observed() {
   return observed_;
 }
 
-void Track::judge(const std::vector<study::Quantity>& figures) {
+void Track::judge(const std::vector<Quantity>& figures) {
   judged_ = figures;
   courses_.resize(figures.size());
   if (shadow_) shadow_->judge(figures);
@@ -177,7 +177,7 @@ void Track::mark_diverged() {
               std::to_string(where.particle) +
               (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
               step_t_h(where.step, where.t, where.h);
-  if (const auto bad = study::find_bad_force(*spec_, *system_))
+  if (const auto bad = find_bad_force(*spec_, *system_))
     diverged_ += ": force '" + bad->name + "'" +
                  (bad->place.empty() ? "" : " (" + bad->place + ")") + " on particle " +
                  std::to_string(bad->particle) + " is not finite there";
@@ -255,4 +255,4 @@ Verdict overall_verdict(std::span<Track> tracks) {
   return worst;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::study

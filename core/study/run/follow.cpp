@@ -1,6 +1,6 @@
-#include "cli/run/follow.h"
+#include "core/study/run/follow.h"
 
-namespace sim::cli {
+namespace sim::study {
 
 void follow(Track& track, const std::function<bool()>& stop) {
   track.sample();
@@ -15,4 +15,4 @@ void follow(Track& track, const std::function<bool()>& stop) {
   }
 }
 
-}  // namespace sim::cli
+}  // namespace sim::study

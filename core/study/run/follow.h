@@ -3,11 +3,11 @@
 
 #include <functional>
 
-#include "cli/run/track.h"
+#include "core/study/run/track.h"
 
-namespace sim::cli {
+namespace sim::study {
 
 // Takes and samples all steps that are left, as far as they go; told to stop, it is interrupted.
 void follow(Track& track, const std::function<bool()>& stop);
 
-}  // namespace sim::cli
+}  // namespace sim::study

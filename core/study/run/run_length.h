@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "cli/run/track.h"
+#include "core/study/run/track.h"
 
-namespace sim::cli {
+namespace sim::study {
+
+inline constexpr std::int64_t kMostSteps = 9'000'000'000'000'000;  // exact in a double
 
 struct RunLength {
   std::optional<double> time;  // s, at most one of the two; neither = the scene's duration
@@ -20,4 +22,4 @@ std::int64_t steps_of(const RunLength& length, const Simulation& system);
 void shorten(const RunLength& length, Track& track);
 void shorten(double end, Track& track);  // s
 
-}  // namespace sim::cli
+}  // namespace sim::study
