@@ -5,7 +5,7 @@
 #include "cli/prompt/repl_actions.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 #include "core/output/tables.h"
 
 namespace sim::cli::actions {

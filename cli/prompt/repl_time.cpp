@@ -7,6 +7,7 @@
 #include "cli/verbs/rest.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
+#include "core/report/rest_report.h"
 
 namespace sim::cli::actions {
 namespace {
@@ -71,7 +72,7 @@ Answer rest(Call& call) {
     if (!found.found)
       throw Error(ErrorKind::kUsage, {"no rest was found", system.name(), found.why, found.remedy});
   });
-  return words(rest_text(found) + "\n", found.force);
+  return words(report::rest_text(found) + "\n", found.force);
 }
 
 Answer back(Call& call) {

@@ -5,21 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "core/lua/environment.h"
 #include "core/plugin/registry.h"
 
 namespace sim::cli {
 
-using Folders = std::vector<std::filesystem::path>;
+using sim::Environment, sim::Folders;
 
-struct Environment {
-  Folders plugin_folders;  // searched in order
-  Folders scene_folders;   // each holds sim/ and scenes/
-};
-
-// Plugins: `plugin_path` (--plugin-path), then $SIM_PLUGIN_PATH, sim/plugins in $XDG_DATA_HOME (or
-// else ~/.local/share), lib/sim/plugins beside the program's bin/. Scenes: $SIM_PATH, then
-// share/sim beside bin/, then the scripts of the source tree. The variables hold folders with
-// colons between them. Only the built-in folders may be missing.
+// Beside the program, or in the tree that it was built from.
 Environment find_environment(const Folders& plugin_path);
 
 // A registry over these folders, with the libraries of --load opened. Throws Error{kIo} for a

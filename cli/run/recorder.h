@@ -10,7 +10,7 @@
 
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "core/output/writer.h"
+#include "core/output/make_writer.h"
 #include "core/study/accuracy/companion.h"
 
 namespace sim::cli {
@@ -26,14 +26,8 @@ struct OutRequest {
   bool any() const { return show || !files.empty(); }
 };
 
-// Of the first system that says something, and over it what the user says.
-sim::Look look_of(const SceneSpec& scene, const LookSpec& asked);
-
 // Throws Error{kUsage} for an ending that no writer knows; opens nothing.
 void check_files(const OutRequest& request, Registry& registry);
-
-// Of task.file, which gives the format. Throws what the writer throws.
-std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry);
 
 inline constexpr double kFilmRate = 30;  // pictures a second, if nobody says otherwise
 

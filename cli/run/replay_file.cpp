@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/text.h"
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 
 namespace sim::cli {
 namespace {

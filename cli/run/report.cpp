@@ -6,7 +6,7 @@
 
 #include "cli/terminal/console.h"
 #include "core/output/format.h"
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 
 namespace sim::cli {
 namespace {

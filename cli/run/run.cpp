@@ -22,7 +22,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 
 namespace sim::cli {
 namespace {
@@ -51,7 +51,6 @@ class Run {
  private:
   int take_steps(const Interrupts& interrupts);
   void take_last();
-  Track* next_track();
   bool step(Track& track);
   void measure(Track& track, bool last = false);
   std::size_t index_of(const Track& track) const {
@@ -140,15 +139,6 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   }
 }
 
-// Systems go together: the one that is furthest behind in time takes the next step.
-Track* Run::next_track() {
-  Track* next = nullptr;
-  for (Track& track : tracks_)
-    if (!track.finished() && !track.stuck() && (!next || track.system().t() < next->system().t()))
-      next = &track;
-  return next;
-}
-
 void Run::measure(Track& track, bool last) {
   track.sample();
   outputs_.take(index_of(track), track, last);
@@ -199,8 +189,8 @@ int Run::take_steps(const Interrupts& interrupts) {
   };
   bool beside = request_.verify != Verify::kAlways;
   for (const auto& each : engines_) each->start();
-  Track* track = next_track();
-  for (; track && !interrupts.caught() && !outputs_.deserted(); track = next_track()) {
+  Track* track = furthest_behind(tracks_);
+  for (; track && !interrupts.caught() && !outputs_.deserted(); track = furthest_behind(tracks_)) {
     if (!step(*track)) {
       if (interrupts.caught() || track->system().divergence().status == StepStatus::kStopped) break;
       if (!track->stuck()) track->mark_diverged();  // the others go on

@@ -11,66 +11,10 @@
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
+#include "core/study/without.h"
 
 namespace sim::cli {
 namespace {
-
-// What --without may name of a part: its plugin, or the family of springs.
-std::vector<std::string> names_of(const PartSpec& part) {
-  std::vector<std::string> names{part.plugin};
-  if (const auto family = part.given.find("family"); family != part.given.end())
-    if (const auto* name = std::get_if<std::string>(&family->second)) names.push_back(*name);
-  return names;
-}
-
-// Of all systems, or of one of a world: "gravity", "cloth.gravity". Throws Error{kUsage} for a name
-// that no part has.
-void leave_out(SceneSpec& scene, const std::string& name) {
-  std::vector<std::string> known;
-  bool found = false;
-  for (SystemSpec& system : scene.systems) {
-    const std::string before = scene.world ? system.name + "." : "";
-    const bool one = scene.world && name.starts_with(before);
-    const std::string wanted = one ? name.substr(before.size()) : name;
-    for (std::vector<PartSpec>* parts : {&system.forces, &system.colliders})
-      std::erase_if(*parts, [&](const PartSpec& part) {
-        const std::vector<std::string> names = names_of(part);
-        for (const std::string& each : names) {
-          known.push_back(each);
-          if (scene.world) known.push_back(before + each);
-        }
-        const bool named = std::ranges::count(names, wanted) > 0;
-        found = found || named;
-        return named;
-      });
-  }
-  if (found) return;
-  std::ranges::sort(known);
-  known.erase(std::unique(known.begin(), known.end()), known.end());
-  throw Error(ErrorKind::kUsage,
-              {"nothing to leave out", "--without " + name,
-               "the scene has no force, collider or family of that name", suggestion(name, known)});
-}
-
-// In every system that has a switch of this name.
-void turn_off(const std::string& name, SceneSpec& scene) {
-  bool known = false;
-  std::vector<std::string> names;
-  for (SystemSpec& system : scene.systems)
-    for (std::vector<PartSpec>* parts : {&system.forces, &system.colliders})
-      for (PartSpec& part : *parts) {
-        if (part.switch_name.empty()) continue;
-        names.push_back(part.switch_name);
-        if (part.switch_name != name) continue;
-        part.on = false;
-        known = true;
-      }
-  if (known) return;
-  const std::string remedy = suggestion(name, names);
-  throw Error(ErrorKind::kUsage,
-              {"no such switch", "--off " + name, "the scene has no switch of this name",
-               names.empty() ? "it names them in switches = { NAME = PART }" : remedy});
-}
 
 std::string shell_word(const std::string& word) {
   const bool plain = !word.empty() && std::ranges::all_of(word, [](char c) {
@@ -147,8 +91,8 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
                            .safe = request.safe,
                            .interrupted = SessionSignals::any,
                            .overrun = end_overrun});
-  for (const std::string& name : request.without) leave_out(scene.spec, name);
-  for (const std::string& name : request.off) turn_off(name, scene.spec);
+  for (const std::string& name : request.without) study::leave_out(name, scene.spec);
+  for (const std::string& name : request.off) study::turn_off(name, scene.spec);
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(request, system, registry));
   return scene;
@@ -165,10 +109,6 @@ Error in_step(const Error& error, const Simulation& system) {
   text.why += " (in step " + std::to_string(system.step_count() + 1) +
               " from t = " + brief(system.t()) + " s)";
   return Error(error.kind(), text);
-}
-
-std::string counted(long count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 long spring_count(const Simulation& system) {

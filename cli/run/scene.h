@@ -12,10 +12,13 @@
 #include "core/base/error.h"
 #include "core/lua/limits.h"
 #include "core/output/file_plan.h"
+#include "core/report/study_words.h"
 #include "core/scene/simulation.h"
 #include "core/study/study.h"
 
 namespace sim::cli {
+
+using report::counted;
 
 inline constexpr std::int64_t kMostThreads = 1024;
 
@@ -59,9 +62,6 @@ std::string command_for(const SceneRequest& request);
 
 // The error of a right-hand side written in Lua, with the step it failed in.
 Error in_step(const Error& error, const Simulation& system);
-
-// "64 particles", "1 spring".
-std::string counted(long count, const std::string& noun);
 
 // Springs of all families.
 long spring_count(const Simulation& system);

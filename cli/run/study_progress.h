@@ -12,9 +12,12 @@
 #include "cli/run/run.h"
 #include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
+#include "core/report/study_words.h"
 #include "core/study/problem.h"
 
 namespace sim::cli {
+
+using report::first_cell, report::judged_text, report::quantity;
 
 // What is no more than an estimate: "8 s", "42 s", "3 min", "5 h".
 std::string rough_time(double seconds);
@@ -50,16 +53,6 @@ class StudyProgress {
   Clock::time_point last_{};
   Interrupts interrupts_;
 };
-
-// What --of says, for study::Problem::of; nothing for an empty text. Throws Error{kUsage} when the
-// scene does not observe it.
-std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text);
-
-// "mean sag = 1.234 (known to 0.002)", no digit more; "sag (known to 0.002)" of one at all times.
-std::string judged_text(const std::string& of, double figure, double error);
-
-// A name as the first cell of a row, padded; a longer one stands on a line of its own.
-std::string first_cell(const std::string& name, std::size_t width);
 
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);

@@ -9,15 +9,17 @@
 #include <vector>
 
 #include "cli/run/language_docs.h"
-#include "cli/verbs/integrator_facts.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
+#include "core/report/plugin_json.h"
 
 namespace sim::cli {
 namespace {
 
+using report::example_text, report::integrator_facts, report::IntegratorFacts, report::kind_text;
+using report::plugin_json;
 using Docs = std::map<std::string, std::string>;
 
 std::string facts_text(const IntegratorFacts& facts) {
@@ -84,16 +86,6 @@ std::string elements_text(const PluginInfo& info) {
   return wrapped("  " + text, 2) + '\n';
 }
 
-// As a scene writes it.
-std::string example_text(const PluginInfo& info) {
-  std::vector<std::string> values;
-  for (const auto& [name, value] : info.example) {
-    const bool text = std::holds_alternative<std::string>(value);
-    values.push_back(name + " = " + (text ? json_string(to_text(value)) : to_text(value)));
-  }
-  return "sim." + std::string(info.kind.name) + "." + info.name + " { " + join(values, ", ") + " }";
-}
-
 std::string plugin_text(const PluginInfo& info, Registry& registry) {
   std::string text = std::string(info.kind.name) + " " + info.name;
   if (!info.aliases.empty()) text += " (also " + join(info.aliases, ", ") + ")";
@@ -115,42 +107,6 @@ std::string plugins_text(const std::vector<const PluginInfo*>& plugins, Registry
   for (const PluginInfo* info : plugins)
     text += (text.empty() ? "" : "\n") + plugin_text(*info, registry);
   return text;
-}
-
-JsonObject plugin_json(const PluginInfo& info, Registry& registry) {
-  std::vector<std::string> params, aliases;
-  for (const Param& param : info.params) {
-    JsonObject object;
-    object.text("name", param.name)
-        .text("type", type_name(param.type))
-        .text("unit", param.unit)
-        .text("default", to_text(param.default_value))
-        .flag("required", param.required)
-        .flag("per_tie", param.per_tie)
-        .text("doc", param.doc);
-    std::vector<std::string> choices;
-    for (const std::string& choice : param.choices) choices.push_back(json_string(choice));
-    if (!choices.empty()) object.json("choices", json_array(choices));
-    if (std::isfinite(param.min)) object.number("min", param.min);
-    if (std::isfinite(param.max)) object.number("max", param.max);
-    params.push_back(object.str());
-  }
-  for (const std::string& alias : info.aliases) aliases.push_back(json_string(alias));
-  JsonObject object;
-  object.text("kind", std::string(info.kind.name))
-      .text("name", info.name)
-      .json("aliases", json_array(aliases))
-      .text("summary", info.summary)
-      .text("formula", info.formula)
-      .text("source", info.source);
-  if (const auto facts = integrator_facts(info, registry)) add_facts(object, *facts);
-  object.json("params", json_array(params))
-      .integer("arity", info.elements.arity)
-      .flag("pointwise", info.pointwise)
-      .flag("free_numbers", info.free_numbers)
-      .text("example", info.example.empty() ? "" : example_text(info))
-      .text("file", info.file);
-  return object;
 }
 
 // The first one; those of other kinds, if there are any, as its `others`.

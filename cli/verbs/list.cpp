@@ -6,16 +6,18 @@
 #include <utility>
 #include <vector>
 
-#include "cli/verbs/integrator_facts.h"
 #include "cli/verbs/luacats.h"
 #include "cli/verbs/reference_page.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
+#include "core/report/integrator_facts.h"
 
 namespace sim::cli {
 namespace {
+
+using report::integrator_facts, report::IntegratorFacts, report::kind_text, report::limit_text;
 
 struct ListRow {
   std::string name, summary = {};

@@ -16,9 +16,6 @@ struct RestRequest {
   bool json = false, quiet = false;
 };
 
-// "at rest: the largest force left is ..", one line.
-std::string rest_text(const study::Rest& rest);
-
 // Brings every system to rest and says so, one line each. Throws Error{kDiverged} where there is
 // no rest.
 void bring_to_rest(LoadedScene& scene, std::ostream* words);

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 
 namespace sim::cli {
 namespace {

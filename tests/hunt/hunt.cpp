@@ -6,11 +6,11 @@
 #include <memory>
 #include <ostream>
 
-#include "core/study/run/track.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/scene/simulation.h"
 #include "core/study/limits/spectrum.h"
+#include "core/study/run/track.h"
 #include "tests/hunt/random_scene.h"
 #include "tests/hunt/reference.h"
 #include "tests/support/plain_model.h"
@@ -93,7 +93,7 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
     return found;
   }
   sim::study::Track track(scene.spec, *system, scene.steps, sim::study::Track::kNever,
-                        std::max<std::int64_t>(1, scene.steps / kLooks), &registry);
+                          std::max<std::int64_t>(1, scene.steps / kLooks), &registry);
   std::vector<Frame> frames;
   const auto look = [&](bool last) {
     track.sample();

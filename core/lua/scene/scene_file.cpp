@@ -59,7 +59,7 @@ std::vector<std::string> list_scenes(const std::vector<fs::path>& search_path) {
 }
 
 SceneSpec load_scene(const std::string& name, Registry& registry, const SceneOptions& options) {
-  const fs::path file = find_scene(name, options.search_path);
+  const fs::path file = options.text ? fs::path(name) : find_scene(name, options.search_path);
   const auto session = std::make_shared<SceneSession>(file, options, registry);
   SceneSpec spec;
   session->lua().protect(file.string(), [&](lua_State* L) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct SceneOptions {
   std::map<std::string, std::string> settings;     // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
   LuaLimits limits = {};
+  std::optional<std::string> text = {};  // instead of what the file holds, which need not be there
   bool safe = false;  // of a stranger: no plugins of its own, no files but below its folder
   std::function<void(const std::string&)> print = {};  // gets what is printed; none: stderr
   bool (*interrupted)() = nullptr;                     // a yes ends Lua with an error

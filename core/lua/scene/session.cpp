@@ -204,7 +204,8 @@ void SceneSession::note_input(const std::string& name, const fs::path& file, std
 
 std::string SceneSession::read(const std::string& name, const fs::path& file,
                                const Place& asked_at) {
-  std::string text = read_file(file, asked_at);
+  const bool given = options_.text && name == "scene";
+  std::string text = given ? *options_.text : read_file(file, asked_at);
   note_input(name, file, content_hash(text));
   return text;
 }

@@ -5,14 +5,10 @@
 #include <vector>
 
 #include "core/base/text.h"
-#include "core/study/verdict/bad_force.h"
+#include "core/study/run/divergence_text.h"
 
 namespace sim::study {
 namespace {
-
-std::string step_t_h(std::int64_t step, double t, double h) {
-  return "step " + std::to_string(step) + ", t = " + brief(t) + " s, h = " + brief(h) + " s";
-}
 
 // Where an energy without bounds comes from.
 int fastest_particle(const Simulation& system) {
@@ -145,7 +141,7 @@ bool Track::energy_is_finite() {
   if (system_->step_count() == 0) energy_unknown_ = true;
   if (diverged_.empty() && !energy_unknown_)
     diverged_ = "the energy is not a finite number from " +
-                step_t_h(system_->step_count(), system_->t(), system_->h()) +
+                step_place(system_->step_count(), system_->t(), system_->h()) +
                 " on (fastest: particle " + std::to_string(fastest_particle(*system_)) + ")";
   return false;
 }
@@ -158,30 +154,7 @@ const Energy& Track::energy() {
   return energy_;
 }
 
-void Track::mark_diverged() {
-  stuck_ = true;
-  const Divergence& where = system_->divergence();
-  if (where.status == StepStatus::kNotAllowed) {
-    diverged_ = where.why + " in " + step_t_h(where.step, where.t, where.h);
-    return;
-  }
-  if (where.status != StepStatus::kNotFinite) {
-    diverged_ =
-        std::string(where.status == StepStatus::kStepTooSmall
-                        ? "no step is small enough for the tolerance in "
-                        : "the equations of an implicit step have no solution in reach in ") +
-        step_t_h(where.step, where.t, where.h);
-    return;
-  }
-  diverged_ = (where.item == "point" ? "particle" : where.item) + " " +
-              std::to_string(where.particle) +
-              (system_->flat() ? "" : " (" + where.quantity + ")") + " is not finite after " +
-              step_t_h(where.step, where.t, where.h);
-  if (const auto bad = find_bad_force(*spec_, *system_))
-    diverged_ += ": force '" + bad->name + "'" +
-                 (bad->place.empty() ? "" : " (" + bad->place + ")") + " on particle " +
-                 std::to_string(bad->particle) + " is not finite there";
-}
+void Track::mark_diverged() { mark_diverged(divergence_text(*spec_, *system_)); }
 
 void Track::mark_diverged(std::string why) {
   stuck_ = true;

@@ -1,10 +1,10 @@
-#include "cli/verbs/integrator_facts.h"
+#include "core/report/integrator_facts.h"
 
 #include <cmath>
 
 #include "core/ode/stability.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry& registry) {
   if (info.kind != kind_of<Integrator>) return {};
@@ -40,4 +40,4 @@ std::string kind_text(const IntegratorInfo& info) {
   return text;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -8,19 +8,19 @@
 #include "core/study/accuracy/work_precision.h"
 #include "core/study/verdict/verdict.h"
 
-namespace sim::cli {
+namespace sim::study {
 
 // Verdicts on runs of choices within the budget: that of the recommended one, and those of
 // WorkPrecision::refused.
 struct Tried {
-  std::optional<study::Verdict> recommended;
-  std::vector<study::Verdict> refused;
+  std::optional<Verdict> recommended;
+  std::vector<Verdict> refused;
 };
 
 // Runs and verifies the recommendation, to `time` (s) or the scene's end. One that comes out
 // suspect or diverged is refused, with all longer steps of its method; then the next is the
 // recommendation, and there is none where all that are within the budget, or twelve, come out so.
-Tried try_recommended(const study::Problem& problem, study::WorkPrecision& study,
-                      std::optional<double> time, const std::function<bool()>& stop);
+Tried try_recommended(const Problem& problem, WorkPrecision& study, std::optional<double> time,
+                      const std::function<bool()>& stop);
 
-}  // namespace sim::cli
+}  // namespace sim::study

@@ -7,7 +7,7 @@
 #include "core/output/format.h"
 #include "core/plugin/registry.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 struct IntegratorFacts {
   IntegratorInfo info;
@@ -29,4 +29,4 @@ std::string limit_text(double limit);
 // "symplectic, particles", "adaptive", "implicit", "explicit", "chooses among these".
 std::string kind_text(const IntegratorInfo& info);
 
-}  // namespace sim::cli
+}  // namespace sim::report

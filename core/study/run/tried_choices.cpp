@@ -1,16 +1,16 @@
-#include "cli/verbs/tried_choices.h"
+#include "core/study/run/tried_choices.h"
 
 #include <utility>
 
-#include "cli/run/judged.h"
+#include "core/study/run/follow.h"
+#include "core/study/run/run_length.h"
 
-namespace sim::cli {
+namespace sim::study {
 namespace {
 
-Verdict verdict_of(const study::Problem& problem, const study::WorkPrecision& study,
-                   study::Place place, std::optional<double> time,
-                   const std::function<bool()>& stop) {
-  const study::Point& point = study.at(place);
+Verdict verdict_of(const Problem& problem, const WorkPrecision& study, Place place,
+                   std::optional<double> time, const std::function<bool()>& stop) {
+  const Point& point = study.at(place);
   RunOptions options = problem.options;
   options.integrator = study.curves[place.curve].method;
   if (point.tolerance > 0)
@@ -30,12 +30,12 @@ Verdict verdict_of(const study::Problem& problem, const study::WorkPrecision& st
 
 }  // namespace
 
-Tried try_recommended(const study::Problem& problem, study::WorkPrecision& study,
-                      std::optional<double> time, const std::function<bool()>& stop) {
+Tried try_recommended(const Problem& problem, WorkPrecision& study, std::optional<double> time,
+                      const std::function<bool()>& stop) {
   constexpr std::size_t kMostRuns = 12;
   Tried tried;
   while (study.recommended && !stop()) {
-    const study::Place place = *study.recommended;
+    const Place place = *study.recommended;
     Verdict verdict = verdict_of(problem, study, place, time, stop);
     if (stop()) break;
     if (verdict.trust < Trust::kSuspect) {
@@ -50,4 +50,4 @@ Tried try_recommended(const study::Problem& problem, study::WorkPrecision& study
   return tried;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::study

@@ -7,7 +7,7 @@
 #include "core/study/run/track.h"
 #include "core/study/study.h"
 
-namespace sim {
+namespace sim::report {
 
 // {"scene","systems":[...],"threads","seconds","verdict","reason"} with, for each system,
 //   {"name","order_of_state","particles","pinned","springs":{FAMILY:n},"integrator","dt",
@@ -30,4 +30,4 @@ std::string summary_json(const StudiedScene& scene, std::span<study::Track> trac
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);
 
-}  // namespace sim
+}  // namespace sim::report

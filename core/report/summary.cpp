@@ -1,4 +1,4 @@
-#include "core/output/summary.h"
+#include "core/report/summary.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "core/output/format.h"
 
-namespace sim {
+namespace sim::report {
 namespace {
 
 using study::Track, study::Verdict;
@@ -171,4 +171,4 @@ std::string hash_text(const Simulation& system) {
   return text.data();
 }
 
-}  // namespace sim
+}  // namespace sim::report

@@ -1,0 +1,25 @@
+// Where plugins and scenes are found.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace sim {
+
+using Folders = std::vector<std::filesystem::path>;
+
+struct Environment {
+  Folders plugin_folders;  // searched in order
+  Folders scene_folders;   // each holds sim/ and scenes/
+};
+
+// Of what is installed below `prefix`. Plugins: `plugin_path` (--plugin-path), then
+// $SIM_PLUGIN_PATH, sim/plugins in $XDG_DATA_HOME (or else ~/.local/share), lib/sim/plugins below
+// the prefix. Scenes: $SIM_PATH, then share/sim below the prefix, or else the scripts of the source
+// tree. The variables hold folders with colons between them. Only the built-in folders may be
+// missing.
+Environment find_environment(const std::filesystem::path& prefix,
+                             const std::filesystem::path& source_scripts,
+                             const Folders& plugin_path);
+
+}  // namespace sim

@@ -1,0 +1,21 @@
+// Writers of files, by the endings of their names.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/output/writer.h"
+#include "core/plugin/registry.h"
+
+namespace sim {
+
+// Throws Error{kUsage} for an ending that no writer knows.
+const Plugin<Writer>& writer_of(const std::string& file, Registry& registry);
+
+// Of task.file, which gives the format. Throws what the writer throws.
+std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry);
+
+// Of the first system that says something, and over it what the user says.
+Look look_of(const SceneSpec& scene, const LookSpec& asked);
+
+}  // namespace sim

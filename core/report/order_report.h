@@ -1,0 +1,14 @@
+// What a study of the order of convergence found, for people and for machines.
+#pragma once
+
+#include <string>
+
+#include "core/study/accuracy/order.h"
+
+namespace sim::report {
+
+// `of`: what was judged, as study::Quantity; empty: positions.
+std::string order_text(const study::OrderStudy& result, const std::string& of);
+std::string order_json(const study::OrderStudy& result, const std::string& of);
+
+}  // namespace sim::report

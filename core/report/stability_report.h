@@ -1,0 +1,13 @@
+// What a study of stability found, for people and for machines.
+#pragma once
+
+#include <string>
+
+#include "core/study/limits/stability.h"
+
+namespace sim::report {
+
+std::string stability_text(const study::Stability& result);
+std::string stability_json(const study::Stability& result);  // what `sim stability --help` says
+
+}  // namespace sim::report

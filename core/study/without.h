@@ -1,0 +1,17 @@
+// A scene without some of its parts.
+#pragma once
+
+#include <string>
+
+#include "core/scene/scene_spec.h"
+
+namespace sim::study {
+
+// Of all systems, or of one of a world: "gravity", "cloth.gravity". Throws Error{kUsage} for a name
+// that no force, collider or family of springs has.
+void leave_out(const std::string& name, SceneSpec& scene);
+
+// In every system that has a switch of this name. Throws Error{kUsage} where none has.
+void turn_off(const std::string& name, SceneSpec& scene);
+
+}  // namespace sim::study
