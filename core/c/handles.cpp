@@ -1,0 +1,195 @@
+#include "core/c/handles.h"
+
+#include <dlfcn.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/base/text.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/study/method_text.h"
+#include "core/study/without.h"
+
+namespace sim::c {
+namespace {
+
+constexpr int kMostThreads = 1024;
+
+// Cut at a character where it does not fit.
+template <std::size_t kRoom>
+void fill(char (&room)[kRoom], const std::string& text) {
+  std::size_t size = text.size();
+  if (size >= kRoom) {
+    size = kRoom - 1;
+    while (size > 0 && (static_cast<unsigned char>(text[size]) & 0xC0) == 0x80) --size;
+  }
+  std::memcpy(room, text.data(), size);
+  room[size] = '\0';
+}
+
+int tell(sim_error* error, int code, const ErrorText& text) noexcept {
+  if (error) {
+    error->code = code;
+    fill(error->what, text.what);
+    fill(error->where, text.where);
+    fill(error->why, text.why);
+    fill(error->remedy, text.remedy);
+  }
+  return code;
+}
+
+// Without memory for a text.
+int tell_plainly(sim_error* error, const char* what) noexcept {
+  if (!error) return SIM_INTERNAL;
+  error->code = SIM_INTERNAL;
+  std::strncpy(error->what, what, sizeof error->what - 1);
+  error->what[sizeof error->what - 1] = '\0';
+  error->where[0] = error->why[0] = error->remedy[0] = '\0';
+  return SIM_INTERNAL;
+}
+
+// Below which bin/, lib/ and share/ lie.
+std::filesystem::path prefix_of_library() {
+  Dl_info info{};
+  if (!dladdr(reinterpret_cast<const void*>(&sim_interface_version), &info) || !info.dli_fname)
+    return {};
+  std::error_code failed;
+  const std::filesystem::path file = std::filesystem::canonical(info.dli_fname, failed);
+  const std::filesystem::path folder = file.parent_path();
+  // lib/, or lib/x86_64-linux-gnu/.
+  return folder.filename() == "lib" ? folder.parent_path() : folder.parent_path().parent_path();
+}
+
+std::vector<std::string> list_of(const char* const* texts) {
+  std::vector<std::string> list;
+  for (; texts && *texts; ++texts) list.emplace_back(*texts);
+  return list;
+}
+
+std::map<std::string, std::string> settings_of(const char* const* texts) {
+  std::map<std::string, std::string> settings;
+  for (const std::string& text : list_of(texts)) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos)
+      refuse("bad setting", "settings '" + text + "'", "it is not NAME=VALUE",
+             "write it like n=32");
+    settings[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  return settings;
+}
+
+}  // namespace
+
+int tell(sim_error* error) noexcept {
+  try {
+    throw;
+  } catch (const Error& found) {
+    const int code = static_cast<int>(found.kind());
+    return tell(error, code, found.text());
+  } catch (const Stopped&) {
+    tell_plainly(error, "stopped");
+    if (error) error->code = SIM_STOPPED;
+    return SIM_STOPPED;
+  } catch (const std::bad_alloc&) {
+    return tell_plainly(error, "out of memory");
+  } catch (const std::exception& found) {
+    return tell_plainly(error, found.what());
+  } catch (...) {
+    return tell_plainly(error, "unknown exception");
+  }
+}
+
+char* given_away(const std::string& text) {
+  char* const block = static_cast<char*>(std::malloc(text.size() + 1));
+  if (!block) throw std::bad_alloc();
+  std::memcpy(block, text.c_str(), text.size() + 1);
+  return block;
+}
+
+const Simulation& system_of(const sim_scene* scene, int system) {
+  const std::vector<Simulation>& systems = checked(scene, "scene").loaded.systems;
+  if (system < 0 || static_cast<std::size_t>(system) >= systems.size())
+    refuse("no such system", std::to_string(system),
+           "the scene has " + std::to_string(systems.size()), "they count from 0");
+  return systems[static_cast<std::size_t>(system)];
+}
+
+Simulation& system_of(sim_scene* scene, int system) {
+  return const_cast<Simulation&>(system_of(const_cast<const sim_scene*>(scene), system));
+}
+
+Asked asked_of(const sim_options* options) {
+  Asked asked;
+  if (!options) return asked;
+  if (options->size < sizeof(sim_options))
+    refuse("bad options", "size " + std::to_string(options->size), "it is that of no version",
+           "begin with SIM_OPTIONS");
+  asked.variant.settings = settings_of(options->settings);
+  asked.variant.off = list_of(options->off);
+  asked.variant.without = list_of(options->without);
+  if (options->integrator) asked.variant.integrator = study::parse_integrator(options->integrator);
+  if (!(options->dt >= 0 && options->dt < HUGE_VAL))
+    refuse("bad value", "dt " + brief(options->dt), "it must be above 0, or 0 for the scene's own",
+           "give it in s, like 0.005");
+  asked.variant.dt = options->dt;
+  for (const std::string& folder : list_of(options->folders)) asked.folders.emplace_back(folder);
+  for (const std::string& file : list_of(options->libraries)) asked.libraries.emplace_back(file);
+  if (options->threads < 0 || options->threads > kMostThreads)
+    refuse("bad value", "threads " + std::to_string(options->threads), "it is not 1 .. 1024",
+           "give the number of cores at most");
+  asked.threads = Threads(std::max(1, options->threads));
+  asked.safe = options->safe != 0;
+  asked.seed = options->seed;
+  return asked;
+}
+
+Environment environment_of(const Asked& asked) {
+  return find_environment(prefix_of_library(), SIM_SCRIPTS_DIR, asked.folders);
+}
+
+std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment) {
+  if (environment.plugin_folders.empty() && asked.libraries.empty())
+    throw Error(ErrorKind::kIo,
+                {"no plugin folder", (prefix_of_library() / "lib/sim/plugins").string(),
+                 "there is none beside the library", "install it again, or name one in folders"});
+  return std::make_unique<Registry>(environment.plugin_folders, asked.libraries);
+}
+
+RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
+                       Registry& registry) {
+  const MethodChoice& choice = variant.integrator;
+  return {.integrator = study::typed(choice, choice.over(system.integrator).name, registry),
+          .dt = variant.dt,
+          .threads = asked.threads};
+}
+
+StudiedScene load(const std::string& name, const char* text, const Asked& asked,
+                  const SceneVariant& variant, Registry& registry) {
+  if (!variant.integrator.name.empty())
+    study::typed(variant.integrator, variant.integrator.name, registry);
+  SceneOptions options{.search_path = environment_of(asked).scene_folders,
+                       .settings = variant.settings,
+                       .seed = asked.seed,
+                       .safe = asked.safe};
+  if (text) options.text = text;
+  StudiedScene scene;
+  scene.spec = load_scene(name, registry, options);
+  for (const std::string& part : variant.without) study::leave_out(part, scene.spec);
+  for (const std::string& part : variant.off) study::turn_off(part, scene.spec);
+  for (const SystemSpec& system : scene.spec.systems)
+    scene.systems.emplace_back(system, registry, run_options(variant, asked, system, registry));
+  return scene;
+}
+
+bool Watcher::stopped(const char* what, double done) {
+  constexpr std::int64_t kInterval = 50'000'000;  // ns
+  if (stopped_ || !watch_ || std::this_thread::get_id() != owner_) return stopped_;
+  const std::int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
+  if (last_ >= 0 && now - last_ < kInterval) return false;
+  last_ = now;
+  stopped_ = watch_(user_, what, done) != 0;
+  return stopped_;
+}
+
+}  // namespace sim::c

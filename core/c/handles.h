@@ -1,0 +1,126 @@
+// What stands behind the handles of sim.h, and how exceptions become codes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/c/sim.h"
+#include "core/lua/environment.h"
+#include "core/study/run/track.h"
+#include "core/study/study.h"
+
+// Members of a scene in the order in which the later ones refer to the earlier.
+struct sim_scene {
+  std::unique_ptr<sim::Registry> registry;
+  sim::StudiedScene loaded;
+  std::shared_ptr<const char> self = std::make_shared<const char>('\0');  // snapshots know it by it
+  std::uint64_t generation = 1;
+  std::vector<sim::study::Verdict> verdicts;  // of the last run; empty: there was none
+  std::string summary;                        // of it, JSON
+  double seconds = 0;                         // that it took
+};
+
+struct sim_snapshot {
+  std::shared_ptr<const char> scene;
+  std::vector<sim::Snapshot> systems;
+};
+
+namespace sim::c {
+
+// A callback asked to stop.
+struct Stopped : std::exception {};
+
+[[noreturn]] inline void refuse(const std::string& what, const std::string& where,
+                                const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
+}
+
+template <class Handle>
+Handle& checked(Handle* handle, const char* name) {
+  if (!handle) refuse("null handle", name, "there is nothing to work on", "give one that is open");
+  return *handle;
+}
+
+inline const char* checked_text(const char* text, const char* name) {
+  if (!text) refuse("null text", name, "a text is wanted", "give one that ends with a zero byte");
+  return text;
+}
+
+// Of the exception that is being handled.
+int tell(sim_error* error) noexcept;
+
+// Calls work(); the code of what it throws, which never goes further.
+template <class Work>
+int guarded(sim_error* error, Work work) noexcept {
+  try {
+    work();
+    return SIM_OK;
+  } catch (...) {
+    return tell(error);
+  }
+}
+
+// The same for what returns a pointer: null on failure.
+template <class Work>
+auto guarded_pointer(sim_error* error, Work work) noexcept -> decltype(work()) {
+  try {
+    return work();
+  } catch (...) {
+    tell(error);
+    return nullptr;
+  }
+}
+
+char* given_away(const std::string& text);  // for sim_free(); throws std::bad_alloc
+
+// Throws Error{kUsage} for one that the scene does not have.
+Simulation& system_of(sim_scene* scene, int system);
+const Simulation& system_of(const sim_scene* scene, int system);
+
+// Of the options, null being the defaults. Throws Error{kUsage} for a wrong size or value.
+struct Asked {
+  SceneVariant variant;
+  Folders folders, libraries;
+  Threads threads;
+  bool safe = false;
+  std::uint64_t seed = 0;
+};
+Asked asked_of(const sim_options* options);
+
+// What is installed with this library, or else the tree that it was built from.
+Environment environment_of(const Asked& asked);
+
+std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
+
+// The scene in this variant; with `text`, what the file `name` would hold.
+StudiedScene load(const std::string& name, const char* text, const Asked& asked,
+                  const SceneVariant& variant, Registry& registry);
+
+RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
+                       Registry& registry);
+
+// Asks a callback now and then, on the thread that made it; once told to stop, it stays told.
+class Watcher {
+ public:
+  Watcher(sim_watch watch, void* user) : watch_(watch), user_(user) {}
+
+  bool stopped(const char* what, double done);
+  bool told() const { return stopped_; }
+
+ private:
+  sim_watch watch_;
+  void* user_;
+  std::thread::id owner_ = std::this_thread::get_id();
+  std::int64_t last_ = -1;  // ns, of a clock that is steady
+  std::atomic<bool> stopped_ = false;
+};
+
+}  // namespace sim::c

@@ -1,0 +1,379 @@
+// Scenes, their steps and their state.
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/base/text.h"
+#include "core/c/handles.h"
+#include "core/lua/scene/scene_file.h"
+#include "core/output/format.h"
+#include "core/report/plugin_json.h"
+#include "core/study/method_text.h"
+#include "core/study/run/divergence_text.h"
+
+using namespace sim;
+using namespace sim::c;
+
+namespace {
+
+sim_scene* opened(const char* name, const char* text, const sim_options* options) {
+  const Asked asked = asked_of(options);
+  auto scene = std::make_unique<sim_scene>();
+  scene->registry = registry_of(asked, environment_of(asked));
+  scene->loaded = load(checked_text(name, "name"), text, asked, asked.variant, *scene->registry);
+  return scene.release();
+}
+
+std::string system_json(const Simulation& system) {
+  JsonObject object, switches;
+  object.text("name", system.name()).integer("order_of_state", system.second_order() ? 2 : 1);
+  if (system.flat())
+    object.integer("components", system.components());
+  else
+    object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
+  for (const auto& [name, on] : system.switches()) switches.flag(name, on);
+  return object.json("switches", switches.str())
+      .text("integrator", system.method().name())
+      .number("dt", system.h())
+      .number("duration", system.duration())
+      .str();
+}
+
+// One step at a time where the scene's own functions may fail in it: it stays where it was.
+int steps_of_scene(Simulation& system, std::int64_t most, bool calls_scene) {
+  if (!calls_scene) return system.steps(most);
+  const Snapshot before = system.snapshot();
+  try {
+    return system.steps(1);
+  } catch (...) {
+    system.restore(before);
+    throw;
+  }
+}
+
+const StatePart& part_of_state(const Simulation& system, const char* name) {
+  if (const StatePart* const part = system.shape().find(checked_text(name, "name"))) return *part;
+  std::vector<std::string> known;
+  for (const StatePart& part : system.shape().parts()) known.push_back(part.name);
+  refuse("no such part of the state", name, "the system has none of this name",
+         suggestion(name, known));
+}
+
+std::size_t components_of(const StatePart& part) {
+  return std::max<std::size_t>(1, part.components.size());
+}
+
+void check_particle(const Simulation& system, int particle) {
+  if (particle < 0 || particle >= system.particles())
+    refuse("no such particle", std::to_string(particle),
+           "there are " + std::to_string(system.particles()), "ids count from 0");
+}
+
+Vec3 vector_of(const double* numbers, const char* name) {
+  if (!numbers) refuse("null vector", name, "three numbers are wanted", "give them");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+// A change of one system between two steps.
+template <class Change>
+int changed(sim_scene* scene, int system, sim_error* error, Change change) noexcept {
+  return guarded(error, [&] {
+    Simulation& one = system_of(scene, system);
+    ++scene->generation;
+    change(one);
+  });
+}
+
+// A fact of one system, or what stands for none.
+template <class Fact, class Get>
+Fact fact(const sim_scene* scene, int system, Fact none, Get get) noexcept {
+  Fact found = none;
+  guarded(nullptr, [&] { found = get(system_of(scene, system)); });
+  return found;
+}
+
+}  // namespace
+
+extern "C" {
+
+int sim_interface_version(void) { return SIM_MAJOR * 1000 + SIM_MINOR; }
+
+const char* sim_version(void) { return SIM_VERSION; }
+
+void sim_free(void* block) { std::free(block); }
+
+sim_scene* sim_open(const char* name, const sim_options* options, sim_error* error) {
+  return guarded_pointer(error, [&] { return opened(name, nullptr, options); });
+}
+
+sim_scene* sim_open_text(const char* text, const char* name, const sim_options* options,
+                         sim_error* error) {
+  return guarded_pointer(error, [&] { return opened(name, checked_text(text, "text"), options); });
+}
+
+sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t n, double duration,
+                          const sim_options* options, sim_error* error) {
+  return guarded_pointer(error, [&]() -> sim_scene* {
+    if (!field || !x0 || n == 0)
+      refuse("no field", "field, x0, n", "a function and at least one number are wanted",
+             "give both");
+    const Asked asked = asked_of(options);
+    if (asked.variant.dt <= 0 || !(duration >= 0 && duration < HUGE_VAL))
+      refuse("no step", "dt, duration", "a field has none of its own", "give both in s");
+    auto scene = std::make_unique<sim_scene>();
+    scene->registry = registry_of(asked, environment_of(asked));
+    SystemSpec& spec = scene->loaded.spec.systems.emplace_back();
+    scene->loaded.spec.file = spec.name = "field";
+    spec.dt = asked.variant.dt;
+    spec.duration = duration;
+    spec.one_thread = true;
+    spec.integrator = MethodChoice("rk4");
+    FirstOrderSpec& first = spec.first_order.emplace();
+    first.dimension = 1;
+    first.state.assign(x0, x0 + n);
+    first.field.plugin = "lua";  // a field that is a function of a scene
+    first.field.given["f"] =
+        OdeFunction([field, user](double t, std::span<const double> x, std::span<double> dxdt) {
+          if (field(user, t, x.data(), dxdt.data(), x.size()) != 0) throw Stopped();
+        });
+    scene->loaded.systems.emplace_back(spec, *scene->registry,
+                                       run_options(asked.variant, asked, spec, *scene->registry));
+    return scene.release();
+  });
+}
+
+void sim_close(sim_scene* scene) { delete scene; }
+
+int sim_systems(const sim_scene* scene) {
+  return scene ? static_cast<int>(scene->loaded.systems.size()) : 0;
+}
+
+char* sim_describe(const sim_scene* scene, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    std::vector<std::string> systems, args;
+    for (const Simulation& system : checked(scene, "scene").loaded.systems)
+      systems.push_back(system_json(system));
+    for (const SceneArg& arg : scene->loaded.spec.args)
+      args.push_back(JsonObject()
+                         .text("name", arg.name)
+                         .text("default", to_text(arg.default_value))
+                         .text("value", to_text(arg.value))
+                         .text("doc", arg.doc)
+                         .str());
+    return given_away(JsonObject()
+                          .json("systems", json_array(systems))
+                          .json("args", json_array(args))
+                          .text("file", scene->loaded.spec.file)
+                          .str());
+  });
+}
+
+char* sim_describe_plugins(const char* name, const sim_options* options, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const Asked asked = asked_of(options);
+    const auto registry = registry_of(asked, environment_of(asked));
+    std::vector<std::string> found;
+    for (const PluginKind& kind : kPluginKinds) {
+      for (const std::string& each : registry->names(kind))
+        if (!name) found.push_back(report::plugin_json(registry->get(kind, each), *registry).str());
+    }
+    if (name)
+      for (const PluginInfo* info : registry->find(name))
+        found.push_back(report::plugin_json(*info, *registry).str());
+    if (name && found.empty())
+      refuse("unknown plugin", name, "there is none of this name", "a null name lists all");
+    return given_away(json_array(found));
+  });
+}
+
+char* sim_scenes(sim_error* error) {
+  return guarded_pointer(error, [&] {
+    std::vector<std::string> names;
+    for (const std::string& name : list_scenes(environment_of(Asked()).scene_folders))
+      names.push_back(json_string(name));
+    return given_away(json_array(names));
+  });
+}
+
+int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error) {
+  if (taken) *taken = 0;
+  return guarded(error, [&] {
+    checked(scene, "scene");
+    if (steps < 0) refuse("bad value", "steps", "it is below 0", "give a count");
+    ++scene->generation;
+    for (std::size_t i = 0; i < scene->loaded.systems.size(); ++i) {
+      Simulation& system = scene->loaded.systems[i];
+      const SystemSpec& spec = scene->loaded.spec.systems[i];
+      for (std::int64_t done = 0; done < steps;) {
+        const int more = steps_of_scene(system, steps - done, spec.one_thread);
+        if (more == 0)
+          throw Error(ErrorKind::kDiverged,
+                      {"diverged", system.name(), study::divergence_text(spec, system),
+                       "try a smaller dt or another integrator"});
+        done += more;
+        if (taken) *taken = done;
+      }
+    }
+  });
+}
+
+int sim_reset(sim_scene* scene, sim_error* error) {
+  return guarded(error, [&] {
+    checked(scene, "scene");
+    ++scene->generation;
+    for (Simulation& system : scene->loaded.systems) system.reset();
+  });
+}
+
+double sim_time(const sim_scene* scene, int system) {
+  return fact(scene, system, std::nan(""), [](const Simulation& one) { return one.t(); });
+}
+
+double sim_step_size(const sim_scene* scene, int system) {
+  return fact(scene, system, std::nan(""), [](const Simulation& one) { return one.h(); });
+}
+
+double sim_duration(const sim_scene* scene, int system) {
+  return fact(scene, system, std::nan(""), [](const Simulation& one) { return one.duration(); });
+}
+
+int64_t sim_step_count(const sim_scene* scene, int system) {
+  return fact(scene, system, std::int64_t{-1},
+              [](const Simulation& one) { return one.step_count(); });
+}
+
+uint64_t sim_generation(const sim_scene* scene) { return scene ? scene->generation : 0; }
+
+sim_snapshot* sim_snapshot_take(const sim_scene* scene, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    auto snapshot = std::make_unique<sim_snapshot>();
+    snapshot->scene = checked(scene, "scene").self;
+    for (const Simulation& system : scene->loaded.systems)
+      snapshot->systems.push_back(system.snapshot());
+    return snapshot.release();
+  });
+}
+
+int sim_snapshot_restore(sim_scene* scene, const sim_snapshot* snapshot, sim_error* error) {
+  return guarded(error, [&] {
+    if (checked(snapshot, "snapshot").scene != checked(scene, "scene").self)
+      refuse("another scene's snapshot", "snapshot", "it was not taken of this handle",
+             "restore it there");
+    ++scene->generation;
+    for (std::size_t i = 0; i < snapshot->systems.size(); ++i)
+      scene->loaded.systems[i].restore(snapshot->systems[i]);
+  });
+}
+
+void sim_snapshot_free(sim_snapshot* snapshot) { delete snapshot; }
+
+int sim_state(const sim_scene* scene, int system, const char* name, sim_part* part,
+              sim_error* error) {
+  return guarded(error, [&] {
+    const Simulation& one = system_of(scene, system);
+    const StatePart& found = part_of_state(one, name);
+    checked(part, "part") = {
+        one.state().data() + found.begin, found.count,      components_of(found), found.item_stride,
+        found.component_stride,           scene->generation};
+  });
+}
+
+char* sim_state_parts(const sim_scene* scene, int system, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    std::vector<std::string> names;
+    for (const StatePart& part : system_of(scene, system).shape().parts())
+      names.push_back(json_string(part.name));
+    return given_away(json_array(names));
+  });
+}
+
+int sim_copy_state(const sim_scene* scene, int system, const char* name, double* out, size_t size,
+                   sim_error* error) {
+  return guarded(error, [&] {
+    const Simulation& one = system_of(scene, system);
+    const StatePart& part = part_of_state(one, name);
+    const std::size_t components = components_of(part);
+    if (!out || size < part.count * components)
+      refuse("no room", name, "it has " + std::to_string(part.count * components) + " numbers",
+             "give room for all");
+    const double* const from = one.state().data() + part.begin;
+    for (std::size_t i = 0; i < part.count; ++i)
+      for (std::size_t c = 0; c < components; ++c)
+        out[i * components + c] = from[i * part.item_stride + c * part.component_stride];
+  });
+}
+
+int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_error* error) {
+  return guarded(error, [&] {
+    const Simulation& one = system_of(scene, system);
+    if (!one.second_order())
+      refuse("no energy", one.name(), "a first-order system has none", "ask a system of particles");
+    const Energy energy = one.energy();
+    checked(energies, "energies") = {energy.kinetic, energy.potential};
+  });
+}
+
+uint64_t sim_hash(const sim_scene* scene, int system) {
+  return fact(scene, system, std::uint64_t{0}, [](const Simulation& one) { return one.hash(); });
+}
+
+int sim_springs(const sim_scene* scene, int system, int particle, sim_spring* springs, size_t room,
+                size_t* count, sim_error* error) {
+  return guarded(error, [&] {
+    const Simulation& one = system_of(scene, system);
+    check_particle(one, particle);
+    const std::vector<Link> links = one.second_order() ? one.links(particle) : std::vector<Link>();
+    if (count) *count = links.size();
+    for (std::size_t i = 0; springs && i < std::min(room, links.size()); ++i) {
+      const Link& link = links[i];
+      const double length = (one.position(particle) - one.position(link.to)).stableNorm();
+      springs[i] = {link.to, link.stiffness, link.rest, length, link.tension(length), {}};
+      std::strncpy(springs[i].family, link.family.c_str(), sizeof springs[i].family - 1);
+    }
+  });
+}
+
+int sim_set_position(sim_scene* scene, int system, int particle, const double x[3],
+                     sim_error* error) {
+  return changed(scene, system, error,
+                 [&](Simulation& one) { one.set_position(particle, vector_of(x, "x")); });
+}
+
+int sim_set_velocity(sim_scene* scene, int system, int particle, const double v[3],
+                     sim_error* error) {
+  return changed(scene, system, error,
+                 [&](Simulation& one) { one.set_velocity(particle, vector_of(v, "v")); });
+}
+
+int sim_set_component(sim_scene* scene, int system, int component, double value, sim_error* error) {
+  return changed(scene, system, error,
+                 [&](Simulation& one) { one.set_component(component, value); });
+}
+
+int sim_set_pinned(sim_scene* scene, int system, int particle, int pinned, sim_error* error) {
+  return changed(scene, system, error,
+                 [&](Simulation& one) { one.set_pinned(particle, pinned != 0); });
+}
+
+int sim_set_switch(sim_scene* scene, int system, const char* name, int on, sim_error* error) {
+  return changed(scene, system, error,
+                 [&](Simulation& one) { one.set_switch(checked_text(name, "name"), on != 0); });
+}
+
+int sim_set_dt(sim_scene* scene, int system, double dt, sim_error* error) {
+  return changed(scene, system, error, [&](Simulation& one) { one.set_dt(dt); });
+}
+
+int sim_set_integrator(sim_scene* scene, int system, const char* integrator, sim_error* error) {
+  return changed(scene, system, error, [&](Simulation& one) {
+    const MethodChoice choice = study::parse_integrator(checked_text(integrator, "integrator"));
+    one.set_integrator(
+        Method(*scene->registry, study::typed(choice, choice.name, *scene->registry)));
+  });
+}
+
+int sim_cut(sim_scene* scene, int system, int a, int b, sim_error* error) {
+  return changed(scene, system, error, [&](Simulation& one) { one.cut(a, b); });
+}
+
+}  // extern "C"

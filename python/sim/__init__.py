@@ -1,0 +1,22 @@
+"""A laboratory for mass-spring and particle simulation, from Python.
+
+    import sim
+    s = sim.load("scenes/cloth.lua", n=32)
+    s.step(100); s.run(2.0)
+    s.x, s.v, s.t, s.energy, s.hash, s.verdict
+
+Units are SI: m, s, kg, N, J. Everything that fails raises sim.Error, with what, where, why and
+remedy. docs/python.md has examples.
+"""
+
+from ._library import Error, lib as _lib
+from ._scene import (Energy, Field, Scene, Snapshot, Spring, StaleView, System, Verdict, View,
+                     field, load, scene)
+from ._study import (Result, compare, minimal, order, plugins, rest, scenes, stability, study,
+                     sweep, tradeoff)
+
+__version__ = _lib.sim_version().decode()
+
+__all__ = ["Energy", "Error", "Field", "Result", "Scene", "Snapshot", "Spring", "StaleView",
+           "System", "Verdict", "View", "compare", "field", "load", "minimal", "order", "plugins",
+           "rest", "scene", "scenes", "stability", "study", "sweep", "tradeoff"]

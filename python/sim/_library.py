@@ -1,0 +1,253 @@
+"""The C interface, sim.h, as ctypes sees it."""
+
+import ctypes
+import os
+from ctypes import POINTER, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint64, c_void_p
+from pathlib import Path
+
+MAJOR = 1  # of the interface that this package is written for
+
+STOPPED = 9  # code: a callback asked for it
+
+
+class Error(Exception):
+    """What went wrong (`what`), where, why, and what to do about it (`remedy`).
+
+    `code` is the exit code that the command line would have: 2 usage, 3 scene, 4 diverged, 5 files,
+    7 plugin.
+    """
+
+    def __init__(self, what, where="", why="", remedy="", code=2):
+        self.what, self.where, self.why, self.remedy, self.code = what, where, why, remedy, code
+        text = ": ".join(part for part in (what, where, why) if part)
+        super().__init__(text + ("; " + remedy if remedy else ""))
+
+
+class ErrorRecord(ctypes.Structure):
+    _fields_ = [("code", c_int), ("what", ctypes.c_char * 256), ("where", ctypes.c_char * 512),
+                ("why", ctypes.c_char * 1280), ("remedy", ctypes.c_char * 1024)]
+
+    def exception(self):
+        texts = [getattr(self, name).decode("utf-8", "replace")
+                 for name in ("what", "where", "why", "remedy")]
+        return Error(*texts, code=self.code)
+
+
+class Options(ctypes.Structure):
+    _fields_ = [("size", c_size_t), ("settings", POINTER(c_char_p)), ("off", POINTER(c_char_p)),
+                ("without", POINTER(c_char_p)), ("folders", POINTER(c_char_p)),
+                ("libraries", POINTER(c_char_p)), ("integrator", c_char_p), ("dt", c_double),
+                ("threads", c_int), ("safe", c_int), ("seed", c_uint64)]
+
+
+class Part(ctypes.Structure):
+    _fields_ = [("data", c_void_p), ("count", c_size_t), ("components", c_size_t),
+                ("item_stride", c_size_t), ("component_stride", c_size_t),
+                ("generation", c_uint64)]
+
+
+class Energies(ctypes.Structure):
+    _fields_ = [("kinetic", c_double), ("potential", c_double)]
+
+
+class SpringRecord(ctypes.Structure):
+    _fields_ = [("to", c_int), ("stiffness", c_double), ("rest", c_double), ("length", c_double),
+                ("force", c_double), ("family", ctypes.c_char * 64)]
+
+
+class VerdictRecord(ctypes.Structure):
+    _fields_ = [("trust", c_int)] + [(name, c_double) for name in (
+        "energy", "dt_share", "step_error", "momentum", "position_error", "position_share",
+        "horizon", "seconds")]
+
+
+WATCH = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
+FIELD = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_void_p, c_void_p, c_size_t)
+
+_ERROR, _OPTIONS, _VECTOR = POINTER(ErrorRecord), POINTER(Options), c_double * 3
+
+_FUNCTIONS = {
+    "sim_interface_version": (c_int, []),
+    "sim_version": (c_char_p, []),
+    "sim_free": (None, [c_void_p]),
+    "sim_open": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
+    "sim_open_text": (c_void_p, [c_char_p, c_char_p, _OPTIONS, _ERROR]),
+    "sim_open_field": (c_void_p, [FIELD, c_void_p, c_void_p, c_size_t, c_double, _OPTIONS, _ERROR]),
+    "sim_close": (None, [c_void_p]),
+    "sim_systems": (c_int, [c_void_p]),
+    "sim_describe": (c_void_p, [c_void_p, _ERROR]),
+    "sim_describe_plugins": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
+    "sim_scenes": (c_void_p, [_ERROR]),
+    "sim_step": (c_int, [c_void_p, c_int64, POINTER(c_int64), _ERROR]),
+    "sim_run": (c_int, [c_void_p, c_double, c_int, WATCH, c_void_p, _ERROR]),
+    "sim_reset": (c_int, [c_void_p, _ERROR]),
+    "sim_time": (c_double, [c_void_p, c_int]),
+    "sim_step_size": (c_double, [c_void_p, c_int]),
+    "sim_duration": (c_double, [c_void_p, c_int]),
+    "sim_step_count": (c_int64, [c_void_p, c_int]),
+    "sim_generation": (c_uint64, [c_void_p]),
+    "sim_snapshot_take": (c_void_p, [c_void_p, _ERROR]),
+    "sim_snapshot_restore": (c_int, [c_void_p, c_void_p, _ERROR]),
+    "sim_snapshot_free": (None, [c_void_p]),
+    "sim_state": (c_int, [c_void_p, c_int, c_char_p, POINTER(Part), _ERROR]),
+    "sim_state_parts": (c_void_p, [c_void_p, c_int, _ERROR]),
+    "sim_copy_state": (c_int, [c_void_p, c_int, c_char_p, c_void_p, c_size_t, _ERROR]),
+    "sim_energy": (c_int, [c_void_p, c_int, POINTER(Energies), _ERROR]),
+    "sim_hash": (c_uint64, [c_void_p, c_int]),
+    "sim_springs": (c_int, [c_void_p, c_int, c_int, POINTER(SpringRecord), c_size_t,
+                            POINTER(c_size_t), _ERROR]),
+    "sim_set_position": (c_int, [c_void_p, c_int, c_int, _VECTOR, _ERROR]),
+    "sim_set_velocity": (c_int, [c_void_p, c_int, c_int, _VECTOR, _ERROR]),
+    "sim_set_component": (c_int, [c_void_p, c_int, c_int, c_double, _ERROR]),
+    "sim_set_pinned": (c_int, [c_void_p, c_int, c_int, c_int, _ERROR]),
+    "sim_set_switch": (c_int, [c_void_p, c_int, c_char_p, c_int, _ERROR]),
+    "sim_set_dt": (c_int, [c_void_p, c_int, c_double, _ERROR]),
+    "sim_set_integrator": (c_int, [c_void_p, c_int, c_char_p, _ERROR]),
+    "sim_cut": (c_int, [c_void_p, c_int, c_int, c_int, _ERROR]),
+    "sim_judge": (c_int, [c_void_p, c_int, POINTER(VerdictRecord), _ERROR]),
+    "sim_verdict_json": (c_void_p, [c_void_p, _ERROR]),
+    "sim_trust_name": (c_char_p, [c_int]),
+    "sim_study": (c_void_p, [c_char_p, c_char_p, c_char_p, POINTER(c_char_p), _OPTIONS, WATCH,
+                             c_void_p, _ERROR]),
+    "sim_picture": (c_void_p, [c_void_p, c_int, c_int, c_char_p, POINTER(c_size_t), _ERROR]),
+    "sim_writer_open": (c_void_p, [c_void_p, c_char_p, c_double, _ERROR]),
+    "sim_writer_add": (c_int, [c_void_p, _ERROR]),
+    "sim_writer_commit": (c_int, [c_void_p, _ERROR]),
+    "sim_writer_close": (None, [c_void_p]),
+}
+
+
+def _candidates():
+    """Where the library may be: $SIM_LIBRARY; of the installation that this package is part of;
+    of the tree that it stands in; wherever the system's loader looks."""
+    if os.environ.get("SIM_LIBRARY"):
+        return [os.environ["SIM_LIBRARY"]]
+    name, here = f"libsim.so.{MAJOR}", Path(__file__).resolve().parent
+    beside = [folder / name for folder in list(here.parents)[1:4]]
+    tree = sorted((here.parents[1] / "build").glob(f"lib/{name}"))
+    return [str(file) for file in beside + tree if file.exists()] + [name]
+
+
+def _opened():
+    failures = []
+    for file in _candidates():
+        try:
+            library = ctypes.CDLL(file)
+        except OSError as failure:
+            failures.append(str(failure))
+            continue
+        for name, (result, arguments) in _FUNCTIONS.items():
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+        if library.sim_interface_version() // 1000 != MAJOR:
+            raise ImportError(f"{file} has another interface than this package, {MAJOR}")
+        return library
+    raise ImportError("the library of sim is not found: " + "; ".join(failures) +
+                      "; set SIM_LIBRARY to the file, or use ./dev python")
+
+
+lib = _opened()
+
+
+def check(code, record):
+    """Raises what the record says of a code that is not 0."""
+    if code:
+        raise record.exception()
+
+
+def taken(pointer, record):
+    """The text of a block that the library gave away, which is freed."""
+    if not pointer:
+        raise record.exception()
+    try:
+        return ctypes.string_at(pointer).decode("utf-8")
+    finally:
+        lib.sim_free(pointer)
+
+
+def texts(items):
+    """A list of texts that ends with a null pointer; None for none."""
+    encoded = [as_bytes(item) for item in items]
+    return (c_char_p * (len(encoded) + 1))(*encoded, None) if encoded else None
+
+
+def as_bytes(text):
+    data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8")
+    if b"\0" in data:
+        raise Error("bad text", repr(text), "it holds a zero byte", "leave it out")
+    return data
+
+
+def as_setting(value):
+    """The text of a parameter's value: 32.0 and 32 are the same."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
+        return str(int(value))
+    if hasattr(value, "item"):  # a number of numpy
+        return as_setting(value.item())
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, safe=False,
+            plugins=(), libraries=()):
+    record = Options(size=ctypes.sizeof(Options), dt=dt, threads=threads, safe=bool(safe),
+                     seed=seed)
+    lists = {"settings": [f"{name}={as_setting(value)}" for name, value in args.items()],
+             "off": off, "without": without, "folders": plugins, "libraries": libraries}
+    for name, items in lists.items():
+        items = [items] if isinstance(items, (str, os.PathLike)) else items
+        array = texts(items)
+        if array is not None:
+            setattr(record, name, array)  # the record keeps it alive
+    if integrator:
+        record.integrator = as_bytes(integrator)
+    return record
+
+
+class Watching:
+    """Callbacks of long work: progress, and Ctrl-C, which ends it.
+
+    `progress`: None shows a line where work takes longer than a second and somebody sees it; True
+    always, False never; or a function (what, done) whose answer False ends the work.
+    """
+
+    def __init__(self, progress=None):
+        self.failure, self.stopped, self.shown = None, False, False
+        self.progress, self.watch = progress, WATCH(self._told)
+
+    def _told(self, _user, what, done):
+        try:
+            if callable(self.progress):
+                self.stopped = self.progress(what.decode("utf-8"), done) is False
+                return int(self.stopped)
+            self._show(what.decode("utf-8"), done)
+            return 0
+        except BaseException as failure:  # goes on in finish(), behind the library
+            self.failure = failure
+            return 1
+
+    def _show(self, what, done):
+        import sys
+        import time
+        now = time.monotonic()
+        self.begun = getattr(self, "begun", now)
+        seen = self.progress or (self.progress is None and (sys.stderr.isatty() or in_notebook()))
+        if seen and (self.shown or self.progress or now - self.begun > 1):
+            sys.stderr.write(f"\r{100 * min(max(done, 0), 1):4.0f} %  {what:<40.40}")
+            sys.stderr.flush()
+            self.shown = True
+
+    def finish(self):
+        """Raises what a callback raised."""
+        if self.shown:
+            import sys
+            sys.stderr.write("\r" + " " * 48 + "\r")
+        if self.failure is not None:
+            raise self.failure
+
+
+def in_notebook():
+    import sys
+    shell = sys.modules.get("IPython")
+    return bool(shell and shell.get_ipython() and hasattr(shell.get_ipython(), "kernel"))

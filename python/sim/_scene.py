@@ -1,0 +1,483 @@
+"""Scenes: their steps, runs, state and pictures."""
+
+import base64
+import collections
+import ctypes
+import html
+import json
+
+import numpy as np
+
+from ._library import (FIELD, STOPPED, Energies, Error, ErrorRecord, Part, SpringRecord,
+                       VerdictRecord, Watching, as_bytes, check, lib, options, taken)
+
+Spring = collections.namedtuple("Spring", "family to stiffness rest length force")
+Spring.__doc__ = "A spring: family, particle at its other end, N/m, m, m, N (positive: stretched)."
+
+
+class Energy(float):
+    """The total in J; `kinetic` and `potential` are its parts."""
+
+    def __new__(cls, kinetic, potential):
+        energy = super().__new__(cls, kinetic + potential)
+        energy.kinetic, energy.potential = kinetic, potential
+        return energy
+
+
+class StaleView(Error):
+    """A view was used after the scene had moved on."""
+
+
+class View(np.lib.mixins.NDArrayOperatorsMixin):
+    """A part of the state where it lies, without a copy: shape (items, components), read only.
+
+    Arithmetic and numpy's functions read the scene's own memory. Each use raises StaleView once the
+    scene has stepped or was changed; what is indexed, and numpy.array(view), are copies.
+    """
+
+    def __init__(self, system, name):
+        self._system, self._name = system, name
+        part = system._part(name)
+        self._generation = part.generation
+        length = part.count and ((part.count - 1) * part.item_stride +
+                                 (part.components - 1) * part.component_stride + 1)
+        memory = (ctypes.c_double * length).from_address(part.data)
+        strides = tuple(8 * stride for stride in (part.item_stride, part.component_stride))
+        self._array = np.ndarray((part.count, part.components), np.float64, memory,
+                                 strides=strides)
+        self._array.flags.writeable = False
+
+    def _fresh(self):
+        scene = self._system._scene
+        if lib.sim_generation(scene._open()) != self._generation:
+            raise StaleView("stale view", self._name, "the scene has moved on since it was made",
+                            f"ask again: .view({self._name!r})")
+        return self._array
+
+    shape = property(lambda self: self._fresh().shape)
+    dtype = property(lambda self: self._fresh().dtype)
+    ndim = 2
+
+    def __len__(self):
+        return len(self._fresh())
+
+    def __getitem__(self, index):
+        return np.array(self._fresh()[index])
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self._fresh(), dtype=dtype)
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
+        if any(isinstance(out, View) for out in kwargs.get("out", ())):
+            raise Error("read only", self._name, "a view is not written to", "use .set()")
+        plain = [one._fresh() if isinstance(one, View) else one for one in inputs]
+        return getattr(ufunc, method)(*plain, **kwargs)
+
+    def __repr__(self):
+        return f"View({self._name!r}, {self._fresh()!r})"
+
+
+class Verdict:
+    """What was found of a judged run.
+
+    word: "trusted", "unverified", "chaotic", "suspect" or "diverged"; reason: why.
+    position_error: largest difference to a run with half the step, m; position_share: the same over
+    the scene's size; horizon: until when positions are known, s; energy: error over the energy in
+    play; dt_share: of the largest stable step; step_error: of one step, m; momentum; seconds: of
+    wall time. nan: not known.
+    """
+
+    def __init__(self, record, reason):
+        self.word, self.reason = lib.sim_trust_name(record.trust).decode(), reason
+        for name, _ in VerdictRecord._fields_[1:]:
+            setattr(self, name, getattr(record, name))
+
+    def __bool__(self):
+        return self.word == "trusted"
+
+    def __repr__(self):
+        return f"{self.word}: {self.reason}"
+
+
+class System:
+    """One system of a scene. A scene is its own first system."""
+
+    def __init__(self, scene, index):
+        self._scene, self._index, self._shapes = scene, index, {}
+
+    def _part(self, name):
+        scene, part = self._scene, Part()
+        check(lib.sim_state(scene._open(), self._index, as_bytes(name), part, scene._failed),
+              scene._failed)
+        return part
+
+    def _copy(self, name):
+        if name not in self._shapes:
+            part = self._part(name)
+            self._shapes[name] = (part.count, part.components)
+        scene, out = self._scene, np.empty(self._shapes[name])
+        check(lib.sim_copy_state(scene._open(), self._index, as_bytes(name), out.ctypes.data,
+                                 out.size, scene._failed), scene._failed)
+        return out
+
+    def view(self, name):
+        """The quick, raising look at a part of the state: see View. m, m/s."""
+        return View(self, name)
+
+    def part(self, name):
+        """A copy of a part of the state, (items, components); names are in `parts`."""
+        return self._copy(name)
+
+    @property
+    def parts(self):
+        """Names of the parts of the state: "position", "velocity", "component", ..."""
+        scene = self._scene
+        return json.loads(taken(lib.sim_state_parts(scene._open(), self._index, scene._failed),
+                                scene._failed))
+
+    @property
+    def x(self):
+        """Positions in m, (particles, 3), a copy; of a flat state its numbers, (n,)."""
+        parts = self._shapes.setdefault(None, self.parts)
+        return self._copy("position") if "position" in parts else self._copy("component")[:, 0]
+
+    @property
+    def v(self):
+        """Velocities in m/s, (particles, 3), a copy. Raises Error in a first-order scene."""
+        return self._copy("velocity")
+
+    @property
+    def t(self):
+        """The time, s."""
+        return lib.sim_time(self._scene._open(), self._index)
+
+    @property
+    def steps(self):
+        """How many steps were taken."""
+        return lib.sim_step_count(self._scene._open(), self._index)
+
+    @property
+    def duration(self):
+        """How long the scene says that it lasts, s."""
+        return lib.sim_duration(self._scene._open(), self._index)
+
+    @property
+    def dt(self):
+        """The step size, s; may be set."""
+        return lib.sim_step_size(self._scene._open(), self._index)
+
+    @dt.setter
+    def dt(self, h):
+        self._change(lib.sim_set_dt, h)
+
+    @property
+    def energy(self):
+        """The total energy, J, a number with parts .kinetic and .potential."""
+        scene, record = self._scene, Energies()
+        check(lib.sim_energy(scene._open(), self._index, record, scene._failed), scene._failed)
+        return Energy(record.kinetic, record.potential)
+
+    @property
+    def hash(self):
+        """Of the bits of the state, 16 hexadecimal digits, as the command line says."""
+        return f"{lib.sim_hash(self._scene._open(), self._index):016x}"
+
+    @property
+    def verdict(self):
+        """On the last run(). Raises Error before one."""
+        scene, record = self._scene, VerdictRecord()
+        check(lib.sim_judge(scene._open(), self._index, record, scene._failed), scene._failed)
+        reason = scene.summary["systems"][self._index]["reason"]
+        return Verdict(record, reason)
+
+    def springs(self, particle):
+        """The springs of a particle, a list of Spring."""
+        scene, count = self._scene, ctypes.c_size_t()
+        arguments = (scene._open(), self._index, particle)
+        check(lib.sim_springs(*arguments, None, 0, count, scene._failed), scene._failed)
+        records = (SpringRecord * max(1, count.value))()
+        check(lib.sim_springs(*arguments, records, count.value, count, scene._failed),
+              scene._failed)
+        return [Spring(one.family.decode(), one.to, one.stiffness, one.rest, one.length, one.force)
+                for one in records[:count.value]]
+
+    def _change(self, function, *arguments):
+        scene = self._scene
+        check(function(scene._open(), self._index, *arguments, scene._failed), scene._failed)
+
+    def set_position(self, particle, x):
+        """Moves a particle to x, m."""
+        self._change(lib.sim_set_position, particle, (ctypes.c_double * 3)(*x))
+
+    def set_velocity(self, particle, v):
+        """Gives a particle the velocity v, m/s."""
+        self._change(lib.sim_set_velocity, particle, (ctypes.c_double * 3)(*v))
+
+    def set_component(self, index, value):
+        """Sets one number of a flat state."""
+        self._change(lib.sim_set_component, index, value)
+
+    def pin(self, particle, hold=True):
+        """Pins a particle where it is, or lets it go."""
+        self._change(lib.sim_set_pinned, particle, bool(hold))
+
+    def switch(self, name, on):
+        """Turns a force or collider that the scene names in `switches` on or off."""
+        self._change(lib.sim_set_switch, as_bytes(name), bool(on))
+
+    def set_integrator(self, integrator):
+        """Goes on with another one: "rk4", "dopri5:tol=1e-8"."""
+        self._change(lib.sim_set_integrator, as_bytes(integrator))
+
+    def cut(self, a, b):
+        """Breaks the ties between two particles that may break."""
+        self._change(lib.sim_cut, a, b)
+
+
+class Snapshot:
+    """The state of all systems of a scene, to be restored there."""
+
+    def __init__(self, scene):
+        self._handle = lib.sim_snapshot_take(scene._open(), scene._failed)
+        if not self._handle:
+            raise scene._failed.exception()
+
+    def __del__(self):
+        if getattr(self, "_handle", None) and lib:
+            lib.sim_snapshot_free(self._handle)
+
+
+class Scene(System):
+    """A scene as it is now, from sim.load(), sim.scene() or sim.field().
+
+    One thread at a time may use it; different scenes run in different threads at once, for the
+    library works without Python's lock.
+    """
+
+    def __init__(self, handle, failed, keep=()):
+        self._handle, self._failed, self._keep = None, failed, keep
+        if not handle:
+            raise failed.exception()
+        self._handle = ctypes.c_void_p(handle)
+        super().__init__(self, 0)
+        self.systems = [self] + [System(self, i) for i in range(1, lib.sim_systems(handle))]
+
+    def _open(self):
+        if self._handle is None:
+            raise Error("closed scene", "scene", "it was closed", "load it again")
+        return self._handle
+
+    def close(self):
+        """Frees its memory now, not when the last reference goes."""
+        if self._handle is not None and lib:
+            lib.sim_close(self._handle)
+            self._handle = None
+
+    def __del__(self):
+        if getattr(self, "_handle", None) is not None:
+            self.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def step(self, n=1):
+        """Takes n steps of each system. Raises Error (code 4) where one cannot be taken; the scene
+        is then as it was before that one. Ctrl-C ends it after some steps."""
+        handle, failed = self._handle or self._open(), self._failed
+        chunk = 64
+        while n > chunk:  # Python hears of signals in between
+            if lib.sim_step(handle, chunk, None, failed):
+                self._fail()
+            n -= chunk
+            chunk = self._grown(chunk)
+        if _step(handle, n, None, failed):
+            self._fail()
+
+    def _grown(self, chunk):
+        import time
+        now = time.monotonic()
+        quick = now - getattr(self, "_stepped", 0) < 0.02
+        self._stepped = now
+        return min(2 * chunk, 1 << 20) if quick else max(1, chunk // 2)
+
+    def _fail(self):
+        failure = getattr(self, "_raised", None)
+        if failure:
+            self._raised = None
+            raise failure
+        raise self._failed.exception()
+
+    def run(self, time=None, verify=None, progress=None):
+        """A judged run of `time` s from now, or to the end of the scene's duration; returns the
+        verdict. verify: True runs it a second time with half the step, False does not, None does
+        where that takes less than a second. progress: see sim.tradeoff(). Ctrl-C ends it."""
+        watching = Watching(progress)
+        wish = 1 if verify is None else 2 if verify else 0
+        code = lib.sim_run(self._open(), 0.0 if time is None else time, wish, watching.watch, None,
+                           self._failed)
+        watching.finish()
+        if code and not (code == STOPPED and watching.stopped):
+            self._fail()
+        return self.verdict
+
+    def reset(self):
+        """Back to t = 0 with the initial bits; changed settings stay."""
+        check(lib.sim_reset(self._open(), self._failed), self._failed)
+
+    def snapshot(self):
+        """The state as it is now, for restore()."""
+        return Snapshot(self)
+
+    def restore(self, snapshot):
+        """Goes on from there, bit for bit."""
+        check(lib.sim_snapshot_restore(self._open(), snapshot._handle, self._failed), self._failed)
+
+    @property
+    def description(self):
+        """Systems, parameters with their values, and the file, as a dict."""
+        return json.loads(taken(lib.sim_describe(self._open(), self._failed), self._failed))
+
+    @property
+    def summary(self):
+        """Of the last run(), as `sim SCENE --json` has it, a dict."""
+        return json.loads(taken(lib.sim_verdict_json(self._open(), self._failed), self._failed))
+
+    def picture(self, file=None, width=1280, height=720, color=None):
+        """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed"."""
+        size = ctypes.c_size_t()
+        block = lib.sim_picture(self._open(), width, height, color and as_bytes(color), size,
+                                self._failed)
+        if not block:
+            raise self._failed.exception()
+        try:
+            data = ctypes.string_at(block, size.value)
+        finally:
+            lib.sim_free(block)
+        if file is None:
+            return data
+        with open(file, "wb") as out:
+            out.write(data)
+        return None
+
+    def write(self, file, time=0.0, fps=30.0):
+        """Writes a file of any kind that `sim --out` knows: of now, or of `time` s from now in
+        steps, fps pictures a second of simulated time."""
+        writer = lib.sim_writer_open(self._open(), as_bytes(file), fps, self._failed)
+        if not writer:
+            raise self._failed.exception()
+        try:
+            check(lib.sim_writer_add(writer, self._failed), self._failed)
+            stride = max(1, round(1 / (fps * self.dt)))
+            for _ in range(round(time / (stride * self.dt))):
+                self.step(stride)
+                check(lib.sim_writer_add(writer, self._failed), self._failed)
+            check(lib.sim_writer_commit(writer, self._failed), self._failed)
+        finally:
+            lib.sim_writer_close(writer)
+
+    def __repr__(self):
+        if self._handle is None:
+            return "<sim.Scene, closed>"
+        about = self.description
+        names = ", ".join(system["name"] for system in about["systems"])
+        return f"<sim.Scene {names} at t = {self.t:g} s, hash {self.hash}>"
+
+    def _repr_png_(self):
+        return self.picture(width=640, height=360)
+
+    def _repr_html_(self):
+        try:
+            said = repr(self.verdict)
+        except Error:
+            said = "no judged run yet"
+        picture = base64.b64encode(self._repr_png_()).decode()
+        return (f'<img alt="the scene" src="data:image/png;base64,{picture}">'
+                f"<br><code>{html.escape(repr(self))}</code><br>{html.escape(said)}")
+
+
+_step = lib.sim_step
+
+
+def load(name, args=None, **rest):
+    """A scene from a file, found as the command line finds it: "scenes/cloth.lua", "cloth".
+
+    Named arguments: integrator ("rk4", "dopri5:tol=1e-8"), dt (s), threads, seed, off (switches),
+    without (forces, colliders, families), safe, plugins (folders), libraries; all others, and those
+    in the dict `args`, are parameters of the scene: load("scenes/cloth.lua", n=32).
+    """
+    failed, record = ErrorRecord(), _asked(args, rest)
+    return Scene(lib.sim_open(as_bytes(name), record, failed), failed)
+
+
+def scene(text, name="scene.lua", args=None, **rest):
+    """A scene from its Lua text: scene("return sim.scene {..}") after `local sim = require "sim"`,
+    which may be left out. `name` is what errors call it. Other arguments as in load()."""
+    if 'require "sim"' not in text and "require 'sim'" not in text and 'require("sim")' not in text:
+        text = 'local sim = require "sim" ' + text
+    failed, record = ErrorRecord(), _asked(args, rest)
+    return Scene(lib.sim_open_text(as_bytes(text), as_bytes(name), record, failed), failed)
+
+
+def field(f, x0, integrator="rk4", dt=0.01, duration=1.0, **rest):
+    """A first-order system dx/dt = f(t, x) with a right-hand side in Python.
+
+    f gets the time (s) and an array of x0's shape, many points at once, and returns an array that
+    fits it; it depends on nothing else. What it raises, step() raises, the state being that before
+    the step. dt and duration in s.
+    """
+    x0 = np.ascontiguousarray(x0, np.float64)
+    shape, failures = x0.shape, []
+
+    def called(_user, t, x, dxdt, n):
+        try:
+            buffer = ctypes.c_double * n
+            inside = np.frombuffer(buffer.from_address(x)).reshape(shape)
+            inside.flags.writeable = False
+            np.frombuffer(buffer.from_address(dxdt)).reshape(shape)[...] = f(t, inside)
+            return 0
+        except BaseException as failure:  # goes on behind the library
+            failures.append(failure)
+            return 1
+
+    callback, failed = FIELD(called), ErrorRecord()
+    record = _asked(None, dict(rest, integrator=integrator, dt=dt))
+    handle = lib.sim_open_field(callback, None, x0.ctypes.data, x0.size, duration, record, failed)
+    if not handle and failures:
+        raise failures.pop()
+    return Field(handle, failed, callback, failures, shape)
+
+
+class Field(Scene):
+    """A system of sim.field(); x has the shape of its x0."""
+
+    def __init__(self, handle, failed, callback, failures, shape):
+        super().__init__(handle, failed, keep=(callback,))
+        self._failures, self._shape = failures, shape
+
+    @property
+    def x(self):
+        """The numbers of the state, a copy in the shape of x0."""
+        return self._copy("component")[:, 0].reshape(self._shape)
+
+    def _fail(self):
+        if self._failures:
+            failure = self._failures[-1]
+            self._failures.clear()
+            raise failure
+        super()._fail()
+
+    def run(self, time=None, verify=None, progress=None):
+        try:
+            return super().run(time, verify, progress)
+        finally:
+            self._failures.clear()
+
+
+def _asked(args, rest):
+    known = ("integrator", "dt", "threads", "off", "without", "seed", "safe", "plugins",
+             "libraries")
+    named = {name: rest.pop(name) for name in known if name in rest}
+    return options({**rest, **(args or {})}, **named)

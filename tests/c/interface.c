@@ -1,0 +1,336 @@
+/* A program in C99 over sim.h: a cloth with its known hash, a judged run, every call once, and what a
+ * hostile or careless caller does. `interface FOLDER`: where files may be made. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim.h"
+
+static int passed = 0, failed = 0;
+
+#define CHECK(truth)                                                   \
+  do {                                                                 \
+    if (truth) {                                                       \
+      ++passed;                                                        \
+    } else {                                                           \
+      ++failed;                                                        \
+      printf("%s:%d: not true: %s\n", __FILE__, __LINE__, #truth);     \
+    }                                                                  \
+  } while (0)
+
+#define CLOTH_HASH UINT64_C(0x129f25ebe3e79c14)
+
+static void tell(const sim_error* error) {
+  printf("%d: %s: %s: %s; %s\n", error->code, error->what, error->where, error->why,
+         error->remedy);
+}
+
+static sim_scene* open_or_tell(const char* name, const sim_options* options) {
+  sim_error error;
+  sim_scene* scene = sim_open(name, options, &error);
+  if (!scene) tell(&error);
+  return scene;
+}
+
+static void steps_have_the_known_bits(void) {
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  sim_part part;
+  double* copy;
+  int64_t taken = 0;
+  uint64_t before = sim_generation(cloth);
+  int i;
+  CHECK(cloth != NULL);
+  CHECK(sim_systems(cloth) == 1);
+  CHECK(sim_step(cloth, 400, &taken, NULL) == SIM_OK);
+  CHECK(taken == 400);
+  CHECK(sim_step_count(cloth, 0) == 400);
+  CHECK(fabs(sim_time(cloth, 0) - 400 * sim_step_size(cloth, 0)) < 1e-12);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  CHECK(sim_generation(cloth) != before);
+  CHECK(sim_state(cloth, 0, "position", &part, NULL) == SIM_OK);
+  CHECK(part.count == 64 && part.components == 3);
+  CHECK(part.generation == sim_generation(cloth));
+  copy = malloc(part.count * part.components * sizeof *copy);
+  CHECK(sim_copy_state(cloth, 0, "position", copy, part.count * part.components, NULL) == SIM_OK);
+  for (i = 0; i < 3 * 64; ++i)
+    if (copy[i] != part.data[(size_t)(i / 3) * part.item_stride +
+                             (size_t)(i % 3) * part.component_stride])
+      break;
+  CHECK(i == 3 * 64);
+  CHECK(sim_copy_state(cloth, 0, "position", copy, 3, NULL) == SIM_USAGE);
+  free(copy);
+  sim_close(cloth);
+}
+
+struct watched {
+  int calls, stop_at;
+};
+
+static int watch(void* user, const char* what, double done) {
+  struct watched* seen = user;
+  if (!what || !(done >= 0 && done <= 1)) seen->calls += 1000000;
+  return ++seen->calls == seen->stop_at;
+}
+
+static void runs_are_judged(void) {
+  struct watched seen = {0, 0};
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  sim_verdict verdict;
+  char* json;
+  CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_USAGE);
+  CHECK(sim_run(cloth, 0, 2, watch, &seen, NULL) == SIM_OK);
+  CHECK(seen.calls >= 1 && seen.calls < 1000000);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_OK);
+  CHECK(strcmp(sim_trust_name(verdict.trust), "trusted") == 0);
+  CHECK(verdict.position_error > 0 && verdict.position_error < 0.02);
+  CHECK(verdict.dt_share > 0 && verdict.dt_share < 1);
+  json = sim_verdict_json(cloth, NULL);
+  CHECK(json && strstr(json, "\"hash\":\"129f25ebe3e79c14\"") && strstr(json, "\"trusted\""));
+  sim_free(json);
+
+  /* A stop at the first question; the handle goes on. */
+  seen.calls = 0;
+  seen.stop_at = 1;
+  CHECK(sim_reset(cloth, NULL) == SIM_OK);
+  CHECK(sim_run(cloth, 1.0, 1, watch, &seen, NULL) == SIM_STOPPED);
+  CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_OK && verdict.trust == 3);
+  CHECK(sim_reset(cloth, NULL) == SIM_OK);
+  CHECK(sim_run(cloth, 0, 0, NULL, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_OK && verdict.trust == 1);
+  sim_close(cloth);
+}
+
+static void changes_are_made_and_undone(void) {
+  static const double x[3] = {0.5, 0.25, 0.125}, bad[3] = {0, HUGE_VAL, 0};
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  sim_error error;
+  sim_energies energies;
+  sim_spring springs[2];
+  size_t count = 0;
+  double now[3 * 64];
+  uint64_t hash = sim_hash(cloth, 0);
+  sim_snapshot* snapshot = sim_snapshot_take(cloth, NULL);
+  sim_scene* other = open_or_tell("scenes/cloth.lua", NULL);
+  CHECK(sim_set_position(cloth, 0, 12, x, NULL) == SIM_OK);
+  CHECK(sim_copy_state(cloth, 0, "position", now, 3 * 64, NULL) == SIM_OK);
+  CHECK(now[36] == 0.5 && now[37] == 0.25 && now[38] == 0.125);
+  CHECK(sim_set_position(cloth, 0, 12, bad, &error) == SIM_USAGE);
+  CHECK(error.code == SIM_USAGE && error.what[0]);
+  CHECK(sim_set_position(cloth, 0, 64, x, NULL) == SIM_USAGE);
+  CHECK(sim_set_position(cloth, 0, -1, x, NULL) == SIM_USAGE);
+  CHECK(sim_set_position(cloth, 1, 0, x, NULL) == SIM_USAGE);
+  CHECK(sim_set_position(cloth, 0, 12, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_set_velocity(cloth, 0, 12, x, NULL) == SIM_OK);
+  CHECK(sim_set_pinned(cloth, 0, 12, 1, NULL) == SIM_OK);
+  CHECK(sim_set_dt(cloth, 0, -1, NULL) == SIM_USAGE);
+  CHECK(sim_set_dt(cloth, 0, 0.001, NULL) == SIM_OK);
+  CHECK(sim_step_size(cloth, 0) == 0.001);
+  CHECK(sim_set_integrator(cloth, 0, "rk44", &error) == SIM_USAGE);
+  CHECK(strstr(error.remedy, "rk4") != NULL);
+  CHECK(sim_set_integrator(cloth, 0, "rk4", NULL) == SIM_OK);
+  CHECK(sim_set_switch(cloth, 0, "nothing", 0, NULL) == SIM_USAGE);
+  CHECK(sim_step(cloth, 3, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) != hash);
+  CHECK(sim_snapshot_restore(other, snapshot, NULL) == SIM_USAGE);
+  CHECK(sim_snapshot_restore(cloth, snapshot, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) == hash);
+  CHECK(sim_step(cloth, 400, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  CHECK(sim_energy(cloth, 0, &energies, NULL) == SIM_OK && energies.kinetic > 0);
+  CHECK(sim_springs(cloth, 0, 12, springs, 2, &count, NULL) == SIM_OK);
+  CHECK(count == 11 && strcmp(springs[0].family, "structural") == 0);
+  CHECK(fabs(springs[0].force - springs[0].stiffness * (springs[0].length - springs[0].rest)) <
+        1e-12);
+  CHECK(sim_springs(cloth, 0, 640, springs, 2, &count, NULL) == SIM_USAGE);
+  sim_snapshot_free(snapshot);
+  sim_close(other);
+  sim_close(cloth);
+}
+
+static void nothing_is_survived(void) {
+  sim_error error;
+  sim_part part;
+  CHECK(sim_open(NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_open_text(NULL, "x", NULL, NULL) == NULL);
+  CHECK(sim_open_field(NULL, NULL, NULL, 0, 1, NULL, NULL) == NULL);
+  CHECK(sim_step(NULL, 1, NULL, &error) == SIM_USAGE && strcmp(error.what, "null handle") == 0);
+  CHECK(sim_run(NULL, 1, 1, NULL, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_reset(NULL, NULL) == SIM_USAGE);
+  CHECK(sim_systems(NULL) == 0 && sim_generation(NULL) == 0 && sim_hash(NULL, 0) == 0);
+  CHECK(isnan(sim_time(NULL, 0)) && isnan(sim_step_size(NULL, 0)) && isnan(sim_duration(NULL, 0)));
+  CHECK(sim_step_count(NULL, 0) == -1);
+  CHECK(sim_snapshot_take(NULL, NULL) == NULL);
+  CHECK(sim_snapshot_restore(NULL, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_state(NULL, 0, "position", &part, NULL) == SIM_USAGE);
+  CHECK(sim_state_parts(NULL, 0, NULL) == NULL && sim_describe(NULL, NULL) == NULL);
+  CHECK(sim_energy(NULL, 0, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_set_switch(NULL, 0, NULL, 0, NULL) == SIM_USAGE);
+  CHECK(sim_judge(NULL, 0, NULL, NULL) == SIM_USAGE && sim_verdict_json(NULL, NULL) == NULL);
+  CHECK(sim_study(NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL) == NULL);
+  CHECK(sim_study("tradeoff", NULL, NULL, NULL, NULL, NULL, NULL, NULL) == NULL);
+  CHECK(sim_picture(NULL, 8, 8, NULL, NULL, NULL) == NULL);
+  CHECK(sim_writer_open(NULL, "x.csv", 30, NULL) == NULL);
+  CHECK(sim_writer_add(NULL, NULL) == SIM_USAGE && sim_writer_commit(NULL, NULL) == SIM_USAGE);
+  CHECK(sim_trust_name(-1)[0] == '\0' && sim_trust_name(5)[0] == '\0');
+  sim_close(NULL);
+  sim_snapshot_free(NULL);
+  sim_writer_close(NULL);
+  sim_free(NULL);
+}
+
+static void bad_scenes_are_told(void) {
+  static const char* const bad_settings[] = {"m=3", NULL};
+  static const char* const no_settings[] = {"n", NULL};
+  sim_options options = SIM_OPTIONS;
+  sim_error error;
+  CHECK(sim_open("scenes/clot.lua", NULL, &error) == NULL && error.code == SIM_IO);
+  CHECK(strstr(error.remedy, "cloth") != NULL);
+  CHECK(sim_open_text("return 3", "mine.lua", NULL, &error) == NULL && error.code == SIM_SCENE);
+  CHECK(sim_open_text("x = ", "mine.lua", NULL, &error) == NULL && error.code == SIM_SCENE);
+  CHECK(strstr(error.where, "mine.lua") || strstr(error.why, "mine.lua"));
+  CHECK(sim_open_text("while true do end", "mine.lua", NULL, &error) == NULL);
+  options.settings = bad_settings;
+  CHECK(sim_open("scenes/cloth.lua", &options, &error) == NULL && error.code == SIM_USAGE);
+  options.settings = no_settings;
+  CHECK(sim_open("scenes/cloth.lua", &options, &error) == NULL && error.code == SIM_USAGE);
+  options.settings = NULL;
+  options.threads = -1;
+  CHECK(sim_open("scenes/cloth.lua", &options, NULL) == NULL);
+  options.threads = 1;
+  options.dt = NAN;
+  CHECK(sim_open("scenes/cloth.lua", &options, NULL) == NULL);
+  options.dt = 0;
+  options.size = 3;
+  CHECK(sim_open("scenes/cloth.lua", &options, NULL) == NULL);
+  options.size = sizeof options;
+  options.integrator = "rk4:";
+  CHECK(sim_open("scenes/cloth.lua", &options, NULL) == NULL);
+  /* Steps so large that the numbers end: a code, the last good state, and a verdict. */
+  options.integrator = "euler";
+  options.dt = 10;
+  {
+    sim_scene* cloth = open_or_tell("scenes/cloth.lua", &options);
+    sim_verdict verdict;
+    CHECK(sim_step(cloth, 1000000, NULL, &error) == SIM_DIVERGED && error.why[0]);
+    CHECK(sim_reset(cloth, NULL) == SIM_OK);
+    CHECK(sim_run(cloth, 1e6, 0, NULL, NULL, NULL) == SIM_OK);
+    CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_OK && verdict.trust == 4);
+    sim_close(cloth);
+  }
+}
+
+/* A circle, x' = (-y, x), and one that gives up. */
+static int turn(void* user, double t, const double* x, double* dxdt, size_t n) {
+  size_t i;
+  if (user && t > 0.5) return 1;
+  for (i = 0; i + 1 < n; i += 2) {
+    dxdt[i] = -x[i + 1];
+    dxdt[i + 1] = x[i];
+  }
+  return 0;
+}
+
+static void fields_are_functions(void) {
+  static const double x0[4] = {1, 0, 0, 2};
+  sim_options options = SIM_OPTIONS;
+  sim_scene* circle;
+  double x[4], t;
+  int give_up = 1;
+  options.dt = 0.01;
+  circle = sim_open_field(turn, NULL, x0, 4, 1, &options, NULL);
+  CHECK(sim_step(circle, 100, NULL, NULL) == SIM_OK);
+  CHECK(sim_copy_state(circle, 0, "component", x, 4, NULL) == SIM_OK);
+  CHECK(fabs(x[0] - cos(1)) < 1e-9 && fabs(x[1] - sin(1)) < 1e-9);
+  CHECK(fabs(x[2] + 2 * sin(1)) < 1e-9 && fabs(x[3] - 2 * cos(1)) < 1e-9);
+  sim_close(circle);
+  circle = sim_open_field(turn, &give_up, x0, 4, 1, &options, NULL);
+  CHECK(sim_step(circle, 100, NULL, NULL) == SIM_STOPPED);
+  t = sim_time(circle, 0);
+  CHECK(t > 0.45 && t <= 0.5);
+  CHECK(sim_step(circle, 1, NULL, NULL) == SIM_STOPPED && sim_time(circle, 0) == t);
+  sim_close(circle);
+}
+
+static void pictures_files_and_studies(const char* folder) {
+  static const char* const asked[] = {"integrators=rk4", "time=0.1", NULL};
+  static const char* const wrong[] = {"nonsense=1", NULL};
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  struct watched seen = {0, 1};
+  sim_error error;
+  size_t size = 0;
+  char file[512], *json;
+  sim_writer* writer;
+  FILE* read;
+  unsigned char* png = sim_picture(cloth, 64, 48, "strain", &size, &error);
+  CHECK(png && size > 100 && memcmp(png, "\x89PNG", 4) == 0);
+  sim_free(png);
+  CHECK(sim_picture(cloth, 0, 48, NULL, &size, NULL) == NULL);
+  CHECK(sim_picture(cloth, 64, 48, "nonsense", &size, NULL) == NULL);
+  snprintf(file, sizeof file, "%s/cloth.csv", folder);
+  writer = sim_writer_open(cloth, file, 0, &error);
+  CHECK(writer != NULL);
+  CHECK(sim_writer_add(writer, NULL) == SIM_OK && sim_step(cloth, 1, NULL, NULL) == SIM_OK);
+  CHECK(sim_writer_add(writer, NULL) == SIM_OK && sim_writer_commit(writer, NULL) == SIM_OK);
+  sim_writer_close(writer);
+  read = fopen(file, "r");
+  CHECK(read != NULL);
+  if (read) fclose(read);
+  remove(file);
+  CHECK(sim_writer_open(cloth, "x.nonsense", 30, &error) == NULL && error.code == SIM_USAGE);
+  sim_close(cloth);
+
+  json = sim_study("order", "scenes/circle.lua", NULL, asked, NULL, NULL, NULL, &error);
+  CHECK(json && strstr(json, "\"rk4\""));
+  sim_free(json);
+  CHECK(sim_study("order", "scenes/circle.lua", NULL, wrong, NULL, NULL, NULL, &error) == NULL);
+  CHECK(error.code == SIM_USAGE);
+  CHECK(sim_study("nonsense", "scenes/circle.lua", NULL, NULL, NULL, NULL, NULL, &error) == NULL);
+  CHECK(sim_study("order", "scenes/circle.lua", NULL, asked, NULL, watch, &seen, &error) == NULL);
+  CHECK(error.code == SIM_STOPPED);
+  json = sim_describe_plugins("spring", NULL, NULL);
+  CHECK(json && strstr(json, "\"N/m\""));
+  sim_free(json);
+  CHECK(sim_describe_plugins("nonsense", NULL, NULL) == NULL);
+  json = sim_scenes(NULL);
+  CHECK(json && strstr(json, "scenes/cloth.lua"));
+  sim_free(json);
+}
+
+static void* steps_a_cloth(void* hash) {
+  int i;
+  for (i = 0; i < 5; ++i) {
+    sim_scene* cloth = sim_open("scenes/cloth.lua", NULL, NULL);
+    if (sim_run(cloth, 0, 2, NULL, NULL, NULL) == SIM_OK) *(uint64_t*)hash = sim_hash(cloth, 0);
+    if (*(uint64_t*)hash != CLOTH_HASH) break;
+    sim_close(cloth);
+  }
+  return NULL;
+}
+
+static void threads_do_not_meet(void) {
+  pthread_t threads[2];
+  uint64_t hashes[2] = {0, 0};
+  int i;
+  for (i = 0; i < 2; ++i) pthread_create(&threads[i], NULL, steps_a_cloth, &hashes[i]);
+  for (i = 0; i < 2; ++i) pthread_join(threads[i], NULL);
+  CHECK(hashes[0] == CLOTH_HASH && hashes[1] == CLOTH_HASH);
+}
+
+int main(int argc, char** argv) {
+  CHECK(sim_interface_version() / 1000 == SIM_MAJOR && sim_version()[0]);
+  steps_have_the_known_bits();
+  runs_are_judged();
+  changes_are_made_and_undone();
+  nothing_is_survived();
+  bad_scenes_are_told();
+  fields_are_functions();
+  pictures_files_and_studies(argc > 1 ? argv[1] : ".");
+  threads_do_not_meet();
+  printf("%d passed, %d failed\n", passed, failed);
+  return failed != 0;
+}
