@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/particles/contact_law.h"
 #include "core/particles/plain_surface.h"
 #include "core/particles/solid_shape.h"
 #include "core/particles/view.h"
@@ -20,11 +21,6 @@ struct Touch {
 
 // What of v runs along a surface.
 inline Vec3 tangential(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
-
-struct Surface {
-  double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
-  double friction = 0;     // Coulomb's coefficient, >= 0
-};
 
 // A collider is a pure function of (t, x), as forces are.
 class Collider {

@@ -107,18 +107,18 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const Way& 
   return at(root(outside, positive, inside, negative, 1e-4 * slack(way.c[0]), gap_at));
 }
 
-// Newton's restitution and the friction of the blow, at the velocity that a surface has in m/step.
-void bounce(const Surface& surface, const Vec3& surface_rate, const Vec3& normal, double s,
-            Way& way) {
+// The restitution and the friction of a blow in a step of h, at the velocity that a surface has in
+// m/step; laws are asked at the speeds before it.
+void bounce(const Surface& surface, double h, const Vec3& surface_rate, const Vec3& normal,
+            double s, Way& way) {
   const Vec3 before = way.rate(s), relative = before - surface_rate;
   const double inward = relative.dot(normal);
   if (!(inward < 0)) return;
-  const double push = -(1 + surface.restitution) * inward;
+  const double push = -(1 + surface.restitution_at(-inward / h)) * inward;
   Vec3 change = push * normal;
   if (surface.friction > 0) {
     const Vec3 slip = relative - inward * normal;
-    const double speed = slip.norm(), most = surface.friction * push;
-    change -= speed <= most ? slip : Vec3(most / speed * slip);
+    change -= within_cone(slip, surface.friction_at(slip.norm() / h) * push);
   }
   way.kick(s, change);
   way.touched = true;
@@ -142,7 +142,8 @@ class Hold {
         from_(way.at(s)),
         rate_(way.rate(s)),
         surface_rate_(h * touch.velocity),
-        friction_(collider.surface().friction) {}
+        surface_(collider.surface()),
+        friction_(surface_.friction) {}
 
   void press();
 
@@ -156,7 +157,8 @@ class Hold {
   const Touch end_;  // where the way ended before
   double t_, h_, s_, rest_;
   Vec3 normal_, from_, rate_, surface_rate_;  // where it is touched; in m/step
-  double friction_;
+  const Surface surface_;
+  double friction_;                      // at the slip where it is touched
   Vec3 slip_{0, 0, 0}, drive_{0, 0, 0};  // tangential velocity and what accelerates it
   double speed_ = 0, pressure_ = 0;      // |slip|; of the surface, m/step^2
 };
@@ -190,12 +192,14 @@ bool Hold::slides() {
   pressure_ =
       std::max(0.0, -2 * end_.gap / (rest_ * rest_ * std::max(normal_.dot(end_.normal), 0.1)));
   if (speed_ == 0) return false;
+  friction_ = surface_.friction_at(speed_ / h_);
   return speed_ + rest_ * (drive_.dot(slip_) / speed_ - friction_ * pressure_) >= 0;
 }
 
 // It stops within the step, and stays where it is on the surface or turns round.
 void Hold::come_to_rest() {
-  const double braking = friction_ * pressure_;
+  const double holding = surface_.friction * pressure_;
+  double braking = friction_ * pressure_;
   Vec3 way{0, 0, 0}, slip{0, 0, 0}, against{0, 0, 0};
   double after = rest_;
   if (speed_ > 0) {
@@ -204,7 +208,11 @@ void Hold::come_to_rest() {
     after -= time;
   }
   const double drive = drive_.norm();
-  if (drive > braking) {
+  const bool goes_on = drive > holding;
+  if (goes_on) {
+    // With the friction of half the slip that it comes to.
+    const double speed = 0.5 * after * (drive - holding) / h_;
+    braking = std::min(drive, surface_.friction_at(speed) * pressure_);
     slip = (1 - braking / drive) * after * drive_;
     way += 0.5 * after * slip;
     against = braking * 0.5 * rest_ / drive * drive_;
@@ -215,7 +223,7 @@ void Hold::come_to_rest() {
 
   const Vec3 press = 2 / (rest_ * rest_) * (place - way_.at(1));
   way_.press(s_, press);
-  if (drive > braking) {  // what hold() will take off for friction is left in
+  if (goes_on) {  // what hold() will take off for friction is left in
     const Vec3 now = way_.rate(1) - 0.5 * rest_ * press - h_ * end.velocity;
     way_.kicked += slip + against - tangential(now, end.normal);
     return;
@@ -274,7 +282,7 @@ void Contacts::project(double t, double h, Way& way) const {
   for (Collider* const collider : on_) {
     const Touch end = collider->touch(t + h, way.at(1));
     if (!(end.gap < 0)) continue;
-    bounce(collider->surface(), h * end.velocity, end.normal, 1, way);
+    bounce(collider->surface(), h, h * end.velocity, end.normal, 1, way);
     way.shift(-end.gap * end.normal);
     way.touched = true;
   }
@@ -305,7 +313,7 @@ void Contacts::settle(double t, double h, Way& way) const {
       way.shift(-touch.gap * touch.normal);
       way.touched = true;
     }
-    bounce(hit->surface(), h * touch.velocity, touch.normal, first.s, way);
+    bounce(hit->surface(), h, h * touch.velocity, touch.normal, first.s, way);
     const Touch end = way.moved == moved ? first.end : hit->touch(t + h, way.at(1));
     if (end.gap < 0) Hold(*hit, t, h, first.s, touch, end, way).press();
   }
@@ -352,7 +360,7 @@ Vec3 Contacts::bounced(const Collider& collider, double t, const Vec3& x, const 
                        ContactWork& work) {
   Way way{{x, v, Vec3::Zero(), Vec3::Zero()}};
   const Touch touch = collider.touch(t, x);
-  bounce(collider.surface(), touch.velocity, touch.normal, 0, way);
+  bounce(collider.surface(), 1, touch.velocity, touch.normal, 0, way);
   work.lost += way.work.lost;
   work.given += way.work.given;
   return v + way.kicked;
@@ -376,7 +384,7 @@ bool Contacts::impact(double t, double h, const Way& way, std::span<Collider* co
   impact = {.collider = hit, .s = first.s};
   if (touch.gap < -slack(place)) impact.shift = -touch.gap * touch.normal;
   impact.place = place + impact.shift;
-  bounce(hit->surface(), h * touch.velocity, touch.normal, first.s, bounced);
+  bounce(hit->surface(), h, h * touch.velocity, touch.normal, first.s, bounced);
   impact.change = bounced.kicked - way.kicked;
   impact.work = bounced.work;
   return true;
@@ -409,11 +417,13 @@ Vec3 Contacts::hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const {
       const double normal = relative.dot(touch.normal);
       if (touch.gap > slack(x) || !(normal < 0)) continue;
       const Vec3 before = v, slip = relative - normal * touch.normal;
-      const double speed = slip.norm(), most = -normal * collider->surface().friction;
+      const Surface surface = collider->surface();
+      const double speed = slip.norm(), most = -normal * surface.friction;
       if (most > 0 && speed <= most)
         v = touch.velocity;
       else
-        v -= normal * touch.normal + (most > 0 ? most / speed : 0) * slip;
+        v -=
+            normal * touch.normal + (most > 0 ? surface.braking(speed, -normal) / speed : 0) * slip;
       inward = inward || -normal > 1e-15 * (speed + touch.velocity.norm());  // more than rounding
       const Vec3 change = v - before;
       work.given += change.dot(touch.velocity);

@@ -17,7 +17,7 @@ namespace sim {
 enum class Accuracy { kSettle, kProject, kEvent };
 
 // Touches inside a step, of second order in the step whatever the method: the touch is found on the
-// particle's own way, Newton's restitution and Coulomb's friction act there, and a particle that
+// particle's own way, the restitution and the friction of its law act there, and a particle that
 // would be inside at the end all the same is pressed on from there on, as by a multiplier along the
 // normal and friction against the slip: in the first half of what is left of the step here, in the
 // second at its end, by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).

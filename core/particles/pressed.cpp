@@ -31,19 +31,24 @@ Pressed pressed_on(std::span<Collider* const> colliders, double t, double d, con
   const Touch touch = surface.touch(t, x);
   const Vec3 relative = v - touch.velocity;
   pressed.slip = tangential(relative, touch.normal);
-  const double friction = surface.surface().friction * pressed.push.norm();
+  const Surface material = surface.surface();
+  const double push = pressed.push.norm(), friction = material.friction * push;
   if (friction == 0) return pressed;
   const double speed = pressed.slip.norm(), size = pressed.acceleration.norm();
   if (speed > 1e-12 * (v.norm() + touch.velocity.norm()) + 1e-6 * std::fabs(d) * size) {
-    pressed.acceleration -= friction / speed * pressed.slip;
+    pressed.acceleration -= material.friction_at(speed) * push / speed * pressed.slip;
     return pressed;
   }
   const Vec3 carried =
       (surface.touch(t + d, surface.carried(t, t + d, x)).velocity - touch.velocity) / d;
   const Vec3 drive = pressed.acceleration - carried;
   const double driven = drive.norm();
-  pressed.acceleration =
-      driven <= friction ? carried : Vec3(pressed.acceleration - friction / driven * drive);
+  if (driven <= friction) {
+    pressed.acceleration = carried;
+    return pressed;
+  }
+  const double slides = std::min(driven, material.friction_at(std::fabs(d) * driven) * push);
+  pressed.acceleration = pressed.acceleration - slides / driven * drive;
   return pressed;
 }
 

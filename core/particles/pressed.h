@@ -17,7 +17,7 @@ struct Pressed {
 };
 
 // Of a particle at x with the velocity v that would have the acceleration `free`: surfaces push,
-// and never pull, so that it leads into none, gap'' >= 0; Coulomb's friction of the first acts
+// and never pull, so that it leads into none, gap'' >= 0; the friction of the first acts
 // against the slip, or holds what does not slip. Derivatives of normals are differences over the
 // time d, which may be negative.
 Pressed pressed_on(std::span<Collider* const> colliders, double t, double d, const Vec3& x,

@@ -68,6 +68,12 @@ struct Kind<RigidMotion> {
 };
 
 template <>
+struct Kind<ContactLaw> {
+  static constexpr std::string_view name = "law", folder = "laws";
+  using Make = std::function<std::unique_ptr<ContactLaw>(const Params&)>;
+};
+
+template <>
 struct Kind<StepCorrection> {
   static constexpr std::string_view name = "contact", folder = "contact";
   using Make = std::function<std::unique_ptr<StepCorrection>(const Params&, const ContactTask&)>;
@@ -103,7 +109,7 @@ struct Kind<engine::Engine> {
 
 // In the order in which they are shown and numbered.
 using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint,
-                       Study, engine::Engine, StepCorrection>;
+                       Study, engine::Engine, StepCorrection, ContactLaw>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

@@ -41,6 +41,8 @@ ParamType type_of(const Value& value) {
       return ParamType::kBodies;
     case 14:
       return ParamType::kList;
+    case 15:
+      return ParamType::kLaw;
     default:
       return ParamType::kCurve;
   }
@@ -53,6 +55,7 @@ std::string shown(const Value& value) {
   if (type == ParamType::kFunction || type == ParamType::kParticleFunction) return "a function";
   if (type == ParamType::kSurface) return "a surface";
   if (type == ParamType::kMotion) return "a motion";
+  if (type == ParamType::kLaw) return "a law of contact";
   if (type == ParamType::kCollider) return "a collider";
   if (type == ParamType::kColliders) return "a list of colliders";
   if (type == ParamType::kBodies) return "a list of bodies";
@@ -174,6 +177,8 @@ const char* type_name(ParamType type) {
       return "vector {x, y, z} or function(t)";
     case ParamType::kList:
       return "list of numbers or texts";
+    case ParamType::kLaw:
+      return "law of contact (sim.law)";
   }
   return "";
 }
@@ -199,6 +204,7 @@ std::string to_text(const Value& value) {
       return motion->rests() ? (*this)(motion->at(0, Vec3::Zero()).center) : "motion";
     }
     std::string operator()(const std::shared_ptr<const Curve>&) const { return "function"; }
+    std::string operator()(const std::shared_ptr<const ContactLaw>&) const { return "law"; }
     std::string operator()(const std::shared_ptr<const ColliderMaker>& collider) const {
       return collider->text;
     }
@@ -306,5 +312,6 @@ template const Colliders& Params::get(std::string_view) const;
 template const Bodies& Params::get(std::string_view) const;
 template const std::shared_ptr<const RigidMotion>& Params::get(std::string_view) const;
 template const std::shared_ptr<const Curve>& Params::get(std::string_view) const;
+template const std::shared_ptr<const ContactLaw>& Params::get(std::string_view) const;
 
 }  // namespace sim

@@ -78,6 +78,9 @@ class Params {
   const std::shared_ptr<const RigidMotion>& motion(std::string_view name) const {
     return get<std::shared_ptr<const RigidMotion>>(name);
   }
+  const std::shared_ptr<const ContactLaw>& law(std::string_view name) const {
+    return get<std::shared_ptr<const ContactLaw>>(name);
+  }
   const std::shared_ptr<const ColliderMaker>& collider(std::string_view name) const {
     return get<std::shared_ptr<const ColliderMaker>>(name);
   }

@@ -9,6 +9,7 @@ template void Registrar::add(Plugin<Force>);
 template void Registrar::add(Plugin<Field>);
 template void Registrar::add(Plugin<Collider>);
 template void Registrar::add(Plugin<RigidMotion>);
+template void Registrar::add(Plugin<ContactLaw>);
 template void Registrar::add(Plugin<Constraint>);
 template void Registrar::add(Plugin<StepCorrection>);
 

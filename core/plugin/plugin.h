@@ -14,7 +14,7 @@
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 28;
+inline constexpr std::uint32_t kPluginAbi = 29;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".
@@ -64,6 +64,7 @@ extern template void Registrar::add(Plugin<Force>);
 extern template void Registrar::add(Plugin<Field>);
 extern template void Registrar::add(Plugin<Collider>);
 extern template void Registrar::add(Plugin<RigidMotion>);
+extern template void Registrar::add(Plugin<ContactLaw>);
 extern template void Registrar::add(Plugin<Constraint>);
 extern template void Registrar::add(Plugin<StepCorrection>);
 

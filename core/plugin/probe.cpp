@@ -32,6 +32,7 @@ struct Maker final : Registrar {
       make<Field>(*plugin, params);
       make<Collider>(*plugin, params);
       make<RigidMotion>(*plugin, params);
+      make<ContactLaw>(*plugin, params);
       make<Constraint>(*plugin, params, Elements{});
     } catch (...) {  // an error is no crash
     }

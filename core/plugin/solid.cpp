@@ -9,7 +9,7 @@ namespace sim {
 
 Solid::Solid(const Params& params, const Vec3& center)
     : center_(center),
-      surface_{params.number("restitution"), params.number("friction")},
+      surface_(surface_from(params)),
       thickness_(params.number("thickness")),
       inside_(params.has("inside") && params.flag("inside")) {
   if (params.has("motion")) motion_ = params.motion("motion");
@@ -98,16 +98,34 @@ Vec3 Solid::carried(double t0, double t1, const Vec3& x) const {
   return after.center + after.turned(before.turned_back(x - before.center));
 }
 
+Surface surface_from(const Params& params) {
+  const double restitution = params.number("restitution"), friction = params.number("friction");
+  if (!params.has("law")) return {restitution, friction};
+  if (restitution != 0 || friction != 0)
+    throw Error(ErrorKind::kScene,
+                {"bad law of contact", "",
+                 "restitution and friction are given beside it, and it has its own",
+                 "give either the law or these numbers, which are sim.law.coulomb"});
+  return surface_of(params.law("law"));
+}
+
+ParamList surface_params() {
+  return {{.name = "friction",
+           .default_value = 0.0,
+           .doc = "Coulomb's coefficient: how much of the normal force may act against slip",
+           .min = 0},
+          {.name = "restitution",
+           .default_value = 0.0,
+           .doc = "share of the normal velocity that a bounce gives back",
+           .min = 0,
+           .max = 1},
+          {.name = "law",
+           .type = ParamType::kLaw,
+           .doc = "how it bounces and rubs, in place of friction and restitution"}};
+}
+
 ParamList solid_params(ParamList own, bool room) {
-  own.push_back({.name = "friction",
-                 .default_value = 0.0,
-                 .doc = "Coulomb's coefficient: how much of the normal force may act against slip",
-                 .min = 0});
-  own.push_back({.name = "restitution",
-                 .default_value = 0.0,
-                 .doc = "share of the normal velocity that a bounce gives back",
-                 .min = 0,
-                 .max = 1});
+  for (Param& param : surface_params()) own.push_back(std::move(param));
   own.push_back({.name = "thickness",
                  .default_value = 0.0,
                  .unit = "m",

@@ -67,6 +67,13 @@ class Solid : public Collider {
   Pose first_, last_;
 };
 
+// What parameters `restitution`, `friction` and `law` say; a law takes the place of the numbers.
+// Throws Error{kScene} where both are given.
+Surface surface_from(const Params& params);
+
+// Those three.
+ParamList surface_params();
+
 // The parameters of a solid behind its own, but for `inside` where there is no room inside.
 ParamList solid_params(ParamList own, bool room = true);
 

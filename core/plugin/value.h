@@ -17,6 +17,7 @@
 namespace sim {
 
 class Collider;
+class ContactLaw;
 class Curve;
 class RigidBody;
 class RigidMotion;
@@ -42,11 +43,11 @@ using List = std::vector<std::variant<double, std::string>>;   // of numbers and
 using Bodies = std::vector<std::shared_ptr<const RigidBody>>;  // of the scene
 
 // monostate: no value given.
-using AnyValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3, OdeFunction,
-                 ParticleFunction, std::shared_ptr<const TriangleMesh>,
-                 std::shared_ptr<const RigidMotion>, std::shared_ptr<const ColliderMaker>,
-                 std::shared_ptr<const Curve>, Colliders, Bodies, List>;
+using AnyValue = std::variant<std::monostate, bool, std::int64_t, double, std::string, Vec3,
+                              OdeFunction, ParticleFunction, std::shared_ptr<const TriangleMesh>,
+                              std::shared_ptr<const RigidMotion>,
+                              std::shared_ptr<const ColliderMaker>, std::shared_ptr<const Curve>,
+                              Colliders, Bodies, List, std::shared_ptr<const ContactLaw>>;
 
 // Here and in ValueMap the members that every plugin uses are compiled once, in the kernel.
 class Value : public AnyValue {
@@ -92,7 +93,8 @@ enum class ParamType {
   kBodies,     // rigid ones, as well
   kCurve,
   kList,  // of numbers and texts, or a single one
-  kPath   // a vector, or one that changes with time: held as a motion
+  kPath,  // a vector, or one that changes with time: held as a motion
+  kLaw    // of contact
 };
 
 const char* type_name(ParamType type);    // "number", "vector {x, y, z}", ...

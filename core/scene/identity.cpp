@@ -60,6 +60,19 @@ std::uint64_t digest(const ColliderMaker& maker) {
   return hash.value();
 }
 
+// At so many speeds that no parameter of a law shows between them alone.
+std::uint64_t digest(const ContactLaw& law) {
+  constexpr double kSlowest = 1e-9, kFastest = 1e4, kRatio = 1.3;  // m/s
+  StateHash hash;
+  hash.add(law.restitution(0));
+  hash.add(law.friction(0));
+  for (double speed = kSlowest; speed < kFastest; speed *= kRatio) {
+    hash.add(law.restitution(speed));
+    hash.add(law.friction(speed));
+  }
+  return hash.value();
+}
+
 std::uint64_t digest(const RigidBody& body) {
   StateHash hash;
   hash.add(digest(body.shape()));

@@ -11,11 +11,13 @@
 
 namespace sim {
 
-// Objects that values refer to; motions and colliders by what they do at some times and places.
+// Objects that values refer to; motions, colliders and laws by what they do
+// at some times, places and speeds.
 std::uint64_t digest(const TriangleMesh& mesh);
 std::uint64_t digest(const RigidMotion& motion);
 std::uint64_t digest(const Curve& curve);
 std::uint64_t digest(const ColliderMaker& maker);
+std::uint64_t digest(const ContactLaw& law);
 std::uint64_t digest(const RigidBody& body);
 
 // A digest of each part that is not as in an empty scene, by its path: "contact.friction",

@@ -57,7 +57,7 @@ struct FieldsOf<RigidShape> {
 
 template <>
 struct FieldsOf<Surface> {
-  static constexpr StructField list[] = {{"restitution"}, {"friction"}};
+  static constexpr StructField list[] = {{"restitution"}, {"friction"}, {"law"}};
 };
 
 template <>

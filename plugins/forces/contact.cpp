@@ -27,6 +27,11 @@ class PenaltyContact final : public sim::Force {
     if (!(slip_ > 0))
       throw sim::Error(sim::ErrorKind::kScene,
                        {"force 'contact'", "", "its slip is 0", "give a velocity > 0 in m/s"});
+    if (collider_->surface().law)
+      throw sim::Error(
+          sim::ErrorKind::kScene,
+          {"force 'contact'", "", "its collider has a law, and this force is a law of its own",
+           "leave `law` out of the collider, or give the collider itself to the scene"});
     solids_ = collider_->sides();
     if (solids_.empty()) solids_.push_back(std::move(collider_));
   }
@@ -122,7 +127,7 @@ SIM_PLUGIN(Force, "contact") {
        .source = "Hunt & Crossley (1975), J. Appl. Mech. 42(2) 440, eq. 7: the damping",
        .params = {{.name = "collider",
                    .type = sim::ParamType::kCollider,
-                   .doc = "the solid; its own friction and restitution do not count",
+                   .doc = "the solid, without a law; its friction and restitution do not count",
                    .required = true},
                   {.name = "stiffness",
                    .unit = "N/m^power",

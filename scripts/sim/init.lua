@@ -396,7 +396,7 @@ end
 local rigid_class = class("rigid", Rigid)
 
 -- body = sim.rigid { shape =, mass =, position =, turn =, velocity =, spin =, friction =, restitution =,
---   touches = }
+--   law =, touches = }
 -- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
 -- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
 --   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
@@ -408,10 +408,11 @@ local rigid_class = class("rigid", Rigid)
 --   spin          rad/s, angular velocity in space; default {0, 0, 0}
 --   friction      Coulomb's, >= 0; default 0; of two that touch the geometric mean
 --   restitution   0 to 1; default 0; of two that touch the larger
+--   law           sim.law.NAME { ... }, in place of friction and restitution
 --   touches       false: it goes through particles, colliders and bodies; default true
 local function make_rigid(options)
   check_keys(options, { shape = true, mass = true, density = true, position = true, turn = true,
-    velocity = true, spin = true, friction = true, restitution = true, touches = true }, "sim.rigid")
+    velocity = true, spin = true, friction = true, restitution = true, law = true, touches = true }, "sim.rigid")
   local place = here()
   local shape = records[options.shape]
   if not shape or shape.kind ~= "shape" then
@@ -432,6 +433,16 @@ local function make_rigid(options)
   }
   if record.restitution > 1 then
     bad("restitution of a body", "a number from 0 to 1", options.restitution)
+  end
+  if options.law ~= nil then
+    if not (records[options.law] and records[options.law].kind == "law") then
+      bad("law of a body", "a sim.law.NAME { ... }", options.law)
+    end
+    if options.friction ~= nil or options.restitution ~= nil then
+      fail(place, "bad law of a body", "friction or restitution is given beside it, and it has its own",
+        "give either the law or these numbers, which are sim.law.coulomb")
+    end
+    record.law = options.law
   end
   record.touches = options.touches ~= false
   if options.touches ~= nil and type(options.touches) ~= "boolean" then
@@ -702,7 +713,7 @@ local function copy(value, depth)
 end
 
 -- part = sim.KIND.NAME { ... }
--- KIND is a kind of plugin: force, field, integrator, collider, motion, constraint, contact. NAME is
+-- KIND is a kind of plugin: force, field, integrator, collider, motion, law, constraint, contact. NAME is
 -- any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
 -- positional; it can then be written without its name, first in the table.
 -- Forces and constraints that join particles also take ties = { {a, b}, ... }, see force:tie; and

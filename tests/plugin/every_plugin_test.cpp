@@ -50,6 +50,7 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
         given[param.name] = std::make_shared<const sim::TriangleMesh>(kCloud, strip());
         break;
       case sim::ParamType::kMotion:  // no force has one yet
+      case sim::ParamType::kLaw:
       case sim::ParamType::kPath:
       case sim::ParamType::kCurve:
       case sim::ParamType::kCollider:  // an example has one

@@ -45,6 +45,13 @@ struct Ground final : sim::Collider {
   double height;
 };
 
+struct Slippery final : sim::ContactLaw {
+  explicit Slippery(double bounce) : bounces(bounce) {}
+  double restitution(double) const override { return bounces; }
+  double friction(double) const override { return 0; }
+  double bounces;
+};
+
 std::shared_ptr<const sim::ColliderMaker> ground(double height) {
   return std::make_shared<const sim::ColliderMaker>(
       sim::ColliderMaker{[height] { return std::make_unique<Ground>(height); }, "ground"});
@@ -152,6 +159,10 @@ class Changes {
               bool identifies) {
     set(motion, {std::make_shared<const Circling>(1 + 1e-12)}, path, identifies);
   }
+  void inside(std::shared_ptr<const sim::ContactLaw>& law, const std::string& path,
+              bool identifies) {
+    set(law, {std::make_shared<const Slippery>(0.5 + 1e-12)}, path, identifies);
+  }
   void inside(std::shared_ptr<const sim::ColliderMaker>& maker, const std::string& path,
               bool identifies) {
     set(maker, ground(1e-12), path, identifies);
@@ -188,6 +199,7 @@ sim::PartSpec make_full_part() {
                 {"surface", triangle(3)},
                 {"motion", std::shared_ptr<const sim::RigidMotion>(new Circling(1))},
                 {"collider", ground(0)},
+                {"material", std::shared_ptr<const sim::ContactLaw>(new Slippery(0.5))},
                 {"curve", std::shared_ptr<const sim::Curve>(new Line)},
                 {"boundary", sim::Colliders{ground(0)}},
                 {"bodies", sim::Bodies{ball(1)}}};

@@ -57,7 +57,10 @@ class SceneReader {
   PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
                 Body* body) const;
   bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
+  template <class Object>
+  std::shared_ptr<const Object> made_once(lua_State* L, int record) const;
   std::shared_ptr<const RigidMotion> motion(lua_State* L, int record) const;
+  std::shared_ptr<const ContactLaw> law(lua_State* L, int record) const;
   std::shared_ptr<const ColliderMaker> collider(lua_State* L, int record) const;
   Colliders collider_list(lua_State* L, const Place& place, const std::string& what) const;
   std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,

@@ -233,6 +233,8 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
     out = surface(L, value, lua_absindex(L, -1), *body);
   } else if (kind == "motion") {
     out = motion(L, lua_absindex(L, -1));
+  } else if (kind == "law") {
+    out = law(L, lua_absindex(L, -1));
   } else if (kind == "collider") {
     out = collider(L, lua_absindex(L, -1));
   } else if (kind == "rigid") {
@@ -243,15 +245,24 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
   return !kind.empty();
 }
 
-std::shared_ptr<const RigidMotion> SceneReader::motion(lua_State* L, int record) const {
+template <class Object>
+std::shared_ptr<const Object> SceneReader::made_once(lua_State* L, int record) const {
   push_field(L, record, "plugin");
   const Place place = place_of(L, record);
-  const auto& plugin = registry_.get<RigidMotion>(lua_tostring(L, -1), place);
+  const auto& plugin = registry_.get<Object>(lua_tostring(L, -1), place);
   lua_pop(L, 1);
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
   return of_scene(place, [&] {
     return made(plugin.make(Params(plugin.title(), plugin.params, spec.given, place)), plugin);
   });
+}
+
+std::shared_ptr<const RigidMotion> SceneReader::motion(lua_State* L, int record) const {
+  return made_once<RigidMotion>(L, record);
+}
+
+std::shared_ptr<const ContactLaw> SceneReader::law(lua_State* L, int record) const {
+  return made_once<ContactLaw>(L, record);
 }
 
 std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int record) const {

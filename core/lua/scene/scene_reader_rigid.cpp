@@ -70,6 +70,10 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
       body.spin = record.vector("spin");
       body.touches = record.flag("touches");
       body.surface = {record.number("restitution"), record.number("friction")};
+      if (push_field(L, index, "law") != LUA_TNIL) {
+        session_->push_record(L, lua_gettop(L));
+        body.surface = surface_of(law(L, lua_gettop(L)));
+      }
     }
   }
   lua_settop(L, top);

@@ -88,7 +88,7 @@ bool HeldPress::look(const Ends& ends, int i, Collider& collider, Meeting& meeti
   meeting.gap = end_touch.gap;
   meeting.through = end_touch.gap > 0 || end_touch.normal.dot(meeting.normal) < 0.5;
   // A bounce that would not end within what is left of the ends.
-  const double e = collider.surface().restitution;
+  const double e = collider.surface().restitution_at(meeting.closing);
   meeting.bounces = e > 0 && 2 * e * meeting.closing > (1 - meeting.s) * meeting.gained;
   meeting.cuts = meeting.through || meeting.bounces || (e == 0 && meeting.closing > meeting.gained);
   return true;

@@ -75,6 +75,7 @@ class HeldPress {
  private:
   bool look(const Ends& ends, int i, Collider& collider, Meeting& meeting) const;
   void begin_push(const Meeting& meeting, bool hit);
+  double friction_of(const Push& push, const Piece& piece) const;
   void predict_friction(const Piece& piece);
   bool find_place(const Piece& piece);
   bool place(const Piece& piece, bool nearest);

@@ -29,7 +29,8 @@ void HeldPress::begin_push(const Meeting& meeting, bool hit) {
   push.particle = meeting.particle, push.collider = meeting.collider;
   push.normal = meeting.normal, push.pressed = meeting.pressed;
   push.acts = push.held = (hit && !meeting.known) || meeting.pressed > 0;
-  if (meeting.bounces) push.least = meeting.collider->surface().restitution * meeting.closing;
+  if (meeting.bounces)
+    push.least = meeting.collider->surface().restitution_at(meeting.closing) * meeting.closing;
   pushes_.push_back(push);
 }
 
@@ -88,6 +89,16 @@ double HeldPress::fastest(const Piece& piece) const {
   return speed;
 }
 
+// The coefficient of the slip at the start of the piece.
+double HeldPress::friction_of(const Push& push, const Piece& piece) const {
+  const Surface surface = push.collider->surface();
+  if (!surface.law) return surface.friction;
+  const ParticleView from = particles_->view(piece.t, piece.from);
+  const Touch touch = push.collider->touch(piece.t, from.position(push.particle));
+  const Vec3 slip = from.velocity(push.particle) - touch.velocity;
+  return surface.friction_at(tangential(slip, touch.normal).norm());
+}
+
 // What friction does in the piece: by the velocities at its end, were all impulses given there.
 // Half of it acts along the surfaces of the start.
 void HeldPress::predict_friction(const Piece& piece) {
@@ -104,7 +115,7 @@ void HeldPress::predict_friction(const Piece& piece) {
     Push push = each;
     if (push.held && push.pressed == 0) continue;  // it hits
     const Touch touch = push.collider->touch(end, to.position(push.particle));
-    push.friction = push.collider->surface().friction;
+    push.friction = friction_of(push, piece);
     push.ground = touch.velocity, push.normal = touch.normal;
     push.spare = push.friction * push.pressed;
     push.acts = push.held = push.pressed > 0;
@@ -260,7 +271,7 @@ bool HeldPress::find_velocity(const Piece& piece) {
     const Vec3 x = vector_at(q, push.particle);
     const Touch touch = push.collider->touch(end, x);
     if (!push.held && touch.gap > kFlush * place_size(x)) continue;
-    push.friction = push.collider->surface().friction;
+    push.friction = friction_of(push, piece);
     push.normal = touch.normal, push.ground = touch.velocity;
     // Of both halves together friction is what it may be.
     if (piece.r > 0 && push.friction > 0)

@@ -38,8 +38,8 @@ Push push_of(const LyingOn& lying, const ParticleView& now, double d, double lar
         return then.normal.dot(v - then.velocity);
       },
       d);
-  push.friction = collider.surface().friction;
   const Vec3 slip = tangential(v - touch.velocity, touch.normal);
+  push.friction = collider.surface().friction_at(lying.slides ? slip.norm() : 0);
   if (lying.slides && slip.squaredNorm() > 0)
     push.ground = -kFarther * largest / slip.norm() * slip;
   else if (push.friction > 0)

@@ -101,6 +101,7 @@ int Settling::alone(double t, const Room& room, LyingStep& step) const {
   if (step.before.form != step.after.form || step.after.form == PlainSurface::Form::kNone)
     return -1;
   const Surface surface = collider.surface();
+  if (surface.law) return -1;  // the kernels are those of Coulomb's
   step.friction = surface.friction;
   step.restitution = surface.restitution;
   step.reach = step.h * collider.fastest(t, t1);

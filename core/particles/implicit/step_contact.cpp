@@ -200,11 +200,18 @@ void StepContact::solved(const double* y) {
 void StepContact::rub(Stage& stage, std::size_t index) {
   Held& held = held_[index];
   const Bound& bound = stage.bounds[index];
+  const int i = held.particle;
+  const Vec3 normal = bound.planes[0].normal, velocity = stage.velocity[index];
+  const Layout& layout = particles_->layout();
+  const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
+  const Vec3 carrier = surface_velocity(held, stage.t, place);
+  const Vec3 slip = tangential(velocity - carrier, normal);
+  const double speed = slip.norm();
   double most = 0;  // of friction, kg m/s
   for (int k = 0; k < held.count; ++k) {
     const double push =
         bound.stuck ? std::max(0.0, bound.push.dot(bound.planes[k].normal)) : bound.pushes[k];
-    most = std::max(most, held.collider[k]->surface().friction * push);
+    most = std::max(most, held.collider[k]->surface().friction_at(bound.stuck ? 0 : speed) * push);
   }
   Friction& friction = stage.friction[index];
   const auto turn = [&](bool stuck) {
@@ -213,14 +220,9 @@ void StepContact::rub(Stage& stage, std::size_t index) {
     held.stuck = stuck;
     return again_ = true;
   };
-  const int i = held.particle;
-  const Vec3 normal = bound.planes[0].normal, velocity = stage.velocity[index];
-  const Layout& layout = particles_->layout();
-  const Vec3 place = vector_at(layout.axes(stage.r), i) + stage.tau * velocity;
-  const Vec3 carrier = surface_velocity(held, stage.t, place);
-  const auto slides = [&](const Vec3& slip) {
-    const double speed = slip.norm();
-    friction = {most / speed, slip / speed, most, normal, carrier};
+  const auto slides = [&](const Vec3& way) {
+    const double size = way.norm();
+    friction = {most / size, way / size, most, normal, carrier};
   };
   if (bound.stuck) {
     Vec3 along = bound.push;  // without what presses on surfaces
@@ -239,8 +241,7 @@ void StepContact::rub(Stage& stage, std::size_t index) {
   }
   if (most == 0 && friction.drag == 0) return;
   const Vec3 before = vector_at(layout.axes(stage.r, 3), i);
-  const Vec3 slip = tangential(velocity - carrier, normal);
-  const double end = stage.end(), speed = slip.norm();
+  const double end = stage.end();
   const Vec3 last = tangential(
       before + stage.reach * (velocity - before) - surface_velocity(held, end, place), normal);
   const bool turns_round =
@@ -337,9 +338,8 @@ void StepContact::finish(double* x_next) {
           if (std::fabs(touch.gap) < 1e-6 * place_size(place)) place -= touch.gap * touch.normal;
           if (stage.first_order && off >= 0) continue;
           const Vec3 slip = velocity - touch.velocity - off * touch.normal;
-          const double speed = slip.norm(), rub = -off * held.collider[k]->surface().friction;
-          const double braked = speed > 0 ? std::min(rub / speed, 1.0) : 0;
-          change_to(velocity - off * touch.normal - braked * slip, touch.velocity);
+          const double most = held.collider[k]->surface().braking(slip.norm(), -off);
+          change_to(velocity - off * touch.normal - within_cone(slip, most), touch.velocity);
         }
     }
     put_vector(q, i, place);

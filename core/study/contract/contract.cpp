@@ -17,6 +17,12 @@ class Still final : public RigidMotion {
   Pose at(double, const Vec3& center) const override { return {.center = center}; }
 };
 
+class SlowsDown final : public ContactLaw {
+ public:
+  double restitution(double approach) const override { return 0.5 / (1 + approach); }
+  double friction(double speed) const override { return 0.3 + 0.2 / (1 + speed); }
+};
+
 class Parabola final : public ::sim::Curve {
  public:
   Vec3 at(double s, double t) const override { return {s, s * s + 0.3 * t, 0.5 * s - t * s}; }
@@ -51,6 +57,8 @@ Value example_of(const Param& param) {
     case ParamType::kMotion:
     case ParamType::kPath:
       return std::make_shared<const Still>();
+    case ParamType::kLaw:
+      return std::make_shared<const SlowsDown>();
     case ParamType::kCurve:
       return std::make_shared<const Parabola>();
     default:
@@ -200,6 +208,8 @@ void check_contract(Registry& registry, const PluginInfo& plugin, Contract& cont
     contract::check_motion(static_cast<const Plugin<RigidMotion>&>(plugin), contract);
   else if (plugin.kind == kind_of<StepCorrection>)
     contract::check_contact(registry, static_cast<const Plugin<StepCorrection>&>(plugin), contract);
+  else if (plugin.kind == kind_of<ContactLaw>)
+    contract::check_law(static_cast<const Plugin<ContactLaw>&>(plugin), contract);
   else if (plugin.kind == kind_of<Study>)
     contract::check_study(registry, static_cast<const Plugin<Study>&>(plugin), contract);
   else

@@ -56,6 +56,7 @@ void check_constraint(const Plugin<Constraint>& plugin, Contract& contract);
 void check_collider(const Plugin<Collider>& plugin, Contract& contract);
 void check_motion(const Plugin<RigidMotion>& plugin, Contract& contract);
 void check_contact(Registry& registry, const Plugin<StepCorrection>& plugin, Contract& contract);
+void check_law(const Plugin<ContactLaw>& plugin, Contract& contract);
 void check_study(Registry& registry, const Plugin<Study>& plugin, Contract& contract);
 void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contract& contract);
 

@@ -207,4 +207,48 @@ void check_motion(const Plugin<RigidMotion>& plugin, Contract& contract) {
   });
 }
 
+// Speeds from far below to far above those of scenes, and 0.
+void check_law(const Plugin<ContactLaw>& plugin, Contract& contract) {
+  constexpr double kSlowest = 1e-9, kFastest = 1e4, kRatio = 1.01;  // m/s
+  const auto values_of = [](const ContactLaw& law) {
+    std::vector<double> values{law.restitution(0), law.friction(0)};
+    for (double speed = kSlowest; speed < kFastest; speed *= kRatio) {
+      values.push_back(law.restitution(speed));
+      values.push_back(law.friction(speed));
+    }
+    return values;
+  };
+  Examiner examiner(plugin, contract);
+  examiner.group("evaluates", [&] {
+    const auto law = made(plugin.make(example_params(plugin)), plugin);
+    const std::vector<double> values = values_of(*law);
+    const double rest = values[0], stick = values[1];
+    bool bounded = true, changes = false, begins = true;
+    double jump = 0;
+    for (std::size_t k = 0; k < values.size(); k += 2) {
+      const double e = values[k], mu = values[k + 1];
+      bounded = bounded && e >= 0 && e <= 1 && mu >= 0;
+      changes = changes || e != rest || mu != stick;
+      begins = begins && (rest != 0 || e == 0) && (stick != 0 || mu == 0);
+      if (k >= 4) {
+        jump = std::max(jump, std::fabs(e - values[k - 2]));
+        jump = std::max(jump, std::fabs(mu - values[k - 1]) / std::max(1.0, mu));
+      }
+    }
+    examiner.check("finite", finite(values), std::to_string(values.size()) + " numbers");
+    examiner.check("restitution is 0 .. 1, friction at least 0", bounded,
+                   "at speeds from 0 to 1e4 m/s");
+    examiner.check("is 0 at rest only where it is 0 at all speeds", begins, "");
+    constexpr double kLargest = 0.05;  // in a hundredth of the speed
+    examiner.check("does not jump", jump <= kLargest, "by " + brief(jump, 2));
+    examiner.check("says whether it depends on the speed", !law->constant() || !changes, "");
+    examiner.check("the same bits again", same(values, values_of(*law)), "");
+    double sum = 0;
+    examiner.allocations("a look", [&] { sum += law->friction(0.5) + law->restitution(0.5); });
+    examiner.hash(values);
+  });
+  examiner.bounds(
+      [&](const Params& params) { return values_of(*made(plugin.make(params), plugin)); });
+}
+
 }  // namespace sim::study::contract

@@ -18,8 +18,8 @@ class ContactCriterion final : public Criterion {
         balance_(*run.balance),
         elastic_(!run.spec.bodies.empty() && !run.spec.contact &&
                  std::ranges::all_of(run.spec.bodies, [](const RigidSpec& body) {
-                   return !body.touches ||
-                          (body.surface.restitution == 1 && body.surface.friction == 0);
+                   return !body.touches || (body.surface.restitution == 1 &&
+                                            body.surface.friction == 0 && !body.surface.law);
                  })) {}
 
   void look(const Energy* /*energy*/) override {}

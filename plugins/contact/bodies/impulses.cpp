@@ -15,7 +15,7 @@ double softness(const Mover& mover, const Vec3& arm, const Vec3& n) {
   return mover.inverse_mass + moment.dot(mover.inverse_inertia * moment);
 }
 
-// Coulomb's law: no pull along the surface beyond `most`.
+// Coulomb's cone, of a pull in two directions along the surface.
 void limit(double most, double& pu, double& pv) {
   const double size = std::sqrt(pu * pu + pv * pv);
   if (size > most) pu *= most / size, pv *= most / size;
@@ -30,6 +30,17 @@ void change(std::span<Mover> movers, Meet& m, double push, double pu, double pv)
 }
 
 }  // namespace
+
+double Meet::restitution_at(double approach) const {
+  if (!has_law()) return restitution;
+  approach = std::max(0.0, approach);
+  return std::max(sides[0].restitution_at(approach), sides[1].restitution_at(approach));
+}
+
+double Meet::friction_at(double slip) const {
+  if (!has_law()) return friction;
+  return std::sqrt(sides[0].friction_at(slip) * sides[1].friction_at(slip));
+}
 
 void Impulses::apply(std::span<Mover> movers, const Meet& meet, const Vec3& p, double lever) {
   const auto push = [&](Mover& mover, const Vec3& arm, const Vec3& impulse) {
@@ -141,9 +152,10 @@ void Impulses::bounce(std::span<Mover> movers, std::span<Meet> meets, double h) 
     if (!m.active) m.lever = now;
     m.active = true, m.after = now, m.given = m.path_gain + m.acceleration * now;
     const Vec3 slip = velocity(movers, m);
-    const double push = -(1 + m.restitution) * (m.normal.dot(slip) - m.given) / soft;
-    Vec3 pull = -(slip - m.normal.dot(slip) * m.normal) / m.soft_t;
-    if (const double size = pull.norm(); size > m.friction * push) pull *= m.friction * push / size;
+    const double rate = m.normal.dot(slip) - m.given;
+    const double push = -(1 + m.restitution_at(-rate)) * rate / soft;
+    const Vec3 along = slip - m.normal.dot(slip) * m.normal;
+    const Vec3 pull = within_cone(-along / m.soft_t, m.friction_at(along.norm()) * push);
     apply(movers, m, push * m.normal + pull, now);
     if (links_) links_->hold(movers, false);
   }

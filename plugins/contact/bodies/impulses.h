@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/math/mat3.h"
+#include "core/particles/contact_law.h"
 
 namespace sim {
 
@@ -26,9 +27,10 @@ struct Meet {
   double tiny = 0;          // m: a gap that is none
   // The motion in which hits are looked for: the free one, but without forces where they touch from
   // the start, since what holds them there takes up forces.
-  double path_gap = 0, path_gain = 0;  // m, at the end; m/s, not counted in the rate there
-  double acceleration = 0;             // m/s^2
-  double friction = 0, restitution = 0;
+  double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
+  double acceleration = 0;               // m/s^2
+  double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
+  Surface sides[2];                      // where one has a law that is not Coulomb's
   double before = 0;  // m/s, the normal velocity just before they touch; < 0: nearing
   double after = 0;   // s, from the touch to the end of the step
   double lever = 0;   // s: an impulse p moves the gap by lever * p / mass
@@ -40,6 +42,11 @@ struct Meet {
   double given = 0;                         // m/s, gained by forces after the touch
   double offset = 0;                        // what rests is 0 <= normal velocity + offset
   int collider = -1;                        // what does not move
+
+  bool has_law() const { return sides[0].law || sides[1].law; }
+  // Of both sides: the larger restitution, the geometric mean of friction; at speeds in m/s.
+  double restitution_at(double approach) const;
+  double friction_at(double slip) const;
 };
 
 // What besides contact joins movers.
@@ -63,7 +70,7 @@ class Impulses {
   void prepare(std::span<Mover> movers, std::span<Meet> meets) const;
 
   // What bounces in a step of h, in the order of time, also what earlier impulses bring to touch:
-  // each by Newton's law with Coulomb's friction. At one moment pair by pair in their order, again
+  // each by the laws of its sides. At one moment pair by pair in their order, again
   // and again, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle,
   // whatever is between them.
   void bounce(std::span<Mover> movers, std::span<Meet> meets, double h);

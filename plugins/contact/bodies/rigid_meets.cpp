@@ -149,7 +149,9 @@ void RigidContact::add_meet(const TouchPoint& point, int first, int second, int 
     other = solid.surface();
   }
   const Surface& own = first < solids_.bodies() ? solids_.surface(first) : other;
+  if (own.law || other.law) m.sides[0] = own, m.sides[1] = other;
   m.friction = std::sqrt(own.friction * other.friction);
+  if (m.has_law()) m.friction = m.friction_at(tangential(before, m.normal).norm());
   m.restitution = std::max(own.restitution, other.restitution);
 
   // What the gap did in the step, from its end and both rates.
@@ -197,8 +199,7 @@ void RigidContact::remember(Meet& m) const {
       m.push = place->push;
       const Vec3& n = m.normal;
       const Vec3 pull = place->pull - n.dot(place->pull) * n;
-      const double size = pull.norm(), most = m.friction * m.push;
-      m.pull = size > most ? Vec3(most / size * pull) : pull;
+      m.pull = within_cone(pull, m.friction * m.push);
       return;
     }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/slot.h"
+#include "core/particles/contact_law.h"
 
 namespace sim {
 
@@ -54,8 +55,7 @@ bool ContactRows::relax(int sweeps, std::span<const double> inverse_mass, std::s
       Vec3 tangent = state.along;
       if (row.friction > 0) {
         tangent -= (slip - along * row.normal) * state.mass;
-        const double most = row.friction * normal, size = tangent.norm();
-        if (size > most) tangent *= most / size;
+        tangent = within_cone(tangent, row.friction * normal);
         impulse += tangent - state.along;
       }
       if (!(impulse.squaredNorm() > row.slack * row.slack * state.mass * state.mass)) continue;

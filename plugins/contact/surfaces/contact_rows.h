@@ -20,7 +20,7 @@ struct ContactRow {
   Vec3 normal;
   double bound = 0;
   double slack = 0;     // misses of this size stay
-  double friction = 0;  // Coulomb's
+  double friction = 0;  // the coefficient at its slip
   double gap = 0;       // m, to be kept at the end
 };
 

@@ -121,6 +121,15 @@ void SurfaceContact::load(const Particles& particles, const double* x, const dou
   }
 }
 
+// The coefficient of the slip that the free step has in the mean.
+double SurfaceContact::friction_of(const ContactRow& row, const Surface& surface) const {
+  if (!surface.law) return surface.friction;
+  Vec3 slip = Vec3::Zero();
+  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
+    slip += row.weights[k] * free_way_[slot(row.ids[k])];
+  return surface.friction_at(tangential(slip, row.normal).norm() / span_);
+}
+
 void SurfaceContact::make_rows() {
   pairs_.each_near([&](std::size_t pair, const Separation& start) {
     const double lack = std::max(spec_.thickness - start.gap, 0.0);
@@ -128,7 +137,7 @@ void SurfaceContact::make_rows() {
     ContactRow row = row_of(pairs_.pairs()[pair], start);
     row.bound = std::min(keep, spec_.thickness) - start.gap;
     row.slack = kSlack * std::min(start.gap, spec_.thickness);
-    row.friction = spec_.friction;
+    row.friction = friction_of(row, spec_.material);
     row.gap = std::min(keep, spec_.thickness);
     rows_.add(row, inverse_mass_);
   });
@@ -183,7 +192,7 @@ void SurfaceContact::add_meetings() {
     const SurfacePair& pair = pairs_.pairs()[met.pair];
     ContactRow row = row_of(pair, met.then);
     row.slack = kSlack * std::min(met.gap_start, spec_.thickness);
-    row.friction = spec_.friction;
+    row.friction = friction_of(row, spec_.material);
     row.gap = std::min(met.gap_start, spec_.thickness);
     row.bound = row.gap;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -387,6 +396,7 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   touched_.assign(from_.size(), 0);
   dirty_.assign(from_.size(), 0);
   free_way_ = way_;
+  span_ = h;
   first_ = from_;
   ends_.resize(from_.size());
   if (held_) held_->begin(t, h, x, x_next);

@@ -69,6 +69,7 @@ class SurfaceContact {
 
  private:
   void load(const Particles& particles, const double* x, const double* x_next);
+  double friction_of(const ContactRow& row, const Surface& surface) const;
   void make_rows();
   bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
@@ -109,6 +110,7 @@ class SurfaceContact {
   std::vector<Meeting> meetings_;
   bool collides_ = false;
   double work_ = 0;
+  double span_ = 0;  // s, of the step
   bool led_ = false;
   std::string refusal_;
   Counts counts_;

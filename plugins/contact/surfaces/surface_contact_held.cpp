@@ -42,7 +42,7 @@ bool SurfaceContact::meet_bodies() {
           row.bound -= weights[k] * row.normal.dot(way_[slot(body.first() + p)]);
         }
         row.slack = 0.1 * kContactInside * spec_.thickness;
-        row.friction = bodies_->surface(b).friction;
+        row.friction = friction_of(row, bodies_->surface(b));
         rows_.add(row, inverse_mass_);
         any = true;
       }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/particles/contact_law.h"
 #include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
@@ -13,7 +14,7 @@ inline constexpr double kContactInside = 1e-3;  // thicknesses that a particle m
 struct SurfaceContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   double thickness = 0;     // m, > 0: the distance that layers keep
-  double friction = 0;      // Coulomb's, >= 0
+  Surface material = {};    // of the layers; its restitution is 0
   bool self = true;         // a surface touches itself, too
   double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
 };

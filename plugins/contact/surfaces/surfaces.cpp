@@ -18,13 +18,23 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params& params,
     if (params.has(name) && !(params.number(name) > 0))
       refuse(std::string("bad ") + name + " of sim.contact", "it must be > 0",
              "give a positive number");
+  sim::Surface material{.friction = params.number("friction")};
+  if (params.has("law")) {
+    if (material.friction != 0)
+      refuse("bad law of sim.contact", "friction is given beside it, and it has its own",
+             "give either the law or friction");
+    material = sim::surface_of(params.law("law"));
+    if (material.restitution != 0)
+      refuse("bad law of sim.contact", "it bounces, and surfaces meet without restitution",
+             "give a law whose restitution is 0, such as sim.law.stribeck");
+  }
   if (task.holding && task.holding->constraints().feedback() > 0)
     refuse("sim.contact and constraints",
            "constraints with feedback are not obeyed at each step, and contact would have to put "
            "them back",
            "leave feedback out");
   return std::make_unique<sim::SurfaceCorrection>(
-      sim::SurfaceContactSpec{task.surfaces, params.number("thickness"), params.number("friction"),
+      sim::SurfaceContactSpec{task.surfaces, params.number("thickness"), material,
                               params.flag("self"),
                               params.has("strain_limit") ? params.number("strain_limit") : 0.0},
       task.particles, task.holding, task.particles.view(0, task.initial));
@@ -53,6 +63,9 @@ SIM_PLUGIN(StepCorrection, "surfaces") {
                    .default_value = 0.0,
                    .doc = "of layers on each other, Coulomb's",
                    .min = 0},
+                  {.name = "law",
+                   .type = ParamType::kLaw,
+                   .doc = "how they rub, in place of friction; it must not bounce"},
                   {.name = "self",
                    .type = ParamType::kFlag,
                    .default_value = true,

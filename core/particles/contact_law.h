@@ -1,0 +1,67 @@
+// How two surfaces that touch answer each other, across the contact and along it.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+// A normal and a tangential law. Both are pure, continuous functions of speeds, and dry: friction
+// is proportional to what presses, so that one law holds for the impulses of a blow and for the
+// forces of resting contact. Whatever they return in their bounds, contact gives no energy.
+class ContactLaw {
+ public:
+  virtual ~ContactLaw() = default;
+
+  // 0 .. 1: the share of the normal velocity that a blow at `approach` >= 0 m/s gives back. At 0
+  // m/s it is 0 only where it is 0 everywhere.
+  virtual double restitution(double approach) const = 0;
+
+  // >= 0: the share of the normal impulse or force that friction may be at a slip of `speed` >= 0
+  // m/s. At 0 m/s that which holds what does not slip; 0 only where it is 0 everywhere.
+  virtual double friction(double speed) const = 0;
+
+  // True where neither depends on the speed: then it is Coulomb's law with Newton's restitution,
+  // for which there are kernels of its own.
+  virtual bool constant() const { return false; }
+};
+
+// What a collider or a body is made of.
+struct Surface {
+  double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
+  double friction = 0;     // Coulomb's coefficient, >= 0
+  // Null: Coulomb's, with these numbers. Another: they are its values at 0 m/s.
+  std::shared_ptr<const ContactLaw> law = {};
+
+  double restitution_at(double approach) const {
+    return law ? law->restitution(approach) : restitution;
+  }
+  double friction_at(double speed) const { return law ? law->friction(speed) : friction; }
+
+  // How much of a slip, m/s, friction takes away while the normal velocity changes by `push`, m/s:
+  // with the coefficient of the slip that is left, found by iteration.
+  double braking(double speed, double push) const {
+    if (!law) return push * friction;
+    constexpr int kIterations = 4;
+    double taken = 0;
+    for (int n = 0; n < kIterations; ++n)
+      taken = std::min(speed, push * law->friction(speed - std::max(0.0, taken)));
+    return taken;
+  }
+};
+
+inline Surface surface_of(std::shared_ptr<const ContactLaw> law) {
+  Surface surface{law->restitution(0), law->friction(0)};
+  if (!law->constant()) surface.law = std::move(law);
+  return surface;
+}
+
+// Coulomb's cone: a pull along a surface that may be `most` at most.
+inline Vec3 within_cone(const Vec3& pull, double most) {
+  const double size = pull.norm();
+  return size > most ? Vec3(most / size * pull) : pull;
+}
+
+}  // namespace sim
