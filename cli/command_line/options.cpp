@@ -171,7 +171,7 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
   list_ = verb("list", "[integrators|forces|..|scenes]: what there is");
   list_
       ->add_option("WHAT", t.list_what,
-                   "integrators, forces, fields, colliders, motions,\nconstraints or scenes")
+                   "integrators, forces, fields, colliders, motions,\nlaws, constraints or scenes")
       ->type_name("");
   list_->add_flag("--luacats", t.luacats, "types of all that for editors: LuaCATS")
       ->disable_flag_override();
@@ -192,7 +192,7 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
       ->type_name("");
   plugin_
       ->add_option("KIND", t.plugin_words[1],
-                   "force, field, integrator, constraint, collider,\nmotion or study")
+                   "force, field, integrator, constraint, collider,\nmotion, law or study")
       ->type_name("");
   plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
   studies_.add_to(app_);

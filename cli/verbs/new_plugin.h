@@ -9,7 +9,7 @@ namespace sim::cli {
 
 struct NewPluginRequest {
   bool flags = false;     // print what g++ needs to build a plugin, and do nothing else
-  std::string kind = {};  // force, field, integrator, constraint, collider or motion
+  std::string kind = {};  // force, field, integrator, constraint, collider, motion, law ..
   std::string name = {};  // letters, digits and _; also of the folder
 };
 

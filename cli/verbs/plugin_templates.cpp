@@ -315,6 +315,62 @@ return sim.scene {
   integrator = "rk4", dt = 0.01, duration = 5,
 }
 )--"},
+    {"law", R"--(// Restitution of balls that yield: fast blows leave dents and give back less.
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/contact_law.h"
+#include "core/plugin/plugin.h"
+
+namespace {
+
+class CLASS final : public sim::ContactLaw {
+ public:
+  explicit CLASS(const sim::Params& params)
+      : yields_(params.number("yields")), friction_(params.number("friction")) {}
+
+  // A function of the speed alone; the square root is the same on every machine.
+  double restitution(double approach) const override {
+    return approach > yields_ ? std::sqrt(std::sqrt(yields_ / approach)) : 1;
+  }
+  double friction(double /*speed*/) const override { return friction_; }
+
+ private:
+  double yields_, friction_;
+};
+
+}  // namespace
+
+SIM_PLUGIN(ContactLaw, "NAME") {
+  registrar.add(sim::Plugin<sim::ContactLaw>{
+      {.name = "NAME",
+       .summary = "restitution of balls that yield",
+       .formula = "v_n' = -min(1, (yields / v_n)^(1/4)) v_n,  |p_t| <= friction p_n",
+       .params = {{.name = "yields",
+                   .default_value = 0.1,
+                   .unit = "m/s",
+                   .doc = "speed above which a blow leaves a dent",
+                   .min = 1e-6},
+                  {.name = "friction",
+                   .default_value = 0.0,
+                   .doc = "Coulomb's coefficient",
+                   .min = 0}}},
+      [](const sim::Params& params) { return std::make_unique<CLASS>(params); }});
+}
+)--",
+     R"--(-- A ball that bounces by the law NAME; build the plugin first.
+local sim = require "sim"
+sim.plugin "NAME.so"
+local particles = sim.particles { mass = 1 }  -- kg
+particles:add {0, 1, 0}
+return sim.scene {
+  name = "NAME",
+  particles = particles,
+  forces = { sim.force.gravity { g = {0, -9.81, 0} } },
+  colliders = { sim.collider.plane { law = sim.law.NAME { yields = 0.2 } } },
+  integrator = "verlet", dt = 0.01, duration = 2,
+}
+)--"},
     {"study", R"--(// How far the end of a scene moves when its step is halved, again and again.
 #include <cmath>
 

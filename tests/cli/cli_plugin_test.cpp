@@ -17,7 +17,7 @@ std::string fixture(const std::string& name) {
 
 TEST_CASE("a new plugin builds by the line it prints, passes sim test and runs") {
   for (const std::string kind :
-       {"force", "field", "integrator", "constraint", "collider", "motion"}) {
+       {"force", "field", "integrator", "constraint", "collider", "motion", "law"}) {
     INFO(kind);
     const TemporaryFolder folder;
     const ProgramOptions there{.folder = folder.path()};

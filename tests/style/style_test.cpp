@@ -116,6 +116,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"plugins/forces", ground_and({"core/expression", "core/particles", "core/plugin"})},
     {"plugins/fields", ground_and({"core/expression", "core/fields", "core/ode", "core/plugin"})},
     {"plugins/colliders", ground_and({"core/particles", "core/plugin"})},
+    {"plugins/laws", ground_and({"core/particles", "core/plugin"})},
     {"plugins/motions", ground_and({"core/particles", "core/plugin"})},
     {"plugins/constraints", ground_and({"core/particles", "core/plugin"})},
     {"plugins/integrators", ground_and({"core/ode", "core/plugin"})},
