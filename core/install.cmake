@@ -4,6 +4,11 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION lib)
 install(DIRECTORY scripts/ DESTINATION share/sim)
+# The C interface, and the package of Python over it, which looks for the library beside itself.
+install(TARGETS sim_c EXPORT sim LIBRARY DESTINATION lib)
+install(FILES core/c/sim.h DESTINATION include)
+install(DIRECTORY python/sim DESTINATION lib/python3/dist-packages
+  FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
 # The public headers: what plugins and programs may include. What these include in turn comes with
 # them, and may change at any time, as all others.
 file(STRINGS core/public_headers.txt headers_left)
@@ -52,5 +57,5 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, pkg-config")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, pkg-config, python3-numpy")
 include(CPack)

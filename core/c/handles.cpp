@@ -2,7 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 
@@ -180,16 +179,6 @@ StudiedScene load(const std::string& name, const char* text, const Asked& asked,
   for (const SystemSpec& system : scene.spec.systems)
     scene.systems.emplace_back(system, registry, run_options(variant, asked, system, registry));
   return scene;
-}
-
-bool Watcher::stopped(const char* what, double done) {
-  constexpr std::int64_t kInterval = 50'000'000;  // ns
-  if (stopped_ || !watch_ || std::this_thread::get_id() != owner_) return stopped_;
-  const std::int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
-  if (last_ >= 0 && now - last_ < kInterval) return false;
-  last_ = now;
-  stopped_ = watch_(user_, what, done) != 0;
-  return stopped_;
 }
 
 }  // namespace sim::c

@@ -1,14 +1,13 @@
 // What stands behind the handles of sim.h, and how exceptions become codes.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
 #include <new>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -26,6 +25,8 @@ struct sim_scene {
   std::vector<sim::study::Verdict> verdicts;  // of the last run; empty: there was none
   std::string summary;                        // of it, JSON
   double seconds = 0;                         // that it took
+  // A field of the caller asked to stop. Steps hand on no exception but Error.
+  std::shared_ptr<bool> field_stopped = std::make_shared<bool>(false);
 };
 
 struct sim_snapshot {
@@ -52,6 +53,17 @@ Handle& checked(Handle* handle, const char* name) {
 inline const char* checked_text(const char* text, const char* name) {
   if (!text) refuse("null text", name, "a text is wanted", "give one that ends with a zero byte");
   return text;
+}
+
+// Calls work(); what it throws becomes Stopped where a field of the scene asked for it.
+template <class Work>
+void stoppable(const sim_scene& scene, Work work) {
+  try {
+    work();
+  } catch (...) {
+    if (!std::exchange(*scene.field_stopped, false)) throw;
+    throw Stopped();
+  }
 }
 
 // Of the exception that is being handled.
@@ -106,21 +118,5 @@ StudiedScene load(const std::string& name, const char* text, const Asked& asked,
 
 RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
                        Registry& registry);
-
-// Asks a callback now and then, on the thread that made it; once told to stop, it stays told.
-class Watcher {
- public:
-  Watcher(sim_watch watch, void* user) : watch_(watch), user_(user) {}
-
-  bool stopped(const char* what, double done);
-  bool told() const { return stopped_; }
-
- private:
-  sim_watch watch_;
-  void* user_;
-  std::thread::id owner_ = std::this_thread::get_id();
-  std::int64_t last_ = -1;  // ns, of a clock that is steady
-  std::atomic<bool> stopped_ = false;
-};
 
 }  // namespace sim::c

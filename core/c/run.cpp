@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/c/handles.h"
+#include "core/c/watcher.h"
 #include "core/report/summary.h"
 #include "core/study/run/follow.h"
 #include "core/study/run/run_length.h"
@@ -102,7 +103,7 @@ int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* us
       refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
     ++scene->generation;
     Watcher watcher(watch, user);
-    run(*scene, time, verify, watcher);
+    stoppable(*scene, [&] { run(*scene, time, verify, watcher); });
     if (watcher.told()) throw Stopped();
   });
 }

@@ -51,6 +51,23 @@ int steps_of_scene(Simulation& system, std::int64_t most, bool calls_scene) {
   }
 }
 
+// All systems so many steps; `taken`, if not null, counts those of the last one.
+void take_steps(sim_scene& scene, std::int64_t steps, std::int64_t* taken) {
+  for (std::size_t i = 0; i < scene.loaded.systems.size(); ++i) {
+    Simulation& system = scene.loaded.systems[i];
+    const SystemSpec& spec = scene.loaded.spec.systems[i];
+    for (std::int64_t done = 0; done < steps;) {
+      const int more = steps_of_scene(system, steps - done, spec.one_thread);
+      if (more == 0)
+        throw Error(ErrorKind::kDiverged,
+                    {"diverged", system.name(), study::divergence_text(spec, system),
+                     "try a smaller dt or another integrator"});
+      done += more;
+      if (taken) *taken = done;
+    }
+  }
+}
+
 const StatePart& part_of_state(const Simulation& system, const char* name) {
   if (const StatePart* const part = system.shape().find(checked_text(name, "name"))) return *part;
   std::vector<std::string> known;
@@ -133,11 +150,16 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
     first.state.assign(x0, x0 + n);
     first.field.plugin = "lua";  // a field that is a function of a scene
     first.field.given["f"] =
-        OdeFunction([field, user](double t, std::span<const double> x, std::span<double> dxdt) {
-          if (field(user, t, x.data(), dxdt.data(), x.size()) != 0) throw Stopped();
+        OdeFunction([field, user, stopped = scene->field_stopped](
+                        double t, std::span<const double> x, std::span<double> dxdt) {
+          if (field(user, t, x.data(), dxdt.data(), x.size()) == 0) return;
+          *stopped = true;
+          refuse("stopped", "field", "it asked for that", "");
         });
-    scene->loaded.systems.emplace_back(spec, *scene->registry,
-                                       run_options(asked.variant, asked, spec, *scene->registry));
+    stoppable(*scene, [&] {
+      scene->loaded.systems.emplace_back(spec, *scene->registry,
+                                         run_options(asked.variant, asked, spec, *scene->registry));
+    });
     return scene.release();
   });
 }
@@ -201,19 +223,7 @@ int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error) 
     checked(scene, "scene");
     if (steps < 0) refuse("bad value", "steps", "it is below 0", "give a count");
     ++scene->generation;
-    for (std::size_t i = 0; i < scene->loaded.systems.size(); ++i) {
-      Simulation& system = scene->loaded.systems[i];
-      const SystemSpec& spec = scene->loaded.spec.systems[i];
-      for (std::int64_t done = 0; done < steps;) {
-        const int more = steps_of_scene(system, steps - done, spec.one_thread);
-        if (more == 0)
-          throw Error(ErrorKind::kDiverged,
-                      {"diverged", system.name(), study::divergence_text(spec, system),
-                       "try a smaller dt or another integrator"});
-        done += more;
-        if (taken) *taken = done;
-      }
-    }
+    stoppable(*scene, [&] { take_steps(*scene, steps, taken); });
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/base/text.h"
 #include "core/c/handles.h"
+#include "core/c/watcher.h"
 #include "core/output/format.h"
 #include "core/report/order_report.h"
 #include "core/report/rest_report.h"

@@ -213,11 +213,13 @@ class Watching:
     """
 
     def __init__(self, progress=None):
-        self.failure, self.stopped, self.shown = None, False, False
+        self.failure, self.stopped, self.shown, self.ended = None, False, False, False
         self.progress, self.watch = progress, WATCH(self._told)
 
     def _told(self, _user, what, done):
         try:
+            if self.ended:
+                return 1
             if callable(self.progress):
                 self.stopped = self.progress(what.decode("utf-8"), done) is False
                 return int(self.stopped)
@@ -226,6 +228,28 @@ class Watching:
         except BaseException as failure:  # goes on in finish(), behind the library
             self.failure = failure
             return 1
+
+    def call(self, function, *arguments):
+        """function(*arguments) on a thread of its own, so that this one hears Ctrl-C: within a
+        callback Python would drop it. Its result; what ends the wait is raised behind it."""
+        import threading
+        result, over, heard = [], threading.Event(), None
+
+        def work():
+            try:
+                result.append(function(*arguments))
+            finally:
+                over.set()
+
+        threading.Thread(target=work).start()
+        while not over.is_set():  # a join() that Ctrl-C ends takes the thread for finished
+            try:
+                over.wait()
+            except BaseException as failure:
+                self.ended, heard = True, failure
+        if heard is not None:
+            raise heard
+        return result[0]
 
     def _show(self, what, done):
         import sys

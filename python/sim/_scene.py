@@ -138,8 +138,9 @@ class System:
     @property
     def x(self):
         """Positions in m, (particles, 3), a copy; of a flat state its numbers, (n,)."""
-        parts = self._shapes.setdefault(None, self.parts)
-        return self._copy("position") if "position" in parts else self._copy("component")[:, 0]
+        if None not in self._shapes:
+            self._shapes[None] = "position" in self.parts
+        return self._copy("position") if self._shapes[None] else self._copy("component")[:, 0]
 
     @property
     def v(self):
@@ -258,9 +259,14 @@ class Scene(System):
         self._handle, self._failed, self._keep = None, failed, keep
         if not handle:
             raise failed.exception()
-        self._handle = ctypes.c_void_p(handle)
-        super().__init__(self, 0)
-        self.systems = [self] + [System(self, i) for i in range(1, lib.sim_systems(handle))]
+        self._handle, self._index, self._shapes = ctypes.c_void_p(handle), 0, {}
+
+    _scene = property(lambda self: self)
+
+    @property
+    def systems(self):
+        """The systems of a world, in the order of their names; this scene is the first."""
+        return [self] + [System(self, i) for i in range(1, lib.sim_systems(self._open()))]
 
     def _open(self):
         if self._handle is None:
@@ -316,8 +322,8 @@ class Scene(System):
         where that takes less than a second. progress: see sim.tradeoff(). Ctrl-C ends it."""
         watching = Watching(progress)
         wish = 1 if verify is None else 2 if verify else 0
-        code = lib.sim_run(self._open(), 0.0 if time is None else time, wish, watching.watch, None,
-                           self._failed)
+        code = watching.call(lib.sim_run, self._open(), 0.0 if time is None else time, wish,
+                             watching.watch, None, self._failed)
         watching.finish()
         if code and not (code == STOPPED and watching.stopped):
             self._fail()

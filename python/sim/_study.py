@@ -46,9 +46,10 @@ def study(name, scene=None, asked=None, text=None, progress=None, args=None, **r
     """The study `name` of a scene's file, or of its `text`; `asked` are its own words, a dict.
     A Result, without rows. Named arguments else as in load()."""
     failed, record, watching = ErrorRecord(), _asked(args, rest), Watching(progress)
-    block = lib.sim_study(as_bytes(name), None if scene is None else as_bytes(scene),
-                          None if text is None else as_bytes(text), _texts_of(asked or {}), record,
-                          watching.watch, None, failed)
+    block = watching.call(
+        lib.sim_study, as_bytes(name), None if scene is None else as_bytes(scene),
+        None if text is None else as_bytes(text), _texts_of(asked or {}), record, watching.watch,
+        None, failed)
     if not block:
         watching.finish()
         raise failed.exception()

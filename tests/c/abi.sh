@@ -21,9 +21,8 @@ if ! command -v abidiff >/dev/null; then
 fi
 facts=$(mktemp)
 trap 'rm -f "$facts"' EXIT
-# Types as a C program of all of the header sees them: the library itself may lack debug information.
-abidw --no-corpus-path --no-comp-dir-path --headers-dir "$here/../../core/c" --out-file "$facts" \
-  "$library"
+# Structures are checked by tests/c/interface.c: a release build has no debug information.
+abidw --no-corpus-path --no-comp-dir-path --no-architecture --out-file "$facts" "$library" 2>/dev/null
 if [[ ${2:-} == --write ]]; then
   cp "$facts" "$release"
   exit

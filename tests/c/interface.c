@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -33,6 +34,18 @@ static sim_scene* open_or_tell(const char* name, const sim_options* options) {
   sim_scene* scene = sim_open(name, options, &error);
   if (!scene) tell(&error);
   return scene;
+}
+
+/* What programs of 1.0 were compiled with, where pointers have 8 bytes. */
+static void structures_are_those_of_1_0(void) {
+  if (sizeof(void*) != 8) return;
+  CHECK(sizeof(sim_error) == 3076 && offsetof(sim_error, remedy) == 2052);
+  CHECK(sizeof(sim_options) == 80 && offsetof(sim_options, dt) == 56);
+  CHECK(offsetof(sim_options, safe) == 68 && offsetof(sim_options, seed) == 72);
+  CHECK(sizeof(sim_part) == 48 && offsetof(sim_part, generation) == 40);
+  CHECK(sizeof(sim_energies) == 16 && sizeof(sim_spring) == 104);
+  CHECK(offsetof(sim_spring, family) == 40);
+  CHECK(sizeof(sim_verdict) == 72 && offsetof(sim_verdict, horizon) == 56);
 }
 
 static void steps_have_the_known_bits(void) {
@@ -323,6 +336,7 @@ static void threads_do_not_meet(void) {
 
 int main(int argc, char** argv) {
   CHECK(sim_interface_version() / 1000 == SIM_MAJOR && sim_version()[0]);
+  structures_are_those_of_1_0();
   steps_have_the_known_bits();
   runs_are_judged();
   changes_are_made_and_undone();
