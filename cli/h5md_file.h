@@ -1,4 +1,4 @@
-// What the reader of H5MD files asks of a file that anybody may have made.
+// Checks that the reader of H5MD files makes on a file that anybody may have written.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,8 @@ struct Refused {
 };
 [[noreturn]] void refuse(const std::string& why);
 
-// What a name leads to, step by step; nothing that lies in another file. Not valid: there is none.
+// Opens the object that a name leads to, step by step, never one in another file. The handle is not
+// valid where there is none.
 hdf5::Handle open(hid_t in, const std::string& path);
 
 bool is_group(hid_t object);

@@ -84,15 +84,15 @@ double length_of(const double* d) {
 }  // namespace
 
 // Of springs, at an own particle: their force, N, and half of their energy, J.
-double Stepper::force_at(const double* places, PetscInt i, double* force) const {
+double Stepper::force_at(const double* positions, PetscInt i, double* force) const {
   const auto at = static_cast<std::size_t>(i);
   double energy = 0;
   force[0] = force[1] = force[2] = 0;
   for (auto e = static_cast<std::size_t>(scene_.first[at]);
        e < static_cast<std::size_t>(scene_.first[at + 1]); ++e) {
-    const double* const other = places + 3 * scene_.local[e];
-    const double d[3] = {places[3 * i] - other[0], places[3 * i + 1] - other[1],
-                         places[3 * i + 2] - other[2]};
+    const double* const other = positions + 3 * scene_.local[e];
+    const double d[3] = {positions[3 * i] - other[0], positions[3 * i + 1] - other[1],
+                         positions[3 * i + 2] - other[2]};
     const double length = length_of(d), longer = length - scene_.rest[e];
     energy += 0.25 * scene_.k[e] * longer * longer;
     if (length == 0) continue;
@@ -104,10 +104,10 @@ double Stepper::force_at(const double* places, PetscInt i, double* force) const 
 
 // -dF/dx of a spring: k (n n^T + (1 - rest / length) (I - n n^T)), n along it; of a clamped one
 // that is compressed without the second part, which would not be positive.
-Block Stepper::stiffness(const double* places, PetscInt i, std::size_t e, bool clamped) const {
-  const double* const other = places + 3 * scene_.local[e];
-  double d[3] = {places[3 * i] - other[0], places[3 * i + 1] - other[1],
-                 places[3 * i + 2] - other[2]};
+Block Stepper::stiffness(const double* positions, PetscInt i, std::size_t e, bool clamped) const {
+  const double* const other = positions + 3 * scene_.local[e];
+  double d[3] = {positions[3 * i] - other[0], positions[3 * i + 1] - other[1],
+                 positions[3 * i + 2] - other[2]};
   const double length = length_of(d), k = scene_.k[e];
   double across = length > 0 ? 1 - scene_.rest[e] / length : scene_.rest[e] == 0 ? 1 : 0;
   if (clamped) across = std::max(across, 0.0);
@@ -122,12 +122,12 @@ Block Stepper::stiffness(const double* places, PetscInt i, std::size_t e, bool c
 PetscErrorCode Stepper::place(Vec v) {
   PetscFunctionBeginUser;
   const double *q0 = nullptr, *now = nullptr;
-  double* places = nullptr;
+  double* positions = nullptr;
   PetscCall(VecGetArrayRead(q0_, &q0));
   PetscCall(VecGetArrayRead(v, &now));
-  PetscCall(VecGetArray(places_, &places));
-  for (PetscInt i = 0; i < 3 * scene_.own(); ++i) places[i] = q0[i] + reach_ * now[i];
-  PetscCall(VecRestoreArray(places_, &places));
+  PetscCall(VecGetArray(places_, &positions));
+  for (PetscInt i = 0; i < 3 * scene_.own(); ++i) positions[i] = q0[i] + reach_ * now[i];
+  PetscCall(VecRestoreArray(places_, &positions));
   PetscCall(VecRestoreArrayRead(v, &now));
   PetscCall(VecRestoreArrayRead(q0_, &q0));
   PetscCall(VecGhostUpdateBegin(places_, INSERT_VALUES, SCATTER_FORWARD));
@@ -140,17 +140,17 @@ PetscErrorCode Stepper::residual_at(Vec v, Vec g) {
   const PetscHead& head = scene_.head;
   PetscCall(place(v));
   Vec with_ghosts = nullptr;
-  const double *places = nullptr, *now = nullptr, *v0 = nullptr;
+  const double *positions = nullptr, *now = nullptr, *v0 = nullptr;
   double *out = nullptr, sums = 0;
   PetscCall(VecGhostGetLocalForm(places_, &with_ghosts));
-  PetscCall(VecGetArrayRead(with_ghosts, &places));
+  PetscCall(VecGetArrayRead(with_ghosts, &positions));
   PetscCall(VecGetArrayRead(v, &now));
   PetscCall(VecGetArrayRead(v0_, &v0));
   PetscCall(VecGetArray(g, &out));
   for (PetscInt i = 0; i < scene_.own(); ++i) {
     const double m = scene_.mass[static_cast<std::size_t>(i)];
     double force[3], stiff = 0;
-    if (m > 0) force_at(places, i, force);
+    if (m > 0) force_at(positions, i, force);
     for (auto e = scene_.first[static_cast<std::size_t>(i)];
          e < scene_.first[static_cast<std::size_t>(i) + 1]; ++e)
       stiff += scene_.k[static_cast<std::size_t>(e)];
@@ -165,14 +165,14 @@ PetscErrorCode Stepper::residual_at(Vec v, Vec g) {
       // Places are known to roundings, which springs feel by their stiffness.
       const double size =
           m * (std::fabs(now[at]) + std::fabs(v0[at])) +
-          tau_ * (std::fabs(m * head.gravity[axis]) + stiff * std::fabs(places[at]));
+          tau_ * (std::fabs(m * head.gravity[axis]) + stiff * std::fabs(positions[at]));
       sums += size * size;
     }
   }
   PetscCall(VecRestoreArray(g, &out));
   PetscCall(VecRestoreArrayRead(v0_, &v0));
   PetscCall(VecRestoreArrayRead(v, &now));
-  PetscCall(VecRestoreArrayRead(with_ghosts, &places));
+  PetscCall(VecRestoreArrayRead(with_ghosts, &positions));
   PetscCall(VecGhostRestoreLocalForm(places_, &with_ghosts));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sums, 1, MPIU_REAL, MPIU_SUM, PETSC_COMM_WORLD));
   rounding_ = PETSC_MACHINE_EPSILON * std::sqrt(sums);
@@ -184,15 +184,15 @@ PetscErrorCode Stepper::phi_at(Vec v, PetscReal* phi) {
   const PetscHead& head = scene_.head;
   PetscCall(place(v));
   Vec with_ghosts = nullptr;
-  const double *places = nullptr, *now = nullptr, *v0 = nullptr;
+  const double *positions = nullptr, *now = nullptr, *v0 = nullptr;
   double sum = 0, force[3];
   PetscCall(VecGhostGetLocalForm(places_, &with_ghosts));
-  PetscCall(VecGetArrayRead(with_ghosts, &places));
+  PetscCall(VecGetArrayRead(with_ghosts, &positions));
   PetscCall(VecGetArrayRead(v, &now));
   PetscCall(VecGetArrayRead(v0_, &v0));
   for (PetscInt i = 0; i < scene_.own(); ++i) {
     const double m = scene_.mass[static_cast<std::size_t>(i)];
-    sum += force_at(places, i, force);
+    sum += force_at(positions, i, force);
     for (PetscInt axis = 0; axis < 3; ++axis) {
       const PetscInt at = 3 * i + axis;
       const double change = now[at] - v0[at];
@@ -202,7 +202,7 @@ PetscErrorCode Stepper::phi_at(Vec v, PetscReal* phi) {
   }
   PetscCall(VecRestoreArrayRead(v0_, &v0));
   PetscCall(VecRestoreArrayRead(v, &now));
-  PetscCall(VecRestoreArrayRead(with_ghosts, &places));
+  PetscCall(VecRestoreArrayRead(with_ghosts, &positions));
   PetscCall(VecGhostRestoreLocalForm(places_, &with_ghosts));
   PetscCall(MPIU_Allreduce(&sum, phi, 1, MPIU_REAL, MPIU_SUM, PETSC_COMM_WORLD));
   PetscFunctionReturn(0);
@@ -212,17 +212,17 @@ PetscErrorCode Stepper::jacobian_at(Vec v) {
   PetscFunctionBeginUser;
   PetscCall(place(v));
   Vec with_ghosts = nullptr;
-  const double* places = nullptr;
+  const double* positions = nullptr;
   PetscCall(VecGhostGetLocalForm(places_, &with_ghosts));
-  PetscCall(VecGetArrayRead(with_ghosts, &places));
-  PetscCall(fill(matrix_, places, clamped_));
-  PetscCall(fill(positive_, places, true));
-  PetscCall(VecRestoreArrayRead(with_ghosts, &places));
+  PetscCall(VecGetArrayRead(with_ghosts, &positions));
+  PetscCall(fill(matrix_, positions, clamped_));
+  PetscCall(fill(positive_, positions, true));
+  PetscCall(VecRestoreArrayRead(with_ghosts, &positions));
   PetscCall(VecGhostRestoreLocalForm(places_, &with_ghosts));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::fill(Mat matrix, const double* places, bool clamped) const {
+PetscErrorCode Stepper::fill(Mat matrix, const double* positions, bool clamped) const {
   PetscFunctionBeginUser;
   PetscCall(MatZeroEntries(matrix));
   const double square = tau_ * tau_;
@@ -234,7 +234,7 @@ PetscErrorCode Stepper::fill(Mat matrix, const double* places, bool clamped) con
     Block own{{m, 0, 0, 0, m, 0, 0, 0, m}};
     for (auto e = static_cast<std::size_t>(scene_.first[at]);
          free && e < static_cast<std::size_t>(scene_.first[at + 1]); ++e) {
-      Block block = stiffness(places, i, e, clamped);
+      Block block = stiffness(positions, i, e, clamped);
       for (int each = 0; each < 9; ++each) {
         own.b[each] += square * block.b[each];
         block.b[each] *= -square;

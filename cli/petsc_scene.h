@@ -24,7 +24,7 @@ struct Scene {
   bool free(PetscInt i) const { return mass[static_cast<std::size_t>(i)] > 0; }
 };
 
-// Of the file in this folder; false where it is not there or not whole.
+// Reads the scene from the file in this folder; false where it is missing or incomplete.
 bool read_scene(Scene& scene, int rank, int ranks);
 
 }  // namespace sim::petsc

@@ -11,7 +11,7 @@ struct Block {
   double b[9];
 };
 
-// What an implicit method asks for in each stage are the velocities v with
+// The unknowns of each stage of an implicit method are the velocities v with
 //   g(v) = m (v - v0) - tau (F(q0 + tau v) - c v + m gravity) = 0,
 // the kernel's own equation (core/particles/implicit/stage_equation.h), and with it the slope of
 //   phi(v) = m |v - v0|^2 / 2 - tau m gravity.v + tau c |v|^2 / 2 + U(q0 + tau v).
@@ -43,14 +43,14 @@ class Stepper {
   PetscErrorCode residual_at(Vec v, Vec g);
   PetscErrorCode phi_at(Vec v, PetscReal* phi);
   PetscErrorCode jacobian_at(Vec v);
-  PetscErrorCode fill(Mat matrix, const double* places, bool clamped) const;
+  PetscErrorCode fill(Mat matrix, const double* positions, bool clamped) const;
   PetscErrorCode accelerate(Vec q, Vec v, Vec a);
   PetscErrorCode solve(double tau, double tolerance, Vec v, bool& good);
   PetscErrorCode attempt(bool whole, double residual, int steps, Vec v);
   PetscErrorCode take_rk4();
   PetscErrorCode take_implicit(double tolerance, bool& good);
-  double force_at(const double* places, PetscInt i, double* force) const;
-  Block stiffness(const double* places, PetscInt i, std::size_t end, bool clamped) const;
+  double force_at(const double* positions, PetscInt i, double* force) const;
+  Block stiffness(const double* positions, PetscInt i, std::size_t end, bool clamped) const;
 
   Scene& scene_;
   SNES snes_ = nullptr;

@@ -10,7 +10,7 @@
 
 namespace sim::cli {
 
-// As text, as the command line has them.
+// The texts of the options, as the command line has them.
 struct EngineTexts {
   std::string engine, ranks, launch, format = "lammps";
   std::string scene, folder;  // of sim export
@@ -26,7 +26,7 @@ CLI::App* add_import(CLI::App& app, EngineTexts& texts);
 const std::vector<std::string>& export_takes();
 const std::vector<std::string>& import_takes();
 
-// Of --engine and its kin; each throws Error{kUsage}.
+// These read --engine and the options beside it; each throws Error{kUsage}.
 void complete_engine(RunRequest& request, const EngineTexts& texts);
 // `run` is what the other options say.
 RunRequest export_request(const EngineTexts& texts, RunRequest run);

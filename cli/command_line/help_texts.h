@@ -1,4 +1,4 @@
-// What `sim --help` says before and behind its options.
+// The texts that `sim --help` prints before and after its options.
 #pragma once
 
 namespace sim::cli {

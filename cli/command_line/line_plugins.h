@@ -12,8 +12,8 @@ namespace sim::cli {
 
 class LinePlugins {
  public:
-  // Of the words only --plugin-path, --load and --probe are looked at. No library is opened yet,
-  // and folders that cannot be read are no error before registry().
+  // It reads only --plugin-path, --load and --probe. No library is opened yet, and folders that
+  // cannot be read are no error before registry().
   LinePlugins(int argc, const char* const* argv);
 
   // The studies that a word may mean, by name or alias; where help is asked for all that can be

@@ -9,7 +9,7 @@
 
 #include "cli/run/run.h"
 #include "cli/verbs/adjacency.h"
-#include "core/base/thread_choice.h"
+#include "core/base/thread_count_tuner.h"
 #include "core/lua/limits.h"
 
 namespace sim::cli {
@@ -42,14 +42,14 @@ std::vector<std::string> command_words(const std::vector<std::string>& given);
 
 std::map<std::string, std::string> settings(const std::vector<std::string>& texts);
 
-// Of $SIM_LUA_BUDGET, and over it --lua-budget: "time=60,memory=4096,steps=1e9", each if it is
-// there.
+// The limits in $SIM_LUA_BUDGET, which those in --lua-budget override:
+// "time=60,memory=4096,steps=1e9", each if it is there.
 LuaLimits lua_limits(const std::string& option, bool safe = false);
 
-// Of --threads: a number, or auto.
+// Reads --threads: a number, or auto.
 Threads threads_of(const std::string& text);
 
-// Of --progress: auto, on or off.
+// Reads --progress: auto, on or off.
 ShowProgress show_progress(const std::string& text);
 
 }  // namespace sim::cli

@@ -40,7 +40,8 @@ struct CommandLine {
   bool probe = false;   // --probe
 };
 
-// Studies of plugins. Those that the line may mean are opened; of the others the names are known.
+// Studies of plugins. The plugins that the line may mean are opened; only the names of the others
+// are known.
 struct KnownStudies {
   std::vector<const Plugin<Study>*> opened;
   std::vector<std::string> names;

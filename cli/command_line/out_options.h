@@ -15,7 +15,7 @@ class Option;
 
 namespace sim::cli {
 
-// As text, as the command line has them.
+// The texts of the options, as the command line has them.
 struct OutTexts {
   std::vector<std::string> files, springs;
   std::string fps, color, camera, size;

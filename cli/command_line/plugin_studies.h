@@ -23,7 +23,7 @@ class PluginStudies {
   // True for an option of a run that the verb takes, as "--time".
   bool takes(const CLI::App* verb, const std::string& option) const;
 
-  // Of one of these verbs. Throws Error{kUsage}.
+  // The request of one of these verbs. Throws Error{kUsage}.
   StudyRequest request(const CLI::App* verb, const StudyBase& base) const;
 
  private:

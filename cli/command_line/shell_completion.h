@@ -1,4 +1,4 @@
-// What Tab completes in a shell, from what the command lines say of themselves.
+// Completion scripts for shells, generated from the declarations of the command lines.
 #pragma once
 
 #include <string>

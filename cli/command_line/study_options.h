@@ -17,7 +17,7 @@
 
 namespace sim::cli {
 
-// What they take of the options of a run.
+// The options of a run that studies accept.
 struct StudyBase {
   SceneRequest scene;                         // without the name of the scene
   std::vector<std::string> integrators, dts;  // -i, -d: as often as they are given
@@ -39,7 +39,7 @@ class StudyOptions {
   // True for an option of a run that the verb takes, as "--time".
   bool takes(const CLI::App* verb, const std::string& option) const;
 
-  // Of one of these verbs. Throws Error{kUsage}.
+  // The request of one of these verbs. Throws Error{kUsage}.
   using Request =
       std::variant<StabilityRequest, OrderRequest, TradeoffRequest, CompareRequest, SweepRequest>;
   Request request(const CLI::App* verb, const StudyBase& base) const;

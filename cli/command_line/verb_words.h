@@ -23,7 +23,7 @@ void check_for_verb(const std::string& word, const std::string& near);
 void check_words(const std::vector<std::string>& words, const ShownCommand& program,
                  const std::string& near_verb);
 
-// What `sim plugin` asks for, from its three words.
+// The request of `sim plugin`, from its three words.
 NewPluginRequest new_plugin_request(const std::vector<std::string>& words);
 
 }  // namespace sim::cli

@@ -12,7 +12,7 @@ class App;
 
 namespace sim::cli {
 
-// As text, as the command line has them.
+// The texts of the options, as the command line has them.
 struct ViewTexts {
   std::string scene, port, record;
   bool no_open = false, window = false, terminal = false, pause_hidden = false;

@@ -1,4 +1,4 @@
-// What the commands of a session do, for their table.
+// The actions of the commands of a session, for the table of commands.
 #pragma once
 
 #include "cli/prompt/repl_commands.h"

@@ -14,8 +14,8 @@ namespace sim::cli {
 
 struct Command;
 
-// One call, as `.NAME ARGUMENTS` or as sim.NAME(ARGUMENTS). What is asked for and is not there, or
-// is of another kind, throws Error{kUsage} with how the command is used.
+// One call, as `.NAME ARGUMENTS` or as sim.NAME(ARGUMENTS). A missing argument, or one of another
+// kind, throws Error{kUsage} with the usage of the command.
 class Call {
  public:
   Call(Session& in, const Command& command, std::vector<Data> arguments, bool as_dot_command)
@@ -67,7 +67,7 @@ std::span<const Command> commands();
 // candidates, or the nearest.
 const Command& find_command(const std::string& name);
 
-// What may be written as a dot command or called in Lua.
+// Commands that may be written with a dot or called in Lua.
 const Command* command_called(const std::string& name);
 
 // Splits what follows a command into words; "..." keeps spaces. Numbers become numbers.

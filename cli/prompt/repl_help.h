@@ -1,4 +1,4 @@
-// What NAME? answers, and what Tab offers.
+// The answers to NAME?, and the completions that Tab offers.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ std::string help_list();  // all commands
 // Error{kUsage} for a name that is none of these, with the nearest one.
 std::string help_on(Session& session, const std::string& name);
 
-// What may stand for the word that ends the line, given from its beginning: commands and their
+// Candidates for the last word of the line, each from its first letter on: commands and their
 // arguments, names of Lua, plugins, files (with `files` set, for these the caller knows better).
 struct Completions {
   std::vector<std::string> words;

@@ -10,7 +10,7 @@
 
 namespace sim::cli {
 
-// What comes after a point of time that is gone back to is recorded anew.
+// After going back in time, everything after that point is recorded anew.
 class Records {
  public:
   struct Record {

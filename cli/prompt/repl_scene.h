@@ -60,7 +60,8 @@ class LiveScene {
   void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
   // Reads the file again, with a parameter changed if there is one, and runs it to the same time:
-  // what is different then. As before when it throws; other branches keep their scene.
+  // what is different then. The session is unchanged when it throws; other branches keep their
+  // scene.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
   void open(const std::string& scene);  // another one, at its start
 

@@ -49,7 +49,7 @@ class Session {
   void add_to_script(const std::string& lines) { log_ += lines; }  // for a command that is not
   Records records;
 
-  // What it reads and writes as a whole; what a command writes may be none of that. Throws
+  // The files that the session reads and writes; a command may write none of them. Throws
   // Error{kUsage}.
   FilePlan& files() { return files_; }
   void check_output(const std::string& command, const std::string& file) const;

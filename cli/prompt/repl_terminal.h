@@ -24,8 +24,8 @@ class LineEditor {
   LineEditor(const LineEditor&) = delete;
   LineEditor& operator=(const LineEditor&) = delete;
 
-  // What was typed, without the last newline; pasted text may hold newlines. Nothing at the end of
-  // the input. Throws Interrupted, with the line cleared, when a signal arrives.
+  // The typed text without the last newline; pasted text may hold newlines. Empty at the end of the
+  // input. Throws Interrupted, with the line cleared, when a signal arrives.
   std::optional<std::string> read(const std::string& prompt);
 
   void remember(const std::string& text);

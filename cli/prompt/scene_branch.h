@@ -1,4 +1,4 @@
-// What the branches of a session hold, and what its runs leave behind.
+// The contents of the branches of a session, and the results that its runs leave behind.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct SceneBranch {
   double t = 0;  // s, of the first system
 };
 
-// Of two branches.
+// The first difference between two branches.
 struct FirstDifference {
   std::string system;
   std::int64_t step = 0, common = 0;
@@ -51,7 +51,8 @@ struct Judged {
   std::string anew{};           // the method, if it keeps earlier steps and began anew for that one
 };
 
-// What runs look at: at each step of the present system whose number is a multiple of `every`.
+// Observed quantities of runs, taken at each step of the present system whose number is a multiple
+// of `every`.
 struct Look {
   std::int64_t every;
   std::function<void()> take;

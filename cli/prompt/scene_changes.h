@@ -1,4 +1,4 @@
-// What a reload changed in a scene, in words.
+// The changes that a reload made to a scene, in words.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What was taken, by drag and the like, on the way to the states of a session.
+// The work that drag and similar forces took on the way to each state of a session.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace sim::cli {
 
-// Of each system the work up to the last state that was run to. A state that was reached in another
-// way, as by a change by hand, has another hash: of it nothing is known.
+// The work of each system up to the last state that was run to. A state that was reached in another
+// way, for example by an edit, has another hash: its work is unknown.
 class WorkLedger {
  public:
   // WorkIntegral::memory() at the present state of a system; null where it is not known.

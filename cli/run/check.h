@@ -9,8 +9,8 @@
 
 namespace sim::cli {
 
-// Each as a share: 0.01 is 1 %. Of the energy in play, of a rest length, of the largest stable
-// step.
+// Limits as fractions (0.01 is 1 %) of the energy in play, of a rest length and of the largest
+// stable step.
 struct Checks {
   std::optional<double> energy, strain, dt;
   bool verified = false;  // the run is to be trusted

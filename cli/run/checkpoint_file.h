@@ -35,7 +35,7 @@ void save_checkpoint(const std::string& file, const SceneRequest& request, const
 // Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for one that is no good.
 Checkpoint read_checkpoint(const std::string& file);
 
-// What the checkpoint was made with, where the request says nothing.
+// Fills in what the request leaves open with the settings that the checkpoint was made with.
 void complete(SceneRequest& request, const Checkpoint& saved);
 
 // Puts all systems where they were, and returns their accounts. Throws Error{kCheckpoint} when they

@@ -15,7 +15,7 @@
 #include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
-#include "core/study/verdict/looks.h"
+#include "core/study/verdict/sampling_schedule.h"
 
 namespace sim::cli {
 namespace {
@@ -68,7 +68,7 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
     for (std::int64_t step = first + stride - first % stride; step < last; step += stride)
       steps.insert(step);
   }
-  study::Looks looks(first, track.steps());
+  study::SamplingSchedule looks(first, track.steps());
   for (std::int64_t step = looks.next(); step < last; step = looks.next()) {
     steps.insert(std::max(first, step));
     looks.take(step);

@@ -35,7 +35,7 @@ struct EngineRequest {
 std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
                                      const Recorder* recorder, std::size_t system = 0);
 
-// What a folder needs besides the engine's own files, for `sim import`.
+// Notes that a folder needs besides the engine's own files, for `sim import`.
 struct EngineNotes {
   std::string engine = "lammps";
   std::optional<double> time;  // s, as asked for; or

@@ -1,4 +1,4 @@
-// What surrounds the program: the folders of plugins and scenes, and how it was built.
+// The environment of the program: the folders of plugins and scenes, and how it was built.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +20,8 @@ Environment find_environment(const Folders& plugin_path);
 Registry open_registry(const Environment& environment, const Folders& libraries,
                        bool probe = false);
 
-// What a plugin of one's own is compiled and linked with: of the installed program, or else of the
-// source tree and its build.
+// The files that a user's plugin is compiled and linked with: those of the installed program, or
+// else of the source tree and its build.
 struct DevelopmentFiles {
   std::filesystem::path headers, libraries;
 };

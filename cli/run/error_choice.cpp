@@ -237,15 +237,15 @@ std::string error_choice_json(const std::optional<GoalChoice>& made, const RunRe
       .str();
 }
 
-study::Parting parting_of(const std::optional<GoalChoice>& made, const RunRequest& request) {
+study::RunDeviation parting_of(const std::optional<GoalChoice>& made, const RunRequest& request) {
   if (!made) return {};
   const GoalChoice& choice = *made;
-  study::Parting parting;
-  if (!choice.kept || !request.of.empty()) return parting;
-  parting.outcome = study::Parting::Outcome::kCompared;
-  parting.error = parting.at_end = choice.largest;
-  parting.share = choice.largest / choice.size;
-  return parting;
+  study::RunDeviation deviation;
+  if (!choice.kept || !request.of.empty()) return deviation;
+  deviation.outcome = study::RunDeviation::Outcome::kCompared;
+  deviation.error = deviation.at_end = choice.largest;
+  deviation.share = choice.largest / choice.size;
+  return deviation;
 }
 
 void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& request) {

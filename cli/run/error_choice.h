@@ -7,7 +7,7 @@
 
 #include "cli/run/run.h"
 #include "core/study/accuracy/error_goal.h"
-#include "core/study/verdict/parting.h"
+#include "core/study/verdict/run_deviation.h"
 
 namespace sim::cli {
 
@@ -31,8 +31,8 @@ std::string error_choice_json(const std::optional<study::GoalChoice>& choice,
 
 // What the choice says of the run it was measured on, for the verdict; not compared where it says
 // nothing of positions.
-study::Parting parting_of(const std::optional<study::GoalChoice>& choice,
-                          const RunRequest& request);
+study::RunDeviation parting_of(const std::optional<study::GoalChoice>& choice,
+                               const RunRequest& request);
 
 // Throws Error{kCheck} where the error is not kept to the end of the run.
 void check_error_kept(const std::optional<study::GoalChoice>& choice, const RunRequest& request);

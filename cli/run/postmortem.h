@@ -1,4 +1,5 @@
-// What is printed when a run diverged: the first spring to go, and what works instead.
+// The report that is printed when a run diverged: the first spring to fail, and settings that work
+// instead.
 #pragma once
 
 #include <string>

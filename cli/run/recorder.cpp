@@ -18,7 +18,7 @@ void check_files(const OutRequest& request, Registry& registry) {
 struct Recorder::Channel {
   std::string file;                // empty: the terminal
   std::unique_ptr<Writer> writer;  // none: it has failed
-  Pace pace = Pace::kSteps;
+  CostEstimate pace = CostEstimate::kSteps;
   double interval = 0;      // s; 0: by steps
   std::int64_t stride = 1;  // steps
   struct System {
@@ -32,7 +32,7 @@ struct Recorder::Channel {
 
   // The step of a moment.
   std::int64_t step_of(std::int64_t moment, const Simulation& simulation) const {
-    if (pace == Pace::kLast) return Track::kNever;
+    if (pace == CostEstimate::kLast) return Track::kNever;
     if (interval == 0) return moment * stride;
     return simulation.steps_for(static_cast<double>(moment) * interval);
   }
@@ -102,14 +102,14 @@ Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& regi
     channel->pace = channel->writer->pace();
     if (request.every)
       channel->stride = *request.every;
-    else if (request.fps || channel->pace == Pace::kFilm)
+    else if (request.fps || channel->pace == CostEstimate::kFilm)
       channel->interval = 1 / task.fps;
     channels_.push_back(std::move(channel));
   }
   if (request.show) {
     channels_.push_back(std::make_unique<Channel>());
     channels_.back()->writer = make_terminal_view(task);
-    channels_.back()->pace = Pace::kFilm;
+    channels_.back()->pace = CostEstimate::kFilm;
     channels_.back()->interval = 1 / kShowRate;
   }
   for (const auto& channel : channels_) {

@@ -11,11 +11,11 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/output/make_writer.h"
-#include "core/study/accuracy/companion.h"
+#include "core/study/accuracy/error_estimator.h"
 
 namespace sim::cli {
 
-// What of a run is kept, and how it is shown.
+// The frames of a run that are kept, and how they are shown.
 struct OutRequest {
   std::vector<std::string> files;
   LookSpec look;  // over what the scene says
@@ -61,8 +61,8 @@ class Recorder {
 
   sim::Look look_;
   std::vector<std::unique_ptr<Channel>> channels_;
-  std::vector<study::Companion> companions_;  // of each system, to colour errors
-  std::vector<std::vector<double>> modes_;    // of each system, to colour its fastest mode
+  std::vector<study::ErrorEstimator> companions_;  // of each system, to colour errors
+  std::vector<std::vector<double>> modes_;         // of each system, to colour its fastest mode
   std::function<bool()> stop_;
   std::function<void()> failed_;
 };

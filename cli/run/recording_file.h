@@ -10,7 +10,7 @@ namespace sim::cli {
 
 class RecordingFile {
  public:
-  // Until begin() an older file of that name stays as it is. What cannot be written later goes to
+  // Until begin() an older file of that name stays as it is. A later write error is reported to
   // `errors`, once. Throws Error{kIo}.
   RecordingFile(const std::string& file, std::ostream& errors);
 

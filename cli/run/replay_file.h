@@ -25,7 +25,8 @@ class Replays {
   std::int64_t steps(std::size_t system) const;
   std::int64_t due(const Simulation& simulation) const { return replays_.front().due(simulation); }
 
-  // What hands did at the present state; throws Error{kScene} with its line.
+  // Performs the recorded actions of the present state; throws Error{kScene} with the line of a bad
+  // one.
   void perform(std::size_t system, Track& track);
 
   // At the end; a remark for people. Throws Error{kCheck} for other bits than those recorded.

@@ -89,8 +89,8 @@ std::string known_words(const Track& track, double parted, double way, double sp
 }
 
 std::string observed_line(Track& track, std::size_t i) {
-  const study::Parted parted =
-      track.parted().empty() ? study::Parted{std::nan(""), 0} : track.parted()[i];
+  const study::ObservedDeviation parted =
+      track.parted().empty() ? study::ObservedDeviation{std::nan(""), 0} : track.parted()[i];
   return track.observers()[i].name + " = " + brief(track.observed()[i], 8) +
          known_words(track, parted.at_end, parted.most, parted.neighbours);
 }

@@ -1,4 +1,4 @@
-// What a person sees of a run: the scene, rows as it goes, a progress line, how long it took.
+// The printed report of a run: the scene, rows as it goes, a progress line, how long it took.
 #pragma once
 
 #include <chrono>

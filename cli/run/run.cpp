@@ -117,7 +117,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "the checkpoint is at t = " + brief(scene.systems[i].t()) + " s already",
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
-    if (study::Parting known = parting_of(choices_[i], request); known.verified())
+    if (study::RunDeviation known = parting_of(choices_[i], request); known.verified())
       tracks_.back().verified_by(std::move(known));
     tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
     if (!accounts.empty()) {

@@ -20,7 +20,7 @@ std::vector<std::string> names_beside_checkpoint(const std::string& file);
 
 class RunCheckpoints {
  public:
-  // Of a request with a checkpoint; all outlive it.
+  // For a request with a checkpoint; all arguments outlive it.
   RunCheckpoints(const RunRequest& request, LoadedScene& scene, Console& console,
                  Progress& progress);
 
@@ -28,8 +28,8 @@ class RunCheckpoints {
   // for there will be another time.
   void look(std::span<const Track> tracks);
 
-  // At the end. Of a run that diverged the last state goes beside the file, and to the file the
-  // last good one. Throws Error{kIo}.
+  // At the end. When a run diverged, its last state is written beside the file, and the last good
+  // state to the file. Throws Error{kIo}.
   void keep_diverged(std::span<const Track> tracks);
   void commit(std::span<const Track> tracks);
   // Where a verification has shown since that the run did not diverge, its last state is its own.

@@ -2,7 +2,7 @@
 
 #include "cli/terminal/signals.h"
 #include "core/base/text.h"
-#include "core/scene/needs.h"
+#include "core/scene/memory_estimate.h"
 
 namespace sim::cli {
 

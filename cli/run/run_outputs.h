@@ -35,7 +35,7 @@ class RunOutputs {
   void commit_files();
   void settle(bool diverged);  // after the verification
 
-  // Of the exception that is being handled: it is said now, and its exit code kept.
+  // Reports the exception that is being handled, and keeps its exit code.
   void fail();
   int code() const { return code_; }  // of the first failure, or 0
   // Nobody is left to run for: all that was asked for has failed, or a reader has gone.

@@ -54,7 +54,7 @@ struct LoadedScene : StudiedScene {
 // what is said of it, else what load_scene and Simulation throw.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
 
-// What was read for the scene, and the libraries of plugins.
+// Plans the files that were read for the scene, and the libraries of plugins.
 void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan);
 
 // "sim SCENE -s n=3 --without drag": the words of a command that loads it, quoted for a shell.

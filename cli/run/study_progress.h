@@ -19,7 +19,7 @@ namespace sim::cli {
 
 using report::first_cell, report::judged_text, report::quantity;
 
-// What is no more than an estimate: "8 s", "42 s", "3 min", "5 h".
+// An estimated time in words: "8 s", "42 s", "3 min", "5 h".
 std::string rough_time(double seconds);
 
 class StudyProgress {

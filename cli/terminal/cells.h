@@ -25,7 +25,7 @@ class Cells {
   // A row of the picture, from the left.
   std::string row(const Image& image, int y) const;
 
-  // What changed since the last call, by cells, the picture in the upper left corner. Everything at
+  // The cells that changed since the last call, the picture in the upper left corner. Everything at
   // first, and after forget().
   std::string changes(const Image& image);
   void forget() { shown_.clear(); }

@@ -8,9 +8,9 @@
 
 namespace sim::cli {
 
-// While one exists, signals are only remembered. Those within a second are one, as some programs
-// send each twice; of those after that the third of all ends the program at once, but not before a
-// checkpoint that the run owes is written: then SIGQUIT and SIGUSR1, 2 are only remembered, too.
+// While one exists, signals are only remembered. Signals within a second count as one, for some
+// programs send each twice; after that the third signal ends the program at once, but not before a
+// pending checkpoint is written: then SIGQUIT and SIGUSR1, 2 are only remembered, too.
 class Interrupts {
  public:
   explicit Interrupts(bool owes_checkpoint = false);
@@ -30,9 +30,9 @@ class Interrupts {
 // Thrown by what stops because of a signal.
 struct Interrupted : std::exception {};
 
-// The same for a session: none restarts a system call. What does not hear the first one (a plugin
-// that loops) is ended by the second, some moments later, or the third; and by SIGTERM and SIGHUP
-// after 2 s.
+// The same for a session: none restarts a system call. Code that ignores the first signal (a plugin
+// that loops) is ended by the second, some moments later, or by the third; and by SIGTERM and
+// SIGHUP after 2 s.
 class SessionSignals {
  public:
   SessionSignals();

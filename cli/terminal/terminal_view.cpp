@@ -34,7 +34,7 @@ class TerminalView final : public Writer {
     if (shown_) put_control(std::cout, "\x1b[?25h\x1b[0m");
   }
 
-  Pace pace() const override { return Pace::kFilm; }
+  CostEstimate pace() const override { return CostEstimate::kFilm; }
 
   // The eye stays until something leaves the picture.
   void add(const Moment& moment) override {

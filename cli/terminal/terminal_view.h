@@ -10,7 +10,7 @@ namespace sim::cli {
 
 inline constexpr double kShowRate = 20;  // pictures a second, of the run and of the clock
 
-// What keeps standard output from showing pictures: "it is not a terminal"; "" for nothing.
+// The reason why standard output cannot show pictures: "it is not a terminal"; "" where it can.
 std::string cannot_show();
 
 // Shows no more than kShowRate pictures a second, and no moment before its time by the clock.

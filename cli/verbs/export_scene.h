@@ -17,8 +17,8 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
 int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
                  FilePlan plan, Registry& registry, Console& console);
 
-// What an import of results starts from: the checkpoint and length of the folder, where the request
-// says nothing else.
+// Fills in the start of an import of results: the checkpoint and length of the folder, where the
+// request says nothing else.
 void complete_import(RunRequest& request, const Checkpoint& saved, Registry& registry);
 
 }  // namespace sim::cli

@@ -200,7 +200,7 @@ return sim.scene {
     {"collider",
      R"--(// A pole without ends: everything within a radius of an upright line is solid.
 #include "core/plugin/plugin.h"
-#include "core/plugin/solid.h"
+#include "core/plugin/sdf_collider.h"
 
 namespace {
 
@@ -218,8 +218,8 @@ class CLASS final : public sim::Solid {
     return {across - radius_, {x[0] / across, 0, x[2] / across}};
   }
 
-  sim::SolidShape form() const override {
-    return {.form = sim::SolidShape::Form::kCapsule,
+  sim::RenderShape form() const override {
+    return {.form = sim::RenderShape::Form::kCapsule,
             .axes = {sim::Vec3(0, 10, 0), sim::Vec3(0, 0, 1), sim::Vec3(1, 0, 0)},
             .radius = radius_};
   }
@@ -278,7 +278,7 @@ class CLASS final : public sim::RigidMotion {
     return {.center = center + size_ * sim::Vec3(s, s * c, 0),
             .velocity = size_ * period_.rate() * sim::Vec3(c, c * c - s * s, 0)};
   }
-  double fastest() const override { return 1.5 * std::fabs(period_.rate() * size_); }
+  double max_speed() const override { return 1.5 * std::fabs(period_.rate() * size_); }
 
  private:
   sim::Period period_;

@@ -1,4 +1,4 @@
-// What a plugin of each kind begins as. NAME and CLASS stand for the names of one's own.
+// Source templates for a new plugin of each kind. NAME and CLASS stand for the user's names.
 #pragma once
 
 #include <span>

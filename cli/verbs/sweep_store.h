@@ -1,5 +1,5 @@
-// What is known of the cases of a sweep: one file a case, so that a sweep that was ended goes on
-// where it was, in one process or in many.
+// The stored results of a sweep: one file a case, so that an interrupted sweep resumes where it
+// stopped, in one process or in many.
 #pragma once
 
 #include <cstdint>

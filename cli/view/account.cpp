@@ -134,7 +134,7 @@ void EnergyAccount::check(const Energy& energy) {
   checked_ = after(now);
 }
 
-const study::Verdict& EnergyAccount::verdict(const study::Parting& parted) {
+const study::Verdict& EnergyAccount::verdict(const study::RunDeviation& parted) {
   const auto now = Clock::now();
   if (judged_ == step_ || now < judging_) return verdict_;
   verdict_ = monitor_->verdict(parted);

@@ -1,4 +1,4 @@
-// What a live scene has to say of itself: the energy of one system along the way, and a verdict.
+// The account of a live scene: the energy of one system over time, and a verdict.
 #pragma once
 
 #include <chrono>
@@ -31,7 +31,7 @@ class EnergyAccount {
 
   // The verdict of a run that ends here, from what was checked since the last travelled(): now and
   // then, as it costs. `parted`: how wrong the positions are, if that is known.
-  const study::Verdict& verdict(const study::Parting& parted);
+  const study::Verdict& verdict(const study::RunDeviation& parted);
 
   const std::vector<EnergySample>& samples() const { return samples_; }
 

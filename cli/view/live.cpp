@@ -300,9 +300,9 @@ Moment Live::moment() {
 std::string Live::verdict(std::size_t i) {
   if (!failure_.empty() && failed_ == i) return failure_;
   constexpr double kWrong = 0.02;  // of the size, as in a verdict
-  const study::Parting parted = measured_.parted(i);
+  const study::RunDeviation parted = measured_.parted(i);
   const bool right = parted.verified() && parted.share <= kWrong;
-  study::Verdict verdict = accounts_[i].verdict(right ? parted : study::Parting());
+  study::Verdict verdict = accounts_[i].verdict(right ? parted : study::RunDeviation());
   if (parted.verified() && !right) {
     verdict.trust = std::max(verdict.trust, study::Trust::kSuspect);
     verdict.reason =

@@ -49,7 +49,8 @@ void Measured::begin_anew() {
     One one{.begin = system.step_count()};
     if (name() == "mode") one.mode = study::fastest_mode(system);
     if (affords_ || name() == "error")
-      one.companion = std::make_unique<study::Companion>(scene_.spec.systems[i], system, registry_);
+      one.companion =
+          std::make_unique<study::ErrorEstimator>(scene_.spec.systems[i], system, registry_);
     ones_.push_back(std::move(one));
     follow(i);
   }
@@ -80,8 +81,8 @@ void Measured::touched(std::size_t i, const Action& action) {
   follow(i);
 }
 
-study::Parting Measured::parted(std::size_t i) const {
-  return i < ones_.size() ? ones_[i].parted : study::Parting();
+study::RunDeviation Measured::parted(std::size_t i) const {
+  return i < ones_.size() ? ones_[i].parted : study::RunDeviation();
 }
 
 // The largest error, and its share of the scene's size at that time.
@@ -97,9 +98,9 @@ void Measured::judge(One& one, const Frame& frame, const std::vector<double>& er
   }
   for (const double error : errors)
     if (!(error <= most)) most = error;
-  study::Parting& parted = one.parted;
+  study::RunDeviation& parted = one.parted;
   if (!std::isfinite(most) || !(size > 0) || frame.step < one.begin + kTelling) return;
-  parted.outcome = study::Parting::Outcome::kCompared;
+  parted.outcome = study::RunDeviation::Outcome::kCompared;
   parted.at_end = most;
   if (!(most <= parted.error)) parted.error = most;
   if (!(most / size <= parted.share)) parted.share = most / size;

@@ -1,5 +1,5 @@
-// What a view shows in colours and a frame of positions does not tell: energies, errors against the
-// same scene with half the step under the same hands, and how far the fastest mode moves what.
+// Quantities that a view shows in colours beyond the positions: energies, errors against the same
+// scene with half the step under the same hands, and how far the fastest mode moves what.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 #include "cli/run/scene.h"
 #include "core/picture/model.h"
 #include "core/scene/action.h"
-#include "core/study/accuracy/companion.h"
-#include "core/study/verdict/shadow.h"
+#include "core/study/accuracy/error_estimator.h"
+#include "core/study/verdict/step_doubling.h"
 
 namespace sim::cli {
 
@@ -31,7 +31,7 @@ class Measured {
   void before_touch(std::size_t system);
   void touched(std::size_t system, const Action& action);
   // How wrong positions are since the last begin_anew(); nothing where that is not known.
-  study::Parting parted(std::size_t system) const;
+  study::RunDeviation parted(std::size_t system) const;
   void afford(bool errors);  // without being asked
   void begin_anew();         // another step or method, a way through time: errors count from now on
 
@@ -39,11 +39,11 @@ class Measured {
 
  private:
   struct One {
-    std::int64_t begin = 0;                            // the step that errors count from
-    std::unique_ptr<study::Companion> companion = {};  // of errors
-    bool behind = false;                               // hands did something that it has not done
+    std::int64_t begin = 0;                                 // the step that errors count from
+    std::unique_ptr<study::ErrorEstimator> companion = {};  // of errors
+    bool behind = false;  // hands did something that it has not done
     std::vector<double> mode = {};
-    study::Parting parted = {};
+    study::RunDeviation parted = {};
   };
   void judge(One& one, const Frame& frame, const std::vector<double>& errors);
   void follow(std::size_t system);

@@ -22,7 +22,7 @@ class Takeover {
   Takeover& operator=(const Takeover&) = delete;
 };
 
-// What a terminal sends: keys, and where the mouse is, in cells from 0.
+// The events of a terminal: keys, and the position of the mouse, in cells from 0.
 struct TerminalEvent {
   enum class What { kKey, kPress, kMove, kRelease, kWheel } what = What::kKey;
   std::string key;  // "q", "Left", "Space", ...

@@ -29,7 +29,7 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
          Console& console);
 
 // A scene that is there already, from where it is, at rest at first; its timelines are lent to it.
-// Until it is closed, or a signal was caught. What hands do goes to the writers.
+// Until it is closed, or a signal was caught. The user's actions go to the writers.
 void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const ViewRequest& request,
                   const std::vector<RecordingWriter*>& writers, Registry& registry,
                   Console& console, const std::function<int()>& caught);

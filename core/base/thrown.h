@@ -1,4 +1,4 @@
-// What code of others threw.
+// Exceptions that were thrown by code of plugins and libraries.
 #pragma once
 
 #include <optional>

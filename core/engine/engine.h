@@ -19,7 +19,7 @@ struct Launch {
   std::vector<std::string> words;  // that start it, without its own arguments; empty: found here
 };
 
-// What its log in a folder says; empty where there is none.
+// The contents of its log in a folder; empty where there is none.
 struct EngineLog {
   std::string version;                 // "LAMMPS (29 Sep 2021)"
   std::string error;                   // its last line of an error
@@ -59,7 +59,7 @@ class Engine {
   virtual std::string name() const = 0;
   virtual std::span<const EngineMethod> methods() const = 0;
   virtual EngineFiles files() const = 0;
-  // What of it is on this machine, as paths; where nothing is, what it needs.
+  // The paths of its programs on this machine, or what is needed where there are none.
   virtual std::vector<std::string> programs() const = 0;
   virtual std::string needs() const = 0;
   // Solves equations to a tolerance, which the first steps are held to beyond what is asked for.
@@ -87,8 +87,8 @@ std::string program_or_throw(const std::string& name, const std::string& option,
 // With mpirun before it, where there are several ranks.
 std::vector<std::string> with_ranks(const std::string& program, int ranks);
 // Open MPI is told that ranks may be more than processors, and that those who wait let others work:
-// on a busy machine two ranks that spin take ten times as long. What it leaves where it is stopped
-// goes with the folder.
+// on a busy machine two ranks that spin take ten times as long. The files that it leaves when it is
+// stopped are removed with the folder.
 std::unique_ptr<Process> start_in(std::vector<std::string> command, const std::string& folder);
 
 }  // namespace sim::engine

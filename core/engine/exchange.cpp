@@ -16,12 +16,12 @@ class Border {
  public:
   explicit Border(const std::string& engine) : engine_(engine) {}
 
-  [[noreturn]] void scene(const std::string& what, const Place& place,
+  [[noreturn]] void scene(const std::string& what, const SourceLocation& place,
                           const std::string& remedy) const {
     throw Error(ErrorKind::kScene,
                 {"not for " + engine_, place, what + " would not mean the same there", remedy});
   }
-  [[noreturn]] void method(const std::string& why, const Place& place,
+  [[noreturn]] void method(const std::string& why, const SourceLocation& place,
                            const std::string& remedy) const {
     throw Error(ErrorKind::kUsage, {"not for " + engine_, place, why, remedy});
   }
@@ -37,7 +37,7 @@ class Border {
   std::string engine_;
 };
 
-Method method_of(const Simulation& system, const Place& place, const Border& border,
+Method method_of(const Simulation& system, const SourceLocation& place, const Border& border,
                  const std::string& engine, std::span<const EngineMethod> methods) {
   const Params& params = system.method().params();
   if (params.has("precision") && to_text(params.value("precision")) == "single")
@@ -79,14 +79,14 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string
   particles_ = dynamic_cast<ParticleSystem*>(&system.ode());
   border.first(spec.colliders, off, "collider");
   border.first(spec.constraints, {}, "constraint");
-  for (const LeadSpec& lead : spec.particles->leads)
+  for (const PrescribedSpec& lead : spec.particles->prescribed)
     border.scene("a particle that is led", lead.place, "pin it, or run it here");
   if (!spec.bodies.empty())
     border.scene("a rigid body", spec.bodies.front().place, "leave bodies out, or run it here");
   if (spec.contact) border.scene("sim.contact", spec.contact->place, "leave contact out");
   for (const Force* force : particles_->other_forces()) {
     const std::string force_name = particles_->name_of(*force);
-    Place place = spec.place;
+    SourceLocation place = spec.place;
     for (const PartSpec& part : spec.forces)
       if (part.plugin == force_name) place = part.place;
     if (force->springs())
@@ -97,7 +97,7 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string
     if (force->springs() && force->springs()->sense() != SpringSense::kBoth)
       border.scene("a cable, as '" + particles_->name_of(*force) + "' is,", spec.place, kLeaveOut);
   for (const Force* force : particles_->forces())
-    if (force->memory_size() > 0)
+    if (force->internal_size() > 0)
       border.scene("force '" + particles_->name_of(*force) + "'", spec.place, kLeaveOut);
   method_ = method_of(system, spec.place, border, engine, methods);
   const Params& params = system.method().params();

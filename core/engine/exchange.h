@@ -48,7 +48,7 @@ class Exchange {
   Vec3 gravity() const;                            // m/s^2
   double drag() const;                             // kg/s
   double tolerance() const { return tolerance_; }  // of implicit methods; 0: what is enough
-  // Of a free one, and of methods with kicks.
+  // The map of a free particle, for methods with kicks.
   KickMap map(int i) const { return kick_map(mass(i)); }
   KickMap kick_map(double mass_there) const { return {method_, mass_there, drag(), h()}; }
 

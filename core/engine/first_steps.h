@@ -12,7 +12,7 @@ namespace sim::engine {
 // roundings, which says how far apart two correct runs may be.
 class FirstSteps {
  public:
-  // Of at most so many steps; the system is then where it was.
+  // Takes at most so many steps; afterwards the system is where it was.
   FirstSteps(Simulation& system, std::int64_t most);
 
   std::int64_t step() const { return step_; }  // at which states are compared; -1: at none
@@ -21,7 +21,7 @@ class FirstSteps {
     double digits = 0;  // of the way from the start, rms over particles; infinite: the same bits
     bool same = true;   // to what roundings explain
   };
-  // Of the present state, at step().
+  // Compares the present state, at step().
   Answer compare(const Simulation& system) const;
 
  private:

@@ -24,7 +24,8 @@ using RunInstructions = void (*)(std::span<const Instruction> code, double* cons
                                  int count);
 RunInstructions run_instructions();
 
-// Likewise slots that are single numbers, with the same bits: for systems of a few formulas.
+// Runs the code on slots that are single numbers, with the same bits: for systems of a few
+// formulas.
 using RunStraight = void (*)(std::span<const Instruction> code, double* slots);
 RunStraight run_straight();
 

@@ -27,7 +27,7 @@ struct CellNames {
   std::vector<Neighbour> neighbours = {};  // that texts named; number i is input inputs.size() + i
 };
 
-// What a text may refer to, and what texts did refer to.
+// The names that a text may refer to, and those that texts referred to.
 struct Names {
   std::vector<std::string> inputs;        // the variables: name i is input i
   std::map<std::string, double> numbers;  // constants

@@ -12,8 +12,8 @@ namespace sim {
 
 // The instructions of formulas. Slots in order: inputs, outputs, constants, registers.
 struct Code {
-  // Of the nodes `outputs`; reads inputs 0 to `inputs` - 1. Throws Error{kScene} when it needs more
-  // slots than an instruction can name.
+  // Code for the nodes `outputs`; it reads inputs 0 to `inputs` - 1. Throws Error{kScene} when it
+  // needs more slots than an instruction can name.
   Code() = default;
   Code(const Graph& graph, std::span<const int> outputs, int inputs);
 
@@ -34,8 +34,8 @@ class Program {
   static constexpr int kBlock = 64;
 
   Program() = default;
-  // Of the nodes `outputs`; reads inputs 0 to `inputs` - 1. Throws Error{kScene} when the formulas
-  // need more memory at a time than a block of 8 has.
+  // Code for the nodes `outputs`; it reads inputs 0 to `inputs` - 1. Throws Error{kScene} when the
+  // formulas need more memory at a time than a block of 8 has.
   Program(const Graph& graph, std::span<const int> outputs, int inputs);
 
   // Most elements of one run; a multiple of 8, at most kBlock.

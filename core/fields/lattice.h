@@ -17,7 +17,7 @@ struct LatticeKernels {
 };
 LatticeKernels lattice_kernels();
 
-// What lies beyond the ends of a lattice.
+// The boundary values beyond the ends of a lattice.
 struct LatticeEdge {
   // kMirror: the cells in reverse order, the first one again first, so that nothing flows out.
   enum class Kind { kValues, kPeriodic, kMirror } kind = Kind::kValues;
@@ -41,7 +41,8 @@ class Lattice {
   // Takes the numbers of a state.
   void load(const double* state);
 
-  // Of a name; cells lie at first() <= place < end(), with ghosts between. Readable 8 places on.
+  // The array of a name; cells lie at first() <= index < end(), with ghost cells between. Readable
+  // 8 entries further.
   const double* array(int name) const { return arrays_[static_cast<std::size_t>(name)].data(); }
   std::ptrdiff_t first() const { return place_of({0, 0, 0}); }
   std::ptrdiff_t end() const {

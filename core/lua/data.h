@@ -28,7 +28,7 @@ struct DataFunction {
   std::shared_ptr<const int> reference;
 };
 
-// What has no value outside Lua, in a few words: "function", "cycle", ...
+// Describes a value that exists in Lua only, in a few words: "function", "cycle", ...
 struct DataOpaque {
   std::string text;
 };

@@ -13,9 +13,9 @@
 
 namespace sim {
 
-// Every thread of the Lua state counts its instructions by a hook. What runs long without any
-// (patterns, moving of tables, allocation, a tree of coroutines) charges its work. From the end of
-// the budget on each further instruction raises an error, so that no pcall can go on.
+// Every thread of the Lua state counts its instructions by a hook. Library code that runs long
+// without any (patterns, moves of tables, allocation, a tree of coroutines) charges its work. From
+// the end of the budget on each further instruction raises an error, so that no pcall can go on.
 class LuaBudget {
  public:
   enum class End { kNone, kInterrupted, kTime, kSteps, kMemory };
@@ -73,7 +73,7 @@ class LuaBudget {
   // True for a thread that was stopped by the end of a budget, in which nothing may run any more.
   static bool spoiled(lua_State* thread);
 
-  // What to throw after the end; `place` where no line is known.
+  // The error to throw after the end of the budget; at `place` where no line is known.
   ErrorText error(const std::string& place) const;
   // The error to throw where Lua was refused memory and could not be told.
   ErrorText memory_error(const std::string& place) const;

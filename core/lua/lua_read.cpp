@@ -8,7 +8,7 @@
 
 namespace sim {
 
-void scene_error(const Place& where, const std::string& what, const std::string& why,
+void scene_error(const SourceLocation& where, const std::string& what, const std::string& why,
                  const std::string& remedy) {
   throw Error(ErrorKind::kScene, {what, where, why, remedy});
 }
@@ -41,13 +41,14 @@ int push_field(lua_State* L, int table, const char* key) {
   return lua_rawget(L, table);
 }
 
-double read_number(lua_State* L, int index, const Place& place, const std::string& what) {
+double read_number(lua_State* L, int index, const SourceLocation& place, const std::string& what) {
   if (lua_type(L, index) != LUA_TNUMBER || !std::isfinite(lua_tonumber(L, index)))
     scene_error(place, "bad " + what, "expected a finite number, got " + show(L, index));
   return lua_tonumber(L, index);
 }
 
-std::string read_text(lua_State* L, int index, const Place& place, const std::string& what) {
+std::string read_text(lua_State* L, int index, const SourceLocation& place,
+                      const std::string& what) {
   if (lua_type(L, index) != LUA_TSTRING)
     scene_error(place, "bad " + what, "expected text, got " + show(L, index));
   const std::string text(lua_tostring(L, index), lua_rawlen(L, index));
@@ -60,7 +61,7 @@ std::string read_text(lua_State* L, int index, const Place& place, const std::st
   return text;
 }
 
-Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string& what) {
+Vec3 read_vector(lua_State* L, int index, const SourceLocation& place, const std::string& what) {
   if (!lua_istable(L, index))
     scene_error(place, "bad " + what, "expected a vector {x, y, z}, got " + show(L, index));
   if (read_length(L, index, place, what) != 3)
@@ -77,7 +78,8 @@ Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string&
   return vector;
 }
 
-std::size_t read_length(lua_State* L, int index, const Place& place, const std::string& what) {
+std::size_t read_length(lua_State* L, int index, const SourceLocation& place,
+                        const std::string& what) {
   const StackScope scope(L);
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
@@ -99,7 +101,7 @@ std::size_t read_length(lua_State* L, int index, const Place& place, const std::
 }
 
 std::vector<std::string> read_keys(lua_State* L, int index, const std::vector<std::string>& known,
-                                   const Place& place, const std::string& what) {
+                                   const SourceLocation& place, const std::string& what) {
   const StackScope scope(L);
   index = lua_absindex(L, index);
   std::vector<std::string> keys;

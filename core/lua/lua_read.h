@@ -11,12 +11,12 @@
 namespace sim {
 
 // Throws Error{kScene}.
-[[noreturn]] void scene_error(const Place& where, const std::string& what, const std::string& why,
-                              const std::string& remedy = {});
+[[noreturn]] void scene_error(const SourceLocation& where, const std::string& what,
+                              const std::string& why, const std::string& remedy = {});
 
-// What make() returns; an error that it throws becomes one of the scene at this place.
+// Returns make(); an error that it throws becomes an error of the scene at this source location.
 template <class Make>
-auto of_scene(const Place& where, Make make) {
+auto of_scene(const SourceLocation& where, Make make) {
   try {
     return make();
   } catch (const Error& error) {
@@ -48,16 +48,19 @@ std::string show(lua_State* L, int index);
 int push_field(lua_State* L, int table, const char* key);
 
 // Each throws Error{kScene} with "bad WHAT: PLACE: expected ..., got ...".
-double read_number(lua_State* L, int index, const Place& place, const std::string& what);  // finite
+double read_number(lua_State* L, int index, const SourceLocation& place,
+                   const std::string& what);  // finite
 // ... text that can be shown everywhere: is_visible.
-std::string read_text(lua_State* L, int index, const Place& place, const std::string& what);
-Vec3 read_vector(lua_State* L, int index, const Place& place, const std::string& what);
+std::string read_text(lua_State* L, int index, const SourceLocation& place,
+                      const std::string& what);
+Vec3 read_vector(lua_State* L, int index, const SourceLocation& place, const std::string& what);
 
 // The length of a table with the keys 1 .. n and no others.
-std::size_t read_length(lua_State* L, int index, const Place& place, const std::string& what);
+std::size_t read_length(lua_State* L, int index, const SourceLocation& place,
+                        const std::string& what);
 
 // The keys of a table, sorted; each must be text and known.
 std::vector<std::string> read_keys(lua_State* L, int index, const std::vector<std::string>& known,
-                                   const Place& place, const std::string& what);
+                                   const SourceLocation& place, const std::string& what);
 
 }  // namespace sim

@@ -72,7 +72,7 @@ ErrorText locate(lua_State* L, std::string_view message) {
 
 }  // namespace
 
-Place lua_place(const char* source, int line) {
+SourceLocation lua_place(const char* source, int line) {
   const std::string file = *source == '@' || *source == '=' ? source + 1 : source;
   return line > 0 ? file + ":" + std::to_string(line) : file;
 }
@@ -188,7 +188,7 @@ int LuaState::handle_message(lua_State* L) {
   return 1;
 }
 
-void LuaState::run(const Place& place, void (*body)(void*, lua_State*), void* data) {
+void LuaState::run(const SourceLocation& place, void (*body)(void*, lua_State*), void* data) {
   struct Call {
     void (*body)(void*, lua_State*);
     void* data;

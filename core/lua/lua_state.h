@@ -36,7 +36,7 @@ class LuaState {
   // error becomes Error{kScene} at the line it came from, or at `place` when no line is known; what
   // the body throws passes through; so does the end of the budget. Not to be nested.
   template <class Body>
-  void protect(const Place& place, Body body) {
+  void protect(const SourceLocation& place, Body body) {
     run(
         place, [](void* data, lua_State* L) { (*static_cast<Body*>(data))(L); }, &body);
   }
@@ -51,7 +51,7 @@ class LuaState {
   };
 
   static int handle_message(lua_State* L);
-  void run(const Place& place, void (*body)(void*, lua_State*), void* data);
+  void run(const SourceLocation& place, void (*body)(void*, lua_State*), void* data);
 
   LuaBudget budget_;
   std::optional<Caught> caught_;
@@ -83,7 +83,7 @@ int guarded(lua_State* L) {
 bool load_chunk(lua_State* L, std::string_view text, const std::string& chunk);
 
 // "@scenes/cloth.lua" and 12 as "scenes/cloth.lua:12".
-Place lua_place(const char* source, int line);
+SourceLocation lua_place(const char* source, int line);
 
 // Lua puts "short_src:LINE: " before most messages: LINE, and the rest of the message.
 std::optional<std::pair<int, std::string_view>> strip_place(std::string_view message,

@@ -5,8 +5,8 @@
 
 namespace sim {
 
-// A table on the stack of Lua. What is pushed in the lifetime of the object is popped with it, so
-// that objects have to end in the reverse order of their making.
+// A table on the stack of Lua. Values that are pushed during the lifetime of the object are popped
+// with it, so objects have to be destroyed in the reverse order of construction.
 class LuaTable {
  public:
   LuaTable(lua_State* L, int index) : L_(L), scope_(L), index_(lua_absindex(L, index)) {}

@@ -14,7 +14,8 @@ struct RitzPairs {
   std::vector<std::complex<double>> values;
   std::vector<std::complex<double>> coefficients;  // of the vectors in the basis, one after another
 
-  // Of vector i for the last member of the basis; with rest() the residual of the pair.
+  // The component of vector i along the last member of the basis; with rest() it gives the residual
+  // of the pair.
   std::complex<double> last(std::size_t i) const {
     return coefficients[(i + 1) * values.size() - 1];
   }

@@ -9,7 +9,7 @@ struct SineCosine {
   double sine, cosine;
 };
 
-// Of 2 pi `turns`, for any finite number of turns; error some 2e-16.
+// Sine and cosine of 2 pi `turns`, for any finite number of turns; error about 2e-16.
 inline SineCosine sine_cosine(double turns) {
   // Whole turns and then quarters are taken off exactly; the rest is at most an eighth.
   turns -= std::floor(turns);

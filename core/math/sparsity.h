@@ -15,7 +15,7 @@ struct Sparsity {
   std::vector<int> rows;
 
   Sparsity() = default;
-  // Of entries {column, row} in any order; those that come twice are one.
+  // From entries {column, row} in any order; duplicates count once.
   Sparsity(int size, std::vector<std::pair<int, int>> entries)
       : begin(static_cast<std::size_t>(size) + 1, 0) {
     std::ranges::sort(entries);

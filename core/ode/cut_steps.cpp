@@ -41,7 +41,7 @@ Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t mo
       std::copy_n(to_.data(), to_.size(), x_next);
       return {StepStatus::kNotFinite};
     }
-    anew = anew || outcome == Events::Outcome::kJumped;
+    anew = anew || outcome == Events::Outcome::kImpact;
     std::swap(from_, to_);
     if (length == rest) break;
     done += length;

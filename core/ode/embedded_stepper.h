@@ -1,4 +1,4 @@
-// What an embedded pair asks of a system: its stages, in whatever form the system keeps them.
+// The interface between an embedded pair and a system, which keeps the stages in its own form.
 #pragma once
 
 #include <span>

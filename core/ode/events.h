@@ -8,7 +8,7 @@ namespace sim {
 //   begin(t, h, x);  the step, from x to x_next
 //   while ((s = first(t, h, x, x_next)) < 1)  it is taken again, s times as long
 //   end(t, h, x, x_next)
-// What is in force during the step, as that something slides, is part of f from begin() on.
+// The active contact states of a step, such as sliding, are part of f from begin() on.
 class Events {
  public:
   virtual ~Events() = default;
@@ -18,7 +18,7 @@ class Events {
   // Where the first event lies, as a share of the step; 1: nowhere before its end.
   virtual double first(double t, double h, const double* x, const double* x_next) = 0;
 
-  enum class Outcome { kSmooth, kJumped, kNotAllowed };
+  enum class Outcome { kSmooth, kImpact, kNotAllowed };
   // Lets happen what happens at the end, and puts x_next among the allowed states. `cut`: first()
   // has been asked until it found no more; else what is met on the way counts as settled there.
   virtual Outcome end(double t, double h, const double* x, double* x_next, bool cut) = 0;

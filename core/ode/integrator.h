@@ -46,14 +46,15 @@ class Integrator {
   // changed: forgets what was kept of the last step. May take memory.
   virtual void restart(double /*t*/, double /*h*/, const double* /*x*/) {}
 
-  // What was kept of the last steps that a restart would not find again bit for bit; recall() takes
-  // it back. Empty for one-step methods. Together with X it is all that the next step depends on.
+  // The history of the last steps, which a restart would not reproduce bit for bit; recall()
+  // restores it. Empty for one-step methods. Together with X it is all that the next step depends
+  // on.
   virtual std::vector<double> memory() const { return {}; }
   virtual void recall(std::span<const double> /*memory*/) {}
 
   virtual Effort effort() const { return {}; }
 
-  // What a user should know of this method on this system, one sentence each; after prepare().
+  // Notes for the user on this method and this system, one sentence each; after prepare().
   virtual std::vector<std::string> notes() const { return {}; }
 
   // Spectral radius of one step on q'' = -omega^2 q - gamma q' with h omega and h gamma: stable

@@ -1,4 +1,4 @@
-// What differences in the place of a Jacobian cost.
+// The cost of finite differences in place of a Jacobian.
 #pragma once
 
 #include <cstdint>

@@ -115,7 +115,7 @@ std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options
   // What confines states makes all of J full, and stiff only where they bend: products are few.
   constexpr std::size_t kMostDense = 600;
   const bool many = size() > kMostDense, asked = options.solver == StageOptions::Solver::kIterative;
-  if (confined() ? !many && !asked : !many || !asked)
+  if (has_inequalities() ? !many && !asked : !many || !asked)
     return std::make_unique<DenseSolver>(*this, options);
   return std::make_unique<KrylovSolver>(*this, options);
 }

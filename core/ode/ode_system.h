@@ -48,7 +48,7 @@ class OdeSystem {
 
   virtual std::size_t size() const noexcept = 0;
 
-  // What the numbers of X are; by default a flat list.
+  // The layout of the numbers of X; by default a flat list.
   virtual StateShape shape() const { return StateShape::flat(size()); }
 
   // y := stage, dydt := f(t, y). y and dydt overlap neither each other nor the stage.
@@ -62,7 +62,7 @@ class OdeSystem {
   // Throws Error{kScene} for a precision that the system has not.
   virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan);
 
-  // Likewise the stages of an embedded pair.
+  // The stages of an embedded pair are left to the system, too.
   virtual std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan);
 
   // Splitting methods need the structure q' = v, v' = a(t, q) - gamma v; null without it.
@@ -77,26 +77,29 @@ class OdeSystem {
 
   // True where some states are not allowed, as a particle within an obstacle. Steppers of the
   // system then keep to the allowed ones by themselves; what cannot is refused when it is made.
-  virtual bool confined() const noexcept { return false; }
+  virtual bool has_inequalities() const noexcept { return false; }
   // Puts a state that is nearly allowed among those that are, where these are a surface in the
   // space of states, as of particles on rods: methods without steppers of the system call it at
   // their ends. False where it cannot.
-  virtual bool settle(double /*t*/, double* /*x*/) { return true; }
+  virtual bool project(double /*t*/, double* /*x*/) { return true; }
   // Around the stages of a step of size h from x, of methods that leave their equations to a
   // StageSolver: the stages begin at what begin_step says, and are taken once more where end_step
-  // asks for it, with `again`. What pushes at the states that are not allowed is found in between.
+  // asks for it, with `again`. The contact forces at the boundary of the allowed states are found
+  // in between.
   virtual const double* begin_step(double /*t*/, double /*h*/, const double* x, bool /*again*/) {
     return x;
   }
   virtual StepEnd end_step(double t, double h, const double* /*x*/, double* x_next) {
-    return settle(t + h, x_next) ? StepEnd::kStands : StepEnd::kNotAllowed;
+    return project(t + h, x_next) ? StepEnd::kAccepted : StepEnd::kNotAllowed;
   }
-  virtual bool jumped() const { return false; }  // in that step: others before it are no history
-  virtual Events* events() { return nullptr; }   // for methods that cut their steps; null: none
+  virtual bool had_impact() const {
+    return false;
+  }                                             // in that step: others before it are no history
+  virtual Events* events() { return nullptr; }  // for methods that cut their steps; null: none
   // Why the last step found no allowed state; empty where it did.
   virtual std::string refusal() const { return {}; }
 
-  // What a user should know of it, one sentence each.
+  // Notes for the user, one sentence each.
   virtual std::vector<std::string> notes() const { return {}; }
 
   // Asked between the parts of steps that may take long: true ends such a step with kStopped.

@@ -1,4 +1,4 @@
-// What became of a step, and what steps took.
+// The outcome of a step, and the effort of steps.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@ enum class StepStatus {
   kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
 };
 
-// What a system says of the end of a step that keeps to the allowed states.
+// The answer of a system to the end of a step that has to stay among the allowed states.
 enum class StepEnd {
-  kStands,
+  kAccepted,
   kAgain,      // something was met on the way: the stages have to be taken again
   kNotAllowed  // no allowed state was found
 };
@@ -28,7 +28,7 @@ struct Advance {
   int taken = 0;
 };
 
-// What the steps since prepare() took.
+// The effort of all steps since prepare().
 struct Effort {
   std::int64_t steps = 0, rejected = 0;  // internal ones of adaptive methods
   std::int64_t evaluations = 0;          // of f

@@ -26,7 +26,7 @@ double amplification(const ExplicitPlan& plan, double h_omega, double h_gamma);
 double amplification(const SplitPlan& plan, double h_omega, double h_gamma,
                      bool midpoint_kicks = false);
 
-// As Integrator::amplification.
+// An amplification factor, see Integrator::amplification.
 using Amplification = std::function<double(double h_omega, double h_gamma)>;
 
 // The largest h such that every step of at most h has a radius <= 1; 0 when there is none, infinity

@@ -10,20 +10,20 @@
 namespace sim {
 
 struct StageOptions {
-  // Of the residual, relative to the one at the guess; 0: by what the step itself can be off, so
-  // that a method of this order loses a small part of its accuracy.
+  // The tolerance of the residual, relative to the one at the guess; 0: it follows from the error
+  // of the step itself, so that a method of this order loses a small part of its accuracy.
   double tolerance = 0;
   int order = 1;
-  // Of solutions, in each number: |error| <= part of (atol + rtol |y|), for methods that keep a
-  // tolerance of their own; 0: see `tolerance`.
+  // The tolerance of solutions, in each number: |error| <= part of (atol + rtol |y|), for methods
+  // that keep a tolerance of their own; 0: see `tolerance`.
   double atol = 0, rtol = 0;
   double reach = 1;          // the step ends at  r + reach (Y - r)  where it ends at no stage
   int newton_steps = 10000;  // at most; 1: one linearised step, taken as it is
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
   // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.
   enum class Method { kNewton, kLocalGlobal } method = Method::kNewton;
-  // What compressed springs push across their length: as it is where that leaves the Hessian
-  // positive definite, else less; or never.
+  // The geometric stiffness of compressed springs: exact where that leaves the Hessian positive
+  // definite, else reduced; or never.
   enum class Hessian { kExact, kClamped } hessian = Hessian::kExact;
 };
 
@@ -37,8 +37,9 @@ class StageSolver {
   // when the residual stays above the tolerance, kNotFinite when a number of y is not finite.
   virtual StepStatus solve(double t, double tau, const double* r, double* y) = 0;
 
-  // What was kept of earlier solutions, as a factorisation, is forgotten; or said, and taken back:
-  // the next solutions have the same bits. As Integrator::restart(), memory() and recall().
+  // These forget, save and restore what is kept of earlier solutions, such as a factorisation: the
+  // next solutions have the same bits. They are called by Integrator::restart(), memory() and
+  // recall().
   virtual void restart() {}
   virtual std::vector<double> memory() const { return {}; }
   virtual void recall(std::span<const double> /*memory*/) {}

@@ -38,7 +38,7 @@ class Deflater {
 
 std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0);
 
-// Of two pieces, one after the other; the second has so many bytes.
+// The checksum of two pieces, one after the other; the second has so many bytes.
 std::uint32_t joined_crc32(std::uint32_t first, std::uint32_t second, std::uint64_t bytes);
 
 }  // namespace sim

@@ -1,5 +1,5 @@
-// A view that draws by itself: keys and mouse become words, and moments a picture. What a window
-// and a terminal share.
+// A view that draws by itself: keys and mouse become words, and moments a picture. A window and a
+// terminal share it.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,8 @@ struct FrontKey {
 
 class Front {
  public:
-  // What the scene points to outlives it, or renew(). `reach`: pixels, to a particle beside.
+  // The objects that the scene points to outlive it, or renew(). `reach`: pixels, to a particle
+  // beside.
   Front(const ViewScene& scene, float reach);
   void renew(const ViewScene& scene);  // the eye stays
 
@@ -41,7 +42,7 @@ class Front {
   static const std::vector<FrontKey>& keys();
 
   Picture picture();  // once something was shown; its words are the names and the scale
-  // What it says of: the system of the picked particle, or the first.
+  // The system that it describes: that of the picked particle, or the first.
   std::size_t chosen() const { return picked_ ? picked_->system : 0; }
   std::optional<int> picked() const;
   std::string name(std::size_t system) const;  // before a word, where it needs one

@@ -11,7 +11,7 @@
 
 namespace sim::hdf5 {
 
-// What the library says of its last failure; of the system, if that said something.
+// The library's message about its last failure, or the system's if there is one.
 inline std::string last_failure() {
   std::string text;
   H5Ewalk2(

@@ -12,10 +12,10 @@ namespace sim {
 // Throws Error{kUsage} for an ending that no writer knows.
 const Plugin<Writer>& writer_of(const std::string& file, Registry& registry);
 
-// Of task.file, which gives the format. Throws what the writer throws.
+// A writer for task.file, whose name gives the format. Throws what the writer throws.
 std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry);
 
-// Of the first system that says something, and over it what the user says.
+// The look of the first system that has one, overridden by the user's options.
 Look look_of(const SceneSpec& scene, const LookSpec& asked);
 
 }  // namespace sim

@@ -18,8 +18,8 @@ struct ProcessPlace {
   std::vector<std::string> environment = {};  // NAME=VALUE, where ours has no such name
 };
 
-// Runs without a shell: the words are its arguments as they are. What it says is kept. It ends when
-// we do.
+// Runs without a shell: the words are its arguments as they are. Its output is kept. It ends when
+// this program does.
 class Process {
  public:
   // Throws Error{kIo}.

@@ -1,5 +1,5 @@
-// Charts as SVG: error against cost with decades on both axes, and quantities over time. What
-// counts is in colour, the rest grey; names stand at the ends of curves.
+// Charts as SVG: error against cost with decades on both axes, and quantities over time. The curves
+// that matter are coloured, the rest is grey; names stand at the ends of curves.
 #pragma once
 
 #include <optional>

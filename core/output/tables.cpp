@@ -8,7 +8,7 @@
 
 #include "core/base/text.h"
 #include "core/output/format.h"
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 
 namespace sim {
 namespace {
@@ -59,15 +59,16 @@ std::vector<StateNumber> columns_of(const StateShape& shape) {
   return columns;
 }
 
-std::vector<HoldingForce> holding_forces(const Simulation& system) {
-  if (!system.holding()) return {};
-  return system.holding()->forces(system.t(), system.state().data());
+std::vector<ConstraintForce> holding_forces(const Simulation& system) {
+  if (!system.constraint_system()) return {};
+  return system.constraint_system()->forces(system.t(), system.state().data());
 }
 
 // Of constraints, on each; empty where a system has none.
 std::vector<Vec3> forces_on_particles(const Simulation& system) {
-  std::vector<Vec3> sums(system.holding() ? static_cast<std::size_t>(system.particles()) : 0);
-  for (const HoldingForce& each : holding_forces(system)) {
+  std::vector<Vec3> sums(system.constraint_system() ? static_cast<std::size_t>(system.particles())
+                                                    : 0);
+  for (const ConstraintForce& each : holding_forces(system)) {
     sums[static_cast<std::size_t>(each.a)] += each.force;
     if (each.b >= 0) sums[static_cast<std::size_t>(each.b)] -= each.force;
   }
@@ -83,7 +84,7 @@ DumpTable::DumpTable(const Target& target, std::ostream& standard_output, const 
     if (auto columns = columns_of(system->shape()); columns.size() > widest.size())
       widest = columns;
   columns_ = widest.size();
-  for (const Simulation* system : scope.systems) forces_ = forces_ || system->holding();
+  for (const Simulation* system : scope.systems) forces_ = forces_ || system->constraint_system();
   if (format_ != TableFormat::kCsv) return;
   std::string& out = output_.buffer();
   out += world_ ? "system,step,t" : "step,t";
@@ -221,7 +222,7 @@ void TensionTable::rows(const Simulation& system) {
   const bool csv = format_ == TableFormat::kCsv;
   const std::string prefix = csv ? csv_prefix(system, world_) : json_prefix(system, world_);
   std::string& out = output_.buffer();
-  for (const HoldingForce& each : holding_forces(system)) {
+  for (const ConstraintForce& each : holding_forces(system)) {
     out += prefix;
     if (csv) {
       out += "," + csv_field(each.constraint) + "," + std::to_string(each.a) + ",";

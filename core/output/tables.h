@@ -22,9 +22,9 @@ struct TableScope {
 // One row a particle: step,t,particle,x,y,z,vx,vy,vz in m and m/s. A first-order system of points
 // has no velocities: without v columns, or with these cells empty where another system of the world
 // has them. A flat state is step,t,component,value; beside particles in one world the component
-// stands under `particle` and its value under x. What forces remember is in no row. JSON lines name
-// what each row has. Where a system has constraints their force on each particle follows, as
-// cx,cy,cz in N.
+// stands under `particle` and its value under x. Internal variables of forces are in no row. JSON
+// lines name what each row has. Where a system has constraints their force on each particle
+// follows, as cx,cy,cz in N.
 class DumpTable {
  public:
   DumpTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
@@ -42,7 +42,8 @@ class DumpTable {
 
 // step,t,kinetic,potential,total,work,drift in s and J: work is what drag and other forces that do
 // work have taken so far, drift = total + work - total at step 0; not a number: unknown, an empty
-// field. Second-order systems only. As .svg a plot of kinetic, potential and total.
+// field. Second-order systems only. A file ending in .svg is a plot of kinetic, potential and total
+// energy.
 class EnergyTable {
  public:
   EnergyTable(const Target& target, std::ostream& standard_output, const TableScope& scope);

@@ -1,6 +1,6 @@
-// What somebody looks at while a scene runs, and touches it with: a page that is served, a window.
-// Each is a plugin, opened when it is asked for. A scene goes in once, then moments of it; what
-// comes back are words.
+// A view of a running scene, through which a user acts on it: a served page, a window. Each is a
+// plugin, opened when it is asked for. A scene goes in once, then moments of it; what comes back
+// are words.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,8 @@
 
 namespace sim {
 
-// What stays until renew(), when what it points to may have gone.
+// The constant part of a scene, valid until renew(), when the objects that it points to may be
+// gone.
 struct ViewScene {
   int number = 0;      // a scene that comes later has another one
   bool world = false;  // words begin with the name of their system
@@ -63,9 +64,9 @@ struct ViewState {
   std::span<const EnergySample> past{};  // of the first system that has energies
 };
 
-// What somebody said, and who: the number of a connection. Words are actions as recordings have
-// them; "pull I X Y Z" of what is held, in m; play, pause, speed S, step N, back N, goto T, undo,
-// reset, set NAME VALUE, colour NAME, and "bye" of who goes.
+// A message of a user, and the number of the connection that sent it. Words are actions as
+// recordings have them; "pull I X Y Z" of what is held, in m; play, pause, speed S, step N, back N,
+// goto T, undo, reset, set NAME VALUE, colour NAME, and "bye" of who goes.
 struct ViewMessage {
   std::uint64_t from = 0;
   std::string text;

@@ -33,13 +33,13 @@ struct WriterTask {
 };
 
 // Which moments of a run a writer wants, if nobody says otherwise.
-enum class Pace { kLast, kFilm, kSteps };
+enum class CostEstimate { kLast, kFilm, kSteps };
 
 class Writer {
  public:
   virtual ~Writer() = default;  // without commit(): no file is left
 
-  virtual Pace pace() const = 0;
+  virtual CostEstimate pace() const = 0;
 
   // In the order of time; one frame for each model.
   virtual void add(const Moment& moment) = 0;
@@ -48,7 +48,7 @@ class Writer {
   virtual void commit() = 0;
 };
 
-// What follows the last dot of a file's name, in small letters; "" without one.
+// The extension of a file name, in small letters; "" without one.
 std::string ending_of(const std::string& file);
 
 // The names that a writer of this file gives to what it writes, as FilePlan takes them; series of a

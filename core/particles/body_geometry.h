@@ -8,7 +8,7 @@
 
 namespace sim {
 
-struct TouchPoint {
+struct ManifoldPoint {
   Vec3 x;           // m, in the middle of the gap
   Vec3 normal;      // of length 1, from the second to the first
   double gap = 0;   // m, < 0 where they overlap
@@ -22,14 +22,14 @@ class BodyGeometry {
   virtual int bodies() const = 0;
   virtual const RigidBody& body(int i) const = 0;
   virtual bool touches(int i) const = 0;  // whether anything may touch it
-  virtual const Surface& surface(int i) const = 0;
+  virtual const ContactMaterial& surface(int i) const = 0;
   virtual double radius(int i) const = 0;                   // m, of a ball around its center
   virtual bool are_tied(int body, int particle) const = 0;  // joined: they do not touch
 
   // Appends where a body in this state, the first of the two, and a point are at most `margin`, m,
   // apart.
   virtual void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
-                           std::vector<TouchPoint>& out) const = 0;
+                           std::vector<ManifoldPoint>& out) const = 0;
 };
 
 }  // namespace sim

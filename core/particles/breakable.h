@@ -1,4 +1,4 @@
-// Ties that break between steps where they are pulled too far.
+// Ties that break between steps when they are overloaded.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ class Breakable {
 
   // Appends the whole ties that this state takes beyond their limit, ascending.
   virtual void find_overloaded(const ParticleView& view, std::vector<int>& ties) const = 0;
-  // From now on these are broken, ascending, and no others.
+  // Replaces the set of broken ties, ascending.
   virtual void set_broken(std::span<const int> ties) = 0;
 };
 

@@ -1,4 +1,5 @@
-// What particles must obey: equations phi(t, x) = 0, which forces without work of their own hold.
+// Holonomic constraints on particles: equations phi(t, x) = 0, enforced by forces that do no work
+// of their own.
 #pragma once
 
 #include <initializer_list>
@@ -10,7 +11,7 @@
 
 namespace sim {
 
-// The particles that each equation joins, one row an equation.
+// The particles of each equation, one row an equation: the sparsity pattern of the Jacobian J.
 struct RowPattern {
   std::vector<int> begin{0}, ids;  // those of row r: ids[begin[r]] .. before ids[begin[r + 1]]
 
@@ -25,7 +26,7 @@ struct RowPattern {
     ids.insert(ids.end(), particles);
     begin.push_back(static_cast<int>(ids.size()));
   }
-  // So many rows of each particle alone.
+  // The pattern of `rows` rows for each particle alone.
   static RowPattern of_each(const std::vector<int>& particles, int rows = 1) {
     RowPattern pattern;
     for (const int i : particles)
@@ -34,7 +35,7 @@ struct RowPattern {
   }
 };
 
-// The equations of one constraint at one state, where evaluate() puts them.
+// The equations of one constraint at one state, as evaluate() writes them.
 struct Rows {
   double* phi;     // of each row, best in m, or the tolerances mean something else
   Vec3* gradient;  // d phi / d x of each particle of each row, in the order of the pattern
@@ -42,7 +43,7 @@ struct Rows {
   double* bias;    // d2 phi / d t2 of each row, without accelerations: J' v of a constraint at rest
 };
 
-// A constraint is a pure function of (t, X), as forces are; asked on one thread.
+// A constraint is a pure function of (t, X), as forces are; called on one thread.
 class Constraint {
  public:
   virtual ~Constraint() = default;
@@ -56,9 +57,10 @@ class Constraint {
   // True where phi depends on t: such a constraint may do work.
   virtual bool moves() const { return false; }
 
-  // Numbers of X of its own (its view has them as `memory`), which say no more than the positions
-  // do, as a place on a curve: their values at the start, and at a state that obeys the equations.
-  virtual int memory_size() const { return 0; }
+  // Internal variables of its own in X (`internal` of its view), which follow from the positions,
+  // such as the parameter of a point on a curve: their initial values, and those at a state that
+  // satisfies the equations.
+  virtual int internal_size() const { return 0; }
   virtual void start(std::span<double> /*memory*/) const {}
   virtual void follow(const ParticleView& /*view*/, std::span<double> /*memory*/) const {}
 
@@ -66,7 +68,7 @@ class Constraint {
   virtual std::string name(int row) const { return "equation " + std::to_string(row); }
   // Why evaluate() gave numbers that are not finite just now; may be empty.
   virtual std::string complaint() const { return {}; }
-  // What a user should know of it, one sentence; may be empty.
+  // A note for the user, one sentence; may be empty.
   virtual std::string note() const { return {}; }
 };
 

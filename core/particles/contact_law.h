@@ -29,7 +29,7 @@ class ContactLaw {
 };
 
 // What a collider or a body is made of.
-struct Surface {
+struct ContactMaterial {
   double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
   double friction = 0;     // Coulomb's coefficient, >= 0
   // Null: Coulomb's, with these numbers. Another: they are its values at 0 m/s.
@@ -52,8 +52,8 @@ struct Surface {
   }
 };
 
-inline Surface surface_of(std::shared_ptr<const ContactLaw> law) {
-  Surface surface{law->restitution(0), law->friction(0)};
+inline ContactMaterial surface_of(std::shared_ptr<const ContactLaw> law) {
+  ContactMaterial surface{law->restitution(0), law->friction(0)};
   if (!law->constant()) surface.law = std::move(law);
   return surface;
 }

@@ -1,4 +1,4 @@
-// What a plugin of the kind `contact` is given, from which it makes a correction of steps.
+// The task of a plugin of the kind `contact`, from which it makes a correction of steps.
 #pragma once
 
 #include <memory>
@@ -12,24 +12,24 @@
 
 namespace sim {
 
-class Holding;
+class ConstraintSystem;
 class Particles;
 class TriangleMesh;
 
 // The rigid bodies of a scene, and which of them touch what.
 struct BodyCollisionSpec {
   std::vector<RigidBody> bodies = {};
-  std::vector<Surface> surfaces = {};         // of each
-  std::vector<bool> touches = {};             // whether each does
-  int singles = 0;                            // the first particles, which are no bodies'
-  std::set<std::pair<int, int>> tied = {};    // a body and one of these: they do not touch
-  std::set<std::pair<int, int>> joined = {};  // nor do these bodies, the first has less
+  std::vector<ContactMaterial> surfaces = {};  // of each
+  std::vector<bool> touches = {};              // whether each does
+  int singles = 0;                             // the first particles, which are no bodies'
+  std::set<std::pair<int, int>> tied = {};     // a body and one of these: they do not touch
+  std::set<std::pair<int, int>> joined = {};   // nor do these bodies, the first has less
 };
 
-// What does not pass through each other: surfaces, as sim.contact lists them, or bodies.
+// The parts that do not pass through each other: surfaces, as sim.contact lists them, or bodies.
 struct ContactTask {
   Particles& particles;  // which outlive the correction
-  Holding* holding =
+  ConstraintSystem* constraint_system =
       nullptr;  // constraints, to be obeyed at the ends of steps; null: there are none
   const double* initial = nullptr;  // the state at the start
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces = {};

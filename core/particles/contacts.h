@@ -1,4 +1,4 @@
-// What colliders do to the way of one particle through a step.
+// The effect of colliders on the path of one particle through a step.
 #pragma once
 
 #include <memory>
@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "core/particles/collider.h"
-#include "core/particles/contact_ledger.h"
-#include "core/particles/way.h"
+#include "core/particles/contact_work_sums.h"
+#include "core/particles/step_path.h"
 
 namespace sim {
 
-// How contact of single particles is found: inside a step; at its end alone, which is of first
-// order, for comparison; or by steps that end at each touch, with all of the order of a method.
+// How contact of particles is resolved: inside a step; at its end alone, which is of first order,
+// for comparison; or by steps that end at each impact, with the full order of a method.
 enum class Accuracy { kSettle, kProject, kEvent };
 
 // Touches inside a step, of second order in the step whatever the method: the touch is found on the
@@ -28,7 +28,7 @@ class Contacts {
   void add(std::unique_ptr<Collider> collider, const std::string& name, const ParticleView& initial,
            int count);
 
-  // Those that were added as number so and so; the others act.
+  // Turns off the colliders that were added under these numbers; the others act.
   void set_off(std::span<const std::size_t> colliders);
 
   void set_accuracy(Accuracy accuracy) { accuracy_ = accuracy; }  // kSettle before that
@@ -37,29 +37,30 @@ class Contacts {
   bool empty() const noexcept { return on_.empty(); }
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
-  std::vector<SolidShape> shapes(double t) const;     // in the order they were added
-  ContactLedger& ledger() const { return *ledger_; }  // where there are any
+  std::vector<RenderShape> shapes(double t) const;            // in the order they were added
+  ContactWorkSums& work_sums() const { return *work_sums_; }  // where there are any
 
   bool move() const noexcept { return move_; }  // some of them
   // Before a step from t0 to t1, on one thread, where sampled().
   bool sampled() const noexcept { return sampled_; }
-  void look(double t0, double t1) const;
+  void prepare_interval(double t0, double t1) const;
 
-  // True when a way of a step from t on, at most `length` long, that ends in the box middle -+ half
-  // may touch something.
+  // True when a path of a step from t on, at most `length` long, that ends in the box middle -+
+  // half may touch a collider.
   bool near(double t, double h, const Vec3& middle, const Vec3& half, double length) const;
 
-  // Where a way that begins outside first touches one of them, on [0, 1]; 2: nowhere.
-  static double first_touch(const Collider& collider, double t, double h, const Way& way);
-  // The velocity of a particle that is at x on a collider after it bounced there, in m/s.
+  // The time of impact of a path that begins outside, as a fraction of the step; 2: none.
+  static double first_touch(const Collider& collider, double t, double h, const StepPath& path);
+  // The velocity after an impact at x on a collider, m/s.
   static Vec3 bounced(const Collider& collider, double t, const Vec3& x, const Vec3& v,
                       ContactWork& work);
 
-  // Changes the way of a step from t on so that it ends outside of all colliders, or is squeezed.
-  void settle(double t, double h, Way& way) const;
+  // Changes the path of a step from t on so that it ends outside of all colliders, or is
+  // over-constrained.
+  void resolve(double t, double h, StepPath& path) const;
 
-  // For those who press themselves. The first touch of a way with a collider that is not among the
-  // `known`: the bounce there and its friction; false where there is none.
+  // The first impact of a path with a collider that is not among the `known` resting contacts: its
+  // restitution and friction; false where there is none.
   struct Impact {
     Collider* collider = nullptr;
     double s = 0;           // where on the way
@@ -68,28 +69,29 @@ class Contacts {
     Vec3 shift{0, 0, 0};    // m, of what was put inside by hand
     ContactWork work = {};  // (m/step)^2
   };
-  bool impact(double t, double h, const Way& way, std::span<Collider* const> known,
+  bool impact(double t, double h, const StepPath& path, std::span<Collider* const> known,
               Impact& impact) const;
-  // A gap below which a particle lies on the surface, for the rounding of its coordinates.
+  // The gap below which a particle rests on the surface, given the rounding of its coordinates.
   static double slack(const Vec3& x);
-  // Moves a place out of all colliders; false where it is squeezed.
+  // Moves a position out of all colliders; false where it is over-constrained.
   bool push_out(double t, Vec3& x) const;
 
-  // The same of particle i: what its way met goes into its place (m) and velocity (m/s) at the end
-  // of the step, and into the ledger; `hold_too`: then as hold(). False where it met nothing.
-  bool settle(double t, double h, int i, double mass, bool hold_too, Way& way, Vec3& place,
-              Vec3& velocity) const;
+  // The same for particle i: writes its position (m) and velocity (m/s) at the end of the step, and
+  // adds to the work sums; `hold_too`: then constrain_velocity(). False where it touched nothing.
+  bool resolve(double t, double h, int i, double mass, bool hold_too, StepPath& path, Vec3& place,
+               Vec3& velocity) const;
 
-  // v := the velocity of a particle that is pressed on at x, without what leads inside and with the
-  // friction of that.
-  Vec3 hold(double t, const Vec3& x, Vec3 v, ContactWork& work) const;
-  Vec3 hold(double t, int i, double mass, const Vec3& x, const Vec3& v) const;  // into the ledger
+  // The velocity v of a resting particle at x without its component into the surface, and with the
+  // friction of that change.
+  Vec3 constrain_velocity(double t, const Vec3& x, Vec3 v, ContactWork& work) const;
+  Vec3 constrain_velocity(double t, int i, double mass, const Vec3& x,
+                          const Vec3& v) const;  // into the ledger
 
  private:
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,
                const ParticleView& initial, int count);
 
-  void project(double t, double h, Way& way) const;
+  void project(double t, double h, StepPath& path) const;
 
   struct Entry {
     std::unique_ptr<Collider> collider;
@@ -100,7 +102,7 @@ class Contacts {
   std::vector<std::size_t> off_;
   std::size_t parts_ = 0;
   std::vector<std::string> notes_;
-  std::unique_ptr<ContactLedger> ledger_;
+  std::unique_ptr<ContactWorkSums> work_sums_;
   bool sampled_ = false, move_ = false;
   Accuracy accuracy_ = Accuracy::kSettle;
 };

@@ -9,7 +9,7 @@ namespace sim {
 
 void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
                    const ParticleView& initial, int count) {
-  if (!ledger_) ledger_ = std::make_unique<ContactLedger>(initial.n);
+  if (!work_sums_) work_sums_ = std::make_unique<ContactWorkSums>(initial.n);
   auto sides = collider->sides();
   if (sides.empty())
     sides.push_back(std::move(collider));
@@ -36,10 +36,10 @@ void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& na
                        const ParticleView& initial, int count) {
   const std::string title = "collider '" + name + "'";
   collider->bind(initial);
-  if (collider->sampled()) collider->look(initial.t, initial.t);
+  if (collider->sampled()) collider->prepare_interval(initial.t, initial.t);
   int held = 0;
   for (int i = 0; i < count; ++i) {
-    const Touch start = collider->touch(initial.t, initial.position(i));
+    const SurfaceSample start = collider->query(initial.t, initial.position(i));
     if (start.gap >= -slack(initial.position(i))) continue;
     if (!initial.free(i)) {
       if (held++ == 0)
@@ -58,22 +58,22 @@ void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& na
   entries_.push_back({std::move(collider), parts_});
 }
 
-void Contacts::look(double t0, double t1) const {
+void Contacts::prepare_interval(double t0, double t1) const {
   for (Collider* const collider : on_)
-    if (collider->sampled()) collider->look(t0, t1);
+    if (collider->sampled()) collider->prepare_interval(t0, t1);
   for (const Entry& body : bodies_)
-    if (body.collider->sampled()) body.collider->look(t0, t1);
+    if (body.collider->sampled()) body.collider->prepare_interval(t0, t1);
 }
 
-std::vector<SolidShape> Contacts::shapes(double t) const {
-  std::vector<SolidShape> list;
+std::vector<RenderShape> Contacts::shapes(double t) const {
+  std::vector<RenderShape> list;
   for (std::size_t part = 0; part < parts_; ++part) {
     if (std::ranges::count(off_, part) > 0) continue;
     for (const auto* entries : {&bodies_, &entries_})
       for (const Entry& entry : *entries)
         if (entry.part == part)
-          if (const SolidShape shape = entry.collider->shape(t);
-              shape.form != SolidShape::Form::kNone)
+          if (const RenderShape shape = entry.collider->shape(t);
+              shape.form != RenderShape::Form::kNone)
             list.push_back(shape);
   }
   return list;

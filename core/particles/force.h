@@ -1,4 +1,4 @@
-// What acts on particles: forces see a view of all particles and add to the force on a few.
+// Forces on particles: they see a view of all particles and add to the force on a few.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/particles/block_sink.h"
 #include "core/particles/force_sweep.h"
+#include "core/particles/jacobian_sink.h"
 #include "core/particles/springs/spring_sense.h"
 #include "core/particles/view.h"
 
@@ -28,7 +28,7 @@ class Particles;
 class Springs;
 struct SceneNames;  // core/particles/scene_names.h
 class StepCorrection;
-class Team;
+class ThreadPool;
 
 // One spring-like tie of a particle to another, for adjacency listings.
 struct Link {
@@ -51,19 +51,19 @@ class Force {
   // Called once with the initial state; may allocate and may throw Error.
   virtual void bind(const ParticleView& /*initial*/) {}
 
-  // What of a force is affine is described here. Nothing else of it is accumulated, unless it has a
-  // memory or says so.
+  // The affine part of the force. No other part is accumulated, unless the force has internal
+  // variables or says so.
   virtual std::optional<AffineForce> affine() const { return {}; }
 
   // Springs are folded too: all of a scene are evaluated in one sweep. A force of springs that also
   // damps them is accumulated for that part alone.
   virtual const Springs* springs() const { return nullptr; }
-  virtual bool accumulates() const { return memory_size() > 0 || (!affine() && !springs()); }
+  virtual bool accumulates() const { return internal_size() > 0 || (!affine() && !springs()); }
 
   // Any other force, before accumulate(), potential() and jacobian() of the same view: builds what
-  // its tiles share (neighbour lists, densities). What they then return must follow from the view
-  // alone, bit for bit. May take memory only where it had too little.
-  virtual void prepare(const ParticleView& /*view*/, Team& /*team*/) {}
+  // its tiles share (neighbour lists, densities). Their results must follow from the view alone,
+  // bit for bit. May take memory only where it had too little.
+  virtual void prepare(const ParticleView& /*view*/, ThreadPool& /*team*/) {}
 
   // Then: adds the force on each particle of the tile and writes no other entry. Runs on several
   // threads.
@@ -75,19 +75,20 @@ class Force {
   // False when accumulate() reads no velocity: splitting methods (verlet) need to know.
   virtual bool depends_on_velocity() const { return true; }
 
-  // A force that remembers: how many numbers of X are its own (every view has them as `memory`),
+  // Internal variables of the force: how many numbers of X are its own (`internal` of every view),
   // their values at t = 0 and, after prepare(), their rates of change.
-  virtual int memory_size() const { return 0; }
+  virtual int internal_size() const { return 0; }
   virtual void start(std::span<double> /*memory*/) const {}
   virtual void derive(const ParticleView& /*view*/, std::span<double> /*rate*/) const {}
-  // False when derive() follows from t and the memory alone: splitting methods need that, implicit
-  // ones are faster. It is then called without prepare(), and its view has no particles.
-  virtual bool remembers_particles() const { return true; }
+  // False when derive() follows from t and the internal variables alone: splitting methods need
+  // that, implicit ones are faster. It is then called without prepare(), and its view has no
+  // particles.
+  virtual bool internal_depends_on_particles() const { return true; }
 
   // Implicit methods need the derivatives of accumulate(): jacobian() gives them, blocks in any
   // order, and those of one pair (i, j) add up. Without, differences of accumulate() are taken.
   virtual bool has_jacobian() const { return false; }
-  virtual void jacobian(const ParticleView& /*view*/, BlockSink& /*sink*/) const {}
+  virtual void jacobian(const ParticleView& /*view*/, JacobianSink& /*sink*/) const {}
 
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }
@@ -95,13 +96,14 @@ class Force {
   // True if the force is what its potential gives, F = -dU/dx, and does no other work.
   virtual bool conservative() const { return false; }
 
-  // True if it is that but for a friction that is a part of it: resist() adds that part alone, as
+  // True if it is conservative but for a dissipative part, which dissipative_part() adds alone, as
   // accumulate() adds the whole.
-  virtual bool resists() const { return false; }
-  virtual void resist(const ParticleView& /*view*/, Tile /*tile*/, ForceSink /*sink*/) const {}
+  virtual bool has_dissipative_part() const { return false; }
+  virtual void dissipative_part(const ParticleView& /*view*/, Tile /*tile*/,
+                                ForceSink /*sink*/) const {}
 
-  // What it does at the end of each step, beside what it adds to forces: core/particles/
-  // step_correction.h. Asked once, after bind(); the particles outlive it. Null: nothing.
+  // Its correction at the end of each step, besides its forces: core/particles/ step_correction.h.
+  // Asked once, after bind(); the particles outlive it. Null: nothing.
   virtual std::unique_ptr<StepCorrection> correction(Particles& particles);
 
   // Its ties that may break; null: none does.
@@ -119,8 +121,8 @@ class Force {
   virtual std::vector<std::pair<std::string, long>> families() const { return {}; }
 };
 
-// Where the memory of a force lies among all memories of a state.
-struct ForceMemory {
+// The range of the internal variables of a force among those of all forces in a state.
+struct InternalVariables {
   Force* force;
   std::size_t begin, size;
 };

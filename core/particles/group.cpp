@@ -6,9 +6,9 @@ namespace sim {
 namespace {
 
 // Passes on the blocks of the particles of a group.
-class GroupSink final : public BlockSink {
+class GroupSink final : public JacobianSink {
  public:
-  GroupSink(BlockSink& sink, const std::vector<bool>& member) : sink_(&sink), member_(&member) {}
+  GroupSink(JacobianSink& sink, const std::vector<bool>& member) : sink_(&sink), member_(&member) {}
 
   void position(int i, int j, const Mat3& block) override {
     if (has(i)) sink_->position(i, j, block);
@@ -20,7 +20,7 @@ class GroupSink final : public BlockSink {
  private:
   bool has(int i) const { return (*member_)[static_cast<std::size_t>(i)]; }
 
-  BlockSink* sink_;
+  JacobianSink* sink_;
   const std::vector<bool>* member_;
 };
 
@@ -39,11 +39,11 @@ class Group final : public Force {
       std::fill(member_.begin() + range.begin, member_.begin() + range.end, true);
     force_->bind(initial);
     affine_ = force_->affine();
-    gathered_ = !affine_ || force_->memory_size() > 0;
+    gathered_ = !affine_ || force_->internal_size() > 0;
   }
 
-  void prepare(const ParticleView& view, Team& team) override {
-    if (gathered_) force_->prepare(view, team);
+  void prepare(const ParticleView& view, ThreadPool& pool) override {
+    if (gathered_) force_->prepare(view, pool);
   }
 
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const override {
@@ -61,16 +61,18 @@ class Group final : public Force {
     return (affine_ && affine_->damping != 0) || (gathered_ && force_->depends_on_velocity());
   }
 
-  int memory_size() const override { return force_->memory_size(); }
+  int internal_size() const override { return force_->internal_size(); }
   void start(std::span<double> memory) const override { force_->start(memory); }
   void derive(const ParticleView& view, std::span<double> rate) const override {
     force_->derive(view, rate);
   }
-  bool remembers_particles() const override { return force_->remembers_particles(); }
+  bool internal_depends_on_particles() const override {
+    return force_->internal_depends_on_particles();
+  }
 
   bool has_jacobian() const override { return !gathered_ || force_->has_jacobian(); }
 
-  void jacobian(const ParticleView& view, BlockSink& sink) const override {
+  void jacobian(const ParticleView& view, JacobianSink& sink) const override {
     if (gathered_) {
       GroupSink members(sink, member_);
       force_->jacobian(view, members);

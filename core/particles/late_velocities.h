@@ -1,4 +1,4 @@
-// Books of contact where the velocities of a method belong to another moment than its positions.
+// The work of contact where the velocities of a method belong to another time than its positions.
 #pragma once
 
 #include "core/math/vec3.h"
@@ -10,9 +10,9 @@ namespace sim {
 //
 // The mean velocity of a step, (x - x0)/h, belongs to its middle, so that u = (x - x0)/h + (v -
 // v0)/2 belongs to its end. Methods of first order end with another v: kicks before drifts, as in
-// implicit Euler steps, leave it half a step behind, and Euler's method half a step ahead. What
-// contact changes by dv at u takes |u|^2/2 - |u + dv|^2/2. For methods of higher order u is v to
-// theirs.
+// implicit Euler steps, leave it half a step behind, and Euler's method half a step ahead. A
+// velocity change dv by contact at u takes |u|^2/2 - |u + dv|^2/2. For methods of higher order u is
+// v to theirs.
 inline double late_work(double h, const Vec3& x0, const Vec3& v0, const Vec3& x, const Vec3& v,
                         const Vec3& now) {
   return ((x - x0) / h - 0.5 * (v0 + v)).dot(v - now);

@@ -36,7 +36,7 @@ class Layout {
     return state ? state + offset(block) : nullptr;
   }
 
-  // Those of three coordinates, from block `first` on.
+  // The arrays of three coordinates, from block `first` on.
   template <class T>
   std::array<T*, 3> axes(T* state, int first = 0) const noexcept {
     return {block(state, first), block(state, first + 1), block(state, first + 2)};

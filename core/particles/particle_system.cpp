@@ -6,20 +6,20 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/text.h"
-#include "core/particles/constraints/held_contact.h"
-#include "core/particles/constraints/held_events.h"
-#include "core/particles/contact_events.h"
+#include "core/particles/constraints/constrained_contact.h"
+#include "core/particles/constraints/constrained_impact_events.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
-#include "core/particles/explicit/plain_split_stepper.h"
-#include "core/particles/explicit/renumbered.h"
+#include "core/particles/explicit/generic_splitting_stepper.h"
+#include "core/particles/explicit/reordering.h"
 #include "core/particles/explicit/rk_stepper.h"
-#include "core/particles/explicit/split_stepper.h"
+#include "core/particles/explicit/splitting_stepper.h"
+#include "core/particles/implicit/block_triangular_solver.h"
 #include "core/particles/implicit/event_solver.h"
+#include "core/particles/implicit/implicit_contact.h"
 #include "core/particles/implicit/local_global_solver.h"
-#include "core/particles/implicit/memory_first.h"
 #include "core/particles/implicit/newton_solver.h"
 #include "core/particles/implicit/particle_jacobian.h"
-#include "core/particles/implicit/step_contact.h"
+#include "core/particles/particle_impact_events.h"
 
 namespace sim {
 namespace {
@@ -33,8 +33,8 @@ void check_single(const ParticleSystem& system) {
   if (!system.nets().empty())
     refuse("springs that are not in runs of equal id differences are double precision only");
   if (!system.contacts().empty()) refuse("colliders are double precision only");
-  if (system.holding()) refuse("constraints are double precision only");
-  if (!system.leads().empty()) refuse("leading particles is double precision only");
+  if (system.constraint_system()) refuse("constraints are double precision only");
+  if (!system.prescribed().empty()) refuse("leading particles is double precision only");
   for (const Force* force : system.other_forces())
     refuse("force '" + system.name_of(*force) + "' is double precision only");
 
@@ -74,16 +74,17 @@ void check_single(const ParticleSystem& system) {
 
 // A stepper that evaluates the system alone, whose steps end among the states that constraints and
 // paths allow.
-class HeldStepper final : public Stepper {
+class ConstrainedStepper final : public Stepper {
  public:
-  HeldStepper(ParticleSystem& system, std::unique_ptr<Stepper> stepper)
+  ConstrainedStepper(ParticleSystem& system, std::unique_ptr<Stepper> stepper)
       : system_(&system), stepper_(std::move(stepper)) {}
 
   bool step(double t, double h, int count, const double* x, double* x_next) override {
-    Holding* const holding = system_->holding();
-    if (holding) holding->refuse({});
+    ConstraintSystem* const constraint_system = system_->constraint_system();
+    if (constraint_system) constraint_system->refuse({});
     const bool done = stepper_->step(t, h, count, x, x_next);
-    if (!done && holding && !holding->refusal().empty()) std::copy_n(x, system_->size(), x_next);
+    if (!done && constraint_system && !constraint_system->refusal().empty())
+      std::copy_n(x, system_->size(), x_next);
     return done && system_->end_step(t + h, x, x_next);
   }
   void restart() override { stepper_->restart(); }
@@ -93,9 +94,9 @@ class HeldStepper final : public Stepper {
   std::unique_ptr<Stepper> stepper_;
 };
 
-class HeldEmbeddedStepper final : public EmbeddedStepper {
+class ConstrainedEmbeddedStepper final : public EmbeddedStepper {
  public:
-  HeldEmbeddedStepper(ParticleSystem& system, std::unique_ptr<EmbeddedStepper> stepper)
+  ConstrainedEmbeddedStepper(ParticleSystem& system, std::unique_ptr<EmbeddedStepper> stepper)
       : system_(&system), stepper_(std::move(stepper)) {}
 
   bool start(double t, const double* x) override { return stepper_->start(t, x); }
@@ -140,8 +141,8 @@ bool composed_of_leapfrogs(const SplitPlan& plan) {
 
 ParticleSystem::ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
                                std::vector<std::unique_ptr<Force>> forces, const double* initial,
-                               Team& team)
-    : Particles(masses, pinned, std::move(forces), initial, team) {}
+                               ThreadPool& pool)
+    : Particles(masses, pinned, std::move(forces), initial, pool) {}
 
 ParticleSystem::~ParticleSystem() = default;
 
@@ -156,7 +157,7 @@ StateShape ParticleSystem::shape() const {
   };
   std::vector<StatePart> parts{part("position", {"x", "y", "z"}, 0),
                                part("velocity", {"vx", "vy", "vz"}, 3)};
-  for (const ForceMemory& memory : memories()) {
+  for (const InternalVariables& memory : internal_variables()) {
     std::string name = "memory of '" + name_of(*memory.force) + "'";
     const auto before = std::ranges::count_if(
         parts, [&](const StatePart& earlier) { return earlier.name.starts_with(name); });
@@ -168,87 +169,93 @@ StateShape ParticleSystem::shape() const {
                      .begin = layout().size() + memory.begin});
   }
   static const RowList kNone;
-  const RowList& rows = holding_ ? holding_->constraints().rows() : kNone;
+  const RowList& rows = constraint_system_ ? constraint_system_->constraints().rows() : kNone;
   for (const RowList::Part& curve : rows.parts)
-    if (curve.memory_size > 0)
+    if (curve.internal_size > 0)
       parts.push_back(
           {.name = "place of particle " +
                    std::to_string(rows.pattern.ids[static_cast<std::size_t>(curve.entry)]) +
-                   " on '" + holding_->constraints().title(curve) + "'",
+                   " on '" + constraint_system_->constraints().title(curve) + "'",
            .item = "place",
            .components = {"s"},
-           .count = curve.memory_size,
-           .begin = holding_->memory_begin() + curve.memory});
+           .count = curve.internal_size,
+           .begin = constraint_system_->internal_begin() + curve.memory});
   return {size(), std::move(parts)};
 }
 
 std::string ParticleSystem::refusal() const {
-  const int i = contacts().empty() ? -1 : contacts().ledger().squeezed();
-  if (i < 0) return holding_ ? holding_->refusal() : std::string();
+  const int i = contacts().empty() ? -1 : contacts().work_sums().over_constrained();
+  if (i < 0) return constraint_system_ ? constraint_system_->refusal() : std::string();
   return "particle " + std::to_string(i) + " is squeezed between colliders and has no room left";
 }
 
 std::vector<std::string> ParticleSystem::notes() const {
   std::vector<std::string> all = notes_;
   all.insert(all.end(), contacts().notes().begin(), contacts().notes().end());
-  if (holding_) all.insert(all.end(), holding_->notes().begin(), holding_->notes().end());
+  if (constraint_system_)
+    all.insert(all.end(), constraint_system_->notes().begin(), constraint_system_->notes().end());
   return all;
 }
 
-Holding& ParticleSystem::hold() {
-  if (!holding_) holding_ = std::make_unique<Holding>(*this);
-  return *holding_;
+ConstraintSystem& ParticleSystem::add_constraint_system() {
+  if (!constraint_system_) constraint_system_ = std::make_unique<ConstraintSystem>(*this);
+  return *constraint_system_;
 }
 
 void ParticleSystem::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                                 bool some_move) {
   Particles::set_masses(masses, pinned, some_move);
-  if (holding_) holding_->begin();
-  if (held_events_) held_events_->begin_anew();
+  if (constraint_system_) constraint_system_->begin();
+  if (constrained_events_) constrained_events_->restart();
 }
 
-bool ParticleSystem::settle(double t, double* x) {
-  leads().place(t, layout().axes(x), layout().axes(x, 3));
-  return !holding_ || holding_->constraints().feedback() > 0 || holding_->settle(t, x, false);
+bool ParticleSystem::project(double t, double* x) {
+  prescribed().place(t, layout().axes(x), layout().axes(x, 3));
+  return !constraint_system_ || constraint_system_->constraints().feedback() > 0 ||
+         constraint_system_->project_state(t, x, false);
 }
 
 const double* ParticleSystem::begin_step(double t, double h, const double* x, bool again) {
-  return step_contact_ ? step_contact_->begin(t, h, x, again) : x;
+  return implicit_contact_ ? implicit_contact_->begin(t, h, x, again) : x;
 }
 
 StepEnd ParticleSystem::end_step(double t, double h, const double* x, double* x_next) {
   const StepEnd end = OdeSystem::end_step(t, h, x, x_next);
-  if (!step_contact_ || end != StepEnd::kStands) return end;
-  return step_contact_->end(x_next, !(events_ && events_->begun()));
+  if (!implicit_contact_ || end != StepEnd::kAccepted) return end;
+  return implicit_contact_->end(x_next, !(events_ && events_->begun()));
 }
 
 Events* ParticleSystem::events() {
   if (contacts().empty()) return nullptr;
-  if (holding_) return holding_->joins_contact() ? &held_events() : nullptr;
-  if (!events_) events_ = std::make_unique<ContactEvents>(*this);
+  if (constraint_system_)
+    return constraint_system_->joins_contact() ? &constrained_events() : nullptr;
+  if (!events_) events_ = std::make_unique<ParticleImpactEvents>(*this);
   return events_.get();
 }
 
-HeldEvents& ParticleSystem::held_events() {
-  if (!held_events_) held_events_ = std::make_unique<HeldEvents>(*this, *holding_);
-  return *held_events_;
+ConstrainedImpactEvents& ParticleSystem::constrained_events() {
+  if (!constrained_events_)
+    constrained_events_ = std::make_unique<ConstrainedImpactEvents>(*this, *constraint_system_);
+  return *constrained_events_;
 }
 
 void ParticleSystem::forget_events() {
   if (events_) events_->forget();
-  if (held_events_) held_events_->forget();
+  if (constrained_events_) constrained_events_->forget();
 }
 
-bool ParticleSystem::jumped() const { return step_contact_ && step_contact_->jumped(); }
+bool ParticleSystem::had_impact() const {
+  return implicit_contact_ && implicit_contact_->had_impact();
+}
 
 // Where there is no such state the numbers stay finite, so that refusal() is heard.
 bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
-  leads().place(t, layout().axes(x_next), layout().axes(x_next, 3));
-  if (!holding_) return true;
-  holding_->refuse({});
-  if (holding_->constraints().feedback() > 0) return true;
-  const bool near = !(held_events_ && held_events_->begun());
-  if (holding_->settle(t, x_next, near)) return true;
+  prescribed().place(t, layout().axes(x_next), layout().axes(x_next, 3));
+  if (!constraint_system_) return true;
+  constraint_system_->refuse({});
+  if (constraint_system_->constraints().feedback() > 0) return true;
+  const bool near = !(constrained_events_ && constrained_events_->begun());
+  if (constraint_system_->project_state(t, x_next, near)) return true;
   if (all_finite({x_next, size()})) std::copy_n(x, size(), x_next);
   return false;
 }
@@ -263,16 +270,17 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
   combine(stage, y);
   double* const a[3] = {layout().block(dydt, 3), layout().block(dydt, 4), layout().block(dydt, 5)};
   accelerate(view(t, y), a);
-  leads().accelerate(t, {a[0], a[1], a[2]});
-  if (step_contact_) step_contact_->accelerate(view(t, y), a);
+  prescribed().accelerate(t, {a[0], a[1], a[2]});
+  if (implicit_contact_) implicit_contact_->accelerate(view(t, y), a);
   if (events_) events_->accelerate(view(t, y), a);
-  if (holding_) {
-    const bool lies = held_events_ && held_events_->pushes_at(t);
-    const double* const memory = y + holding_->memory_begin();
-    const bool held = lies ? held_events_->constrain(view(t, y), memory, a)
-                           : holding_->constrain(view(t, y), memory, a);
+  if (constraint_system_) {
+    const bool lies = constrained_events_ && constrained_events_->has_contact_forces_at(t);
+    const double* const memory = y + constraint_system_->internal_begin();
+    const bool held = lies ? constrained_events_->add_constraint_forces(view(t, y), memory, a)
+                           : constraint_system_->add_constraint_forces(view(t, y), memory, a);
     if (!held) a[0][0] = std::nan("");
-    std::fill_n(dydt + holding_->memory_begin(), holding_->memory_size(), 0.0);
+    std::fill_n(dydt + constraint_system_->internal_begin(), constraint_system_->internal_size(),
+                0.0);
   }
   derive(view(t, y), dydt + layout().size());
   for (int axis = 0; axis < 3; ++axis)
@@ -284,20 +292,22 @@ bool ParticleSystem::has_large_nets() const {
 }
 
 void ParticleSystem::order_by(const ParticleView& initial) {
-  if (has_large_nets()) rows_ = Renumbering::rows_of(initial);
+  if (has_large_nets()) rows_ = Reordering::rows_of(initial);
 }
 
-const std::shared_ptr<const Renumbering>& ParticleSystem::renumbering() {
-  const bool plain = other_forces().empty() && contacts().empty() && is_plain() && !holding_;
+const std::shared_ptr<const Reordering>& ParticleSystem::reordering() {
+  const bool plain =
+      other_forces().empty() && contacts().empty() && is_plain() && !constraint_system_;
   if (rows_.empty() || !plain || !has_large_nets())
-    renumbering_.reset();
-  else if (!renumbering_ || !renumbering_->fits(*this))
-    renumbering_ = std::make_shared<const Renumbering>(*this, rows_);
-  return renumbering_;
+    reordering_.reset();
+  else if (!reordering_ || !reordering_->fits(*this))
+    reordering_ = std::make_shared<const Reordering>(*this, rows_);
+  return reordering_;
 }
 
 void ParticleSystem::require_accuracy() const {
-  if (holding_ && holding_->joins_contact() && contacts().accuracy() == Accuracy::kProject)
+  if (constraint_system_ && constraint_system_->joins_contact() &&
+      contacts().accuracy() == Accuracy::kProject)
     throw Error(ErrorKind::kScene,
                 {"accuracy does not fit", "", "this scene has colliders and constraints",
                  "use \"settle\" or \"event\""});
@@ -306,10 +316,11 @@ void ParticleSystem::require_accuracy() const {
 // Where constraints and colliders meet.
 std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper,
                                                   bool first_order) {
-  if (!holding_->joins_contact()) return stepper;
+  if (!constraint_system_->joins_contact()) return stepper;
   require_accuracy();
   if (contacts().accuracy() == Accuracy::kEvent) return stepper;
-  return std::make_unique<HeldContactStepper>(*this, *holding_, std::move(stepper), first_order);
+  return std::make_unique<ConstrainedContactStepper>(*this, *constraint_system_, std::move(stepper),
+                                                     first_order);
 }
 
 // Forces with a memory and particles that are led have steppers for systems of any kind.
@@ -319,75 +330,77 @@ std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& pl
     check_single(*this);
     return std::make_unique<RkStepper<float>>(*this, plan);
   }
-  if (holding_)
-    return touching(std::make_unique<HeldStepper>(*this, OdeSystem::explicit_stepper(plan)),
+  if (constraint_system_)
+    return touching(std::make_unique<ConstrainedStepper>(*this, OdeSystem::explicit_stepper(plan)),
                     plan.stages == 1);
-  if (const auto& numbering = renumbering())
-    return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
+  if (const auto& numbering = reordering())
+    return std::make_unique<ReorderedStepper>(*this, numbering, [&](Particles& particles) {
       return std::make_unique<RkStepper<double>>(particles, plan);
     });
   const bool cuts = !contacts().empty() && contacts().accuracy() == Accuracy::kEvent;
   if (is_plain() && !cuts) return std::make_unique<RkStepper<double>>(*this, plan);
   auto stepper = OdeSystem::explicit_stepper(plan);
-  if (!leads().empty()) stepper = std::make_unique<HeldStepper>(*this, std::move(stepper));
-  if (!confined() || cuts) return stepper;
-  return std::make_unique<SettledStepper>(*this, std::move(stepper), plan.stages == 1);
+  if (!prescribed().empty())
+    stepper = std::make_unique<ConstrainedStepper>(*this, std::move(stepper));
+  if (!has_inequalities() || cuts) return stepper;
+  return std::make_unique<ContactStepper>(*this, std::move(stepper), plan.stages == 1);
 }
 
 std::unique_ptr<EmbeddedStepper> ParticleSystem::embedded_stepper(const EmbeddedPlan& plan) {
   forget_events();
   require_accuracy();
-  if (holding_ || !leads().empty())
-    return std::make_unique<HeldEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
-  if (!is_plain() || confined()) return OdeSystem::embedded_stepper(plan);
+  if (constraint_system_ || !prescribed().empty())
+    return std::make_unique<ConstrainedEmbeddedStepper>(*this, OdeSystem::embedded_stepper(plan));
+  if (!is_plain() || has_inequalities()) return OdeSystem::embedded_stepper(plan);
   return std::make_unique<EmbeddedRkStepper>(*this, plan);
 }
 
 std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   forget_events();
-  if ((needs_velocities() && plan.order > 2) || memories_follow_particles()) return nullptr;
+  if ((needs_velocities() && plan.order > 2) || internal_follows_particles()) return nullptr;
   if (plan.precision == Precision::kSingle) {
     check_single(*this);
-    return std::make_unique<SplitStepper<float>>(*this, plan);
+    return std::make_unique<SplittingStepper<float>>(*this, plan);
   }
-  if (holding_) {
+  if (constraint_system_) {
     if (plan.drift.front() != 0 && !composed_of_leapfrogs(plan))
       refuse_constraints("this method splits its steps in another way than into leapfrog steps",
                          "use verlet, yoshida4, rk4 or an adaptive method");
-    if (holding_->joins_contact() && contacts().accuracy() == Accuracy::kEvent)
+    if (constraint_system_->joins_contact() && contacts().accuracy() == Accuracy::kEvent)
       refuse_contact("constraints, and a splitting method has no part for what lies on surfaces");
-    return touching(
-        std::make_unique<PlainSplitStepper>(*this, begun_with_kicks(plan), holding_.get()),
-        plan.order == 1);
+    return touching(std::make_unique<GenericSplittingStepper>(*this, begun_with_kicks(plan),
+                                                              constraint_system_.get()),
+                    plan.order == 1);
   }
-  if (!is_plain()) return std::make_unique<PlainSplitStepper>(*this, plan);
-  if (const auto& numbering = renumbering())
-    return std::make_unique<RenumberedStepper>(*this, numbering, [&](Particles& particles) {
-      return std::make_unique<SplitStepper<double>>(particles, plan);
+  if (!is_plain()) return std::make_unique<GenericSplittingStepper>(*this, plan);
+  if (const auto& numbering = reordering())
+    return std::make_unique<ReorderedStepper>(*this, numbering, [&](Particles& particles) {
+      return std::make_unique<SplittingStepper<double>>(particles, plan);
     });
-  return std::make_unique<SplitStepper<double>>(*this, plan);
+  return std::make_unique<SplittingStepper<double>>(*this, plan);
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
   forget_events();
   const auto asked = [this] { return stopped(); };
   const bool local_global = options.method == StageOptions::Method::kLocalGlobal;
-  if (local_global && holding_)
+  if (local_global && constraint_system_)
     refuse_constraints("projective dynamics knows springs alone", "use implicit_euler or rk4");
-  const bool general = memories_follow_particles() || holding_;
+  const bool general = internal_follows_particles() || constraint_system_;
   require_accuracy();
-  if (holding_ && holding_->joins_contact()) {
+  if (constraint_system_ && constraint_system_->joins_contact()) {
     // Friction is no part of equations of low order, which then stay smooth.
-    held_events().set_smooth(contacts().accuracy() == Accuracy::kSettle && options.order <= 2);
-    if (memories_follow_particles()) refuse_contact("a force remembers what particles do");
-  } else if (!contacts().empty() && !holding_) {
+    constrained_events().set_smooth(contacts().accuracy() == Accuracy::kSettle &&
+                                    options.order <= 2);
+    if (internal_follows_particles()) refuse_contact("a force remembers what particles do");
+  } else if (!contacts().empty() && !constraint_system_) {
     if (local_global) refuse_contact("projective dynamics knows springs alone");
     if (general) refuse_contact("a force remembers what particles do");
     // Such methods end their steps at touches, and f has what lies on surfaces.
     if (options.order > 2) {
       events();
       const bool rubs = std::ranges::any_of(contacts().all(), [](const Collider* collider) {
-        return collider->surface().friction > 0;
+        return collider->material().friction > 0;
       });
       return std::make_unique<EventSolver>(*events_, rubs, particle_solver(options, nullptr),
                                            OdeSystem::stage_solver(sparing(options)));
@@ -395,11 +408,12 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
   }
   if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
   if (general) {
-    const bool touches = holding_ && holding_->joins_contact();
+    const bool touches = constraint_system_ && constraint_system_->joins_contact();
     return OdeSystem::stage_solver(touches ? sparing(options) : options);
   }
-  if (!contacts().empty() && !step_contact_) step_contact_ = std::make_unique<StepContact>(*this);
-  return particle_solver(options, step_contact_.get());
+  if (!contacts().empty() && !implicit_contact_)
+    implicit_contact_ = std::make_unique<ImplicitContact>(*this);
+  return particle_solver(options, implicit_contact_.get());
 }
 
 // A dense matrix takes as many evaluations of f as there are numbers, and these are dear where
@@ -412,15 +426,15 @@ StageOptions ParticleSystem::sparing(StageOptions options) const {
 }
 
 std::unique_ptr<StageSolver> ParticleSystem::particle_solver(const StageOptions& options,
-                                                             StepContact* contact) {
+                                                             ImplicitContact* contact) {
   const auto asked = [this] { return stopped(); };
   auto solver = std::make_unique<NewtonSolver>(*this, options, asked, contact);
-  if (memory_size() == 0) return solver;
-  return std::make_unique<MemoryFirst>(*this, std::move(solver), options);
+  if (internal_size() == 0) return solver;
+  return std::make_unique<BlockTriangularSolver>(*this, std::move(solver), options);
 }
 
 std::unique_ptr<Jacobian> ParticleSystem::jacobian() {
-  if (memory_size() > 0 || holding_) return OdeSystem::jacobian();
+  if (internal_size() > 0 || constraint_system_) return OdeSystem::jacobian();
   return std::make_unique<ParticleJacobian>(*this);
 }
 

@@ -2,49 +2,55 @@
 #pragma once
 
 #include "core/ode/ode_system.h"
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/particles/particles.h"
 
 namespace sim {
 
-class Renumbering;
-class ContactEvents;
-class HeldEvents;
-class StepContact;
+class Reordering;
+class ParticleImpactEvents;
+class ConstrainedImpactEvents;
+class ImplicitContact;
 
 class ParticleSystem final : public OdeSystem, public Particles {
  public:
   ParticleSystem(const std::vector<double>& masses, const std::vector<int>& pinned,
-                 std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+                 std::vector<std::unique_ptr<Force>> forces, const double* initial,
+                 ThreadPool& pool);
   ~ParticleSystem() override;
 
-  // Explicit methods of fixed steps may take particles in another order, that of places, where nets
-  // are large. Their steppers are made after this.
+  // Explicit methods of fixed steps may reorder particles by position where nets are large. Their
+  // steppers are made after this.
   void order_by(const ParticleView& initial);
 
   std::size_t size() const noexcept override {
-    return layout().size() + memory_size() + (holding_ ? holding_->memory_size() : 0);
+    return layout().size() + internal_size() +
+           (constraint_system_ ? constraint_system_->internal_size() : 0);
   }
   StateShape shape() const override;
 
-  // Makes room for constraints, which may then be added; null where there are none.
-  Holding& hold();
-  Holding* holding() const noexcept { return holding_.get(); }
+  // Creates the constraint system, to which constraints may then be added; null where there are
+  // none.
+  ConstraintSystem& add_constraint_system();
+  ConstraintSystem* constraint_system() const noexcept { return constraint_system_.get(); }
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                   bool some_move = false);
 
-  bool confined() const noexcept override { return !contacts().empty() || holding_; }
-  bool settle(double t, double* x) override;
+  bool has_inequalities() const noexcept override {
+    return !contacts().empty() || constraint_system_;
+  }
+  bool project(double t, double* x) override;
   const double* begin_step(double t, double h, const double* x, bool again) override;
   StepEnd end_step(double t, double h, const double* x, double* x_next) override;
-  bool jumped() const override;
+  bool had_impact() const override;
   Events* events() override;
-  // Methods of equal steps are to end them at events.
+  // True where methods of equal steps have to end them at events.
   bool cuts_steps(bool implicit, int order) const {
-    const bool beside = implicit && (order > 2 || (holding_ && holding_->joins_contact()));
+    const bool beside =
+        implicit && (order > 2 || (constraint_system_ && constraint_system_->joins_contact()));
     return !contacts().empty() && (beside || contacts().accuracy() == Accuracy::kEvent);
   }
-  // The end of a step of a method that evaluates the system alone.
+  // Ends a step of a method that only evaluates the system.
   bool end_step(double t, const double* x, double* x_next);
   std::string refusal() const override;
   std::vector<std::string> notes() const override;
@@ -58,25 +64,28 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
-  // Positions and velocities are all that a step changes.
-  bool is_plain() const { return memory_size() == 0 && leads().empty(); }
+  // True where a step changes positions and velocities only.
+  bool is_plain() const { return internal_size() == 0 && prescribed().empty(); }
   void forget_events();
   StageOptions sparing(StageOptions options) const;
-  std::unique_ptr<StageSolver> particle_solver(const StageOptions& options, StepContact* contact);
+  std::unique_ptr<StageSolver> particle_solver(const StageOptions& options,
+                                               ImplicitContact* contact);
   void require_accuracy() const;  // throws where constraints have no such contact
-  HeldEvents& held_events();
+  ConstrainedImpactEvents& constrained_events();
   std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper, bool first_order);
   bool has_large_nets() const;  // whose numbers lead far
-  // Of large nets that do without all but springs and affine forces; else null.
-  const std::shared_ptr<const Renumbering>& renumbering();
+  // The reordering of systems with large nets that have only springs and affine forces; else null.
+  const std::shared_ptr<const Reordering>& reordering();
 
-  std::vector<std::string> notes_;             // besides those of its parts
-  std::unique_ptr<ContactEvents> events_;      // where steps are cut
-  std::unique_ptr<HeldEvents> held_events_;    // likewise, where there are constraints
-  std::unique_ptr<StepContact> step_contact_;  // of implicit methods, where there are colliders
-  std::unique_ptr<Holding> holding_;           // where there are constraints
-  std::vector<int> rows_;                      // of places, where nets are large
-  std::shared_ptr<const Renumbering> renumbering_;
+  std::vector<std::string> notes_;                // besides those of its parts
+  std::unique_ptr<ParticleImpactEvents> events_;  // where steps are cut
+  std::unique_ptr<ConstrainedImpactEvents>
+      constrained_events_;  // likewise, where there are constraints
+  std::unique_ptr<ImplicitContact>
+      implicit_contact_;  // of implicit methods, where there are colliders
+  std::unique_ptr<ConstraintSystem> constraint_system_;  // where there are constraints
+  std::vector<int> rows_;                                // of places, where nets are large
+  std::shared_ptr<const Reordering> reordering_;
   CombineRange combine_range_ = combine_range();
 };
 

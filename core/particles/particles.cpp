@@ -42,18 +42,19 @@ double sum_over_tiles(int n, Sum sum_of) {
 }  // namespace
 
 Particles::Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
-                     std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team)
+                     std::vector<std::unique_ptr<Force>> forces, const double* initial,
+                     ThreadPool& pool)
     : layout_(static_cast<int>(masses.size())),
       mass_(masses.size()),
       forces_(std::move(forces)),
-      team_(&team) {
+      pool_(&pool) {
   set_masses(masses, pinned);
 
   ParticleView start = view(0, initial);
-  start.memory = {};
+  start.internal = {};
   for (const auto& force : forces_) {
     force->bind(start);
-    add_memory(*force);
+    add_internal(*force);
   }
   set_off({}, {});
 }
@@ -77,21 +78,23 @@ void Particles::set_off(std::span<const std::size_t> forces,
   all_swept_ = !other_forces_.empty() && net_forces_.nets().empty() && others_reach >= 0;
   if (all_swept_) reach_ = std::max(reach_, whole_reach(others_reach));
   rings_.clear();
-  for (int rank = 0; rank < team_->most(); ++rank) rings_.emplace_back(runs_);
+  for (int rank = 0; rank < pool_->most(); ++rank) rings_.emplace_back(runs_);
 
   prepared_ = other_forces_;
-  for (const ForceMemory& memory : memories_)
-    if (memory.force->remembers_particles() && std::ranges::count(prepared_, memory.force) == 0)
+  for (const InternalVariables& memory : internal_)
+    if (memory.force->internal_depends_on_particles() &&
+        std::ranges::count(prepared_, memory.force) == 0)
       prepared_.push_back(memory.force);
 }
 
-void Particles::add_memory(Force& force) {
-  if (force.memory_size() == 0) return;
+void Particles::add_internal(Force& force) {
+  if (force.internal_size() == 0) return;
   constexpr std::size_t kLine = 8;
-  const auto size = static_cast<std::size_t>(force.memory_size());
-  memories_.push_back({&force, memory_size_, size});
-  memories_follow_particles_ = memories_follow_particles_ || force.remembers_particles();
-  memory_size_ += (size + kLine - 1) / kLine * kLine;
+  const auto size = static_cast<std::size_t>(force.internal_size());
+  internal_.push_back({&force, internal_size_, size});
+  internal_follows_particles_ =
+      internal_follows_particles_ || force.internal_depends_on_particles();
+  internal_size_ += (size + kLine - 1) / kLine * kLine;
 }
 
 void Particles::add(Force& force, std::vector<const Net*>& nets) {
@@ -130,7 +133,7 @@ void Particles::set_masses(const std::vector<double>& masses, const std::vector<
   free_.assign(n / 8 + 2, 0);
   pinned_count_ = 0;
   motion_.inverse_mass = 0;
-  bool uniform = !some_move && leads_.empty();
+  bool uniform = !some_move && prescribed_.empty();
   for (std::size_t i = 0; i < n; ++i) {
     if (mass_[i] == std::numeric_limits<double>::infinity()) {
       ++pinned_count_;
@@ -159,7 +162,7 @@ ParticleView Particles::view(double t, const double* state) const {
           layout_.block(state, 4),
           layout_.block(state, 5),
           mass_.data(),
-          {state + layout_.size(), memory_size_}};
+          {state + layout_.size(), internal_size_}};
 }
 
 std::string Particles::name_of(const Force& force) const {
@@ -192,7 +195,7 @@ double Particles::potential_energy(double t, const double* state) const {
   double sum = 0;
   for (Force* const force : on_) {
     const ParticleView own = seen_by(*force, p);
-    force->prepare(own, *team_);
+    force->prepare(own, *pool_);
     sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(own, tile); });
   }
   return sum;
@@ -220,36 +223,36 @@ double Particles::damping_power(double t, const double* state, Array& sums) cons
   const ForceSink sink{fx, fy, fz};
   for (Force* force : other_forces_) {
     if (!force->springs()) continue;
-    force->prepare(p, *team_);
-    team_->run_parts(p.n, 8, [&](int begin, int end) { force->accumulate(p, {begin, end}, sink); });
+    force->prepare(p, *pool_);
+    pool_->run_parts(p.n, 8, [&](int begin, int end) { force->accumulate(p, {begin, end}, sink); });
   }
   return drag - sum_in_lanes(0, p.n, [&](int i) {
            return sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
          });
 }
 
-void Particles::start_memories(double* state) const {
-  std::fill_n(state + layout_.size(), memory_size_, 0.0);
-  for (const ForceMemory& memory : memories_)
+void Particles::start_internal(double* state) const {
+  std::fill_n(state + layout_.size(), internal_size_, 0.0);
+  for (const InternalVariables& memory : internal_)
     memory.force->start({state + layout_.size() + memory.begin, memory.size});
 }
 
 ParticleView Particles::seen_by(const Force& force, ParticleView view) const {
-  const std::span<const double> all = view.memory;
-  view.memory = {};
-  for (const ForceMemory& memory : memories_)
-    if (memory.force == &force) view.memory = all.subspan(memory.begin, memory.size);
+  const std::span<const double> all = view.internal;
+  view.internal = {};
+  for (const InternalVariables& memory : internal_)
+    if (memory.force == &force) view.internal = all.subspan(memory.begin, memory.size);
   return view;
 }
 
 void Particles::derive(const ParticleView& view, double* rates) const {
-  for (const ForceMemory& memory : memories_)
+  for (const InternalVariables& memory : internal_)
     memory.force->derive(seen_by(*memory.force, view), {rates + memory.begin, memory.size});
 }
 
 void Particles::prepare_gather(const ParticleView& view) {
-  net_forces_.prepare(view, *team_);
-  for (Force* force : prepared_) force->prepare(seen_by(*force, view), *team_);
+  net_forces_.prepare(view, *pool_);
+  for (Force* force : prepared_) force->prepare(seen_by(*force, view), *pool_);
 }
 
 void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
@@ -273,10 +276,10 @@ void Particles::accelerate(const ParticleView& view, double* const a[3], bool dr
   Motion motion = motion_;
   if (!drag) motion.damping = 0;
   prepare_gather(view);
-  team_->run([&](int rank) {
-    const Part part = part_of(layout_.n(), 8, rank, team_->size());
+  pool_->run([&](int rank) {
+    const Part part = part_of(layout_.n(), 8, rank, pool_->size());
     Rings<double>& rings = rings_[static_cast<std::size_t>(rank)];
-    kernels_.start(rings, team_->size(), q, part.begin, reach_);
+    kernels_.start(rings, pool_->size(), q, part.begin, reach_);
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});

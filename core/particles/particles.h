@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/contacts.h"
 #include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
 #include "core/particles/layout.h"
-#include "core/particles/leads.h"
+#include "core/particles/prescribed_motion.h"
 #include "core/particles/springs/net_forces.h"
 
 namespace sim {
@@ -24,7 +24,7 @@ class Particles {
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
   // without memories, with zero velocities where pinned.
   Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
-            std::vector<std::unique_ptr<Force>> forces, const double* initial, Team& team);
+            std::vector<std::unique_ptr<Force>> forces, const double* initial, ThreadPool& pool);
 
   // Steppers have to be made again. Where `some_move`, pinned ones may have velocities, and keep
   // them.
@@ -37,7 +37,7 @@ class Particles {
   std::span<const double> masses() const noexcept { return mass_; }  // kg; infinity where pinned
   int pinned_count() const noexcept { return pinned_count_; }
   const Motion& motion() const noexcept { return motion_; }
-  Team& team() const noexcept { return *team_; }
+  ThreadPool& pool() const noexcept { return *pool_; }
   std::span<Force* const> forces() const noexcept { return on_; }  // that are on
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
@@ -49,10 +49,12 @@ class Particles {
   int reach() const noexcept { return reach_; }  // of a sweep around a block; a multiple of kGrain
   void name_forces(std::vector<std::string> names) { names_ = std::move(names); }
   std::string name_of(const Force& force) const;
-  std::span<const ForceMemory> memories() const noexcept { return memories_; }  // of all forces
-  std::size_t memory_size() const noexcept { return memory_size_; }  // in whole cache lines
-  bool memories_follow_particles() const noexcept { return memories_follow_particles_; }
-  void start_memories(double* state) const;                           // as at t = 0
+  std::span<const InternalVariables> internal_variables() const noexcept {
+    return internal_;
+  }                                                                      // of all forces
+  std::size_t internal_size() const noexcept { return internal_size_; }  // in whole cache lines
+  bool internal_follows_particles() const noexcept { return internal_follows_particles_; }
+  void start_internal(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all; after prepare_gather() where they follow from the particles.
   void derive(const ParticleView& view, double* rates) const;
@@ -64,8 +66,8 @@ class Particles {
   // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
   double damping_power(double t, const double* state, Array& sums) const;
   const Contacts& contacts() const noexcept { return contacts_; }
-  const Leads& leads() const noexcept { return leads_; }
-  Leads& leads() noexcept { return leads_; }  // of pinned particles
+  const PrescribedMotion& prescribed() const noexcept { return prescribed_; }
+  PrescribedMotion& prescribed() noexcept { return prescribed_; }  // of pinned particles
   void set_accuracy(Accuracy accuracy) { contacts_.set_accuracy(accuracy); }
   void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
   // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or kicks have it.
@@ -75,7 +77,7 @@ class Particles {
   // Calls f(begin, end) for parts of the first `blocks` coordinates of a state, on all threads.
   template <class F>
   void for_ranges(int blocks, const F& f) const {
-    team_->run_parts(layout_.n(), 8, [&](int begin, int end) {
+    pool_->run_parts(layout_.n(), 8, [&](int begin, int end) {
       for (int block = 0; block < blocks; ++block)
         f(layout_.offset(block) + static_cast<std::size_t>(begin),
           layout_.offset(block) + static_cast<std::size_t>(end));
@@ -83,7 +85,7 @@ class Particles {
   }
 
  private:
-  void add_memory(Force& force);
+  void add_internal(Force& force);
   void add(Force& force, std::vector<const Net*>& nets);
 
   Layout layout_;
@@ -97,13 +99,13 @@ class Particles {
   std::vector<const SpringRun*> runs_;
   NetForces net_forces_;
   Contacts contacts_;
-  Leads leads_;
-  bool needs_velocities_ = false, memories_follow_particles_ = false, has_dashpots_ = false,
+  PrescribedMotion prescribed_;
+  bool needs_velocities_ = false, internal_follows_particles_ = false, has_dashpots_ = false,
        all_swept_ = false;
-  std::vector<ForceMemory> memories_;
-  std::size_t memory_size_ = 0;
+  std::vector<InternalVariables> internal_;
+  std::size_t internal_size_ = 0;
   SweepKernels<double> kernels_ = sweep_kernels<double>();
-  Team* team_;
+  ThreadPool* pool_;
   std::vector<Rings<double>> rings_;  // of accelerate(), one a rank
 };
 

@@ -1,11 +1,11 @@
-// How a solid body moves: a function of time.
+// The motion of a collider: a function of time.
 #pragma once
 
 #include "core/math/vec3.h"
 
 namespace sim {
 
-// Where a body is: turned about its center by an angle around `axis`, and then put to `center`.
+// The pose of a body: rotated about its center by an angle around `axis`, then moved to `center`.
 struct Pose {
   Vec3 center{0, 0, 0}, velocity{0, 0, 0};  // m, m/s
   Vec3 axis{0, 1, 0};                       // of length 1
@@ -31,20 +31,20 @@ class RigidMotion {
  public:
   virtual ~RigidMotion() = default;
 
-  // Of a body whose center is at `center` when it is at rest. May throw Error{kScene} where
-  // sampled().
+  // The pose of a body whose center is at `center` when it is at rest. May throw Error{kScene}
+  // where sampled().
   virtual Pose at(double t, const Vec3& center) const = 0;
 
   // Bounds at all times: of the center's velocity, m/s, and of |rate|, rad/s. Not asked for where
   // sampled().
-  virtual double fastest() const { return 0; }
-  virtual double fastest_turn() const { return 0; }
+  virtual double max_speed() const { return 0; }
+  virtual double max_angular_speed() const { return 0; }
 
   // True where at() is asked at the ends of steps only and on one thread, as for a function of a
   // scene: inside a step the center goes along a cubic between them.
   virtual bool sampled() const { return false; }
   virtual bool rests() const { return false; }  // at one place, not turned, at all times
-  // What a user should know of it; may be empty.
+  // A note for the user; may be empty.
   virtual const char* note() const { return ""; }
 };
 

@@ -1,4 +1,4 @@
-// What a scene calls its parts, for forces that have something to say to its user.
+// The names of the parts of a scene, for notes of forces to its user.
 #pragma once
 
 #include <span>

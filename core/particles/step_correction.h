@@ -1,4 +1,4 @@
-// What changes the end of a step, whichever method made the step.
+// A correction of the end of a step, whichever method made the step.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ class StepCorrection {
   virtual double take_dissipation(double late) = 0;
   virtual void reset() {}  // another run begins
 
-  // What a verdict says of all steps since reset().
+  // The account that a verdict gives of all steps since reset().
   struct Account {
     std::string words;
     bool kept = true;   // what it promises
@@ -43,21 +43,23 @@ class StepCorrection {
     std::vector<std::pair<std::string, double>> figures = {};
   };
   virtual Account account() const = 0;
-  // What a user should know of the scene.
+  // Notes for the user on the scene.
   virtual std::vector<std::string> notes() const { return {}; }
 
-  // What the next step depends on besides the state: part of a snapshot, where there is any.
+  // The history on which the next step depends besides the state: part of a snapshot, where there
+  // is any.
   virtual bool has_memory() const { return false; }
   virtual std::vector<double> memory() const { return {}; }
   virtual void recall(std::span<const double> /*memory*/) {}  // empty: as after reset()
 
   // Why a state that was set by hand is not allowed; empty where it is.
   virtual std::string objection(double /*t*/, const double* /*x*/) { return {}; }
-  // It moves this particle whatever constraints say.
+  // True where it moves this particle regardless of constraints.
   virtual bool breaks_constraints(int /*particle*/) const { return false; }
-  // As Force::tear(): surfaces have no faces between these pairs of particles any more.
+  // Removes the faces of surfaces between these pairs of particles, see Force::tear().
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
-  // The rigid bodies that it keeps apart; null: none. What another one moves keeps out of them.
+  // The rigid bodies that it keeps apart; null: none. Particles that another correction moves keep
+  // out of them.
   virtual const BodyGeometry* bodies() const { return nullptr; }
   virtual void keep_out_of(const BodyGeometry& /*bodies*/) {}  // which outlive it
   // It stands for forces: a step without it is none of the scene.

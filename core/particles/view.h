@@ -15,8 +15,8 @@ struct ParticleView {
   double t = 0;
   const double *x = nullptr, *y = nullptr, *z = nullptr;
   const double *vx = nullptr, *vy = nullptr, *vz = nullptr;
-  const double* mass = nullptr;         // kg; infinity for a pinned particle
-  std::span<const double> memory = {};  // of the force that looks: its own numbers of X
+  const double* mass = nullptr;           // kg; infinity for a pinned particle
+  std::span<const double> internal = {};  // of the force that looks: its own numbers of X
 
   bool free(int i) const { return mass[i] < HUGE_VAL; }
   double free_mass(int i) const { return free(i) ? mass[i] : 0; }

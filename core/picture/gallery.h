@@ -28,7 +28,7 @@ PanelGrid panel_grid(int panels);
 
 class Gallery {
  public:
-  // As Scenery: all of them outlive it.
+  // Like those of Scenery, all arguments outlive it.
   Gallery(std::span<const Model> models, const Moments& moments, const Look& look,
           const Panels& panels = {});
 

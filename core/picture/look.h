@@ -33,9 +33,8 @@ void read_colour(const std::string& text, Look& look, const std::vector<std::str
 void read_springs(const std::string& text, Look& look);  // "12", "all", "shear"
 void read_size(const std::string& text, Look& look);     // "1280x720"
 
-// What the first says, and over it what the second says: a scene and its user. Throws
-// Error{kUsage}.
-// `names`: of the numbers of a lattice, which colour too.
+// The look of the scene, overridden by that of the user. Throws Error{kUsage}. `names`: of the
+// numbers of a lattice, which colour too.
 Look make_look(const LookSpec& scene, const LookSpec& asked = {},
                const std::vector<std::string>& names = {});
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "core/fields/field_system.h"
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/particles/elements/cells.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
@@ -53,8 +53,8 @@ std::vector<ModelFamily> families_of(const Simulation& system) {
 // Pairs of particles that an equation joins, but for those of rigid bodies.
 void add_rods(const Simulation& system, const std::vector<int>& in_bodies,
               std::vector<ModelFamily>& families) {
-  if (system.holding() == nullptr) return;
-  const Constraints& constraints = system.holding()->constraints();
+  if (system.constraint_system() == nullptr) return;
+  const Constraints& constraints = system.constraint_system()->constraints();
   const RowList& rows = constraints.rows();
   const auto bound = [&](int i) { return std::ranges::count(in_bodies, i) > 0; };
   std::map<std::string, std::set<std::pair<int, int>>> pairs;
@@ -131,7 +131,7 @@ std::vector<std::string> others_of(const SystemSpec& spec, const Particles& part
                                    const std::vector<std::string>& off) {
   std::set<std::string> others;
   for (const Force* force : particles.forces())
-    if (std::ranges::count(particles.other_forces(), force) > 0 || force->memory_size() > 0)
+    if (std::ranges::count(particles.other_forces(), force) > 0 || force->internal_size() > 0)
       others.insert(force->springs() ? "damping of springs"
                                      : "force '" + particles.name_of(*force) + "'");
   const auto add = [&](const char* kind, const std::vector<PartSpec>& parts) {
@@ -143,7 +143,7 @@ std::vector<std::string> others_of(const SystemSpec& spec, const Particles& part
   add("constraint", spec.constraints);
   if (!spec.bodies.empty()) others.insert("rigid bodies");
   if (spec.contact) others.insert("contact of surfaces");
-  if (!spec.particles->leads.empty()) others.insert("leads");
+  if (!spec.particles->prescribed.empty()) others.insert("leads");
   return {others.begin(), others.end()};
 }
 

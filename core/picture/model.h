@@ -1,5 +1,5 @@
-// What is seen of a system, as plain data: a Model once, and a Frame for each moment. Pages, files
-// and pictures are made of these and know no particle system.
+// The visible part of a system, as plain data: a Model once, and a Frame for each moment. Pages,
+// files and pictures are made of these and know no particle system.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/math/vec3.h"
-#include "core/particles/solid_shape.h"
+#include "core/particles/render_shape.h"
 #include "core/particles/springs/spring_sense.h"
 
 namespace sim {
@@ -40,9 +40,9 @@ struct Model {
   double h = 0;              // s
   int particles = 0;         // a flat state is one, at its first components
   bool second_order = false, flat = false;
-  // Of a lattice of cells, whose grid it is: the names of the numbers in each of them. Cells of one
-  // direction are curves, a family for each name, whose points are particles; of two and three a
-  // picture, with a particle a cell that is coloured by one of the numbers.
+  // For a lattice of cells, whose grid it is: the names of the numbers in each of them. Cells of
+  // one direction are curves, a family for each name, whose points are particles; of two and three
+  // a picture, with a particle a cell that is coloured by one of the numbers.
   std::vector<std::string> names;
   std::vector<double> mass;                   // kg, of each particle; empty in first order
   std::vector<int> pinned;                    // ids, ascending
@@ -59,7 +59,7 @@ struct Model {
   bool lattice() const { return !names.empty(); }
   bool curves() const { return lattice() && triangles.empty(); }
 
-  // Of each particle: or a solid or a curve is drawn for it.
+  // For each particle: true where a solid or a curve is drawn for it.
   std::vector<bool> in_triangles() const;
 };
 
@@ -68,7 +68,7 @@ struct Frame {
   double t = 0;                    // s
   std::vector<double> x, v;        // m, m/s: x0 y0 z0 x1 ...; v only in second order
   std::vector<double> components;  // all numbers of a flat state
-  std::vector<SolidShape> solids;
+  std::vector<RenderShape> solids;
   // J; not a number where unknown.
   double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
          drift = std::nan("");

@@ -27,10 +27,11 @@ struct ColourScale {
 // the frame; a name of a lattice: that number of each cell. Empty where there is none.
 std::vector<double> quantity(const Model& model, const Frame& frame, const std::string& name);
 
-// What a look colours by: what it says, or the first number of a lattice.
+// The quantity that a look colours by: the one it names, or the first number of a lattice.
 std::string colour_of(const Look& look, std::span<const Model> models);
 
-// Of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a power of ten.
+// The colour scale of a whole run: up to the largest value, rounded up to 1, 2, 3 or 5 times a
+// power of ten.
 ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments);
 
 // The end of a scale that goes on while what it shows changes: it grows at once, and shrinks when

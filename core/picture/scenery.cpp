@@ -26,8 +26,8 @@ V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - 
 }
 
 // Whether x is within a sphere, a box or a capsule.
-bool encloses(const SolidShape& solid, const Vec3& x) {
-  using Form = SolidShape::Form;
+bool encloses(const RenderShape& solid, const Vec3& x) {
+  using Form = RenderShape::Form;
   const Vec3 d = x - solid.center;
   if (solid.form == Form::kSphere) return d.norm() < solid.radius;
   if (solid.form == Form::kCapsule) {
@@ -326,11 +326,11 @@ void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
 }
 
 void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const {
-  for (const SolidShape& solid : frame.solids)
+  for (const RenderShape& solid : frame.solids)
     add_solid(picture, solid, viewpoint_, viewpoint_.offsets[m],
-              solid.body                               ? 3
-              : solid.form == SolidShape::Form::kPlane ? 2
-                                                       : 1);
+              solid.body                                ? 3
+              : solid.form == RenderShape::Form::kPlane ? 2
+                                                        : 1);
 }
 
 // What is wrong with what is seen: particles that no picture holds, an eye that sees a solid from
@@ -348,7 +348,7 @@ std::vector<std::string> Scenery::warnings(const Moment& moment) const {
       lost += !viewpoint_.reaches[m].holds(x);
       no_numbers += !x.allFinite();
     }
-    for (const SolidShape& solid : moment[m].solids)
+    for (const RenderShape& solid : moment[m].solids)
       within = within || (!solid.inside && encloses(solid, own - viewpoint_.offsets[m]));
   }
   const auto add = [&](int count, const char* what) {

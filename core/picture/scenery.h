@@ -58,7 +58,7 @@ class Scenery {
 unsigned family_colour(std::size_t i);
 
 // Adds a box or a capsule to a picture; others have forms of their own.
-void add_solid(Picture& picture, const SolidShape& solid, const Viewpoint& viewpoint,
+void add_solid(Picture& picture, const RenderShape& solid, const Viewpoint& viewpoint,
                const Vec3& offset, int skin);
 
 }  // namespace sim

@@ -30,8 +30,8 @@ Reach reach_of(const Model& model, const Moments& moments, std::size_t system) {
   const auto whole = [](const Vec3& p) { return p.allFinite() && p.norm() < 1e100; };
   for (int i = 0; i < model.particles; ++i)
     if (const Vec3 p = first.at(i); whole(p)) start.include(p);
-  for (const SolidShape& solid : first.solids)
-    if (solid.form != SolidShape::Form::kPlane && solid.form != SolidShape::Form::kNone)
+  for (const RenderShape& solid : first.solids)
+    if (solid.form != RenderShape::Form::kPlane && solid.form != RenderShape::Form::kNone)
       start.include(solid.center);
   if (start.empty()) return {};
   return {start.middle(), start.size() > 0 ? 30 * start.size() : 1e100};
@@ -53,13 +53,13 @@ std::vector<Vec3> cloud_of(const Model& model, const Moments& moments, std::size
         const Vec3 p = frame.at(i);
         if (reach.holds(p)) points.push_back(p);
       }
-    for (const SolidShape& solid : frame.solids) {
-      if (solid.inside || solid.form == SolidShape::Form::kPlane ||
-          solid.form == SolidShape::Form::kNone)
+    for (const RenderShape& solid : frame.solids) {
+      if (solid.inside || solid.form == RenderShape::Form::kPlane ||
+          solid.form == RenderShape::Form::kNone)
         continue;
       for (const Vec3& axis : solid.axes) {
         const bool round =
-            solid.form == SolidShape::Form::kSphere || solid.form == SolidShape::Form::kMesh;
+            solid.form == RenderShape::Form::kSphere || solid.form == RenderShape::Form::kMesh;
         const double size = round ? solid.radius : axis.norm() + solid.radius;
         const Vec3 d = size / axis.norm() * axis;
         points.push_back(solid.center + d);
@@ -126,8 +126,8 @@ double fit(Sight& view, std::span<const Vec3> points, double tan_x, double tan_y
 // A horizontal plane that things fall on is the ground.
 std::optional<double> floor_of(const Moments& moments, std::size_t systems, const Vec3& up) {
   for (std::size_t m = 0; m < systems; ++m)
-    for (const SolidShape& solid : moments.head(0, m).solids)
-      if (solid.form == SolidShape::Form::kPlane && solid.axes[1].dot(up) > 0.999999)
+    for (const RenderShape& solid : moments.head(0, m).solids)
+      if (solid.form == RenderShape::Form::kPlane && solid.axes[1].dot(up) > 0.999999)
         return solid.center.dot(up);
   return {};
 }

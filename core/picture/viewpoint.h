@@ -12,7 +12,7 @@
 
 namespace sim {
 
-// What is held of a system; whatever flies off further is let go.
+// The part of a system that stays in view; what flies off further is not followed.
 struct Reach {
   Vec3 middle{0, 0, 0};                                                      // m
   double radius = 0;                                                         // m

@@ -1,4 +1,4 @@
-// What all constraints have in common.
+// The parameters that all constraints have in common.
 #pragma once
 
 #include <vector>

@@ -49,7 +49,7 @@ ElementValues::ElementValues(const Elements& elements, const Params& params,
 }
 
 void check_elements(const Elements& elements, const PluginInfo& plugin, const Params& params,
-                    int particles, const Place& place) {
+                    int particles, const SourceLocation& place) {
   if (elements.empty()) return;
   const ElementKind& kind = plugin.elements;
   const std::string owner = plugin.title();

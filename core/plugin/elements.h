@@ -1,5 +1,5 @@
-// What a force or constraint joins: pairs, triples, quadruples or cells of particles, or single
-// ones, as a scene lists them.
+// The elements of a force or constraint: pairs, triples, quadruples or cells of particles, or
+// single ones, as a scene lists them.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace sim {
 
 struct PluginInfo;
 
-// What a plugin says of the elements it takes. Which of its parameters an element may give for
-// itself, Param::per_tie says.
+// The declaration of the elements that a plugin takes. Param::per_tie says which parameters an
+// element may have values of its own for.
 struct ElementKind {
   int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
   const char* name = "tie";  // what one is called
@@ -50,7 +50,7 @@ struct Elements {
   bool cells = false;              // cells that fill a body
   std::vector<GridPairs> grids{};  // only of arity 2
   std::vector<int> ids{};          // the list: `arity` each
-  // What the elements of the list give for themselves, one number each; nan: not given.
+  // The parameter values of single elements, one number each; nan: not given.
   std::map<std::string, std::vector<double>> values{};
 
   // Numbers of each particle of the scene by their names, for plugins that ask for them: its mass
@@ -106,6 +106,6 @@ class ElementValues {
 // Throws Error{kScene} unless the plugin takes such elements of `particles` particles and all that
 // they give and need is there.
 void check_elements(const Elements& elements, const PluginInfo& plugin, const Params& params,
-                    int particles, const Place& place);
+                    int particles, const SourceLocation& place);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-// What all plugins of embedded Runge-Kutta pairs have in common: their parameters.
+// The parameters that all plugins of embedded Runge-Kutta pairs have in common.
 #pragma once
 
 #include "core/ode/explicit/embedded_rk.h"

@@ -1,4 +1,5 @@
-// What all plugins of explicit methods with equal steps have in common: the precision of a step.
+// The parameter that all plugins of explicit methods with equal steps have in common: the precision
+// of a step.
 #pragma once
 
 #include <utility>

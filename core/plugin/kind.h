@@ -1,4 +1,5 @@
-// What kinds of plugins have in common: a name, a folder, a number on the cards of their libraries.
+// The common part of all kinds of plugins: a name, a folder, a number on the cards of their
+// libraries.
 #pragma once
 
 #include <array>
@@ -9,7 +10,8 @@
 
 namespace sim {
 
-// Of objects of that type: their `name`, their `folder`, and a function `Make` of one.
+// The kind of objects of that type: their `name`, their `folder`, and a function `Make` that makes
+// one.
 template <class Object>
 struct Kind;
 

@@ -22,7 +22,7 @@ struct CardName {
 };
 std::vector<CardName> card_names(const PluginCard& card);
 
-// What the checksum that sim_add_plugin appends says of the file.
+// The state of a file by the checksum that sim_add_plugin appends.
 enum class Seal { kNone, kWhole, kBroken };
 Seal check_seal(const std::filesystem::path& file);
 

@@ -19,11 +19,11 @@ bool operator==(const MethodChoice& a, const MethodChoice& b) {
          });
 }
 
-Method::Method(Registry& registry, const MethodChoice& choice, const Place& place)
+Method::Method(Registry& registry, const MethodChoice& choice, const SourceLocation& place)
     : Method(registry, registry.get<Integrator>(choice.name, place), choice.given, place) {}
 
 Method::Method(Registry& registry, const IntegratorPlugin& plugin,
-               std::map<std::string, Value> given, const Place& place)
+               std::map<std::string, Value> given, const SourceLocation& place)
     : registry_(&registry),
       plugin_(&plugin),
       choice_(plugin.name, std::move(given)),

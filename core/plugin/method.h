@@ -14,7 +14,8 @@ class Registry;
 template <class Object>
 struct Plugin;
 
-// What is asked for. Without a name the values are for the method that a scene names itself.
+// A choice of method and its values. Without a name the values are for the method that a scene
+// names itself.
 struct MethodChoice {
   std::string name;
   std::map<std::string, Value> given;  // parameters
@@ -35,9 +36,9 @@ struct MethodChoice {
 class Method {
  public:
   // Throws Error as Registry::get and Params.
-  Method(Registry& registry, const MethodChoice& choice, const Place& place = {});
+  Method(Registry& registry, const MethodChoice& choice, const SourceLocation& place = {});
   Method(Registry& registry, const Plugin<Integrator>& plugin,
-         std::map<std::string, Value> given = {}, const Place& place = {});
+         std::map<std::string, Value> given = {}, const SourceLocation& place = {});
 
   const Plugin<Integrator>& plugin() const { return *plugin_; }
   const std::string& name() const { return choice_.name; }

@@ -245,7 +245,8 @@ std::string settle_defaults(std::span<Param> declared) {
 }
 
 Params::Params(const std::string& owner, std::span<const Param> declared,
-               const std::map<std::string, Value>& given, const Place& place, bool free_numbers) {
+               const std::map<std::string, Value>& given, const SourceLocation& place,
+               bool free_numbers) {
   std::vector<std::string> known;
   for (const Param& param : declared) {
     known.push_back(param.name);

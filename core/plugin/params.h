@@ -49,7 +49,7 @@ std::string objection(const Value& value, const Param& param);
 std::string settle_defaults(std::span<Param> declared);
 
 // Where a scene said something: "scenes/cloth.lua:12", or empty.
-using Place = std::string;
+using SourceLocation = std::string;
 
 // Values for the parameters of one plugin. Reading a name that the plugin did not declare is an
 // internal error; scenes cannot cause it.
@@ -62,7 +62,8 @@ class Params {
   // an unknown name, a wrong type or a bad value, or where one is required that elements cannot
   // give either.
   Params(const std::string& owner, std::span<const Param> declared,
-         const std::map<std::string, Value>& given, const Place& place, bool free_numbers = false);
+         const std::map<std::string, Value>& given, const SourceLocation& place,
+         bool free_numbers = false);
 
   bool has(std::string_view name) const;  // given or defaulted
   const Value& value(std::string_view name) const;
@@ -93,7 +94,7 @@ class Params {
   const ParticleFunction& particle_function(std::string_view name) const {
     return get<ParticleFunction>(name);
   }
-  // Those that were given but not declared; number() has them, too.
+  // The numbers that were given but not declared; number() has them, too.
   const std::map<std::string, double>& free_numbers() const { return free_numbers_; }
 
  private:

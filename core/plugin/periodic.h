@@ -1,4 +1,4 @@
-// What motions that come again have in common.
+// The parameters that periodic motions have in common.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What a plugin library exports: a card of constant data, judged before any of its code runs, and
+// The exports of a plugin library: a card of constant data, judged before any of its code runs, and
 // one function that registers its plugins.
 #pragma once
 

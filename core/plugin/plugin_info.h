@@ -1,4 +1,4 @@
-// What a plugin says of itself, and how its objects are made.
+// The description of a plugin, and how its objects are made.
 #pragma once
 
 #include <functional>

@@ -7,9 +7,9 @@
 
 namespace sim {
 
-// What became of `work` in a child process: "" where it returned, else "it crashes: signal 11
-// (Segmentation fault)" or "it does not end in 10 s". What it throws counts as having returned, and
-// what it prints is lost.
+// The outcome of `work` in a child process: "" where it returned, else "it crashes: signal 11
+// (Segmentation fault)" or "it does not end in 10 s". An exception counts as a return, and its
+// output is lost.
 std::string tried_by_child(const std::function<void()>& work, double seconds = 10);
 
 // Opens the library in a child, lets it register, and makes one of each plugin that needs no more

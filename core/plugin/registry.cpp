@@ -164,7 +164,8 @@ struct Registry::Impl {
     return list;
   }
 
-  const PluginInfo& get(const PluginKind& kind, const std::string& name, const Place& place) {
+  const PluginInfo& get(const PluginKind& kind, const std::string& name,
+                        const SourceLocation& place) {
     if (const PluginInfo* const plugin = find(kind, name)) return *plugin;
     // A library of that name was there, but could not be used: its own reason helps more.
     for (const auto& [file, error] : refused)
@@ -203,7 +204,7 @@ Registry::~Registry() = default;
 void Registry::load(const fs::path& library) { impl_->open(impl_->enter(fs::absolute(library))); }
 
 const PluginInfo& Registry::get(const PluginKind& kind, const std::string& name,
-                                const Place& place) {
+                                const SourceLocation& place) {
   return impl_->get(kind, name, place);
 }
 

@@ -30,10 +30,11 @@ class Registry {
   // The plugin of that name or alias, opened if it was not. Throws Error{kScene} for an unknown
   // name (with the nearest known one) and Error{kPlugin} for a library that cannot be used.
   template <class Object>
-  const Plugin<Object>& get(const std::string& name, const Place& place = {}) {
+  const Plugin<Object>& get(const std::string& name, const SourceLocation& place = {}) {
     return static_cast<const Plugin<Object>&>(get(kind_of<Object>, name, place));
   }
-  const PluginInfo& get(const PluginKind& kind, const std::string& name, const Place& place = {});
+  const PluginInfo& get(const PluginKind& kind, const std::string& name,
+                        const SourceLocation& place = {});
 
   // Names (no aliases) of one kind, sorted, without opening anything.
   template <class Object>

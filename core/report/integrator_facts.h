@@ -1,4 +1,4 @@
-// What a user compares integrators by, from the methods themselves.
+// The properties by which a user compares integrators, from the methods themselves.
 #pragma once
 
 #include <optional>

@@ -8,8 +8,8 @@
 
 namespace sim::report {
 
-// What --of says, for study::Problem::of; nothing for an empty text. Throws Error{kUsage} when the
-// scene does not observe it.
+// The quantity that --of names, for study::Problem::of; nothing for an empty text. Throws
+// Error{kUsage} when the scene does not observe it.
 std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text);
 
 // "mean sag = 1.234 (known to 0.002)", no digit more; "sag (known to 0.002)" of one at all times.

@@ -45,7 +45,7 @@ std::string figures_json(const study::Figures& figures) {
       .number("strain", figures.strain.a < 0 ? std::nan("") : figures.strain.strain)
       .number("step_error", figures.step_error)
       .number("momentum", figures.momentum);
-  const study::Parting& shadow = figures.shadow;
+  const study::RunDeviation& shadow = figures.shadow;
   object.flag("verified", shadow.verified())
       .number("position_error", shadow.error)
       .number("position_share", shadow.share)
@@ -90,7 +90,7 @@ std::string bodies_json(const Simulation& system) {
                        .json("position", numbers(state.center))
                        .json("turn", numbers(state.quaternion()))
                        .json("velocity", numbers(state.velocity))
-                       .json("spin", numbers(state.spin))
+                       .json("spin", numbers(state.angular_velocity))
                        .str());
   }
   return json_array(list);

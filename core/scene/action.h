@@ -1,5 +1,5 @@
-// What a hand does to a system between two steps, as a value: it can be kept, written down and done
-// again. The prompt, the page and the terminal change a running scene through these alone.
+// An action of a user on a system between two steps, as a value: it can be kept, written down and
+// done again. The prompt, the page and the terminal change a running scene through these alone.
 #pragma once
 
 #include <cstdint>
@@ -61,7 +61,7 @@ class Moves {
   void note(const Action& action, std::int64_t step);  // it was done at that step
   std::int64_t due()
       const;  // the step at which the next one ends; the largest number: there is none
-  // Those that end at the present step: the hand rests. True if there are any.
+  // Ends the actions that are due at the present step. True if there are any.
   bool end_due(Simulation& simulation);
   void forget_ended(std::int64_t step);  // those that ended before it, or at it
   void clear() { moves_.clear(); }

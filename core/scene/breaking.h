@@ -31,7 +31,7 @@ class Breaking {
   std::vector<int> whole_between(int a, int b) const;
   double energy(const ParticleView& view, std::span<const int> ties) const;  // J
 
-  // From now on these are broken, ascending, and no others.
+  // Replaces the set of broken ties, ascending.
   void set_broken(std::span<const int> ties);
   // Pairs that ties joined and that nothing joins any more, the lower id first, ascending.
   std::span<const std::array<int, 2>> torn() const { return torn_; }

@@ -1,4 +1,4 @@
-// What of a scene does not pass through each other, as plain data.
+// The contact of a scene, as plain data.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ struct ContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces = {};
   std::map<std::string, Value> given = {};
   std::string plugin = "surfaces";
-  Place place = {};
+  SourceLocation place = {};
 };
 
 }  // namespace sim

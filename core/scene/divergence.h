@@ -1,4 +1,4 @@
-// What went wrong in a step.
+// The failure of a step.
 #pragma once
 
 #include <cstdint>

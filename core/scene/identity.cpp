@@ -47,15 +47,15 @@ std::uint64_t digest(const ColliderMaker& maker) {
   StateHash hash;
   hash.add(digest(maker.text));
   const std::unique_ptr<Collider> collider = maker.make();
-  hash.add(digest(collider->surface()));
+  hash.add(digest(collider->material()));
   if (collider->sampled()) return hash.value();
   collider->bind({});
   for (const double t : kTimes)
     for (const Vec3& x : kPoints) {
-      const Touch touch = collider->touch(t, x);
-      hash.add(touch.gap);
-      hash.add(digest(touch.normal));
-      hash.add(digest(touch.velocity));
+      const SurfaceSample sample = collider->query(t, x);
+      hash.add(sample.gap);
+      hash.add(digest(sample.normal));
+      hash.add(digest(sample.velocity));
     }
   return hash.value();
 }

@@ -13,11 +13,11 @@ namespace sim {
 
 SceneNames names_of(const SystemSpec& spec);
 
-// What the force that this part became says of the scene, with its name.
+// The notes of the force that this part became on the scene, with its name.
 std::vector<std::string> notes_of(const Force& force, const PartSpec& part,
                                   const SceneNames& names);
 
-// As scenes name it: "sim.collider.plane { ... }".
+// The text by which scenes name it: "sim.collider.plane { ... }".
 std::string collider_text(const std::string& plugin, const std::map<std::string, Value>& given);
 
 }  // namespace sim

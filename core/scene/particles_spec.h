@@ -33,10 +33,10 @@ struct ParticleSpec {
 };
 
 // A particle that is pinned to a path.
-struct LeadSpec {
+struct PrescribedSpec {
   int particle = 0;
   std::shared_ptr<const RigidMotion> path;
-  Place place;
+  SourceLocation place;
 };
 
 // Ids run over the grid first (if there is one), then over the list.
@@ -44,7 +44,7 @@ struct ParticlesSpec {
   std::optional<GridSpec> grid;
   std::vector<ParticleSpec> list;
   std::vector<int> pinned;
-  std::vector<LeadSpec> leads = {};
+  std::vector<PrescribedSpec> prescribed = {};
   std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
   std::map<std::string, std::vector<double>> numbers = {};  // that they carry, of each id
 

@@ -20,7 +20,7 @@ struct Provenance {
   std::string doubt = {};  // what had changed where the run went on from another checkpoint
 };
 
-// Of a scene that was loaded; the registry has opened the plugins of the run.
+// The provenance of a scene that was loaded; the registry has opened the plugins of the run.
 Provenance provenance_of(const SceneSpec& scene, const Registry& registry, std::uint64_t seed,
                          std::string program);
 

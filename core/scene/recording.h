@@ -1,5 +1,6 @@
-// What hands did to a scene, as text that people can read, edit and run again. A header says which
-// scene it was; then each line says how many steps its system takes first, and what is done then:
+// The actions of users on a scene, as text that people can read, edit and run again. A header says
+// which scene it was; then each line says how many steps its system takes first, and what is done
+// then:
 //   scene scenes/cloth.lua
 //   set n=32
 //   +120 grab 27

@@ -17,8 +17,9 @@ class Replay {
   // Steps until something is to be done, at least 1; the largest number: nothing more.
   std::int64_t due(const Simulation& simulation) const;
 
-  // What the present state asks for, once. The energy that came or went with it, in J; nothing
-  // where nothing was done. Throws as apply(); then line() is that of the action.
+  // Performs the actions that are due at the present state, once. Returns the energy that they
+  // added, in J; nothing where nothing was done. Throws as apply(); then line() is that of the
+  // action.
   std::optional<double> perform(Simulation& simulation);
 
   int line() const { return next_ < actions_.size() ? actions_[next_].line : 0; }

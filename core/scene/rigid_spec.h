@@ -13,18 +13,18 @@ namespace sim {
 // One sim.rigid{...}; it is four particles of the scene.
 struct RigidSpec {
   std::shared_ptr<const RigidShape> shape;
-  double mass = 0;                        // kg, > 0
-  Vec3 position{0, 0, 0};                 // m, of the origin of the shape
-  Vec3 turn{0, 0, 0};                     // rad, about this axis
-  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // of the center of mass, m/s; rad/s, in space
-  Surface surface = {};
+  double mass = 0;                                    // kg, > 0
+  Vec3 position{0, 0, 0};                             // m, of the origin of the shape
+  Vec3 rotation{0, 0, 0};                             // rad, about this axis
+  Vec3 velocity{0, 0, 0}, angular_velocity{0, 0, 0};  // of the center of mass, m/s; rad/s, in space
+  ContactMaterial surface = {};
   bool touches = true;  // what it meets
   int first = 0;        // id of its first particle
-  Place place = {};
+  SourceLocation place = {};
 };
 
-// A point of a body, in the frame of its shape, m. What joins particles may name point k of a scene
-// of n particles as n + k.
+// A point of a body, in the frame of its shape, m. Forces and constraints may name point k of a
+// scene of n particles as n + k.
 struct BodyPoint {
   int body = 0;
   Vec3 at{0, 0, 0};

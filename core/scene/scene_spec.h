@@ -26,7 +26,7 @@ struct PartSpec {
   std::map<std::string, Value> given;
   Elements elements = {};
   std::optional<std::vector<int>> particles = {};  // ascending: on these alone; none: on all
-  Place place = {};
+  SourceLocation place = {};
   std::string switch_name = {};  // empty: it cannot be turned on and off
   bool on = true;                // at the start
 };
@@ -84,7 +84,7 @@ struct SystemSpec {
   double dt = 0;                      // s, > 0
   double duration = 0;                // s, >= 0
   std::optional<AllowedError> error;  // method and step of a run are then chosen to keep it
-  Place place;
+  SourceLocation place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
@@ -105,8 +105,8 @@ struct SceneArg {
   std::string doc;
 };
 
-// What a scene file returns. A file with one scene has one system; a sim.world has several, in the
-// order of their names, and `world` is true.
+// The value that a scene file returns. A file with one scene has one system; a sim.world has
+// several, in the order of their names, and `world` is true.
 struct SceneSpec {
   std::string file;  // the file it was found at
   std::vector<SystemSpec> systems;

@@ -11,10 +11,10 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
-#include "core/scene/foreign.h"
-#include "core/scene/joined.h"
-#include "core/scene/needs.h"
+#include "core/scene/body_attachments.h"
+#include "core/scene/memory_estimate.h"
 #include "core/scene/part_text.h"
+#include "core/scene/plugin_guard.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -32,7 +32,7 @@ int useful_threads(Threads threads, int particles) {
 
 // Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
 void check(const SystemSpec& spec) {
-  const auto refuse = [&](const std::string& why, const Place& place) {
+  const auto refuse = [&](const std::string& why, const SourceLocation& place) {
     throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", place, why, ""});
   };
   if (spec.particles.has_value() == spec.first_order.has_value())
@@ -99,14 +99,14 @@ std::unique_ptr<Force> on_group(std::unique_ptr<Force> force, const PluginInfo& 
 void Simulation::Impl::compile_field(const SystemSpec& spec, Registry& registry) {
   const FirstOrderSpec& first = *spec.first_order;
   initial_values = first.state;
-  const Place& place = first.field.place;
+  const SourceLocation& place = first.field.place;
   const FieldPlugin& plugin = registry.get<Field>(first.field.plugin, place);
   const Params params(plugin.title(), plugin.params, first.field.given, place, plugin.free_numbers);
-  system = placed(place, [&] {
+  system = at_source(place, [&] {
     return std::make_unique<FieldSystem>(first.state, first.dimension,
                                          made_by(plugin, place, params));
   });
-  team = std::make_unique<Team>(1);
+  pool = std::make_unique<ThreadPool>(1);
 }
 
 void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& registry,
@@ -127,11 +127,11 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
       if (!own) own = part.elements;
       own->carried = carried_numbers(initial);
     }
-    const Joined joined(own ? *own : part.elements, spec, bodies, n);
+    const BodyAttachments joined(own ? *own : part.elements, spec, bodies, n);
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
     auto force =
-        placed(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
+        at_source(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
     for (const auto& [family, count] : force->families()) check_family(family, part.place);
     if (!joined.nodes.empty()) force = force_on_nodes(std::move(force), joined.nodes);
     if (part.particles) force = on_group(std::move(force), plugin, part, n);
@@ -145,11 +145,11 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
   }
-  team = std::make_unique<Team>(useful_threads(threads, n));
-  if (threads.as_pay && team->most() > 1) thread_choice.emplace(*team);
-  auto compiled = placed(spec.place, [&] {
+  pool = std::make_unique<ThreadPool>(useful_threads(threads, n));
+  if (threads.as_pay && pool->most() > 1) thread_count_tuner.emplace(*pool);
+  auto compiled = at_source(spec.place, [&] {
     return std::make_unique<ParticleSystem>(masses(), settings->pinned, std::move(forces), x.data(),
-                                            *team);
+                                            *pool);
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
@@ -157,16 +157,16 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   for (std::size_t k = 0; k < parts.size(); ++k)
     for (std::string& note : notes_of(*parts[k], spec.forces[k], names_in_scene))
       particles->add_note(std::move(note));
-  for (const LeadSpec& lead : spec.particles->leads)
-    placed(lead.place, [&] {
+  for (const PrescribedSpec& lead : spec.particles->prescribed)
+    at_source(lead.place, [&] {
       const Vec3 now = particles->view(0, x.data()).position(lead.particle);
-      particles->leads().add(lead.particle, now, lead.path);
+      particles->prescribed().add(lead.particle, now, lead.path);
     });
-  if (!spec.particles->leads.empty()) particles->set_masses(masses(), settings->pinned);
+  if (!spec.particles->prescribed.empty()) particles->set_masses(masses(), settings->pinned);
   for (const PartSpec& part : spec.colliders) {
     const auto& plugin = registry.get<Collider>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
-    placed(part.place, [&] {
+    at_source(part.place, [&] {
       particles->add_collider(made_by(plugin, part.place, params), plugin.name, x.data(),
                               bodies.empty() ? n : bodies.front().first());
     });
@@ -198,19 +198,19 @@ std::vector<double> Simulation::Impl::masses() const {
   return list;
 }
 
-IntegratorInfo Simulation::Impl::info_of(const Method& method, const Place& place) const {
+IntegratorInfo Simulation::Impl::info_of(const Method& method, const SourceLocation& place) const {
   const FloatControl control;
   try {
     return method.make()->info();
   } catch (const Error&) {
     throw;
   } catch (...) {
-    rethrow_foreign(method.plugin().title() + " of " + method.plugin().file, place,
-                    "while it was made");
+    rethrow_from_plugin(method.plugin().title() + " of " + method.plugin().file, place,
+                        "while it was made");
   }
 }
 
-void Simulation::Impl::make_integrator(const Settings& wanted, const Place& place) {
+void Simulation::Impl::make_integrator(const Settings& wanted, const SourceLocation& place) {
   const FloatControl control;
   const PluginInfo& plugin = wanted.method.plugin();
   try {
@@ -234,7 +234,7 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const Place& plac
   } catch (const Error& error) {
     throw blaming_force(error, place);
   } catch (...) {
-    rethrow_foreign(plugin.title() + " of " + plugin.file, place, "while it was made");
+    rethrow_from_plugin(plugin.title() + " of " + plugin.file, place, "while it was made");
   }
 }
 
@@ -249,12 +249,13 @@ void Simulation::Impl::place_particles() {
       layout.block(x.data(), 3 + axis)[i] = particle.velocity[axis] + 0.0;
     }
   }
-  if (particles) particles->start_memories(x.data());
+  if (particles) particles->start_internal(x.data());
   for (const int i : settings->pinned)
     for (int axis = 0; axis < 3; ++axis) layout.block(x.data(), 3 + axis)[i] = 0;
-  if (particles) particles->leads().place(0, layout.axes(x.data()), layout.axes(x.data(), 3));
+  if (particles) particles->prescribed().place(0, layout.axes(x.data()), layout.axes(x.data(), 3));
   const bool complete = system && x.size() == system->size();
-  if (complete && particles && particles->holding()) particles->holding()->start(x.data());
+  if (complete && particles && particles->constraint_system())
+    particles->constraint_system()->start(x.data());
 }
 
 Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options)
@@ -300,7 +301,7 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  if (s.thread_choice) s.thread_choice->begin();
+  if (s.thread_count_tuner) s.thread_count_tuner->begin();
   s.begin_contact(t());
   if (!s.corrections.empty() || s.breaking.any()) most = 1;
   const FloatControl control;
@@ -325,7 +326,7 @@ int Simulation::steps(std::int64_t most) {
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
   s.end_contact(t());
-  if (s.thread_choice) s.thread_choice->end(now.taken);
+  if (s.thread_count_tuner) s.thread_count_tuner->end(now.taken);
   return now.taken;
 }
 
@@ -406,7 +407,7 @@ bool Simulation::second_order() const { return impl_->particles != nullptr; }
 bool Simulation::flat() const { return shape().first().components.size() == 1; }
 int Simulation::particles() const { return flat() ? 0 : static_cast<int>(shape().first().count); }
 
-int Simulation::threads() const { return impl_->team ? impl_->team->size() : 1; }
+int Simulation::threads() const { return impl_->pool ? impl_->pool->size() : 1; }
 
 int Simulation::pinned_count() const {
   return impl_->particles ? impl_->particles->pinned_count() : 0;
@@ -427,7 +428,8 @@ double Simulation::component(int i) const { return impl_->x[static_cast<std::siz
 
 bool Simulation::conserves_energy() const {
   return impl_->particles && impl_->corrections.empty() && !breaks() &&
-         impl_->particles->conserves_energy() && !(holding() && holding()->constraints().move());
+         impl_->particles->conserves_energy() &&
+         !(constraint_system() && constraint_system()->constraints().move());
 }
 
 Energy Simulation::energy() const {

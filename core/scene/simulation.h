@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/thread_choice.h"
+#include "core/base/thread_count_tuner.h"
 #include "core/particles/contacts.h"
 #include "core/plugin/registry.h"
 #include "core/scene/divergence.h"
@@ -21,7 +21,7 @@ namespace sim {
 
 class StepCorrection;
 
-// What a run may override; empty or 0 = as the scene says.
+// The options that a run may override; empty or 0: those of the scene.
 struct RunOptions {
   MethodChoice integrator{};
   double dt = 0;  // s
@@ -76,7 +76,7 @@ class Simulation {
   int components() const;            // numbers of a first-order state
   double component(int i) const;     // first-order states, in the order of FirstOrderSpec::state
   ContactWork contact_work() const;  // J, of all steps so far, whatever was restored between them
-  std::vector<SolidShape> shapes() const;  // of colliders that are on and of bodies, as now
+  std::vector<RenderShape> shapes() const;  // of colliders that are on and of bodies, as now
   int bodies() const;
   const RigidBody& body(int i) const;
   RigidState body_state(int i) const;
@@ -104,7 +104,7 @@ class Simulation {
   void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
-  class Holding* holding() const;  // of constraints; null where there are none
+  class ConstraintSystem* constraint_system() const;  // of constraints; null where there are none
   std::span<const std::unique_ptr<StepCorrection>> corrections() const;  // of the ends of steps
   std::vector<Link> links(int particle) const;                           // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)

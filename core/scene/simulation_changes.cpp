@@ -102,7 +102,7 @@ void Simulation::restore(const Snapshot& snapshot) {
 void Simulation::Impl::change(const std::function<void()>& make) {
   const std::vector<double> before(x.data(), x.data() + x.size());
   make();
-  const bool settled = system->settle(t(step_count), x.data());
+  const bool settled = system->project(t(step_count), x.data());
   std::string why = settled ? std::string() : system->refusal();
   for (const auto& correction : corrections)
     if (settled && why.empty()) why = correction->objection(t(step_count), x.data());
@@ -115,7 +115,7 @@ void Simulation::Impl::change(const std::function<void()>& make) {
 }
 
 void Simulation::Impl::check_not_led(int i) const {
-  if (particles && std::ranges::count(particles->leads().ids(), i) > 0)
+  if (particles && std::ranges::count(particles->prescribed().ids(), i) > 0)
     refuse_change("no change of particle " + std::to_string(i), "it is led along a path", "");
 }
 
@@ -250,8 +250,8 @@ void Simulation::set_integrator(const Method& method) {
   impl_->restart();
 }
 
-Holding* Simulation::holding() const {
-  return impl_->particles ? impl_->particles->holding() : nullptr;
+ConstraintSystem* Simulation::constraint_system() const {
+  return impl_->particles ? impl_->particles->constraint_system() : nullptr;
 }
 
 const Settings& Simulation::settings() const { return *impl_->settings; }
@@ -290,14 +290,14 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
       const auto n = static_cast<std::size_t>(view.n), at = static_cast<std::size_t>(i);
       Array sums(3 * n);
       const ParticleView own = s.particles->seen_by(force, view);
-      force.prepare(own, *s.team);
+      force.prepare(own, *s.pool);
       force.accumulate(own, {i, i + 1}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
       sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
     }
     if (!force.springs() || accumulates) shares.push_back({s.particles->name_of(force), sum});
   }
-  if (!holding()) return shares;
-  for (const HoldingForce& each : holding()->forces(t(), s.x.data())) {
+  if (!constraint_system()) return shares;
+  for (const ConstraintForce& each : constraint_system()->forces(t(), s.x.data())) {
     if (each.a != i && each.b != i) continue;
     const Vec3 force = each.a == i ? each.force : -each.force;
     if (!shares.empty() && shares.back().name == each.constraint)

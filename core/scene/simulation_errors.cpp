@@ -5,13 +5,13 @@
 #include "core/base/text.h"
 #include "core/base/thrown.h"
 #include "core/base/utf8.h"
-#include "core/scene/foreign.h"
+#include "core/scene/plugin_guard.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
 
 // Names of springs stand in tables and reports.
-void check_family(const std::string& name, const Place& place) {
+void check_family(const std::string& name, const SourceLocation& place) {
   if (visible_line(name) != name)
     throw Error(ErrorKind::kScene,
                 {"bad family '" + visible_line(name) + "'", place,
@@ -19,7 +19,7 @@ void check_family(const std::string& name, const Place& place) {
 }
 
 // A method that does not fit is told at the line of the force that it cannot take, if it is one.
-Error Simulation::Impl::blaming_force(const Error& misfit, const Place& scene) const {
+Error Simulation::Impl::blaming_force(const Error& misfit, const SourceLocation& scene) const {
   ErrorText text = misfit.text();
   if (!text.where.empty()) return misfit;
   text.where = scene;
@@ -31,7 +31,7 @@ Error Simulation::Impl::blaming_force(const Error& misfit, const Place& scene) c
     const std::string quoted = "'" + particles->name_of(force) + "'";
     const bool named = text.why.find("force " + quoted) != std::string::npos ||
                        text.why.find("force, " + quoted) != std::string::npos;
-    if (!named && !(splits && (force.depends_on_velocity() || force.memory_size() > 0))) continue;
+    if (!named && !(splits && (force.depends_on_velocity() || force.internal_size() > 0))) continue;
     text.where = force_places[i];
     if (!named) text.why = "force " + quoted + " does not suit it: " + text.why;
     break;
@@ -66,22 +66,22 @@ void Simulation::Impl::rethrow_in_step() {
   const std::string what =
       "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
   if (!particles)
-    rethrow_foreign("integrator '" + settings->method.name() + "' or field", "", what);
+    rethrow_from_plugin("integrator '" + settings->method.name() + "' or field", "", what);
   const auto n = static_cast<std::size_t>(initial.count());
   Array sums(3 * n);
   for (const double at : {begin, begin + 0.5 * h, begin + h})
     for (Force* const force : particles->other_forces()) {
       const ParticleView view = particles->seen_by(*force, particles->view(at, x.data()));
       try {
-        force->prepare(view, *team);
+        force->prepare(view, *pool);
         force->accumulate(view, {0, view.n}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
       } catch (...) {
-        rethrow_foreign("force '" + particles->name_of(*force) + "'", "", what);
+        rethrow_from_plugin("force '" + particles->name_of(*force) + "'", "", what);
       }
     }
   const bool alone = particles->other_forces().empty();
-  rethrow_foreign("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
-                  what);
+  rethrow_from_plugin("integrator '" + settings->method.name() + (alone ? "'" : "' or a force"), "",
+                      what);
 }
 
 }  // namespace sim

@@ -9,17 +9,17 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/fields/field_system.h"
 #include "core/particles/contact_task.h"
 #include "core/particles/particle_system.h"
+#include "core/scene/at_source.h"
 #include "core/scene/breaking.h"
-#include "core/scene/placed.h"
 #include "core/scene/simulation.h"
 
 namespace sim {
 
-class TouchEvents;
+class ImpactEvents;
 
 struct Simulation::Impl {
   std::string name;
@@ -30,11 +30,12 @@ struct Simulation::Impl {
 
   std::shared_ptr<const Settings> settings;
   std::unique_ptr<Integrator> integrator;
-  std::unique_ptr<Team> team;
-  std::optional<ThreadChoice> thread_choice;  // where the run may choose how many of it steps take
+  std::unique_ptr<ThreadPool> pool;
+  std::optional<ThreadCountTuner>
+      thread_count_tuner;  // where the run may choose how many of it steps take
   std::unique_ptr<OdeSystem> system;
-  ParticleSystem* particles = nullptr;  // the system, in a second-order scene
-  std::vector<Place> force_places;      // of its forces, in their order
+  ParticleSystem* particles = nullptr;       // the system, in a second-order scene
+  std::vector<SourceLocation> force_places;  // of its forces, in their order
   StateShape shape;
   std::vector<RigidBody> bodies;
   std::vector<std::string> force_switches, collider_switches;  // of each part; empty: none
@@ -67,9 +68,9 @@ struct Simulation::Impl {
 
   // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
   // before the next step.
-  IntegratorInfo info_of(const Method& method, const Place& place) const;
-  void make_integrator(const Settings& wanted, const Place& place);
-  Error blaming_force(const Error& misfit, const Place& scene) const;
+  IntegratorInfo info_of(const Method& method, const SourceLocation& place) const;
+  void make_integrator(const Settings& wanted, const SourceLocation& place);
+  Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
   // x_next := what corrections make of the step from t; false where one of them fails.
   bool correct(double t, double h);
   // Around each correction: the books of a method of first order, late_work().
@@ -83,7 +84,7 @@ struct Simulation::Impl {
   // Around a step: what contact does in it counts as far as the state after it is.
   void begin_contact(double t);
   void end_contact(double t);
-  TouchEvents* touch_events();  // of a method with steps of its own; null: it has none
+  ImpactEvents* impact_events();  // of a method with steps of its own; null: it has none
   void restart();
   // Steps with these settings from now on; as before when it throws.
   void adopt(std::shared_ptr<const Settings> wanted);
@@ -99,6 +100,6 @@ struct Simulation::Impl {
 };
 
 // Throws Error{kScene} for a name of springs that is not one line of text.
-void check_family(const std::string& name, const Place& place);
+void check_family(const std::string& name, const SourceLocation& place);
 
 }  // namespace sim

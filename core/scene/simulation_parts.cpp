@@ -4,11 +4,11 @@
 
 #include "core/base/finite.h"
 #include "core/particles/contact_task.h"
+#include "core/particles/impact_events.h"
 #include "core/particles/late_velocities.h"
 #include "core/particles/rigid/rigid_rows.h"
-#include "core/particles/touch_events.h"
-#include "core/scene/foreign.h"
-#include "core/scene/joined.h"
+#include "core/scene/body_attachments.h"
+#include "core/scene/plugin_guard.h"
 #include "core/scene/simulation_impl.h"
 
 namespace sim {
@@ -21,12 +21,12 @@ void Simulation::Impl::compile_corrections() {
 
 void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
   if (!bodies.empty())
-    particles->hold().add(std::make_unique<RigidRows>(bodies), "rigid", spec.bodies.front().place,
-                          0, x.data());
+    particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies), "rigid",
+                                           spec.bodies.front().place, 0, x.data());
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
-    const Joined joined(part.elements, spec, bodies, initial.count());
+    const BodyAttachments joined(part.elements, spec, bodies, initial.count());
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     if (part.elements.empty())
       throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
@@ -40,18 +40,20 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
                        "particle " + std::to_string(id) + " is of " + correction->title() +
                            ", which would break it",
                        "leave it out of one of them, or " + correction->remedy()});
-    placed(part.place, [&] {
+    at_source(part.place, [&] {
       auto constraint = made(plugin.make(params, joined.elements), plugin);
       if (!joined.nodes.empty())
         constraint = constraint_on_nodes(std::move(constraint), joined.nodes);
-      particles->hold().add(std::move(constraint), plugin.name, part.place,
-                            params.has("feedback") ? params.number("feedback") : 0.0, x.data());
+      particles->add_constraint_system().add(
+          std::move(constraint), plugin.name, part.place,
+          params.has("feedback") ? params.number("feedback") : 0.0, x.data());
     });
   }
-  if (!particles->holding()) return;
-  particles->holding()->begin();
+  if (!particles->constraint_system()) return;
+  particles->constraint_system()->begin();
   if (spec.colliders.empty() || spec.constraints.empty()) return;
-  particles->holding()->join_contact(bodies.empty() ? initial.count() : bodies.front().first());
+  particles->constraint_system()->join_contact(bodies.empty() ? initial.count()
+                                                              : bodies.front().first());
 }
 
 std::unique_ptr<StepCorrection> Simulation::Impl::contact(const ContactSpec& spec,
@@ -59,7 +61,7 @@ std::unique_ptr<StepCorrection> Simulation::Impl::contact(const ContactSpec& spe
                                                           Registry& registry) {
   const auto& plugin = registry.get<StepCorrection>(spec.plugin, spec.place);
   const Params params(plugin.title(), plugin.params, spec.given, spec.place);
-  return placed(spec.place, [&] { return made_by(plugin, spec.place, params, task); });
+  return at_source(spec.place, [&] { return made_by(plugin, spec.place, params, task); });
 }
 
 namespace {
@@ -109,19 +111,19 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registr
   if (spec.contact)
     surfaces = contact(*spec.contact,
                        {.particles = *particles,
-                        .holding = particles->holding(),
+                        .constraint_system = particles->constraint_system(),
                         .initial = x.data(),
                         .surfaces = spec.contact->surfaces},
                        registry);
   particles->order_by(particles->view(0, x.data()));
   if (auto collision = body_collision(spec))
-    corrections.push_back(
-        contact({.plugin = spec.body_contact, .place = spec.bodies.front().place},
-                {.particles = *particles,
-                 .holding = spec.constraints.empty() ? nullptr : particles->holding(),
-                 .initial = x.data(),
-                 .bodies = std::move(*collision)},
-                registry));
+    corrections.push_back(contact(
+        {.plugin = spec.body_contact, .place = spec.bodies.front().place},
+        {.particles = *particles,
+         .constraint_system = spec.constraints.empty() ? nullptr : particles->constraint_system(),
+         .initial = x.data(),
+         .bodies = std::move(*collision)},
+        registry));
   if (surfaces) corrections.push_back(std::move(surfaces));
   for (const auto& one : corrections)
     for (const auto& other : corrections)
@@ -199,27 +201,28 @@ bool Simulation::Impl::correct(double t, double h) {
   return true;
 }
 
-TouchEvents* Simulation::Impl::touch_events() {
+ImpactEvents* Simulation::Impl::impact_events() {
   const bool has_some = particles && !particles->contacts().empty() && integrator->info().adaptive;
-  return has_some ? dynamic_cast<TouchEvents*>(system->events()) : nullptr;
+  return has_some ? dynamic_cast<ImpactEvents*>(system->events()) : nullptr;
 }
 
 void Simulation::Impl::begin_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
-  particles->contacts().ledger().take();  // of steps that others tried
-  if (TouchEvents* const events = touch_events()) events->shown().show(t);
+  particles->contacts().work_sums().take();  // of steps that others tried
+  if (ImpactEvents* const events = impact_events()) events->reported_work().show(t);
 }
 
 void Simulation::Impl::end_contact(double t) {
   if (!particles || particles->contacts().empty()) return;
-  TouchEvents* const events = touch_events();
-  const ContactWork work = events ? events->shown().take(t) : particles->contacts().ledger().take();
+  ImpactEvents* const events = impact_events();
+  const ContactWork work =
+      events ? events->reported_work().take(t) : particles->contacts().work_sums().take();
   contact_work.lost += work.lost;
   contact_work.given += work.given;
 }
 
 void Simulation::Impl::restart() {
-  if (TouchEvents* const events = touch_events()) events->shown().forget_ahead();
+  if (ImpactEvents* const events = impact_events()) events->reported_work().forget_ahead();
   integrator->restart(t(step_count), settings->h, x.data());
 }
 
@@ -229,9 +232,9 @@ std::span<const std::unique_ptr<StepCorrection>> Simulation::corrections() const
 
 ContactWork Simulation::contact_work() const { return impl_->contact_work; }
 
-std::vector<SolidShape> Simulation::shapes() const {
+std::vector<RenderShape> Simulation::shapes() const {
   if (!impl_->particles) return {};
-  std::vector<SolidShape> all = impl_->particles->contacts().shapes(t());
+  std::vector<RenderShape> all = impl_->particles->contacts().shapes(t());
   for (int i = 0; i < bodies(); ++i) all.push_back(body(i).drawn(body_state(i)));
   return all;
 }

@@ -1,4 +1,4 @@
-// What a simulation needs to go on bit for bit from where it was, and the parts of a force.
+// A snapshot, from which a simulation continues bit for bit, and the parts of a force.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@ struct Snapshot {
   }
 };
 
-// What one force, or one family of springs, does to one particle.
+// The force of one plugin, or one family of springs, on one particle.
 struct ForceShare {
   std::string name;  // of the family, or of the plugin
   Vec3 force;        // N

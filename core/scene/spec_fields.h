@@ -1,5 +1,5 @@
-// The fields of the parts of a scene. Those that do not identify a part are where it stands in the
-// file, how it looks, and what a run chooses and a checkpoint holds by itself.
+// The fields of the parts of a scene. The fields that do not identify a part are its source
+// location, its look, and those that a run chooses and a checkpoint stores separately.
 #pragma once
 
 #include "core/base/fields.h"
@@ -39,7 +39,7 @@ struct FieldsOf<ParticleSpec> {
 };
 
 template <>
-struct FieldsOf<LeadSpec> {
+struct FieldsOf<PrescribedSpec> {
   static constexpr StructField list[] = {{"particle"}, {"path"}, {"place", kDescribes}};
 };
 
@@ -56,7 +56,7 @@ struct FieldsOf<RigidShape> {
 };
 
 template <>
-struct FieldsOf<Surface> {
+struct FieldsOf<ContactMaterial> {
   static constexpr StructField list[] = {{"restitution"}, {"friction"}, {"law"}};
 };
 

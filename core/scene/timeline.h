@@ -24,7 +24,7 @@ class Timeline {
   explicit Timeline(const Simulation& simulation, std::size_t budget = kDefaultBudget);
   void begin_anew(const Simulation& simulation);  // at its present state, with nothing before
 
-  // As Simulation::steps() and step().
+  // See Simulation::steps() and step().
   int steps(Simulation& simulation, std::int64_t most);
   bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
   bool step_to(Simulation& simulation, double end);  // a shorter one; forgets what came after

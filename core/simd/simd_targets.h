@@ -13,14 +13,14 @@ enum class SimdLevel { kSse2, kFma, kAvx2, kAvx512, kNeon };
 
 const char* simd_name(SimdLevel level);  // "sse2", "fma", "avx2", "avx512", "neon"
 
-// Those that this machine has, the best one last, whatever the environment says.
+// The levels that this machine has, the best one last, whatever the environment says.
 std::span<const SimdLevel> simd_levels();
 
 // The best level of this machine, or a lower one named by the environment variable SIM_SIMD.
 // All levels give the same bits.
 SimdLevel simd_level();
 
-// What simd_level() asks for of a processor with x86-64.
+// The processor features of x86-64 that simd_level() asks for.
 template <class T>
 T for_simd_level(T sse2, T fma, T avx2, T avx512) {
   switch (simd_level()) {

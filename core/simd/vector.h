@@ -6,7 +6,7 @@
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
-// What a vector of numbers is, in a register and in memory at any address.
+// The types of a vector of numbers, in a register and in memory at any address.
 template <class Real>
 struct VectorOf;
 template <>

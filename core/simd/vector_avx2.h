@@ -1,4 +1,4 @@
-// What core/simd/vector.h leaves to the instruction set; core/simd/vector_sse2.h says what it is.
+// The part of core/simd/vector.h for one instruction set; core/simd/vector_sse2.h documents it.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 

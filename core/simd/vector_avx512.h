@@ -1,5 +1,5 @@
-// What core/simd/vector.h leaves to the instruction set; core/simd/vector_sse2.h says what it is.
-// The masked forms with a full mask: g++ 12 warns of an undefined value inside the plain ones.
+// The part of core/simd/vector.h for one instruction set; core/simd/vector_sse2.h documents it. The
+// masked forms with a full mask: g++ 12 warns of an undefined value inside the plain ones.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 

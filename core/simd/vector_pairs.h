@@ -1,4 +1,4 @@
-// What core/simd/vector.h leaves to the instruction set, as all sets of 128 bits do it.
+// The part of core/simd/vector.h that all instruction sets of 128 bits share.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
@@ -14,7 +14,7 @@ SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
   const double* const b = points + 4 * std::ptrdiff_t{index[1]};
   return {Doubles{a[0], b[0]}, Doubles{a[1], b[1]}, Doubles{a[2], b[2]}};
 }
-// Likewise, and the fourth double of each.
+// The same, and the fourth double of each.
 SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
   const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
   fourth = Doubles{last(0), last(1)};

@@ -1,5 +1,5 @@
-// What core/simd/vector.h leaves to the instruction set; core/simd/vector_pairs.h has the rest. 128
-// bits with and without FMA.
+// The part of core/simd/vector.h for one instruction set; core/simd/vector_pairs.h has the rest.
+// 128 bits with and without FMA.
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 

@@ -12,9 +12,9 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   const ParticleSystem& particles = *particles_of(system);
   for (Force* force : particles.other_forces())
     if (!force->conservative() && !force->springs()) working_.push_back(force);
-  led_ = moves_pinned_ = !particles.leads().empty();
-  driven_ = system.holding() && system.holding()->constraints().move();
-  damped_ = particles.has_damping() || !working_.empty() || driven_ || led_;
+  kinematic_ = moves_pinned_ = !particles.prescribed().empty();
+  driven_ = system.constraint_system() && system.constraint_system()->constraints().move();
+  damped_ = particles.has_damping() || !working_.empty() || driven_ || kinematic_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   confined_ = acts_between_steps(system);
   broken_before_ = system.settings().broken_energy;
@@ -38,7 +38,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
 void EnergyBalance::touched(double energy) {
   const ParticleSystem& particles = *particles_of(*system_);
   start_.potential += energy;
-  moves_pinned_ = led_ || !system_->settings().held.empty();
+  moves_pinned_ = kinematic_ || !system_->settings().held.empty();
   if (damped_) work_.part();
   damped_ = damped_ || moves_pinned_ || particles.has_damping();
   if (!damped_) return;
@@ -57,7 +57,8 @@ double EnergyBalance::hands() const {
   double power = 0;
   std::vector<Link> links;
   std::vector<int> moved = system_->settings().held;
-  moved.insert(moved.end(), particles.leads().ids().begin(), particles.leads().ids().end());
+  moved.insert(moved.end(), particles.prescribed().ids().begin(),
+               particles.prescribed().ids().end());
   for (const int i : moved) {
     const Vec3 v = p.velocity(i);
     if (v == Vec3::Zero()) continue;
@@ -72,16 +73,16 @@ double EnergyBalance::hands() const {
                               link.rest);
       }
       if (std::ranges::count(particles.other_forces(), force) == 0) continue;
-      if (std::ranges::count(working_, force) > 0 && !force->resists()) continue;
+      if (std::ranges::count(working_, force) > 0 && !force->has_dissipative_part()) continue;
       std::ranges::fill(sums_.span(), 0.0);
       const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
       const ParticleView own = particles.seen_by(*force, p);
-      force->prepare(own, particles.team());
+      force->prepare(own, particles.pool());
       force->accumulate(own, {i, i + 1}, {fx, fy, fz});
       sum += Vec3(fx[i], fy[i], fz[i]);
-      if (!force->resists()) continue;
+      if (!force->has_dissipative_part()) continue;
       std::ranges::fill(sums_.span(), 0.0);
-      force->resist(own, {i, i + 1}, {fx, fy, fz});
+      force->dissipative_part(own, {i, i + 1}, {fx, fy, fz});
       sum -= Vec3(fx[i], fy[i], fz[i]);
     }
     power += sum.dot(v);
@@ -93,8 +94,8 @@ double EnergyBalance::power() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
   double power = particles.damping_power(t, system_->state().data(), sums_);
-  if (driven_ || (moves_pinned_ && system_->holding()))
-    power -= system_->holding()->driving_power(t, system_->state().data());
+  if (driven_ || (moves_pinned_ && system_->constraint_system()))
+    power -= system_->constraint_system()->driving_power(t, system_->state().data());
   const ParticleView p = particles.view(t, system_->state().data());
   for (Force* force : working_) {
     if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
@@ -102,10 +103,10 @@ double EnergyBalance::power() const {
     const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
     const ForceSink sink{fx, fy, fz};
     const ParticleView own = particles.seen_by(*force, p);
-    force->prepare(own, particles.team());
-    particles.team().run_parts(p.n, 8, [&](int begin, int end) {
-      if (force->resists())
-        force->resist(own, {begin, end}, sink);
+    force->prepare(own, particles.pool());
+    particles.pool().run_parts(p.n, 8, [&](int begin, int end) {
+      if (force->has_dissipative_part())
+        force->dissipative_part(own, {begin, end}, sink);
       else
         force->accumulate(own, {begin, end}, sink);
     });
@@ -122,10 +123,10 @@ double EnergyBalance::potential() const {
   const ParticleView p = particles.view(system_->t(), system_->state().data());
   double sum = 0;
   for (Force* force : working_) {
-    if (force->resists()) continue;  // it does come from there
+    if (force->has_dissipative_part()) continue;  // it does come from there
     if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
     const ParticleView own = particles.seen_by(*force, p);
-    force->prepare(own, particles.team());
+    force->prepare(own, particles.pool());
     sum += force->potential(own, {0, p.n});
   }
   return sum;

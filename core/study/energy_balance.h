@@ -15,9 +15,9 @@ namespace sim::study {
 // what moving colliders have given; 0 for the exact motion.
 class EnergyBalance {
  public:
-  // Looks at the present state of a second-order system, which it outlives. Of a run of so many
-  // steps, if that is known: forces that are not conservative are looked at less often in long
-  // ones, as far as their work is known then.
+  // Looks at the present state of a second-order system, which it outlives. steps: of the run, if
+  // known: non-conservative forces are sampled less often in long runs, as far as their work is
+  // known then.
   explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
   // After steps, at most due() of them: in large systems not after every one, to save time. More
@@ -35,7 +35,7 @@ class EnergyBalance {
   bool has_drag() const { return damped_; }  // of particles or of springs, or forces do work
   bool has_work() const { return driven_ || !working_.empty(); }  // of other forces
   double taken() const;  // W up to the present state, with that of earlier parts, J
-  // What is needed to go on with W later, bit for bit.
+  // The numbers from which W is continued later, bit for bit.
   std::vector<double> memory() const;
   bool recall(std::span<const double> memory);
   ContactWork contact() const;                                                 // J
@@ -52,7 +52,7 @@ class EnergyBalance {
   void choose_stride();
 
   Simulation* system_;
-  bool damped_ = false, confined_ = false, driven_ = false, led_ = false;
+  bool damped_ = false, confined_ = false, driven_ = false, kinematic_ = false;
   bool moves_pinned_ = false;  // by a hand or along paths
   mutable Array sums_;         // scratch of power()
   std::vector<Force*> working_;

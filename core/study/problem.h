@@ -1,4 +1,4 @@
-// What a study works on: one system of a scene, to be run again and again with other methods and
+// The problem of a study: one system of a scene, to be run again and again with other methods and
 // steps.
 #pragma once
 
@@ -23,7 +23,7 @@ struct Problem {
   Registry* registry = nullptr;
   RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
 
-  // What is compared: nothing = the free coordinates, or all numbers of a flat state.
+  // The compared quantity; nothing: the free coordinates, or all numbers of a flat state.
   std::optional<Quantity> of{};
   bool by_figure() const { return of && of->is_figure(); }  // one number for the whole run
 
@@ -54,7 +54,7 @@ struct Candidate : MethodChoice {
 std::vector<Candidate> fitting_methods(const Problem& problem,
                                        const std::vector<MethodChoice>& choices);
 
-// Of f, so far: as the integrator counts them, or else so many a step.
+// The evaluations of f so far: as the integrator counts them, or else a fixed number a step.
 std::int64_t evaluations_of(const Simulation& system);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.

@@ -1,5 +1,5 @@
-// What a run is judged by, of what its scene observes: a quantity at all times, or one figure of it
-// for the whole run, which may be right where positions cannot.
+// The quantities by which a run is judged, among those that its scene observes: a quantity at all
+// times, or one figure of it for the whole run, which may be right where positions cannot.
 #pragma once
 
 #include <span>

@@ -14,7 +14,7 @@
 
 namespace sim {
 
-// What a command line says of a scene besides its file, and what a study may change in it.
+// The options of a scene on a command line, which a study may change.
 struct SceneVariant {
   std::map<std::string, std::string> settings = {};  // --set
   std::vector<std::string> off = {};                 // --off: switches
@@ -36,13 +36,13 @@ class SceneSource {
   virtual std::string name() const = 0;  // its file, as it was asked for
   // Throws Error for a scene that cannot be made, or that lacks what the variant names.
   virtual StudiedScene load(const SceneVariant& variant) = 0;
-  // Of a run of one of its systems, for study::Problem. Throws Error{kUsage}.
+  // The options of a run of one of its systems, for study::Problem. Throws Error{kUsage}.
   virtual RunOptions options(const SceneVariant& variant, const SystemSpec& system) = 0;
   // "sim SCENE -s n=3 --without drag": the words that run the variant, but for method and step.
   virtual std::string command(const SceneVariant& variant) const = 0;
 };
 
-// What is studied, and how: it outlives the study.
+// The task of a study; it outlives the study.
 struct StudyTask {
   SceneSource* scene = nullptr;  // null for a study that takes no scene
   Registry* registry = nullptr;
@@ -58,7 +58,7 @@ struct StudyTask {
 class Study {
  public:
   virtual ~Study() = default;
-  // What it found, which goes to standard output; "" where it was ended before it knew anything.
+  // Returns its findings, which go to standard output; "" where it was ended before it had any.
   // Throws Error.
   virtual std::string run(const StudyTask& task) = 0;
 };

@@ -1,7 +1,7 @@
 // A box, solid within, or a room.
 #include "core/math/sine.h"
 #include "core/plugin/plugin.h"
-#include "core/plugin/solid.h"
+#include "core/plugin/sdf_collider.h"
 
 namespace {
 
@@ -20,10 +20,10 @@ std::array<Vec3, 3> turned_axes(const Vec3& turn) {
 }
 
 // One wall of a room: a plane at a distance from its center.
-class Wall final : public sim::Solid {
+class Wall final : public sim::SdfCollider {
  public:
   Wall(const sim::Params& params, const Vec3& inward, double distance, double radius)
-      : Solid(params, params.vector("center")),
+      : SdfCollider(params, params.vector("center")),
         inward_(inward),
         distance_(distance),
         radius_(radius) {
@@ -32,8 +32,8 @@ class Wall final : public sim::Solid {
 
  private:
   Distance distance(const Vec3& x) const override { return {inward_.dot(x) + distance_, inward_}; }
-  sim::PlainSurface plain_form() const override {
-    return {.form = sim::PlainSurface::Form::kPlane, .normal = inward_, .radius = -distance_};
+  sim::PrimitiveSurface plain_form() const override {
+    return {.form = sim::PrimitiveSurface::Form::kPlane, .normal = inward_, .radius = -distance_};
   }
   double least(const Vec3& middle, const Vec3& half) const override {
     double gap = distance(middle).gap;
@@ -41,16 +41,16 @@ class Wall final : public sim::Solid {
     return gap;
   }
   double turning_radius(const Vec3&) const override { return radius_; }
-  sim::SolidShape form() const override { return {}; }  // the room is drawn as a whole
+  sim::RenderShape form() const override { return {}; }  // the room is drawn as a whole
 
   Vec3 inward_;
   double distance_, radius_;
 };
 
-class Box final : public sim::Solid {
+class Box final : public sim::SdfCollider {
  public:
   explicit Box(const sim::Params& params)
-      : Solid(params, params.vector("center")),
+      : SdfCollider(params, params.vector("center")),
         half_(params.vector("half")),
         axes_(turned_axes(params.vector("turn"))),
         turned_(params.vector("turn").norm() > 0) {
@@ -69,8 +69,8 @@ class Box final : public sim::Solid {
   std::vector<std::unique_ptr<Collider>> sides() override { return std::move(walls_); }
 
  private:
-  sim::SolidShape form() const override {
-    sim::SolidShape shape{.form = sim::SolidShape::Form::kBox};
+  sim::RenderShape form() const override {
+    sim::RenderShape shape{.form = sim::RenderShape::Form::kBox};
     for (std::size_t axis = 0; axis < 3; ++axis)
       shape.axes[axis] = half_[static_cast<int>(axis)] * axes_[axis];
     return shape;
@@ -101,12 +101,12 @@ class Box final : public sim::Solid {
   }
 
   double least(const Vec3& middle, const Vec3& half) const override {
-    if (turned_) return Solid::least(middle, half);
+    if (turned_) return SdfCollider::least(middle, half);
     Vec3 out;
     for (std::size_t axis = 0; axis < 3; ++axis)
       out[axis] = std::max(0.0, std::fabs(middle[axis]) - half[axis] - half_[axis]);
     const double gap = out.norm();
-    return gap > 0 ? gap : Solid::least(middle, half);
+    return gap > 0 ? gap : SdfCollider::least(middle, half);
   }
 
   double turning_radius(const Vec3&) const override { return half_.norm(); }

@@ -1,13 +1,13 @@
 // A capsule: all that is near a straight line from a to b.
 #include "core/plugin/plugin.h"
-#include "core/plugin/solid.h"
+#include "core/plugin/sdf_collider.h"
 
 namespace {
 
-class Capsule final : public sim::Solid {
+class Capsule final : public sim::SdfCollider {
  public:
   explicit Capsule(const sim::Params& params)
-      : Solid(params, 0.5 * (params.vector("a") + params.vector("b"))),
+      : SdfCollider(params, 0.5 * (params.vector("a") + params.vector("b"))),
         half_(0.5 * (params.vector("b") - params.vector("a"))),
         radius_(params.number("radius")) {
     if (!(radius_ > 0))
@@ -28,8 +28,8 @@ class Capsule final : public sim::Solid {
     return {-radius_, (other - other.dot(axis_) * axis_).normalized()};
   }
 
-  sim::SolidShape form() const override {
-    sim::SolidShape shape{.form = sim::SolidShape::Form::kCapsule};
+  sim::RenderShape form() const override {
+    sim::RenderShape shape{.form = sim::RenderShape::Form::kCapsule};
     shape.axes[0] = half_;
     shape.radius = radius_;
     return shape;

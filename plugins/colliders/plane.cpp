@@ -1,19 +1,19 @@
 // A plane: everything behind it is solid.
 #include "core/plugin/plugin.h"
-#include "core/plugin/solid.h"
+#include "core/plugin/sdf_collider.h"
 
 namespace {
 
-class Plane final : public sim::Solid {
+class Plane final : public sim::SdfCollider {
  public:
   explicit Plane(const sim::Params& params)
-      : Solid(params, params.vector("point")), normal_(params.vector("normal")) {
+      : SdfCollider(params, params.vector("point")), normal_(params.vector("normal")) {
     const double length = normal_.stableNorm();
     if (!(length > 0))
       throw sim::Error(sim::ErrorKind::kScene, {"collider 'plane'", "", "its normal has no length",
                                                 "give a direction, {0, 1, 0}"});
     normal_ /= length;
-    if (params.has("motion") && params.motion("motion")->fastest_turn() > 0 &&
+    if (params.has("motion") && params.motion("motion")->max_angular_speed() > 0 &&
         !(normal_.cross(params.motion("motion")->at(0, {0, 0, 0}).axis).norm() < 1e-12))
       throw sim::Error(sim::ErrorKind::kScene,
                        {"collider 'plane'", "", "it can turn about its normal only",
@@ -23,11 +23,11 @@ class Plane final : public sim::Solid {
  private:
   Distance distance(const sim::Vec3& x) const override { return {normal_.dot(x), normal_}; }
 
-  sim::PlainSurface plain_form() const override {
-    return {.form = sim::PlainSurface::Form::kPlane, .normal = normal_};
+  sim::PrimitiveSurface plain_form() const override {
+    return {.form = sim::PrimitiveSurface::Form::kPlane, .normal = normal_};
   }
 
-  sim::SolidShape form() const override { return sim::plane_shape({0, 0, 0}, normal_); }
+  sim::RenderShape form() const override { return sim::plane_shape({0, 0, 0}, normal_); }
 
   double least(const sim::Vec3& middle, const sim::Vec3& half) const override {
     double gap = normal_.dot(middle);

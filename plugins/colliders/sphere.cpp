@@ -1,13 +1,13 @@
 // A sphere, solid within, or a hollow one.
 #include "core/plugin/plugin.h"
-#include "core/plugin/solid.h"
+#include "core/plugin/sdf_collider.h"
 
 namespace {
 
-class Sphere final : public sim::Solid {
+class Sphere final : public sim::SdfCollider {
  public:
   explicit Sphere(const sim::Params& params)
-      : Solid(params, params.vector("center")), radius_(params.number("radius")) {
+      : SdfCollider(params, params.vector("center")), radius_(params.number("radius")) {
     if (!(radius_ > 0))
       throw sim::Error(sim::ErrorKind::kScene,
                        {"collider 'sphere'", "", "its radius is 0", "give a radius > 0 in m"});
@@ -19,12 +19,12 @@ class Sphere final : public sim::Solid {
     return {length - radius_, length > 0 ? sim::Vec3(x / length) : sim::Vec3(0, 1, 0)};
   }
 
-  sim::PlainSurface plain_form() const override {
-    return {.form = sim::PlainSurface::Form::kSphere, .radius = radius_};
+  sim::PrimitiveSurface plain_form() const override {
+    return {.form = sim::PrimitiveSurface::Form::kSphere, .radius = radius_};
   }
 
-  sim::SolidShape form() const override {
-    sim::SolidShape shape{.form = sim::SolidShape::Form::kSphere};
+  sim::RenderShape form() const override {
+    sim::RenderShape shape{.form = sim::RenderShape::Form::kSphere};
     shape.radius = radius_;
     return shape;
   }

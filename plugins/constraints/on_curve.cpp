@@ -46,10 +46,10 @@ class OnCurve final : public sim::Constraint {
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
     for (std::size_t k = 0; k < ids_.size(); ++k) {
       const sim::Vec3 x = p.position(ids_[k]);
-      const Piece r = near(x, p.memory[2 * k], p.t);
+      const Piece r = near(x, p.internal[2 * k], p.t);
       const sim::Vec3 along = r.first / r.first.norm();
       sim::Vec3 across;
-      across[static_cast<std::size_t>(p.memory[2 * k + 1])] = 1;
+      across[static_cast<std::size_t>(p.internal[2 * k + 1])] = 1;
       across = (across - across.dot(along) * along).normalized();
       const sim::Vec3 normals[2] = {across, along.cross(across)};
 
@@ -79,7 +79,7 @@ class OnCurve final : public sim::Constraint {
 
   bool moves() const override { return curve_->moves(); }
   // Of each bead its place and an axis across the wire, which stays the same within a step.
-  int memory_size() const override { return 2 * static_cast<int>(ids_.size()); }
+  int internal_size() const override { return 2 * static_cast<int>(ids_.size()); }
   void start(std::span<double> memory) const override {
     for (std::size_t k = 0; k < ids_.size(); ++k) remember(piece(start_[k], 0), &memory[2 * k]);
   }

@@ -1,4 +1,4 @@
-// What sim and sim-petsc leave for each other in a folder. No kernel and no PETSc is in it.
+// The files that sim and sim-petsc exchange in a folder. It needs neither the kernel nor PETSc.
 #pragma once
 
 #include <cstdint>

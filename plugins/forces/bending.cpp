@@ -128,7 +128,7 @@ class Bending final : public sim::Force {
 
   bool has_jacobian() const override { return true; }
 
-  void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& p, sim::JacobianSink& sink) const override {
     for (int i = 0; i < p.n; ++i) {
       double diagonal = 0;
       for (const Entry& entry : row(i)) {

@@ -27,7 +27,7 @@ class PenaltyContact final : public sim::Force {
     if (!(slip_ > 0))
       throw sim::Error(sim::ErrorKind::kScene,
                        {"force 'contact'", "", "its slip is 0", "give a velocity > 0 in m/s"});
-    if (collider_->surface().law)
+    if (collider_->material().law)
       throw sim::Error(
           sim::ErrorKind::kScene,
           {"force 'contact'", "", "its collider has a law, and this force is a law of its own",
@@ -39,25 +39,25 @@ class PenaltyContact final : public sim::Force {
   void bind(const sim::ParticleView& initial) override {
     for (auto& solid : solids_) {
       solid->bind(initial);
-      if (solid->sampled()) solid->look(initial.t, initial.t);
+      if (solid->sampled()) solid->prepare_interval(initial.t, initial.t);
     }
   }
 
-  void prepare(const sim::ParticleView& view, sim::Team& /*team*/) override {
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& /*team*/) override {
     for (auto& solid : solids_)
-      if (solid->sampled()) solid->look(view.t, view.t);
+      if (solid->sampled()) solid->prepare_interval(view.t, view.t);
   }
 
   // Runs of particles that are surely outside are left out.
   void accumulate(const sim::ParticleView& view, sim::Tile tile, sim::ForceSink f) const override {
-    each(view, tile, [&](int i, const sim::Touch& touch) {
-      const double depth = -touch.gap, elastic = power_of(depth, power_);
+    each(view, tile, [&](int i, const sim::SurfaceSample& sample) {
+      const double depth = -sample.gap, elastic = power_of(depth, power_);
       const Vec3 relative =
-          depends_on_velocity() ? Vec3(view.velocity(i) - touch.velocity) : Vec3(0, 0, 0);
-      const double normal = relative.dot(touch.normal);
+          depends_on_velocity() ? Vec3(view.velocity(i) - sample.velocity) : Vec3(0, 0, 0);
+      const double normal = relative.dot(sample.normal);
       const double push = elastic * std::max(0.0, stiffness_ - damping_ * normal);
-      const Vec3 slip = relative - normal * touch.normal;
-      f.add(i, push * touch.normal -
+      const Vec3 slip = relative - normal * sample.normal;
+      f.add(i, push * sample.normal -
                    friction_ * push / std::sqrt(slip.squaredNorm() + slip_ * slip_) * slip);
     });
   }
@@ -66,8 +66,8 @@ class PenaltyContact final : public sim::Force {
 
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     double sum = 0;
-    each(view, tile, [&](int, const sim::Touch& touch) {
-      sum += stiffness_ / (power_ + 1) * power_of(-touch.gap, power_ + 1);
+    each(view, tile, [&](int, const sim::SurfaceSample& sample) {
+      sum += stiffness_ / (power_ + 1) * power_of(-sample.gap, power_ + 1);
     });
     return sum;
   }
@@ -95,8 +95,8 @@ class PenaltyContact final : public sim::Force {
         if (solid->clearance(view.t, Vec3(least + half), half) > 0) continue;
         for (int i = begin; i < end; ++i) {
           if (!view.free(i)) continue;
-          const sim::Touch touch = solid->touch(view.t, view.position(i));
-          if (touch.gap < 0) act(i, touch);
+          const sim::SurfaceSample sample = solid->query(view.t, view.position(i));
+          if (sample.gap < 0) act(i, sample);
         }
       }
   }
@@ -109,9 +109,9 @@ class PenaltyContact final : public sim::Force {
 // For the example: y >= 0.
 class HalfSpace final : public sim::Collider {
  public:
-  sim::Surface surface() const override { return {}; }
+  sim::ContactMaterial material() const override { return {}; }
   bool moves() const override { return false; }
-  sim::Touch touch(double, const Vec3& x) const override { return {.gap = x[1]}; }
+  sim::SurfaceSample query(double, const Vec3& x) const override { return {.gap = x[1]}; }
 };
 
 }  // namespace

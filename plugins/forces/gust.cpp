@@ -20,23 +20,23 @@ class Gust final : public sim::Force {
   }
 
   void accumulate(const sim::ParticleView& p, sim::Tile tile, sim::ForceSink f) const override {
-    const sim::Vec3 push = c_ * sim::Vec3(p.memory[0], p.memory[1], p.memory[2]);
+    const sim::Vec3 push = c_ * sim::Vec3(p.internal[0], p.internal[1], p.internal[2]);
     for (int i = tile.begin; i < tile.end; ++i) f.add(i, push);
   }
   bool depends_on_velocity() const override { return false; }
   bool has_jacobian() const override { return true; }  // c w depends on no particle
 
-  int memory_size() const override { return 3; }
+  int internal_size() const override { return 3; }
   void start(std::span<double> w) const override {
     for (int axis = 0; axis < 3; ++axis) w[static_cast<std::size_t>(axis)] = mean_[axis];
   }
   void derive(const sim::ParticleView& p, std::span<double> rate) const override {
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      rate[i] = (mean_[axis] + strength_ * breeze_[axis].at(p.t / tau_) - p.memory[i]) / tau_;
+      rate[i] = (mean_[axis] + strength_ * breeze_[axis].at(p.t / tau_) - p.internal[i]) / tau_;
     }
   }
-  bool remembers_particles() const override { return false; }
+  bool internal_depends_on_particles() const override { return false; }
 
  private:
   static std::uint64_t seed_of(const sim::Params& params) {

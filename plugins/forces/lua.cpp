@@ -21,7 +21,7 @@ class LuaForce final : public sim::Force {
     forces_.resize(3 * ids_.size());
   }
 
-  void prepare(const sim::ParticleView& view, sim::Team& /*team*/) override {
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& /*team*/) override {
     f_(reads_velocity_ ? view : without_velocities(view), ids_, forces_);
   }
 

@@ -59,11 +59,11 @@ class Pair final : public sim::Force {
 
   // Finds out here whether the lists fit into memory.
   void bind(const sim::ParticleView& initial) override {
-    sim::Team alone(1);
+    sim::ThreadPool alone(1);
     forces_.prepare(initial, alone);
   }
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    forces_.prepare(view, team);
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    forces_.prepare(view, pool);
   }
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
     forces_.add(tile, sink);
@@ -74,7 +74,7 @@ class Pair final : public sim::Force {
     return forces_.potential(view, tile);
   }
   bool has_jacobian() const override { return true; }
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     forces_.jacobian(view, sink);
   }
 

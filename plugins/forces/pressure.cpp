@@ -18,8 +18,8 @@ class Pressure final : public sim::Force {
   }
 
   // A n = (b - a) x (c - a) / 2 of a triangle with the corners a, b, c.
-  void prepare(const sim::ParticleView& p, sim::Team& team) override {
-    triangles_.evaluate(team, [&](int t) {
+  void prepare(const sim::ParticleView& p, sim::ThreadPool& pool) override {
+    triangles_.evaluate(pool, [&](int t) {
       if (gone(t))
         return Triangles::Forces{sim::Vec3::Zero(), sim::Vec3::Zero(), sim::Vec3::Zero()};
       const auto [a, b, c] = corners(p, t);
@@ -39,7 +39,7 @@ class Pressure final : public sim::Force {
   void tear(sim::TornPairs torn) override { torn_.assign(torn.begin(), torn.end()); }
 
   // d (u x v) = u x dv - v x du, with u = b - a and v = c - a.
-  void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& p, sim::JacobianSink& sink) const override {
     for (int t = 0; t < static_cast<int>(surface_->triangles().size()); ++t) {
       if (gone(t)) continue;
       const auto [a, b, c] = corners(p, t);

@@ -58,7 +58,7 @@ class Spring final : public sim::Force, public sim::Breakable {
     if (dashpots_) dashpots_->accumulate(view, tile, sink);
   }
   bool has_jacobian() const override { return dashpots_.has_value(); }
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     if (dashpots_) dashpots_->jacobian(view, sink);
   }
 

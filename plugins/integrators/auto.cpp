@@ -74,7 +74,7 @@ class Automatic final : public sim::Integrator {
       now = equal_steps(system, t, h, most, x, x_next);
     if (now.status != sim::StepStatus::kDone) {
       const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
-      if (!hard || tol_ < kImplicit || system.confined()) return now;
+      if (!hard || tol_ < kImplicit || system.has_inequalities()) return now;
       // What stops explicit steps within h may be stiffness that was not there at its start.
       take(flat_ ? kMultistep : kStiff);
       method_->restart(t, h, x);
@@ -254,7 +254,7 @@ class Automatic final : public sim::Integrator {
       longest_ = std::min(h, kShareOfLimit * limit);
       if (std::isfinite(limit)) what += ", stable up to " + number(limit) + " s";
     };
-    if (system_->confined()) {
+    if (system_->has_inequalities()) {
       take(splits_ ? kVerlet : kClassic);
       what += ", not all states are allowed";
       stay_below_limit();

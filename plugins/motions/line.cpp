@@ -10,7 +10,7 @@ class Line final : public sim::RigidMotion {
   sim::Pose at(double t, const sim::Vec3& center) const override {
     return {.center = center + t * velocity_, .velocity = velocity_};
   }
-  double fastest() const override { return velocity_.norm(); }
+  double max_speed() const override { return velocity_.norm(); }
 
  private:
   sim::Vec3 velocity_;

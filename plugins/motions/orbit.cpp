@@ -20,7 +20,7 @@ class Orbit final : public sim::RigidMotion {
     return {.center = center + cosine * across_ + sine * along_,
             .velocity = period_.rate() * (cosine * along_ - sine * across_)};
   }
-  double fastest() const override { return std::fabs(period_.rate()) * across_.norm(); }
+  double max_speed() const override { return std::fabs(period_.rate()) * across_.norm(); }
 
  private:
   sim::Period period_;

@@ -16,7 +16,7 @@ class Spin final : public sim::RigidMotion {
     return {
         .center = center, .axis = axis_, .sine = sine, .cosine = cosine, .rate = period_.rate()};
   }
-  double fastest_turn() const override { return std::fabs(period_.rate()); }
+  double max_angular_speed() const override { return std::fabs(period_.rate()); }
 
  private:
   sim::Period period_;

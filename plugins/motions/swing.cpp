@@ -15,7 +15,7 @@ class Swing final : public sim::RigidMotion {
     const auto [sine, cosine] = sim::sine_cosine(period_.turns(t));
     return {.center = center + sine * amplitude_, .velocity = period_.rate() * cosine * amplitude_};
   }
-  double fastest() const override { return std::fabs(period_.rate()) * amplitude_.norm(); }
+  double max_speed() const override { return std::fabs(period_.rate()) * amplitude_.norm(); }
 
  private:
   sim::Period period_;

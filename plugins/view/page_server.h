@@ -13,8 +13,8 @@ namespace sim {
 
 // It answers GET /TOKEN/ with the page and upgrades GET /TOKEN/socket to a WebSocket of version 13,
 // if Host is a name of this machine and Origin is the page's own. Requests have no body, a
-// connection has one request, client frames are masked text. Everything else is closed. What comes
-// from outside never throws, and takes bounded memory.
+// connection has one request, client frames are masked text. Everything else is closed. Input from
+// outside never throws, and takes bounded memory.
 class PageServer {
  public:
   // Port 0 is any that is free. Throws Error{kIo} when nothing can listen there.

@@ -25,7 +25,7 @@ class Table final : public sim::Writer {
     output_.buffer() += columns_ == 6 ? ",vx,vy,vz\n" : "\n";
   }
 
-  sim::Pace pace() const override { return sim::Pace::kSteps; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kSteps; }
 
   void add(const sim::Moment& moment) override {
     for (std::size_t m = 0; m < moment.size(); ++m) {

@@ -116,7 +116,7 @@ class Film final : public sim::Writer {
     task_.look.height &= ~1;
   }
 
-  sim::Pace pace() const override { return sim::Pace::kFilm; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kFilm; }
 
   void add(const sim::Moment& moment) override { moments_.add(moment); }
 

@@ -339,7 +339,7 @@ class H5md final : public sim::Writer {
           maker_, file_, task_.world ? plain(model.name) : "all", task_.world, model));
   }
 
-  sim::Pace pace() const override { return sim::Pace::kSteps; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kSteps; }
 
   void add(const sim::Moment& moment) override {
     for (std::size_t i = 0; i < moment.size(); ++i) systems_[i]->append(moment[i]);

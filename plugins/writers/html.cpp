@@ -18,7 +18,7 @@ class Html final : public sim::Writer {
   explicit Html(const sim::WriterTask& task)
       : task_(task), output_({task.file}, std::cout), moments_(task.file) {}
 
-  sim::Pace pace() const override { return sim::Pace::kFilm; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kFilm; }
 
   void add(const sim::Moment& moment) override {
     sim::Moment kept = moment;

@@ -80,7 +80,9 @@ class MeshFile final : public sim::Writer {
     points_.emplace(task.file);
   }
 
-  sim::Pace pace() const override { return cache_ ? sim::Pace::kFilm : sim::Pace::kLast; }
+  sim::CostEstimate pace() const override {
+    return cache_ ? sim::CostEstimate::kFilm : sim::CostEstimate::kLast;
+  }
 
   void add(const sim::Moment& moment) override {
     if (!cache_) {

@@ -67,7 +67,7 @@ class Npz final : public sim::Writer {
     }
   }
 
-  sim::Pace pace() const override { return sim::Pace::kSteps; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kSteps; }
 
   void add(const sim::Moment& moment) override {
     for (std::size_t m = 0; m < moment.size(); ++m) {

@@ -55,7 +55,9 @@ class Png final : public sim::Writer {
   }
 
   // A trail needs the moments before.
-  sim::Pace pace() const override { return stored_ ? sim::Pace::kFilm : sim::Pace::kLast; }
+  sim::CostEstimate pace() const override {
+    return stored_ ? sim::CostEstimate::kFilm : sim::CostEstimate::kLast;
+  }
 
   void add(const sim::Moment& moment) override {
     if (stored_)

@@ -112,7 +112,9 @@ class ParaView final : public sim::Writer {
         "byte_order=\"LittleEndian\">\n<Collection>\n";
   }
 
-  sim::Pace pace() const override { return series_ ? sim::Pace::kFilm : sim::Pace::kLast; }
+  sim::CostEstimate pace() const override {
+    return series_ ? sim::CostEstimate::kFilm : sim::CostEstimate::kLast;
+  }
 
   void add(const sim::Moment& moment) override {
     if (!series_) {

@@ -12,7 +12,7 @@ class Xyz final : public sim::Writer {
  public:
   explicit Xyz(const sim::WriterTask& task) : task_(task), output_({task.file}, std::cout) {}
 
-  sim::Pace pace() const override { return sim::Pace::kFilm; }
+  sim::CostEstimate pace() const override { return sim::CostEstimate::kFilm; }
 
   // Systems of a world are one frame; `system` counts them, `id` is that in the system.
   void add(const sim::Moment& moment) override {

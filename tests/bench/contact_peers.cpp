@@ -10,7 +10,7 @@
 #include "tests/bench/kernel.h"
 #include "tests/bench/peer.h"
 #include "tests/bench/peer_scene.h"
-#include "tests/support/all_crossings.h"
+#include "tests/support/all_intersections.h"
 
 namespace sim_bench {
 namespace {

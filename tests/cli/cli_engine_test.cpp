@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "tests/cli/engine_case.h"
-#include "tests/support/plain_lammps.h"
+#include "tests/support/reference_lammps.h"
 
 namespace sim_test {
 
@@ -28,7 +28,7 @@ TEST_CASE("an export says the scene in the words of LAMMPS") {
   const Outcome made = here.sim({"export", "swing.lua", "--format", "lammps", "out"});
   INFO(made.err);
   REQUIRE(made.code == 0);
-  const PlainLammps plain(here("out"));
+  const ReferenceLammps plain(here("out"));
   // By hand: rate 4 / 2 = 2 1/s, y = 0.2, phi = (1 - e^-0.2) / 0.2 = 0.906346234610091;
   // a0 = (-50 (1 - 0.8) / 2, -9.81, 0) = (-5, -9.81, 0).
   constexpr double kPhi = 0.906346234610091;
@@ -77,7 +77,7 @@ TEST_CASE("what the files mean is the run itself, to roundings") {
     const Outcome made = here.sim(with(with({"export"}, run), {"-q", folder}));
     INFO(made.err);
     REQUIRE(made.code == 0);
-    PlainLammps(here(folder)).run(number % 3 + 1);
+    ReferenceLammps(here(folder)).run(number % 3 + 1);
     const Outcome back = here.sim({"import", folder, "-q", "--dump=theirs.csv"});
     INFO(back.err);
     REQUIRE(back.code == 0);
@@ -91,7 +91,7 @@ TEST_CASE("what the files mean is the run itself, to roundings") {
 TEST_CASE("results are judged, and compared with the kernel") {
   const Here here;
   REQUIRE(here.sim({"export", "scenes/cloth.lua", "-i", "verlet", "-q", "out"}).code == 0);
-  PlainLammps(here("out")).run();
+  ReferenceLammps(here("out")).run();
   const Outcome back = here.sim({"import", "out", "--energy=e.csv"});
   CHECK(back.code == 0);
   CHECK_THAT(back.err, Contains("the kernel agree to 14.") && Contains("trusted: positions to"));
@@ -108,7 +108,7 @@ TEST_CASE("results are judged, and compared with the kernel") {
   std::string data = read_text(here("out") / "scene.data");
   data.replace(data.find("\n1 50 0.125"), 11, "\n1 51 0.125");
   write_text(here("out") / "scene.data", data);
-  PlainLammps(here("out")).run();
+  ReferenceLammps(here("out")).run();
   const Outcome wrong = here.sim({"import", "out"});
   CHECK(wrong.code == 8);
   CHECK_THAT(wrong.err, Contains("lammps and the kernel part") && Contains("digits only"));
@@ -125,7 +125,7 @@ TEST_CASE("results that are damaged, cut off or of another run are refused") {
     CHECK_FALSE(std::filesystem::exists(here("x.csv")));
   };
   refused("they end at step 0 of 200");
-  PlainLammps plain(here("out"));
+  ReferenceLammps plain(here("out"));
   plain.run();
   const std::filesystem::path file = here("out") / "frames.bin";
   const std::string frames = read_text(file);
@@ -278,9 +278,9 @@ TEST_CASE("each system of a world is a run of its own") {
   INFO(made.err);
   REQUIRE(made.code == 0);
   CHECK_THAT(made.out, Contains("cd out/long; ") && Contains("cd out/short; "));
-  PlainLammps(here("out") / "long").run();
+  ReferenceLammps(here("out") / "long").run();
   CHECK(here.sim({"import", "out"}).code == 6);
-  PlainLammps(here("out") / "short").run();
+  ReferenceLammps(here("out") / "short").run();
   runs.same(here.sim({"import", "out", "-q", "--dump=theirs.csv", "--energy=f.csv"}));
 }
 

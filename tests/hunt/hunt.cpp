@@ -13,7 +13,7 @@
 #include "core/study/run/track.h"
 #include "tests/hunt/random_scene.h"
 #include "tests/hunt/reference.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/reference_model.h"
 
 namespace sim_test {
 namespace {
@@ -115,8 +115,8 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
   }
 
   const Geometry geometry{scene.spec.particles.has_value()};
-  std::unique_ptr<PlainModel> model;
-  if (geometry.particles) model = std::make_unique<PlainModel>(scene.spec);
+  std::unique_ptr<ReferenceModel> model;
+  if (geometry.particles) model = std::make_unique<ReferenceModel>(scene.spec);
   const Rhs f = [&](double t, const State& x) {
     if (model) return model->derivative(x);
     State dxdt(x.size());

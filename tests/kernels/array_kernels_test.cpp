@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "core/ode/ode_system.h"
-#include "core/particles/explicit/extent.h"
+#include "core/particles/explicit/bounding_box.h"
 #include "core/particles/neighbours/neighbours.h"
 #include "core/simd/convert.h"
 #include "tests/support/kernel_cases.h"
@@ -28,8 +28,9 @@ struct Motions {
 
 double square(double x, double y, double z) { return std::fma(z, z, std::fma(y, y, x * x)); }
 
-sim::Extent plain_extent(const Motions& m, bool with_from, int begin, int end) {
-  sim::Extent all{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}, {}, 0};
+sim::BoundingBox plain_extent(const Motions& m, bool with_from, int begin, int end) {
+  sim::BoundingBox all{
+      {kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}, {}, 0};
   const auto raise = [](double& most, double value) { most = value > most ? value : most; };
   for (int i = begin; i < end; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -45,7 +46,7 @@ sim::Extent plain_extent(const Motions& m, bool with_from, int begin, int end) {
   return all;
 }
 
-bool same(const sim::Extent& a, const sim::Extent& b) {
+bool same(const sim::BoundingBox& a, const sim::BoundingBox& b) {
   for (int k = 0; k < 3; ++k)
     if (a.least[k] != b.least[k] || a.most[k] != b.most[k]) return false;
   return a.fastest[0] == b.fastest[0] && a.fastest[1] == b.fastest[1] && a.farthest == b.farthest;
@@ -53,7 +54,7 @@ bool same(const sim::Extent& a, const sim::Extent& b) {
 
 }  // namespace
 
-TEST_CASE("the extent of particles is that of a plain loop", "[extent_kernel]") {
+TEST_CASE("the extent of particles is that of a plain loop", "[bounding_box_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const int begin : {0, kBefore}) {
       const int end = begin + items, at = begin + extreme;
@@ -78,9 +79,9 @@ TEST_CASE("the extent of particles is that of a plain loop", "[extent_kernel]") 
         for (const bool with_from : {true, false}) {
           const auto from = inputs(now.from);
           CAPTURE(begin, kind, with_from);
-          CHECK(same(sim::extent_of()(inputs(now.q), inputs(now.v0), inputs(now.v1),
-                                      with_from ? static_cast<const double* const*>(from) : nullptr,
-                                      begin, end),
+          CHECK(same(sim::bounding_box_of()(
+                         inputs(now.q), inputs(now.v0), inputs(now.v1),
+                         with_from ? static_cast<const double* const*>(from) : nullptr, begin, end),
                      plain_extent(now, with_from, begin, end)));
         }
       }

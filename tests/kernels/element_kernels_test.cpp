@@ -1,16 +1,16 @@
 // Kernels of triangles and cells, compared with plain loops.
 #include "core/base/bits.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/elements/cells.h"
-#include "plugins/contact/surfaces/unfolded.h"
-#include "plugins/forces/fem/solid_forces.h"
+#include "plugins/contact/surfaces/self_collision_culling.h"
+#include "plugins/forces/fem/fem_forces.h"
 #include "plugins/forces/wind/wind_forces.h"
 #include "tests/support/kernel_cases.h"
 
 using namespace sim_test;
 using sim::Mat3;
 using sim::Vec3;
-using Model = sim::SolidLaw::Model;
+using Model = sim::ConstitutiveLaw::Model;
 
 namespace {
 
@@ -158,8 +158,8 @@ Mat3 rotation_of(Mat3 F) {
   return F;
 }
 
-// The first stress of a law, from its definition in solid_law.h.
-Mat3 stress_of(const sim::SolidLaw& law, const Mat3& F) {
+// The first stress of a law, from its definition in constitutive_law.h.
+Mat3 stress_of(const sim::ConstitutiveLaw& law, const Mat3& F) {
   const Mat3 C = sim::transposed(F) * F, one = Mat3::Identity();
   if (law.model == Model::kStVk) {
     const Mat3 E = 0.5 * (C - one);
@@ -176,13 +176,13 @@ Mat3 stress_of(const sim::SolidLaw& law, const Mat3& F) {
 
 }  // namespace
 
-TEST_CASE("forces of cells are those of a plain loop", "[solid_kernel]") {
-  sim::Team team(1);
+TEST_CASE("forces of cells are those of a plain loop", "[fem_kernel]") {
+  sim::ThreadPool pool(1);
   for_each_lane([&](int items, int extreme) {
     for (const Model model : {Model::kNeoHookean, Model::kCorotated, Model::kStVk})
       for (const int nodes : {4, 10}) {
         if (nodes == 10 && items % 5 != 1) continue;
-        const sim::SolidLaw law{model, 40, 70};
+        const sim::ConstitutiveLaw law{model, 40, 70};
         // Cells that do not join, each with corners of its own, and nodes on their edges.
         constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
         Axes rest(items * nodes), now(items * nodes), v(0);
@@ -201,9 +201,9 @@ TEST_CASE("forces of cells are those of a plain loop", "[solid_kernel]") {
             }
           }
         Axes forces(items * nodes);
-        sim::SolidForces solid(law, ids, nodes);
+        sim::FemForces solid(law, ids, nodes);
         solid.bind(view_of(rest, v));
-        solid.prepare(view_of(now, v), team);
+        solid.prepare(view_of(now, v), pool);
         solid.add({0, items * nodes}, sink_of(forces));
         CAPTURE(static_cast<int>(model), nodes);
         for (int cell = 0; cell < items; ++cell) {
@@ -229,7 +229,7 @@ TEST_CASE("forces of cells are those of a plain loop", "[solid_kernel]") {
   });
 }
 
-TEST_CASE("sheets that lie open are found as by a plain loop", "[unfolded_kernel]") {
+TEST_CASE("sheets that lie open are found as by a plain loop", "[self_collision_culling_kernel]") {
   constexpr int kRows = 4, kLeast = 17;  // columns beside the items: two vectors of any machine
   int open = 0, folded = 0;
   for_each_lane([&](int items, int extreme) {

@@ -1,7 +1,7 @@
 // Kernels of implicit steps, compared with plain loops.
 #include "core/base/bits.h"
-#include "core/particles/implicit/rigid_matrix.h"
-#include "core/particles/implicit/single_springs.h"
+#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/particles/implicit/float_springs.h"
 #include "core/particles/implicit/stage_matrix.h"
 #include "tests/support/kernel_cases.h"
 
@@ -179,14 +179,15 @@ TEST_CASE("blocks are multiplied as one by one", "[block_kernel]") {
 
 namespace {
 
-constexpr int kRow = sim::RigidKernels::kRow, kBlock = sim::RigidKernels::kBlock;
+constexpr int kRow = sim::AggregateKernels::kRow, kBlock = sim::AggregateKernels::kBlock;
 
 // A ring of patches, each with edges to itself and to its neighbours.
-sim::PatchGraph ring_of(int patches) {
-  sim::PatchGraph graph;
-  for (int i = 0; i < patches; ++i) {
+sim::WeightedGraph ring_of(int aggregates) {
+  sim::WeightedGraph graph;
+  for (int i = 0; i < aggregates; ++i) {
     graph.begin.push_back(static_cast<int>(graph.to.size()));
-    for (int k = 0; k <= std::min(i % 4, patches - 1); ++k) graph.to.push_back((i + k) % patches);
+    for (int k = 0; k <= std::min(i % 4, aggregates - 1); ++k)
+      graph.to.push_back((i + k) % aggregates);
   }
   graph.begin.push_back(static_cast<int>(graph.to.size()));
   graph.weight.assign(graph.to.size(), 1);
@@ -203,9 +204,9 @@ void add_block(const std::vector<float>& blocks, int at, const double* x, double
 
 }  // namespace
 
-TEST_CASE("matrices of patches are multiplied as by plain loops", "[rigid_kernel]") {
+TEST_CASE("matrices of patches are multiplied as by plain loops", "[aggregate_kernel]") {
   for_each_lane([](int items, int extreme) {
-    const sim::PatchGraph graph = ring_of(items);
+    const sim::WeightedGraph graph = ring_of(items);
     std::vector<float> blocks(graph.to.size() * kBlock);
     for (std::size_t i = 0; i < blocks.size(); ++i)
       blocks[i] = static_cast<float>(scattered(static_cast<int>(i), 1));
@@ -220,7 +221,8 @@ TEST_CASE("matrices of patches are multiplied as by plain loops", "[rigid_kernel
         add_block(blocks, e, x.data() + kRow * graph.to[static_cast<std::size_t>(e)], sum);
       for (int row = 0; row < kRow; ++row) plain[i * kRow + row] = r[i * kRow + row] - sum[row];
     }
-    sim::rigid_kernels().residual(graph, blocks.data(), r.data(), x.data(), out.data(), 0, items);
+    sim::aggregate_kernels().residual(graph, blocks.data(), r.data(), x.data(), out.data(), 0,
+                                      items);
     CHECK(first_difference(out, plain, 1e-9) == -1);
     CHECK(out[items * kRow] == 7777);
     for (const bool add : {false, true}) {
@@ -232,7 +234,7 @@ TEST_CASE("matrices of patches are multiplied as by plain loops", "[rigid_kernel
         for (int row = 0; row < kRow; ++row)
           want[i * kRow + row] = (add ? x[i * kRow + row] : 0) + 0.4 * sum[row];
       }
-      sim::rigid_kernels().relax(blocks.data(), 0.4, r.data(), relaxed.data(), add, 0, items);
+      sim::aggregate_kernels().relax(blocks.data(), 0.4, r.data(), relaxed.data(), add, 0, items);
       CHECK(first_difference(relaxed, want, 1e-9) == -1);
       CHECK(relaxed[items * kRow] == 7777);
     }
@@ -245,7 +247,7 @@ struct SingleCase {
   std::vector<std::uint8_t> owners;
   ColumnOf<float> along;
   AxesOf<float> w;
-  sim::SingleRun run;
+  sim::FloatSpringRun run;
 
   SingleCase(int items, int stride)
       : owners(bits_where(items, [=](int a) { return a + stride < items && a % 5 != 2; })),
@@ -262,7 +264,7 @@ struct SingleCase {
 
 }  // namespace
 
-TEST_CASE("springs become single precision as one by one", "[single_kernel]") {
+TEST_CASE("springs become single precision as one by one", "[float_springs_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const int stride : {1, 3, 9}) {
       SingleCase single(items, stride);
@@ -284,7 +286,8 @@ TEST_CASE("springs become single precision as one by one", "[single_kernel]") {
       springs.owners = single.owners;
       const sim::StiffRun from{sim::RunColumns(springs), along.data(), across.data()};
       const double scale = 0.25;
-      sim::single_kernels().narrow(from, inputs(q), parts.data(), scale, single.run, 0, items);
+      sim::float_spring_kernels().narrow(from, inputs(q), parts.data(), scale, single.run, 0,
+                                         items);
       for (int a = 0; a < items; ++a) {
         double want = 0, size = 0;
         Vec3 d = Vec3::Zero();
@@ -305,7 +308,7 @@ TEST_CASE("springs become single precision as one by one", "[single_kernel]") {
   });
 }
 
-TEST_CASE("products in single precision are those of plain loops", "[single_kernel]") {
+TEST_CASE("products in single precision are those of plain loops", "[float_springs_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const int stride : {1, 3, 9, 17}) {
       SingleCase single(items, stride);
@@ -343,13 +346,13 @@ TEST_CASE("products in single precision are those of plain loops", "[single_kern
               plain_diagonal.entry[kEntries[row][column]][end] +=
                   (row == column ? double{single.along[a]} : 0) + w[row] * w[column];
       }
-      sim::single_kernels().diagonal({&single.run, 1}, shift.data(), diagonal.to, 0, items);
+      sim::float_spring_kernels().diagonal({&single.run, 1}, shift.data(), diagonal.to, 0, items);
       for (int k = 0; k < 6; ++k)
         CHECK(first_difference(diagonal.entry[k], plain_diagonal.entry[k], 1e-3) == -1);
       for (const bool relax : {false, true})
         for (const bool nets : {false, true}) {
           for (int k = 0; k < 3; ++k) out[k] = before[k];
-          sim::SingleProduct product{};
+          sim::FloatSpringProduct product{};
           product.runs = {&single.run, 1};
           product.shift = shift.data();
           product.free = free.data();
@@ -360,7 +363,8 @@ TEST_CASE("products in single precision are those of plain loops", "[single_kern
             product.x[k] = x[k].data();
             product.out[k] = out[k].data();
           }
-          (relax ? sim::single_kernels().relax : sim::single_kernels().residual)(product, 0, items);
+          (relax ? sim::float_spring_kernels().relax : sim::float_spring_kernels().residual)(
+              product, 0, items);
           for (int i = 0; i < items; ++i) {
             Vec3 want = Vec3::Zero();
             if (sim::bit(free.data(), i)) {

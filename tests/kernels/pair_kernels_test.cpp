@@ -1,7 +1,7 @@
 // Kernels of pairs of particles, compared with sums over all pairs.
 #include "core/particles/neighbours/pair_forces.h"
+#include "plugins/forces/fluid/density_constraints.h"
 #include "plugins/forces/fluid/fluid_forces.h"
-#include "plugins/forces/fluid/fluid_rows.h"
 #include "tests/support/kernel_lists.h"
 
 using namespace sim_test;
@@ -234,7 +234,7 @@ TEST_CASE("densities and forces of a fluid are those of plain sums", "[fluid_ker
   });
 }
 
-TEST_CASE("rows of a fluid are those of plain sums", "[fluid_rows_kernel]") {
+TEST_CASE("rows of a fluid are those of plain sums", "[density_constraints_kernel]") {
   for_each_lane([](int items, int extreme) {
     const sim::FluidLaw law = fluid_of(0);
     AllPairs all(items);
@@ -249,32 +249,32 @@ TEST_CASE("rows of a fluid are those of plain sums", "[fluid_rows_kernel]") {
     for (std::size_t i = 0; i < images.size(); ++i)
       images[i] = static_cast<float>(scattered(static_cast<int>(i), 7));
     Column n(all.places);
-    std::vector<sim::FluidRow> rows;
+    std::vector<sim::DensityConstraintRow> rows;
     for (int b = 0; b < count; ++b) {
       const auto at = static_cast<std::size_t>(b * length);
-      sim::fluid_row_kernels().slopes(law, all.blocks[static_cast<std::size_t>(b)],
-                                      all.points.data(), b, n.data() + 8 * b,
-                                      slopes.data() + 24 * at, weights.data() + 8 * at);
+      sim::density_constraint_kernels().slopes(law, all.blocks[static_cast<std::size_t>(b)],
+                                               all.points.data(), b, n.data() + 8 * b,
+                                               slopes.data() + 24 * at, weights.data() + 8 * at);
       for (int lane = 0; lane < 8; ++lane)
         image_slots[static_cast<std::size_t>(8 * b + lane)] = (8 * b + lane + 1) % items;
       rows.push_back({all.blocks[static_cast<std::size_t>(b)].slots, slopes.data() + 24 * at,
                       weights.data() + 8 * at, length, image_slots.data() + 8 * b,
                       images.data() + 48 * b, 1});
     }
-    Column p(all.places), w(4 * all.places), pushes(4 * all.places), rates(all.places),
-        brakes(4 * all.places);
+    Column p(all.places), w(4 * all.places), pressure_forces(4 * all.places), rates(all.places),
+        viscous_forces(4 * all.places);
     scatter(p, 8);
     scatter(w, 9);
     p[extreme] = 1e3;
-    const auto& kernels = sim::fluid_row_kernels();
-    kernels.pushes(rows.data(), p.data(), 0, count, pushes.data());
+    const auto& kernels = sim::density_constraint_kernels();
+    kernels.pressure_forces(rows.data(), p.data(), 0, count, pressure_forces.data());
     kernels.rates(rows.data(), w.data(), 0, count, rates.data());
-    kernels.brakes(rows.data(), w.data(), 0, count, brakes.data());
+    kernels.viscous_forces(rows.data(), w.data(), 0, count, viscous_forces.data());
     const double h = law.smoothing;
     const auto velocity = [&](int i) { return Vec3(w[4 * i], w[4 * i + 1], w[4 * i + 2]); };
     for (int i = 0; i < items; ++i) {
       double density = 1, rate = 0;
-      Vec3 push = Vec3::Zero(), brake = Vec3::Zero();
+      Vec3 push = Vec3::Zero(), apply_viscosity = Vec3::Zero();
       for (int j = 0; j < items; ++j) {
         const Vec3 d = all.at(i) - all.at(j);
         const double r = d.norm();
@@ -284,8 +284,8 @@ TEST_CASE("rows of a fluid are those of plain sums", "[fluid_rows_kernel]") {
         const Vec3 between = velocity(i) - velocity(j);
         push += (p[i] + p[j]) * s;
         rate += s.dot(between);
-        brake += law.viscosity * law.friction * cube_of(r / h) * between.dot(d) /
-                 (r * r + 0.01 * h * h) * d;
+        apply_viscosity += law.viscosity * law.friction * cube_of(r / h) * between.dot(d) /
+                           (r * r + 0.01 * h * h) * d;
       }
       const float* const own = images.data() + 48 * (i / 8) + i % 8;
       const Vec3 a(own[0], own[8], own[16]), b(own[24], own[32], own[40]);
@@ -293,11 +293,11 @@ TEST_CASE("rows of a fluid are those of plain sums", "[fluid_rows_kernel]") {
       push += (p[i] + p[image]) * a;
       rate += a.dot(velocity(i)) + b.dot(velocity(image));
       if (!agree(n[i], law.scale * density, 1e-11 * density) || !agree(rates[i], rate, 1e-5) ||
-          !near(&pushes[4 * i], push, 1e-5 * (push.norm() + 1)) ||
-          !near(&brakes[4 * i], brake, 1e-5 * (brake.norm() + 1)))
+          !near(&pressure_forces[4 * i], push, 1e-5 * (push.norm() + 1)) ||
+          !near(&viscous_forces[4 * i], apply_viscosity, 1e-5 * (apply_viscosity.norm() + 1)))
         FAIL_CHECK("particle " << i << ": " << n[i] << " " << law.scale * density << ", "
-                               << rates[i] << " " << rate << ", " << brakes[4 * i + 1] << " "
-                               << brake[1]);
+                               << rates[i] << " " << rate << ", " << viscous_forces[4 * i + 1]
+                               << " " << apply_viscosity[1]);
     }
   });
 }

@@ -1,8 +1,8 @@
 // What sim.contact says of its mistakes, and what its scenes do.
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "tests/lua/scene_text.h"
-#include "tests/support/all_crossings.h"
+#include "tests/support/all_intersections.h"
 
 using namespace sim;
 using namespace sim::test;
@@ -179,6 +179,6 @@ TEST_CASE("a box comes to rest on a cloth that lies on itself", "[lua][scenes]")
       deepest = std::max(deepest, std::min({depth.x(), depth.y(), depth.z()}));
     }
     CHECK(deepest < 0.02 * layer);
-    CHECK(system.holding()->drift(system.t(), system.state().data()).position < 1e-12);
+    CHECK(system.constraint_system()->drift(system.t(), system.state().data()).position < 1e-12);
   }
 }

@@ -36,7 +36,7 @@ class Planned final : public Events {
     for (const Event& event : events_)
       if (std::fabs(event.t - t - h) < 1e-9 && event.jumps) {
         x[0] = -x[0];
-        return Outcome::kJumped;
+        return Outcome::kImpact;
       }
     return Outcome::kSmooth;
   }

@@ -1,4 +1,4 @@
-// What colliders do to the way of one particle through a step.
+// The effect of colliders on the path of one particle through a step.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -14,9 +14,9 @@ class Ball final : public sim::Collider {
        const sim::Vec3& velocity = sim::Vec3::Zero())
       : center_(center), velocity_(velocity), radius_(radius), restitution_(restitution) {}
 
-  sim::Surface surface() const override { return {restitution_}; }
-  double fastest(double, double) const override { return velocity_.norm(); }
-  sim::Touch touch(double t, const sim::Vec3& x) const override {
+  sim::ContactMaterial material() const override { return {restitution_}; }
+  double max_speed(double, double) const override { return velocity_.norm(); }
+  sim::SurfaceSample query(double t, const sim::Vec3& x) const override {
     const sim::Vec3 d = x - center_ - t * velocity_;
     const double length = d.norm();
     return {.gap = length - radius_,
@@ -33,8 +33,8 @@ class Floor final : public sim::Collider {
  public:
   explicit Floor(const sim::Vec3& normal, double restitution = 0)
       : normal_(normal), restitution_(restitution) {}
-  sim::Surface surface() const override { return {restitution_}; }
-  sim::Touch touch(double, const sim::Vec3& x) const override {
+  sim::ContactMaterial material() const override { return {restitution_}; }
+  sim::SurfaceSample query(double, const sim::Vec3& x) const override {
     return {.gap = normal_.dot(x), .normal = normal_};
   }
 
@@ -51,7 +51,7 @@ sim::Contacts contacts_of(Colliders... colliders) {
   return contacts;
 }
 
-sim::Way straight(const sim::Vec3& from, const sim::Vec3& by) {
+sim::StepPath straight(const sim::Vec3& from, const sim::Vec3& by) {
   return {{from, by, sim::Vec3::Zero(), sim::Vec3::Zero()}};
 }
 
@@ -59,56 +59,57 @@ sim::Way straight(const sim::Vec3& from, const sim::Vec3& by) {
 
 TEST_CASE("a way that touches nothing keeps its bits") {
   const sim::Contacts contacts = contacts_of(Ball({0, 0, 0}, 1, 0.5));
-  sim::Way way = straight({-3, 1.0000001, 0}, {6, 0, 0});
-  contacts.settle(0, 1, way);
-  CHECK_FALSE(way.touched);
-  CHECK(way.moved.norm() == 0);
-  CHECK(way.kicked.norm() == 0);
+  sim::StepPath path = straight({-3, 1.0000001, 0}, {6, 0, 0});
+  contacts.resolve(0, 1, path);
+  CHECK_FALSE(path.touched);
+  CHECK(path.moved.norm() == 0);
+  CHECK(path.velocity_change.norm() == 0);
 }
 
 TEST_CASE("a bounce turns the velocity round where the touch is") {
   const sim::Contacts contacts = contacts_of(Floor({0, 1, 0}, 0.5));
   // Down by 2 in the step from a height of 1: at the floor halfway, then up by 0.5.
-  sim::Way way = straight({0, 1, 0}, {0.25, -2, 0});
-  contacts.settle(0, 1, way);
-  CHECK(way.touched);
-  CHECK_FALSE(way.pressed);
-  const sim::Vec3 end = sim::Vec3(0.25, -1, 0) + way.moved;
+  sim::StepPath path = straight({0, 1, 0}, {0.25, -2, 0});
+  contacts.resolve(0, 1, path);
+  CHECK(path.touched);
+  CHECK_FALSE(path.resting);
+  const sim::Vec3 end = sim::Vec3(0.25, -1, 0) + path.moved;
   CHECK((end - sim::Vec3(0.25, 0.5, 0)).norm() < 1e-15);
-  CHECK((way.kicked - sim::Vec3(0, 3, 0)).norm() < 1e-15);
+  CHECK((path.velocity_change - sim::Vec3(0, 3, 0)).norm() < 1e-15);
 }
 
 TEST_CASE("a ball that is passed within a step is not missed") {
   const sim::Contacts contacts = contacts_of(Ball({0, 0, 0}, 0.1, 1));
   for (const double height : {0.0, 0.05, 0.0999, 0.1001}) {
     INFO(height);
-    sim::Way way = straight({-7.3, height, 0}, {20, 0, 0});  // 100 diameters a step
-    contacts.settle(0, 1, way);
-    CHECK(way.touched == (height < 0.1));
+    sim::StepPath path = straight({-7.3, height, 0}, {20, 0, 0});  // 100 diameters a step
+    contacts.resolve(0, 1, path);
+    CHECK(path.touched == (height < 0.1));
   }
 }
 
 TEST_CASE("a particle at rest is hit by a surface that comes, and takes up its velocity") {
   for (const double restitution : {0.0, 0.4, 1.0}) {
     const sim::Contacts contacts = contacts_of(Ball({-2, 0, 0}, 1, restitution, {3, 0, 0}));
-    sim::Way way = straight({0, 0, 0}, {0, 0, 0});
-    contacts.settle(0, 0.5, way);  // touches at 1/3 s
-    REQUIRE(way.touched);
-    CHECK(way.kicked.x() / 0.5 == Approx((1 + restitution) * 3));
-    CHECK(way.moved.x() == Approx((1 + restitution) * 3 * (0.5 - 1.0 / 3)));
+    sim::StepPath path = straight({0, 0, 0}, {0, 0, 0});
+    contacts.resolve(0, 0.5, path);  // touches at 1/3 s
+    REQUIRE(path.touched);
+    CHECK(path.velocity_change.x() / 0.5 == Approx((1 + restitution) * 3));
+    CHECK(path.moved.x() == Approx((1 + restitution) * 3 * (0.5 - 1.0 / 3)));
   }
 }
 
 TEST_CASE("a particle that is pressed on ends on the surface, at rest against it") {
   const sim::Contacts contacts = contacts_of(Ball({0, 0, 0}, 1, 0.8));
   // At rest on top, pulled down: p(s) = (0, 1 - s^2/8, 0), velocity at the end -1/4.
-  sim::Way way{{{0, 1, 0}, {0, 0, 0}, {0, -0.125, 0}, {0, 0, 0}}};
-  contacts.settle(0, 1, way);
-  REQUIRE(way.pressed);
-  const sim::Vec3 end = sim::Vec3(0, 0.875, 0) + way.moved;
+  sim::StepPath path{{{0, 1, 0}, {0, 0, 0}, {0, -0.125, 0}, {0, 0, 0}}};
+  contacts.resolve(0, 1, path);
+  REQUIRE(path.resting);
+  const sim::Vec3 end = sim::Vec3(0, 0.875, 0) + path.moved;
   CHECK(end.y() == Approx(1).epsilon(1e-14));
   sim::ContactWork work;
-  const sim::Vec3 held = contacts.hold(1, end, sim::Vec3(0, -0.25, 0) + way.kicked, work);
+  const sim::Vec3 held =
+      contacts.constrain_velocity(1, end, sim::Vec3(0, -0.25, 0) + path.velocity_change, work);
   CHECK(held.norm() < 1e-15);
 }
 
@@ -116,10 +117,10 @@ TEST_CASE("in a corner of several colliders a particle ends outside of all") {
   const double c = std::sqrt(0.5);
   const sim::Contacts contacts = contacts_of(Floor({c, c, 0}, 0.3), Floor({-c, c, 0}));
   for (const double x : {-0.2, 0.0, 0.3}) {
-    sim::Way way = straight({x, 1, 0}, {-3 * x, -4, 0.5});
-    contacts.settle(0, 1, way);
-    REQUIRE(way.touched);
-    const sim::Vec3 end = sim::Vec3(-2 * x, -3, 0.5) + way.moved;
+    sim::StepPath path = straight({x, 1, 0}, {-3 * x, -4, 0.5});
+    contacts.resolve(0, 1, path);
+    REQUIRE(path.touched);
+    const sim::Vec3 end = sim::Vec3(-2 * x, -3, 0.5) + path.moved;
     CHECK(end.y() + end.x() > -1e-12);
     CHECK(end.y() - end.x() > -1e-12);
     CHECK(end.z() == 0.5);
@@ -128,11 +129,11 @@ TEST_CASE("in a corner of several colliders a particle ends outside of all") {
 
 TEST_CASE("a particle that was put inside comes out without gaining velocity") {
   const sim::Contacts contacts = contacts_of(Floor({0, 1, 0}, 0.9));
-  sim::Way way = straight({0, -0.5, 0}, {0, 0, 0});
-  contacts.settle(0, 0.01, way);
-  REQUIRE(way.touched);
-  CHECK(way.moved.y() == 0.5);
-  CHECK(way.kicked.norm() == 0);
+  sim::StepPath path = straight({0, -0.5, 0}, {0, 0, 0});
+  contacts.resolve(0, 0.01, path);
+  REQUIRE(path.touched);
+  CHECK(path.moved.y() == 0.5);
+  CHECK(path.velocity_change.norm() == 0);
 }
 
 TEST_CASE("a start inside is refused with the particle and the depth, a pinned one is let be") {

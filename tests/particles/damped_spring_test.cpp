@@ -9,7 +9,7 @@
 #include "core/particles/springs/dashpots.h"
 #include "core/study/energy_balance.h"
 #include "core/study/limits/spectrum.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/reference_model.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;
@@ -125,7 +125,7 @@ TEST_CASE("the force of a dashpot lies along it, at any size") {
 TEST_CASE("damped springs in runs and nets agree with a plain model") {
   Registry registry = make_registry();
   const SystemSpec spec = make_tangle();
-  PlainModel plain(spec);
+  ReferenceModel plain(spec);
   for (int step = 0; step < 100; ++step) plain.step("rk4", 0.002);
   const Simulation kernel = simulate(spec, registry, "rk4", 0.002, 100);
   CHECK(distance(state_of(kernel), plain.state()) <= 1e-11);

@@ -70,7 +70,7 @@ class Follower final : public Force {
     }
   }
   bool has_jacobian() const override { return blocks_; }
-  void jacobian(const ParticleView& p, BlockSink& sink) const override {
+  void jacobian(const ParticleView& p, JacobianSink& sink) const override {
     for (int i = 0; i < p.n; ++i) {
       const int j = p.n - 1 - i;
       sink.position(i, j, Mat3::Diagonal({3, 0, 0}));
@@ -89,12 +89,12 @@ enum class Other { kNone, kBlocks, kDifferences };
 // Springs in runs and in a net, some stretched, some compressed to a third, some of rest length 0.
 struct Scene {
   static constexpr int kParticles = 60;
-  Team team;
+  ThreadPool pool;
   Layout layout{kParticles};
   Array x{layout.size()}, dx{layout.size()};
   std::unique_ptr<ParticleSystem> system;
 
-  Scene(int threads, Other other, double amplitude = 1) : team(threads) {
+  Scene(int threads, Other other, double amplitude = 1) : pool(threads) {
     for (int block = 0; block < 6; ++block)
       for (int i = 0; i < kParticles; ++i) {
         layout.block(x.data(), block)[i] = std::sin(1.0 + 3 * i + 7 * block);
@@ -117,7 +117,7 @@ struct Scene {
     if (other != Other::kNone)
       forces.push_back(std::make_unique<Follower>(other == Other::kBlocks));
     system = std::make_unique<ParticleSystem>(masses, std::vector<int>{0, 17}, std::move(forces),
-                                              x.data(), team);
+                                              x.data(), pool);
     REQUIRE_FALSE(system->forces()[1]->springs()->runs().empty());
     REQUIRE_FALSE(system->forces()[1]->springs()->net().empty());
   }

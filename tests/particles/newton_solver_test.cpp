@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/ode/implicit/dense_solver.h"
-#include "core/particles/implicit/limited_memory.h"
+#include "core/particles/implicit/lbfgs.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
@@ -46,7 +46,7 @@ class Lead final : public Force {
                -20 * (p.position(i) - p.position(0)) - 0.4 * p.velocity(i).norm() * p.velocity(i));
   }
   bool has_jacobian() const override { return blocks_; }
-  void jacobian(const ParticleView& p, BlockSink& sink) const override {
+  void jacobian(const ParticleView& p, JacobianSink& sink) const override {
     for (int i = 1; i < p.n; ++i) {
       sink.position(i, i, -20 * Mat3::Identity());
       sink.position(i, 0, 20 * Mat3::Identity());
@@ -65,7 +65,7 @@ enum class Other { kNone, kBlocks, kDifferences };
 
 struct Scene {
   static constexpr int kParticles = 40;
-  Team team{1};
+  ThreadPool pool{1};
   Layout layout{kParticles};
   Array x{layout.size()}, y{layout.size()};
   std::unique_ptr<ParticleSystem> system;
@@ -84,7 +84,7 @@ struct Scene {
     forces.push_back(std::make_unique<GravityDrag>());
     if (other != Other::kNone) forces.push_back(std::make_unique<Lead>(other == Other::kBlocks));
     system = std::make_unique<ParticleSystem>(masses, std::vector<int>{3}, std::move(forces),
-                                              x.data(), team);
+                                              x.data(), pool);
   }
 
   // The largest |y - tau f(t, y) - x| of a solution.
@@ -143,7 +143,7 @@ TEST_CASE("Newton's method converges quadratically with blocks and with differen
 TEST_CASE("a limited memory maps the last change of a gradient to its step, and stays positive") {
   const std::size_t size = Layout(10, 3).size();
   Array d(size), before(size), after(size), x(size), y(size);
-  LimitedMemory memory(size);
+  Lbfgs memory(size);
   const auto some = [](Array& to, int seed) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] = std::sin(1.7 * i * seed + seed);
   };

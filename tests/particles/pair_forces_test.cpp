@@ -37,8 +37,8 @@ struct State {
 
 std::vector<double> forces_at(PairForces& forces, const Points& points, int threads = 1) {
   const State state(points);
-  Team team(threads);
-  forces.prepare(state.view, team);
+  ThreadPool pool(threads);
+  forces.prepare(state.view, pool);
   std::vector<double> f(3 * points.size());
   const std::size_t n = points.size();
   forces.add({0, state.view.n}, {f.data(), f.data() + n, f.data() + 2 * n});
@@ -47,8 +47,8 @@ std::vector<double> forces_at(PairForces& forces, const Points& points, int thre
 
 double energy_at(PairForces& forces, const Points& points) {
   const State state(points);
-  Team team(1);
-  forces.prepare(state.view, team);
+  ThreadPool pool(1);
+  forces.prepare(state.view, pool);
   return forces.potential(state.view, {0, state.view.n});
 }
 
@@ -244,9 +244,9 @@ TEST_CASE("lists of neighbours have every pair within the cutoff once, by ascend
   for (const Points& points : states()) {
     const State state(points);
     Neighbours neighbours(1.5, 0.4);
-    Team team(2);
-    REQUIRE(neighbours.update(state.view, team));
-    CHECK_FALSE(neighbours.update(state.view, team));
+    ThreadPool pool(2);
+    REQUIRE(neighbours.update(state.view, pool));
+    CHECK_FALSE(neighbours.update(state.view, pool));
     std::size_t missing = 0, entries = 0;
     for (int i = 0; i < state.view.n; ++i) {
       std::vector<int> list;
@@ -381,8 +381,8 @@ TEST_CASE("lists that do not fit into memory are an error before the first step"
   const Points points(33000, Vec3(1, 2, 3));
   const State state(points);
   Neighbours neighbours(1, 0.3);
-  Team team(1);
-  CHECK_THROWS_WITH(neighbours.update(state.view, team),
+  ThreadPool pool(1);
+  CHECK_THROWS_WITH(neighbours.update(state.view, pool),
                     Catch::Contains("GiB") && Catch::Contains("smaller cutoff"));
-  CHECK_THROWS_AS(neighbours.update(state.view, team), Error);
+  CHECK_THROWS_AS(neighbours.update(state.view, pool), Error);
 }

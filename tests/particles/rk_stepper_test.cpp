@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/ode/explicit/embedded_pair.h"
 #include "core/ode/explicit/tableau.h"
 #include "core/particles/particle_system.h"
@@ -88,7 +88,7 @@ struct Scene {
 
 class Runner {
  public:
-  Runner(const Scene& scene, int threads) : team_(threads), layout_(scene.n * scene.n) {
+  Runner(const Scene& scene, int threads) : pool_(threads), layout_(scene.n * scene.n) {
     const int count = layout_.n();
     x_ = Array(layout_.size());
     next_ = Array(layout_.size());
@@ -106,7 +106,7 @@ class Runner {
     forces.push_back(std::make_unique<ClothSprings>(scene.n, scene.jitter));
     if (scene.follower) forces.push_back(std::make_unique<Follower>());
     system_ = std::make_unique<ParticleSystem>(masses, std::vector<int>{0, scene.n - 1},
-                                               std::move(forces), x_.data(), team_);
+                                               std::move(forces), x_.data(), pool_);
   }
 
   // What a pair gives in some steps: each state, and a combination of all stages of the step.
@@ -147,11 +147,11 @@ class Runner {
 
   // The positions and velocities after some steps, fused or stage by stage.
   std::vector<double> run(const ExplicitPlan& plan, int steps, bool fused) {
-    if (in_turn_) team_.use(1);
+    if (in_turn_) pool_.use(1);
     const auto stepper =
         fused ? system_->explicit_stepper(plan) : system_->OdeSystem::explicit_stepper(plan);
     for (int i = 0; i < steps; ++i) {
-      if (in_turn_) team_.use(1 + i % team_.most());
+      if (in_turn_) pool_.use(1 + i % pool_.most());
       REQUIRE(stepper->step(0.01 * i, 0.01, 1, x_.data(), next_.data()));
       std::swap(x_, next_);
     }
@@ -167,7 +167,7 @@ class Runner {
                     layout_.block(state.data(), block) + layout_.n());
   }
 
-  Team team_;
+  ThreadPool pool_;
   bool in_turn_ = false;
   Layout layout_;
   Array x_, next_;
@@ -262,14 +262,14 @@ TEST_CASE("a step depends on the state that is given, whichever was made last", 
 }
 
 TEST_CASE("a step that leaves the finite numbers says so", "[particles]") {
-  Team team(1);
+  ThreadPool pool(1);
   const Layout layout(16);
   Array x(layout.size()), next(layout.size());
   for (int i = 0; i < 16; ++i) layout.block(x.data(), 0)[i] = i;
   layout.block(x.data(), 3)[5] = 1e308;
   std::vector<std::unique_ptr<Force>> forces;
   forces.push_back(std::make_unique<ClothSprings>(4, false));
-  ParticleSystem system(std::vector<double>(16, 1.0), {}, std::move(forces), x.data(), team);
+  ParticleSystem system(std::vector<double>(16, 1.0), {}, std::move(forces), x.data(), pool);
   const auto stepper = system.explicit_stepper(rk4());
   CHECK(stepper->step(0, 1e-3, 1, x.data(), next.data()));
   CHECK_FALSE(stepper->step(0, 1e3, 1, x.data(), next.data()));

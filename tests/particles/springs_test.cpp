@@ -9,7 +9,7 @@
 #include <random>
 #include <tuple>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/particle_system.h"
 #include "core/simd/simd_targets.h"
 
@@ -96,11 +96,11 @@ std::vector<Vec3> system_forces(const Ties& list, const std::vector<Vec3>& x, in
   for (int i = 0; i < n; ++i)
     for (int axis = 0; axis < 3; ++axis)
       layout.block(state.data(), axis)[i] = x[static_cast<std::size_t>(i)][axis];
-  Team team(threads);
+  ThreadPool pool(threads);
   std::vector<std::unique_ptr<Force>> forces;
   forces.push_back(std::make_unique<ListForce>(list));
   ParticleSystem system(std::vector<double>(x.size(), 1.0), {}, std::move(forces), state.data(),
-                        team);
+                        pool);
   system.eval(0, {state.data(), {}}, y.data(), dydt.data());
   std::vector<Vec3> f;
   for (int i = 0; i < n; ++i)

@@ -102,7 +102,7 @@ TEST_CASE("a solid that is drawn is where the collider is") {
       "plane", {{"point", sim::Vec3(0, -2, 0)}, {"normal", sim::Vec3(0, 3, 0)}}));
   const auto solids = sim::Simulation(spec, registry).shapes();
   REQUIRE(solids.size() == 1);
-  CHECK(solids[0].form == sim::SolidShape::Form::kPlane);
+  CHECK(solids[0].form == sim::RenderShape::Form::kPlane);
   CHECK(solids[0].center.y() == Approx(-2));
   CHECK(solids[0].axes[1].y() == Approx(1));
 }
@@ -161,13 +161,13 @@ TEST_CASE("a picture says what it cannot show") {
   CHECK_FALSE(says({}, "particles"));
   CHECK_FALSE(says(within, "camera"));
 
-  sim::SolidShape ball{.form = sim::SolidShape::Form::kSphere, .center = {0, -0.3, 0}};
+  sim::RenderShape ball{.form = sim::RenderShape::Form::kSphere, .center = {0, -0.3, 0}};
   ball.radius = 0.3;
-  sim::SolidShape box{.form = sim::SolidShape::Form::kBox, .center = {0, -0.3, 0}};
+  sim::RenderShape box{.form = sim::RenderShape::Form::kBox, .center = {0, -0.3, 0}};
   box.axes = {sim::Vec3{0.2, 0, 0}, sim::Vec3{0, 0.1, 0}, sim::Vec3{0, 0, 0.3}};
-  sim::SolidShape capsule{.form = sim::SolidShape::Form::kCapsule, .center = {0, -0.3, 0}};
+  sim::RenderShape capsule{.form = sim::RenderShape::Form::kCapsule, .center = {0, -0.3, 0}};
   capsule.axes[0] = {0, 0, 0.15}, capsule.radius = 0.12;
-  for (const sim::SolidShape& solid : {ball, box, capsule}) {
+  for (const sim::RenderShape& solid : {ball, box, capsule}) {
     seen.moments[0][0].solids = {solid};
     CHECK(says(within, "the camera is inside of a solid"));
     CHECK_FALSE(says({}, "camera"));

@@ -7,7 +7,7 @@
 
 namespace {
 
-using sim::SolidShape;
+using sim::RenderShape;
 using sim::Vec3;
 
 // Three right angles that are no coordinate axes.
@@ -19,7 +19,7 @@ struct SolidMesh {
   sim::Viewpoint viewpoint;
   Vec3 offset;
 
-  explicit SolidMesh(const SolidShape& solid, const Vec3& aside = kOffset) : offset(aside) {
+  explicit SolidMesh(const RenderShape& solid, const Vec3& aside = kOffset) : offset(aside) {
     viewpoint.origin = {0.5, 0.25, -1};
     viewpoint.scale = 0.125;
     picture.skins.resize(2);
@@ -61,7 +61,7 @@ struct SolidMesh {
 }  // namespace
 
 TEST_CASE("the triangles of a box are its faces") {
-  SolidShape box{.form = SolidShape::Form::kBox, .center = {1, 2, 3}};
+  RenderShape box{.form = RenderShape::Form::kBox, .center = {1, 2, 3}};
   const Vec3 half(0.5, 1, 0.25);
   for (std::size_t k = 0; k < 3; ++k) box.axes[k] = half[k] * kAxes[k];
   const SolidMesh mesh(box);
@@ -90,7 +90,7 @@ TEST_CASE("the triangles of a box are its faces") {
 
 TEST_CASE("the triangles of a capsule lie on it and enclose it") {
   for (const double length : {0.75, 0.0}) {
-    SolidShape capsule{.form = SolidShape::Form::kCapsule, .center = {-1, 0.5, 2}};
+    RenderShape capsule{.form = RenderShape::Form::kCapsule, .center = {-1, 0.5, 2}};
     capsule.axes[0] = length * kAxes[1], capsule.radius = 0.5;
     const SolidMesh mesh(capsule);
     for (int i = 0; i < mesh.size(); ++i) {
@@ -128,7 +128,7 @@ TEST_CASE("a plane is a large square at its place, unless it is the ground") {
 }
 
 TEST_CASE("a solid of triangles has those, and a ball is none") {
-  SolidShape solid{.form = SolidShape::Form::kMesh, .center = {1, 1, 1}, .axes = kAxes};
+  RenderShape solid{.form = RenderShape::Form::kMesh, .center = {1, 1, 1}, .axes = kAxes};
   const auto shape = std::make_shared<sim::RigidShape>();
   shape->form = sim::RigidShape::Form::kMesh;
   shape->points = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
@@ -145,7 +145,7 @@ TEST_CASE("a solid of triangles has those, and a ball is none") {
   CHECK(mesh.volume({0, 0, 0}) == Approx(1).epsilon(1e-4));
   mesh.check_faces();
 
-  SolidShape ball{.form = SolidShape::Form::kSphere, .center = {2, 0, 1}};
+  RenderShape ball{.form = RenderShape::Form::kSphere, .center = {2, 0, 1}};
   ball.radius = 4;
   const SolidMesh round(ball);
   CHECK(round.size() == 0);
@@ -157,13 +157,13 @@ TEST_CASE("a solid of triangles has those, and a ball is none") {
 }
 
 TEST_CASE("what is hollow or nowhere is not drawn") {
-  SolidShape box{.form = SolidShape::Form::kBox};
+  RenderShape box{.form = RenderShape::Form::kBox};
   CHECK(SolidMesh(box).size() == 24);
   box.inside = true;
   CHECK(SolidMesh(box).size() == 0);
   box.inside = false;
   for (const double bad : {std::nan(""), HUGE_VAL}) {
-    SolidShape nowhere = box;
+    RenderShape nowhere = box;
     nowhere.center[1] = bad;
     CHECK(SolidMesh(nowhere).size() == 0);
     nowhere = box;

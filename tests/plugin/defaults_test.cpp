@@ -154,7 +154,7 @@ TEST_CASE("the axis of a motion may have any length") {
     CHECK(turned.axis.norm() == Approx(1).epsilon(1e-15));
     const Vec3 velocity = turned.velocity_at(turned.center + Vec3(2, 0, 0));
     CHECK((velocity - Vec3(0, 2 * kTurn / 8, 0)).norm() < 1e-15);
-    CHECK(spin->fastest_turn() == Approx(kTurn / 8));
+    CHECK(spin->max_angular_speed() == Approx(kTurn / 8));
 
     // Round the center in a circle of 2 m in the plane across (3, 4, 0): from the side of x,
     // (0.8, -0.6, 0), by a quarter of a turn to axis x side, (0, 0, -1).

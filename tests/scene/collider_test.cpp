@@ -126,18 +126,18 @@ TEST_CASE("no particle of a cloth is inside after any step, and pinned ones neve
     sim::Simulation cloth(spec, registry, {.integrator = {method}, .dt = 1e-3});
     const sim::Vec3 held = cloth.position(0);
     double deepest = 1;
-    int touching = 0;
+    int collide = 0;
     for (int n = 0; n < 1200; ++n) {
       REQUIRE(cloth.step());
-      touching = 0;
+      collide = 0;
       for (int i = 0; i < cloth.particles(); ++i) {
         const double gap = normal.dot(cloth.position(i) - sim::Vec3(0, -0.25, 0));
         deepest = std::min(deepest, gap);
-        touching += gap < 1e-9;
+        collide += gap < 1e-9;
       }
     }
     CHECK(deepest > -1e-12);
-    CHECK(touching > 5);
+    CHECK(collide > 5);
     CHECK((cloth.position(0) - held).norm() == 0);
     CHECK(cloth.energy().total() < 0);
   }

@@ -3,9 +3,9 @@
 // angles (the others); two methods agree on each to 1e-17 or better.
 #include <cmath>
 
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/scene/checkpoint.h"
-#include "core/scene/needs.h"
+#include "core/scene/memory_estimate.h"
 #include "core/scene/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -43,11 +43,11 @@ struct Scene : TextRun {
   using TextRun::TextRun;
   double off(int i, const Vec3& x) const { return (system.position(i) - x).norm(); }
 
-  std::vector<HoldingForce> forces() const {
-    return system.holding()->forces(system.t(), system.state().data());
+  std::vector<ConstraintForce> forces() const {
+    return system.constraint_system()->forces(system.t(), system.state().data());
   }
   ConstraintDrift drift() const {
-    return system.holding()->drift(system.t(), system.state().data());
+    return system.constraint_system()->drift(system.t(), system.state().data());
   }
 };
 
@@ -149,7 +149,8 @@ TEST_CASE("a bead on a turning hoop is where it should be, and the hoop does the
     const Vec3 force = scene.forces()[0].force;
     CHECK((force - Vec3(-4.707248988573837, 4.863451831432203, 10.994221602336244)).norm() < 1e-7);
     // d/dt of what is kept in the turning frame: P = omega dL/dt.
-    CHECK(scene.system.holding()->driving_power(scene.system.t(), scene.system.state().data()) ==
+    CHECK(scene.system.constraint_system()->driving_power(scene.system.t(),
+                                                          scene.system.state().data()) ==
           Approx(force.dot(scene.system.velocity(0))).epsilon(1e-9));
     for (const char* method : {"rk4", "verlet"})
       CHECK(std::abs(order_of(text, method, 5e-3, 0,
@@ -236,7 +237,7 @@ TEST_CASE("redundant rods move as the others alone") {
     CHECK(contains(scene.system.ode().notes().at(0), "depend on each other"));
     scene.run_to(1);
     CHECK(scene.off(2, {1, 1 - 4.905, 0}) < 1e-12);
-    for (const HoldingForce& each : scene.forces()) CHECK(std::abs(each.tension) < 1e-9);
+    for (const ConstraintForce& each : scene.forces()) CHECK(std::abs(each.tension) < 1e-9);
   }
   Scene twice(pendulum("{1, -6.123233995736766e-17, 0}",
                        "sim.constraint.distance { ties = { {0, 1}, {0, 1} } }"),
@@ -338,7 +339,7 @@ TEST_CASE("what RATTLE cannot reach is too far, not a number that is not finite"
 TEST_CASE("implicit methods on constraints need room for the vectors of GMRES") {
   const SceneSpec spec = load("scenes/rope.lua", {{"n", "1000"}});
   Registry registry = sim_test::make_registry();
-  const double explicit_bytes = needs_of(spec.systems[0], {}, registry).total();
-  const double bytes = needs_of(spec.systems[0], {.implicit = true}, registry).total();
+  const double explicit_bytes = memory_estimate(spec.systems[0], {}, registry).total();
+  const double bytes = memory_estimate(spec.systems[0], {.implicit = true}, registry).total();
   CHECK(bytes - explicit_bytes > 81 * 6 * 8 * 1001.0);
 }

@@ -66,19 +66,19 @@ TEST_CASE("signed distances of the shapes and their normals") {
     const auto shape = plugin.make(sim::Params(plugin.title(), plugin.params, part.given, {}));
     const Vec3 x(row.number("x"), row.number("y"), row.number("z"));
     const Vec3 normal(row.number("nx"), row.number("ny"), row.number("nz"));
-    const sim::Touch touch = shape->touch(0, x);
+    const sim::SurfaceSample sample = shape->query(0, x);
     INFO(row.text("shape") << " at " << x[0] << " " << x[1] << " " << x[2]);
     const double size = std::max(1.0, x.norm());
-    CHECK(std::abs(touch.gap - row.number("gap")) < 1e-15 * size);
-    CHECK(std::abs(touch.normal.norm() - 1) < 1e-15);
-    if (normal.norm() > 0) CHECK((touch.normal - normal).norm() < 1e-15 * size);
+    CHECK(std::abs(sample.gap - row.number("gap")) < 1e-15 * size);
+    CHECK(std::abs(sample.normal.norm() - 1) < 1e-15);
+    if (normal.norm() > 0) CHECK((sample.normal - normal).norm() < 1e-15 * size);
     // Boxes around the point are no nearer than their nearest point is.
     for (const double half : {0.01, 0.3}) {
       const double clearance = shape->clearance(0, x, Vec3(half, 0.5 * half, half));
       for (int corner = 0; corner < 8; ++corner) {
         const Vec3 at = x + Vec3(corner & 1 ? half : -half, corner & 2 ? 0.5 * half : -0.5 * half,
                                  corner & 4 ? half : -half);
-        CHECK(clearance <= shape->touch(0, at).gap + 1e-12 * size);
+        CHECK(clearance <= shape->query(0, at).gap + 1e-12 * size);
       }
     }
   }
@@ -93,14 +93,14 @@ TEST_CASE("a turned box and a spinning one are where their turns have led") {
   };
   const double quarter = 1.5707963267948966;
   const auto turned = make({{"turn", Vec3(0, 0, quarter)}});
-  CHECK(turned->touch(0, {0, 1.5, 0}).gap == Approx(0.5));
-  CHECK((turned->touch(0, {0, 1.5, 0}).normal - Vec3(0, 1, 0)).norm() < 1e-15);
+  CHECK(turned->query(0, {0, 1.5, 0}).gap == Approx(0.5));
+  CHECK((turned->query(0, {0, 1.5, 0}).normal - Vec3(0, 1, 0)).norm() < 1e-15);
   const auto spinning =
       make({{"motion", make_motion(registry, "spin", {{"axis", Vec3(0, 0, 2)}, {"period", 4.0}})}});
-  CHECK(spinning->touch(1, {0, 1.5, 0}).gap == Approx(0.5));
-  CHECK((spinning->touch(1, {0, 1, 0}).velocity - Vec3(-quarter, 0, 0)).norm() < 1e-15);
-  CHECK((spinning->carried(0, 1, {1, 0, 0}) - Vec3(0, 1, 0)).norm() < 1e-15);
-  CHECK(spinning->fastest(0, 1) >= quarter * Vec3(1, 0.5, 0).norm());
+  CHECK(spinning->query(1, {0, 1.5, 0}).gap == Approx(0.5));
+  CHECK((spinning->query(1, {0, 1, 0}).velocity - Vec3(-quarter, 0, 0)).norm() < 1e-15);
+  CHECK((spinning->advect(0, 1, {1, 0, 0}) - Vec3(0, 1, 0)).norm() < 1e-15);
+  CHECK(spinning->max_speed(0, 1) >= quarter * Vec3(1, 0.5, 0).norm());
 }
 
 TEST_CASE("a particle slides down a sphere, with and without friction, and leaves it") {

@@ -40,8 +40,8 @@ struct Line final : sim::Curve {
 
 struct Ground final : sim::Collider {
   explicit Ground(double level) : height(level) {}
-  sim::Surface surface() const override { return {}; }
-  sim::Touch touch(double, const sim::Vec3& x) const override { return {x.y() - height}; }
+  sim::ContactMaterial material() const override { return {}; }
+  sim::SurfaceSample query(double, const sim::Vec3& x) const override { return {x.y() - height}; }
   double height;
 };
 
@@ -217,7 +217,7 @@ sim::SystemSpec make_full_scene() {
   particles.grid = {{2, 2, 1}};
   particles.list = {{}};
   particles.pinned = {0};
-  particles.leads = {{0, std::make_shared<const Circling>(1), "a.lua:1"}};
+  particles.prescribed = {{0, std::make_shared<const Circling>(1), "a.lua:1"}};
   particles.weights = {1};
   spec.forces = {make_full_part(), make_part("gravity")};
   spec.colliders = spec.constraints = {make_full_part()};

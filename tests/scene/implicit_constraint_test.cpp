@@ -3,7 +3,7 @@
 
 #include "core/ode/implicit/dense_solver.h"
 #include "core/ode/implicit/krylov_solver.h"
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
@@ -48,7 +48,8 @@ TEST_CASE("a rope of 1000 links under implicit_midpoint") {
   for (int n = 0; n < 60; ++n) {
     REQUIRE(system.step());
     REQUIRE(fine.step());
-    const ConstraintDrift drift = system.holding()->drift(system.t(), system.state().data());
+    const ConstraintDrift drift =
+        system.constraint_system()->drift(system.t(), system.state().data());
     CHECK(drift.position < 1e-13);
   }
   CHECK(std::fabs(system.energy().total() - energy) < 1e-5 * system.energy().kinetic);

@@ -7,7 +7,7 @@
 #include "core/particles/particle_system.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/problem.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/reference_model.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -95,7 +95,7 @@ TEST_CASE("the forces of a deformed jelly are those of its springs one by one") 
   spec.particles->grid.reset();
   spec.particles->list = list;
   sim::Simulation jelly(spec, registry, {.dt = 1e-3});
-  PlainModel plain(spec);
+  ReferenceModel plain(spec);
   for (int i = 0; i < 20; ++i) {
     REQUIRE(jelly.step());
     plain.step("rk4", 1e-3);

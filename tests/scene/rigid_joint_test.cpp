@@ -1,7 +1,7 @@
 // Bodies that constraints join and that touch things: impulses run through rods and joints.
 #include <cmath>
 
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
@@ -40,7 +40,7 @@ std::string plank(double mass, int links, const std::string& more = "") {
 }
 
 ConstraintDrift drift_of(const Simulation& system) {
-  return system.holding()->drift(system.t(), system.state().data());
+  return system.constraint_system()->drift(system.t(), system.state().data());
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 // to 1e-22; the others are closed forms that stand with each test.
 #include <cmath>
 
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/scene/checkpoint.h"
 #include "core/scene/timeline.h"
 #include "tests/lua/scene_text.h"
@@ -24,7 +24,7 @@ const char* const kFreeTop =
 struct Truth {
   double t;
   std::array<double, 4> q;
-  Vec3 spin;
+  Vec3 angular_velocity;
 };
 const Truth kTruth[] = {
     {0.5,
@@ -43,7 +43,7 @@ double off_of(const RigidState& state, const Truth& truth) {
   for (std::size_t k = 0; k < 4; ++k) dot += q[k] * truth.q[k];
   for (std::size_t k = 0; k < 4; ++k)
     off = std::max(off, std::fabs(q[k] - std::copysign(1.0, dot) * truth.q[k]));
-  return std::max(off, 0.1 * (state.spin - truth.spin).norm());
+  return std::max(off, 0.1 * (state.angular_velocity - truth.angular_velocity).norm());
 }
 
 double error_of_top(const std::string& method, double dt, const Truth& truth) {
@@ -54,7 +54,7 @@ double error_of_top(const std::string& method, double dt, const Truth& truth) {
 
 Vec3 angular_momentum(const Simulation& system) {
   const RigidState state = system.body_state(0);
-  return system.body(0).inertia(state) * state.spin;
+  return system.body(0).inertia(state) * state.angular_velocity;
 }
 
 }  // namespace
@@ -185,7 +185,7 @@ TEST_CASE("moments of a mesh are those of its box, however it is turned", "[rigi
     mesh.triangles.push_back({a, b, c});
     mesh.triangles.push_back({a, c, d});
   }
-  const Bulk bulk = bulk_of(mesh);
+  const MassProperties bulk = mass_properties(mesh);
   CHECK(bulk.volume == Approx(1).epsilon(1e-14));
   CHECK((bulk.center - Vec3(3, 2, 1)).norm() < 1e-14);
   const RigidBody a(std::make_shared<const RigidShape>(mesh), 3, 0);
@@ -197,7 +197,7 @@ TEST_CASE("moments of a mesh are those of its box, however it is turned", "[rigi
     for (std::size_t column = 0; column < 3; ++column)
       CHECK(ia(row, column) == Approx(ib(row, column)).margin(1e-14));
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
-  CHECK_THROWS_AS(bulk_of(mesh), Error);
+  CHECK_THROWS_AS(mass_properties(mesh), Error);
 }
 
 TEST_CASE("bodies go on from checkpoints and back in time bit for bit", "[rigid]") {

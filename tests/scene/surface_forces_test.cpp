@@ -12,9 +12,9 @@ namespace {
 using Size = std::array<int, 3>;
 
 // Free particles of 1 kg at the places of a grid with its surface as a parameter of one force.
-template <class Place>
+template <class SourceLocation>
 sim::SystemSpec make_surface(const std::string& force, std::map<std::string, sim::Value> given,
-                             const Size& size, Place place) {
+                             const Size& size, SourceLocation place) {
   sim::SystemSpec spec;
   spec.name = "surface";
   spec.integrator = "euler";

@@ -304,7 +304,7 @@ TEST_CASE("energy that no step keeps is blamed on the forces") {
     sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = dt});
     const std::int64_t steps = system.steps_for(2);
     sim::study::Monitor monitor(spec, system, steps, &registry);
-    sim::study::Shadow shadow(spec, system, steps, registry);
+    sim::study::StepDoubling shadow(spec, system, steps, registry);
     for (std::int64_t n = 0; n <= steps; ++n) {
       if (n > 0) {
         REQUIRE(system.step());

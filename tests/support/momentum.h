@@ -22,7 +22,7 @@ inline Momentum momentum_of(const sim::Simulation& system, double mass = 0) {
     const sim::RigidState state = system.body_state(i);
     const sim::Vec3 p = body.mass() * state.velocity;
     sum.linear += p;
-    sum.angular += state.center.cross(p) + body.inertia(state) * state.spin;
+    sum.angular += state.center.cross(p) + body.inertia(state) * state.angular_velocity;
   }
   return sum;
 }

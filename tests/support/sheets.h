@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tests/support/all_crossings.h"
+#include "tests/support/all_intersections.h"
 #include "tests/support/scenes.h"
 
 namespace sim_test {
@@ -16,8 +16,8 @@ struct SheetOptions {
 };
 
 // Sheets of n x n particles and 1 m and 1 kg each, with places given by (sheet, u, v).
-template <class Place>
-sim::SystemSpec make_sheets(int sheets, const SheetOptions& options, const Place& place) {
+template <class SourceLocation>
+sim::SystemSpec make_sheets(int sheets, const SheetOptions& options, const SourceLocation& place) {
   const int n = options.n;
   const double side = 1.0 / n, mass = 1.0 / (n * n);
   sim::SystemSpec spec;

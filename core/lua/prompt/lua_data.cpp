@@ -174,11 +174,11 @@ void push_data(lua_State* L, const Data& data) {
   std::visit(Push{L}, data.value);
 }
 
-Place chunk_place(const Place& place) {
+SourceLocation chunk_place(const SourceLocation& place) {
   const std::size_t last = place.rfind(':');
-  if (last == Place::npos || last == 0) return place;
+  if (last == SourceLocation::npos || last == 0) return place;
   const std::size_t first = place.rfind(':', last - 1);
-  if (first == Place::npos) return place;
+  if (first == SourceLocation::npos) return place;
   const auto line = parse_integer(std::string_view(place).substr(last + 1));
   const auto begin = parse_integer(std::string_view(place).substr(first + 1, last - first - 1));
   if (!line || !begin) return place;

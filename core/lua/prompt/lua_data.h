@@ -17,6 +17,6 @@ void push_data(lua_State* L, const Data& data);
 
 // A chunk of a prompt is named FILE:LINE after where it begins, so that Lua's own FILE:LINE in it
 // is FILE:BEGIN:LINE. This makes FILE:LINE of it again, and leaves other places as they are.
-Place chunk_place(const Place& place);
+SourceLocation chunk_place(const SourceLocation& place);
 
 }  // namespace sim

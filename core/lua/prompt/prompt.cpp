@@ -66,7 +66,7 @@ struct Prompt::Impl {
 
   // Lua, entered from outside or from a host function.
   template <class Body>
-  void enter(const Place& place, Body body) {
+  void enter(const SourceLocation& place, Body body) {
     if (inside) {
       session->lua().budget().fresh();
       StackScope::require_room(inside);
@@ -115,7 +115,7 @@ int Prompt::Impl::call_host(lua_State* L) {
   }
   self.session->lua().budget().check(L);
   if (failed) {
-    const Place caller = chunk_place(calling_place(L));
+    const SourceLocation caller = chunk_place(calling_place(L));
     failed->where = failed->where.empty() ? caller : caller + ": " + failed->where;
     raise(L, kind, *failed);
   }

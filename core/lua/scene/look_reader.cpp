@@ -13,7 +13,7 @@ std::string point_text(const std::string& name, const Vec3& p) {
   return name + '=' + shortest(p.x()) + ',' + shortest(p.y()) + ',' + shortest(p.z());
 }
 
-void add_springs(lua_State* L, int value, const Place& place, LookSpec& look) {
+void add_springs(lua_State* L, int value, const SourceLocation& place, LookSpec& look) {
   if (lua_isinteger(L, value))
     look.springs.push_back(std::to_string(lua_tointeger(L, value)));
   else
@@ -22,7 +22,7 @@ void add_springs(lua_State* L, int value, const Place& place, LookSpec& look) {
 
 }  // namespace
 
-LookSpec read_look(lua_State* L, int index, const Place& place,
+LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
                    const std::vector<std::string>& names) {
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))

@@ -9,7 +9,7 @@ struct lua_State;
 namespace sim {
 
 // The table at `index`. Throws Error{kScene}.
-LookSpec read_look(lua_State* L, int index, const Place& place,
+LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
                    const std::vector<std::string>& names);
 
 }  // namespace sim

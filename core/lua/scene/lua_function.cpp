@@ -50,7 +50,7 @@ class LuaFunction {
   // f(s, t)
   Vec3 call(double s, double t, const std::string& what) const;
 
-  const Place& place() const { return place_; }
+  const SourceLocation& place() const { return place_; }
   bool takes_two() const { return parameters_ >= 2; }
 
  private:
@@ -63,7 +63,7 @@ class LuaFunction {
 
   std::shared_ptr<SceneSession> session_;
   int dimension_, reference_ = LUA_NOREF, parameters_ = 0;
-  Place place_;
+  SourceLocation place_;
 };
 
 void LuaFunction::push_state(lua_State* L, std::span<const double> x) const {

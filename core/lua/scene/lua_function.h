@@ -20,9 +20,8 @@ class RigidMotion;
 OdeFunction make_ode_function(const std::shared_ptr<SceneSession>& session, lua_State* L, int index,
                               int dimension);
 
-// Likewise f(t, i, x, v) for particle i at x = {x, y, z} with velocity v; it returns its numbers
-// one by one. Both tables are the same at every call, with other numbers. `what` names it in
-// errors.
+// Wraps f(t, i, x, v) for particle i at x = {x, y, z} with velocity v; it returns its numbers one
+// by one. Both tables are the same at every call, with other numbers. `what` names it in errors.
 ParticleFunction make_particle_function(const std::shared_ptr<SceneSession>& session, lua_State* L,
                                         int index, const std::string& what);
 
@@ -37,7 +36,7 @@ std::shared_ptr<const RigidMotion> make_motion_function(
 std::shared_ptr<const Curve> make_curve_function(const std::shared_ptr<SceneSession>& session,
                                                  lua_State* L, int index, const std::string& what);
 
-// As make_ode_function for an exact solution of `size` numbers, which must be finite.
+// Wraps an exact solution of `size` numbers, which must be finite; see make_ode_function.
 std::function<std::vector<double>(double)> make_exact(const std::shared_ptr<SceneSession>& session,
                                                       lua_State* L, int index, std::size_t size,
                                                       int dimension);

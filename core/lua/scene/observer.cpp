@@ -81,7 +81,7 @@ int seen_body(lua_State* L) {
   lua_setfield(L, -2, "position");
   push_vector(L, state.velocity);
   lua_setfield(L, -2, "velocity");
-  push_vector(L, state.spin);
+  push_vector(L, state.angular_velocity);
   lua_setfield(L, -2, "spin");
   lua_createtable(L, 4, 0);
   lua_Integer at = 0;
@@ -194,7 +194,7 @@ class LuaObserver {
  private:
   std::shared_ptr<SceneSession> session_;
   std::string name_;
-  Place place_;
+  SourceLocation place_;
   int function_ = LUA_NOREF, handle_ = LUA_NOREF;
   Seen* seen_ = nullptr;  // of the handle
 };
@@ -202,7 +202,7 @@ class LuaObserver {
 }  // namespace
 
 std::vector<ObserverSpec> read_observers(const std::shared_ptr<SceneSession>& session, lua_State* L,
-                                         int index, const Place& place) {
+                                         int index, const SourceLocation& place) {
   if (!lua_istable(L, index))
     scene_error(place, "bad observe",
                 "expected { NAME = function(s) ... end }, got " + show(L, index));

@@ -14,6 +14,6 @@ namespace sim {
 // function runs. Throws Error{kScene} for what is no such table; an observer throws it for what is
 // no number and for its own mistakes, with its line and name.
 std::vector<ObserverSpec> read_observers(const std::shared_ptr<SceneSession>& session, lua_State* L,
-                                         int index, const Place& place);
+                                         int index, const SourceLocation& place);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-// What a scene can reach: the harmless part of Lua's standard library, made repeatable.
+// The sandbox of a scene: the harmless part of Lua's standard library, made repeatable.
 #pragma once
 
 #include <cstdint>

@@ -7,9 +7,9 @@
 #include "core/base/text.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/look_reader.h"
-#include "core/picture/look.h"
 #include "core/lua/scene/lua_function.h"
 #include "core/lua/scene/observer.h"
+#include "core/picture/look.h"
 #include "core/study/budget.h"
 
 namespace sim {
@@ -34,13 +34,14 @@ std::string shown_part(lua_State* L, int index, const std::string& kind) {
   return show(L, index);
 }
 
-void require_key(int type, const Place& place, const std::string& key, const std::string& remedy) {
+void require_key(int type, const SourceLocation& place, const std::string& key,
+                 const std::string& remedy) {
   if (type == LUA_TNIL)
     scene_error(place, "missing '" + key + "'", "sim.scene needs it", "write " + remedy);
 }
 
 // State of points, { x = {{x, y, z}, ...} }, or a flat list.
-void read_state(lua_State* L, int index, const Place& place, FirstOrderSpec& spec) {
+void read_state(lua_State* L, int index, const SourceLocation& place, FirstOrderSpec& spec) {
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
     scene_error(place, "bad state",
@@ -74,9 +75,9 @@ void read_state(lua_State* L, int index, const Place& place, FirstOrderSpec& spe
 
 }  // namespace
 
-Place SceneReader::place_of(lua_State* L, int record) const {
+SourceLocation SceneReader::place_of(lua_State* L, int record) const {
   push_field(L, record, "place");
-  const Place place = session_->place(lua_tointeger(L, -1));
+  const SourceLocation place = session_->place(lua_tointeger(L, -1));
   lua_pop(L, 1);
   return place;
 }
@@ -88,7 +89,7 @@ SceneSpec SceneReader::read(lua_State* L) const {
     scene_error(session_->file(), "not a scene",
                 "the file returned " + (kind.empty() ? show(L, value) : "a sim." + kind),
                 "end it with return sim.scene { ... } or return sim.world { ... }");
-  const Place place = place_of(L, -1);
+  const SourceLocation place = place_of(L, -1);
   SceneSpec spec;
   spec.file = session_->file();
   spec.world = kind == "world";
@@ -122,7 +123,8 @@ void SceneReader::check_ties(lua_State* L) const {
   lua_settop(L, list - 1);
 }
 
-std::vector<SystemSpec> SceneReader::world(lua_State* L, int scenes, const Place& place) const {
+std::vector<SystemSpec> SceneReader::world(lua_State* L, int scenes,
+                                           const SourceLocation& place) const {
   std::vector<std::string> names;
   for (lua_pushnil(L); lua_next(L, scenes); lua_pop(L, 1)) {
     if (lua_type(L, -2) != LUA_TSTRING)
@@ -155,7 +157,7 @@ std::vector<SystemSpec> SceneReader::world(lua_State* L, int scenes, const Place
   return systems;
 }
 
-SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) const {
+SystemSpec SceneReader::system(lua_State* L, int scene, const SourceLocation& place) const {
   const std::vector<std::string> keys = read_keys(L, scene, kSceneKeys, place, "sim.scene");
   const auto has = [&](const char* key) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
@@ -229,7 +231,7 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const Place& place) cons
 }
 
 // A number in m, or a text as --error takes it; on top of the stack.
-AllowedError SceneReader::allowed_error(lua_State* L, const Place& place) const {
+AllowedError SceneReader::allowed_error(lua_State* L, const SourceLocation& place) const {
   if (lua_type(L, -1) == LUA_TNUMBER) {
     if (const double value = read_number(L, -1, place, "error"); value > 0) return {value, true};
   } else {
@@ -251,7 +253,7 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
   if (kind == "integrator") {
     const int record = lua_absindex(L, -1);
     push_field(L, record, "plugin");
-    const Place place = place_of(L, record);
+    const SourceLocation place = place_of(L, record);
     const IntegratorPlugin& plugin = registry_.get<Integrator>(lua_tostring(L, -1), place);
     PartSpec chosen = part(L, record, plugin, 1, nullptr);
     // Here, for a run may take another integrator and never look at these.
@@ -269,7 +271,7 @@ void SceneReader::integrator(lua_State* L, SystemSpec& spec) const {
 
 // Calls visit(part, record) for each sim.KIND of the list `kind`s on top of the stack.
 template <class Visit>
-void SceneReader::each_part(lua_State* L, const std::string& kind, const Place& place,
+void SceneReader::each_part(lua_State* L, const std::string& kind, const SourceLocation& place,
                             Visit visit) const {
   const std::string name = kind + "s", form = "sim." + kind + ".NAME { ... }";
   const int list = lua_absindex(L, -1);
@@ -290,7 +292,7 @@ void SceneReader::each_part(lua_State* L, const std::string& kind, const Place& 
 }
 
 void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const {
-  const Place& place = spec.place;
+  const SourceLocation& place = spec.place;
   const bool has_bodies = push_field(L, scene, "bodies") != LUA_TNIL;  // they need no others
   lua_pop(L, 1);
   const int type = push_field(L, scene, "particles");
@@ -409,7 +411,7 @@ void SceneReader::constraints(lua_State* L, int scene, Body& body, SystemSpec& s
 }
 
 void SceneReader::first_order(lua_State* L, int scene, SystemSpec& spec) const {
-  const Place& place = spec.place;
+  const SourceLocation& place = spec.place;
   FirstOrderSpec& first = spec.first_order.emplace();
   require_key(push_field(L, scene, "state"), place, "state",
               "state = { x = {{1, 0, 0}} } or state = {1, 0}");

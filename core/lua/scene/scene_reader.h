@@ -22,30 +22,32 @@ class SceneReader {
   SceneSpec read(lua_State* L) const;
 
  private:
-  std::vector<SystemSpec> world(lua_State* L, int scenes, const Place& place) const;
-  SystemSpec system(lua_State* L, int scene, const Place& place) const;
+  std::vector<SystemSpec> world(lua_State* L, int scenes, const SourceLocation& place) const;
+  SystemSpec system(lua_State* L, int scene, const SourceLocation& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
-  AllowedError allowed_error(lua_State* L, const Place& place) const;
+  AllowedError allowed_error(lua_State* L, const SourceLocation& place) const;
   template <class Visit>
-  void each_part(lua_State* L, const std::string& kind, const Place& place, Visit visit) const;
+  void each_part(lua_State* L, const std::string& kind, const SourceLocation& place,
+                 Visit visit) const;
   void second_order(lua_State* L, int scene, SystemSpec& spec) const;
   std::vector<const void*> colliders(lua_State* L, int scene, SystemSpec& spec) const;
   struct Body;
   void constraints(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
   std::map<const void*, int> rigid_bodies(lua_State* L, int scene, SystemSpec& spec) const;
-  int point(lua_State* L, int handle, const Body& body, const Place& place) const;
+  int point(lua_State* L, int handle, const Body& body, const SourceLocation& place) const;
   std::shared_ptr<const RigidBody> known_body(lua_State* L, int handle, const Body* body,
-                                              const Place& place, const std::string& what) const;
-  Bodies body_list(lua_State* L, const Body* body, const Place& place,
+                                              const SourceLocation& place,
+                                              const std::string& what) const;
+  Bodies body_list(lua_State* L, const Body* body, const SourceLocation& place,
                    const std::string& what) const;
   // `parts`: by their handles.
   void switches(lua_State* L, int scene, const std::map<const void*, PartSpec*>& parts,
                 SystemSpec& spec) const;
   void first_order(lua_State* L, int scene, SystemSpec& spec) const;
-  ParticlesSpec particles(lua_State* L, int record, const Place& place) const;
-  void leads(lua_State* L, const LuaTable& record, int count, ParticlesSpec& spec) const;
+  ParticlesSpec particles(lua_State* L, int record, const SourceLocation& place) const;
+  void prescribed(lua_State* L, const LuaTable& record, int count, ParticlesSpec& spec) const;
 
-  // What the parts of a second-order scene may refer to.
+  // The objects that parts of a second-order scene may refer to.
   struct Body {
     const ParticlesSpec& particles;
     int handle;                                // of the particles, on the stack
@@ -56,30 +58,32 @@ class SceneReader {
   };
   PartSpec part(lua_State* L, int record, const PluginInfo& plugin, int dimension,
                 Body* body) const;
-  bool read_reference(lua_State* L, int value, Body* body, const Place& place, Value& out) const;
+  bool read_reference(lua_State* L, int value, Body* body, const SourceLocation& place,
+                      Value& out) const;
   template <class Object>
   std::shared_ptr<const Object> made_once(lua_State* L, int record) const;
   std::shared_ptr<const RigidMotion> motion(lua_State* L, int record) const;
   std::shared_ptr<const ContactLaw> law(lua_State* L, int record) const;
   std::shared_ptr<const ColliderMaker> collider(lua_State* L, int record) const;
-  Colliders collider_list(lua_State* L, const Place& place, const std::string& what) const;
+  Colliders collider_list(lua_State* L, const SourceLocation& place, const std::string& what) const;
   std::shared_ptr<const TriangleMesh> surface(lua_State* L, int handle, int record,
                                               Body& body) const;
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces(lua_State* L, int scene, Body& body,
                                                             const SystemSpec& spec) const;
   void contact(lua_State* L, int scene, Body& body, SystemSpec& spec) const;
   Elements elements(lua_State* L, int record, const PluginInfo& plugin, const Body& body,
-                    const Place& place) const;
-  bool cells(lua_State* L, int record, const Body& body, const Place& place, Elements& out) const;
+                    const SourceLocation& place) const;
+  bool cells(lua_State* L, int record, const Body& body, const SourceLocation& place,
+             Elements& out) const;
   void weigh(lua_State* L, int particles, SystemSpec& spec) const;
   void check_numbers(lua_State* L, int particles, const SystemSpec& spec) const;
-  void grid_pairs(lua_State* L, int record, const Body& body, const Place& place,
+  void grid_pairs(lua_State* L, int record, const Body& body, const SourceLocation& place,
                   std::vector<GridPairs>& out) const;
   std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,
-                                        const Place& place, bool points = false) const;
-  void require_own(lua_State* L, int index, const Body& body, const Place& place,
+                                        const SourceLocation& place, bool points = false) const;
+  void require_own(lua_State* L, int index, const Body& body, const SourceLocation& place,
                    const std::string& what) const;
-  Place place_of(lua_State* L, int record) const;
+  SourceLocation place_of(lua_State* L, int record) const;
   void check_ties(lua_State* L) const;
 
   std::shared_ptr<SceneSession> session_;

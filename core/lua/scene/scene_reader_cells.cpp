@@ -10,7 +10,7 @@
 namespace sim {
 
 // The key `cells` of a force; false if it has none.
-bool SceneReader::cells(lua_State* L, int index, const Body& body, const Place& place,
+bool SceneReader::cells(lua_State* L, int index, const Body& body, const SourceLocation& place,
                         Elements& out) const {
   const LuaTable record(L, index), given = record.table("given");
   if (push_field(L, given.index(), "cells") == LUA_TNIL) return false;
@@ -18,7 +18,7 @@ bool SceneReader::cells(lua_State* L, int index, const Body& body, const Place& 
   if (session_->push_record(L, handle) != "cells")
     scene_error(place, "bad cells", "expected a sim.cells { ... }, got " + show(L, handle));
   const LuaTable cells(L, -1);
-  const Place written = place_of(L, cells.index());
+  const SourceLocation written = place_of(L, cells.index());
   push_field(L, cells.index(), "on");
   require_own(L, -1, body, written, "cells");
 

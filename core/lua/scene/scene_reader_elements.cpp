@@ -21,7 +21,7 @@ std::string known_ids(const ParticlesSpec& particles) {
 }
 
 // The whole numbers {di, dj} or {di, dj, dk}; on top of the stack.
-std::array<int, 3> read_offset(lua_State* L, const GridSpec& grid, const Place& place,
+std::array<int, 3> read_offset(lua_State* L, const GridSpec& grid, const SourceLocation& place,
                                const std::string& what) {
   const int offset = lua_absindex(L, -1);
   const char* const form = grid.directions == 3 ? "{di, dj, dk}" : "{di, dj}";
@@ -49,14 +49,14 @@ bool same_pairs(const std::array<int, 3>& a, const std::array<int, 3>& b) {
 
 }  // namespace
 
-void SceneReader::require_own(lua_State* L, int index, const Body& body, const Place& place,
-                              const std::string& what) const {
+void SceneReader::require_own(lua_State* L, int index, const Body& body,
+                              const SourceLocation& place, const std::string& what) const {
   if (!lua_rawequal(L, index, body.handle))
     scene_error(place, "bad " + what, "it is not the particles of this scene");
 }
 
 Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin, const Body& body,
-                               const Place& place) const {
+                               const SourceLocation& place) const {
   const LuaTable record(L, index);
   const lua_Integer count = record.integer("count"), arity = record.integer("arity");
   Elements elements;
@@ -147,7 +147,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
   return elements;
 }
 
-void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Place& place,
+void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const SourceLocation& place,
                              std::vector<GridPairs>& out) const {
   const LuaTable record(L, index), given = record.table("given");
   const bool has_grid = push_field(L, given.index(), "grid") != LUA_TNIL;
@@ -191,7 +191,7 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const Pl
 }
 
 std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, const Body& body,
-                                                   const Place& place, bool points) const {
+                                                   const SourceLocation& place, bool points) const {
   const LuaTable record(L, index), given = record.table("given");
   if (push_field(L, given.index(), "particles") == LUA_TNIL) return {};
   const int list = lua_gettop(L);
@@ -223,7 +223,7 @@ std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, cons
 }
 
 // Parameters that name another part of the scene.
-bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Place& place,
+bool SceneReader::read_reference(lua_State* L, int index, Body* body, const SourceLocation& place,
                                  Value& out) const {
   const StackScope scope(L);
   const int value = lua_absindex(L, index);
@@ -248,7 +248,7 @@ bool SceneReader::read_reference(lua_State* L, int index, Body* body, const Plac
 template <class Object>
 std::shared_ptr<const Object> SceneReader::made_once(lua_State* L, int record) const {
   push_field(L, record, "plugin");
-  const Place place = place_of(L, record);
+  const SourceLocation place = place_of(L, record);
   const auto& plugin = registry_.get<Object>(lua_tostring(L, -1), place);
   lua_pop(L, 1);
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
@@ -267,7 +267,7 @@ std::shared_ptr<const ContactLaw> SceneReader::law(lua_State* L, int record) con
 
 std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int record) const {
   push_field(L, record, "plugin");
-  const Place place = place_of(L, record);
+  const SourceLocation place = place_of(L, record);
   const auto& plugin = registry_.get<Collider>(lua_tostring(L, -1), place);
   lua_pop(L, 1);
   const PartSpec spec = part(L, record, plugin, 1, nullptr);
@@ -283,7 +283,7 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
 }
 
 // On top of the stack.
-Colliders SceneReader::collider_list(lua_State* L, const Place& place,
+Colliders SceneReader::collider_list(lua_State* L, const SourceLocation& place,
                                      const std::string& what) const {
   Colliders colliders;
   const int list = lua_gettop(L);
@@ -305,7 +305,7 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
   std::shared_ptr<const TriangleMesh>& known = body.surfaces[lua_topointer(L, handle)];
   if (known) return known;
   const LuaTable record(L, index);
-  const Place place = place_of(L, index);
+  const SourceLocation place = place_of(L, index);
   push_field(L, index, "on");
   require_own(L, -1, body, place, "surface");
 
@@ -374,7 +374,7 @@ void SceneReader::contact(lua_State* L, int scene, Body& body, SystemSpec& spec)
       scene_error(spec.place, "bad contact",
                   "expected a sim.contact { ... }, got " + show(L, handle));
     const int record = lua_gettop(L);
-    const Place place = place_of(L, record);
+    const SourceLocation place = place_of(L, record);
     push_field(L, record, "plugin");
     const auto& plugin = registry_.get<StepCorrection>(lua_tostring(L, -1), place);
     ContactSpec& contact = spec.contact.emplace();

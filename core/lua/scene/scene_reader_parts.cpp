@@ -34,7 +34,7 @@ bool can_be_off(const PluginInfo& plugin) {
 // A parameter as a plain value; which type it should have is for the plugin's declaration to say,
 // but for functions, of which there are several kinds.
 Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int dimension,
-                 ParamType type, const Place& place, const std::string& what) {
+                 ParamType type, const SourceLocation& place, const std::string& what) {
   const int index = lua_absindex(L, -1);
   switch (lua_type(L, index)) {
     case LUA_TBOOLEAN:
@@ -64,7 +64,7 @@ Value read_value(const std::shared_ptr<SceneSession>& session, lua_State* L, int
 }
 
 // One entry of a list, on top of the stack, or all of them where it is a table.
-void read_list(lua_State* L, const Place& place, const std::string& what, List& list) {
+void read_list(lua_State* L, const SourceLocation& place, const std::string& what, List& list) {
   constexpr lua_Unsigned kMost = 10000;
   if (lua_type(L, -1) == LUA_TNUMBER) {
     list.emplace_back(read_number(L, -1, place, what));
@@ -104,7 +104,7 @@ void read_list(lua_State* L, const Place& place, const std::string& what, List& 
 namespace {
 
 // Before any memory is taken for them.
-void check_count(lua_Integer count, const Place& place) {
+void check_count(lua_Integer count, const SourceLocation& place) {
   if (count == 0)
     scene_error(place, "no particles", "none was added", "add one: particles:add {0, 0, 0}");
   if (count > std::numeric_limits<int>::max())
@@ -118,7 +118,7 @@ void check_count(lua_Integer count, const Place& place) {
                     std::to_string(static_cast<long>(memory / 1e9)) + " GB");
 }
 
-GridSpec read_grid(const LuaTable& record, const Place& place) {
+GridSpec read_grid(const LuaTable& record, const SourceLocation& place) {
   GridSpec grid;
   grid.size = {static_cast<int>(record.integer("n1")), static_cast<int>(record.integer("n2")),
                static_cast<int>(record.integer("n3"))};
@@ -186,7 +186,7 @@ std::vector<ParticleSpec> read_list(const LuaTable& record) {
 
 }  // namespace
 
-ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place) const {
+ParticlesSpec SceneReader::particles(lua_State* L, int index, const SourceLocation& place) const {
   const LuaTable record(L, index);
   const lua_Integer first = record.integer("first"), count = first + record.integer("count");
   check_count(count, place);
@@ -206,7 +206,7 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const Place& place
                   "the ids of the scene are 0 to " + std::to_string(count - 1));
     spec.pinned.push_back(static_cast<int>(id));
   }
-  leads(L, record, static_cast<int>(count), spec);
+  prescribed(L, record, static_cast<int>(count), spec);
   std::sort(spec.pinned.begin(), spec.pinned.end());
   spec.pinned.erase(std::unique(spec.pinned.begin(), spec.pinned.end()), spec.pinned.end());
   return spec;
@@ -234,26 +234,27 @@ void SceneReader::check_numbers(lua_State* L, int particles, const SystemSpec& s
   }
 }
 
-void SceneReader::leads(lua_State* L, const LuaTable& record, int count,
-                        ParticlesSpec& spec) const {
-  const LuaTable leads = record.table("leads");  // id, path, place, id, ...
-  for (lua_Integer i = 1; i < leads.length(); i += 3) {
-    const lua_Integer id = leads.integer(i);
-    const Place place = session_->place(leads.integer(i + 2));
+void SceneReader::prescribed(lua_State* L, const LuaTable& record, int count,
+                             ParticlesSpec& spec) const {
+  const LuaTable prescribed = record.table("leads");  // id, path, place, id, ...
+  for (lua_Integer i = 1; i < prescribed.length(); i += 3) {
+    const lua_Integer id = prescribed.integer(i);
+    const SourceLocation place = session_->place(prescribed.integer(i + 2));
     if (id >= count)
       scene_error(place, "bad lead", "there is no particle " + std::to_string(id),
                   "the ids of the scene are 0 to " + std::to_string(count - 1));
-    for (const LeadSpec& other : spec.leads)
+    for (const PrescribedSpec& other : spec.prescribed)
       if (other.particle == id)
         scene_error(place, "bad lead", "particle " + std::to_string(id) + " is led twice");
-    lua_rawgeti(L, leads.index(), i + 1);
+    lua_rawgeti(L, prescribed.index(), i + 1);
     Value path;
     if (!read_reference(L, -1, nullptr, place, path))
       path = read_value(session_, L, 1, ParamType::kMotion, place,
                         "path of particle " + std::to_string(id));
     lua_pop(L, 1);
     const int particle = static_cast<int>(id);
-    spec.leads.push_back({particle, std::get<std::shared_ptr<const RigidMotion>>(path), place});
+    spec.prescribed.push_back(
+        {particle, std::get<std::shared_ptr<const RigidMotion>>(path), place});
     spec.pinned.push_back(particle);
   }
 }

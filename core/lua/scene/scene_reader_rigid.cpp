@@ -61,13 +61,13 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
       auto shape = std::make_shared<const RigidShape>(read_shape(L, lua_gettop(L)));
       body.mass = record.number("mass");
       if (!(body.mass > 0))
-        body.mass =
-            record.number("density") * of_scene(body.place, [&] { return bulk_of(*shape).volume; });
+        body.mass = record.number("density") *
+                    of_scene(body.place, [&] { return mass_properties(*shape).volume; });
       body.shape = std::move(shape);
       body.position = record.vector("position");
-      body.turn = record.vector("turn");
+      body.rotation = record.vector("turn");
       body.velocity = record.vector("velocity");
-      body.spin = record.vector("spin");
+      body.angular_velocity = record.vector("spin");
       body.touches = record.flag("touches");
       body.surface = {record.number("restitution"), record.number("friction")};
       if (push_field(L, index, "law") != LUA_TNIL) {
@@ -82,7 +82,7 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
 }
 
 std::shared_ptr<const RigidBody> SceneReader::known_body(lua_State* L, int handle, const Body* body,
-                                                         const Place& place,
+                                                         const SourceLocation& place,
                                                          const std::string& what) const {
   if (!body) scene_error(place, "bad " + what, "only forces between particles know bodies");
   const auto known = body->bodies.find(lua_topointer(L, handle));
@@ -93,7 +93,7 @@ std::shared_ptr<const RigidBody> SceneReader::known_body(lua_State* L, int handl
 }
 
 // On top of the stack.
-Bodies SceneReader::body_list(lua_State* L, const Body* body, const Place& place,
+Bodies SceneReader::body_list(lua_State* L, const Body* body, const SourceLocation& place,
                               const std::string& what) const {
   Bodies bodies;
   const int list = lua_gettop(L);
@@ -114,7 +114,8 @@ Bodies SceneReader::body_list(lua_State* L, const Body* body, const Place& place
 }
 
 // The id that stands for a point of a body, on the stack.
-int SceneReader::point(lua_State* L, int handle, const Body& body, const Place& place) const {
+int SceneReader::point(lua_State* L, int handle, const Body& body,
+                       const SourceLocation& place) const {
   const int top = lua_gettop(L);
   if (session_->push_record(L, handle) != "point")
     scene_error(place, "bad tie",

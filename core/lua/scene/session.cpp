@@ -21,8 +21,8 @@ constexpr std::uint64_t kFileWork = 10'000;        // of looking for a file, in 
 constexpr const char* kLanguage = "sim.language";  // registry: what require "sim" gives
 constexpr const char* kModules = "sim.modules";    // registry: canonical file -> value
 
-std::string read_file(const fs::path& file, const Place& asked_at) {
-  const Place where = asked_at.empty() ? file.string() : asked_at;
+std::string read_file(const fs::path& file, const SourceLocation& asked_at) {
+  const SourceLocation where = asked_at.empty() ? file.string() : asked_at;
   return read_whole_file(file, {"cannot read '" + file.string() + "'", where, "", ""},
                          kLargestFile);
 }
@@ -82,7 +82,7 @@ std::string canonical_name(const fs::path& file) {
 }
 
 // A link may lead out of a folder.
-void check_below(const fs::path& folder, const fs::path& file, const Place& place) {
+void check_below(const fs::path& folder, const fs::path& file, const SourceLocation& place) {
   const fs::path home = canonical_name(folder.empty() ? "." : folder), real = canonical_name(file);
   const auto parted = std::ranges::mismatch(home, real);
   if (parted.in1 != home.end())
@@ -92,13 +92,13 @@ void check_below(const fs::path& folder, const fs::path& file, const Place& plac
 
 }  // namespace
 
-std::string file_stem(const Place& place) {
+std::string file_stem(const SourceLocation& place) {
   const std::size_t colon = place.rfind(".lua:");
   const fs::path file(colon == std::string::npos ? place : place.substr(0, colon + 4));
   return std::string(utf8_head(file.stem().string(), 64));
 }
 
-Place calling_place(lua_State* L) {
+SourceLocation calling_place(lua_State* L) {
   lua_Debug frame;
   for (int level = 1; level < 200 && lua_getstack(L, level, &frame); ++level) {
     lua_getinfo(L, "Sl", &frame);
@@ -117,7 +117,7 @@ SceneSession::SceneSession(fs::path file, SceneOptions options, Registry& regist
                options_.print ? options_.print : Printer::to_standard_error),
       lua_(options_.limits, options_.interrupted, options_.overrun) {}
 
-void SceneSession::count(double particles, double elements, const Place& place) {
+void SceneSession::count(double particles, double elements, const SourceLocation& place) {
   constexpr double kMostParticles = 1e6, kMostElements = 1e7;
   particles_ += particles;
   elements_ += elements;
@@ -203,7 +203,7 @@ void SceneSession::note_input(const std::string& name, const fs::path& file, std
 }
 
 std::string SceneSession::read(const std::string& name, const fs::path& file,
-                               const Place& asked_at) {
+                               const SourceLocation& asked_at) {
   const bool given = options_.text && name == "scene";
   std::string text = given ? *options_.text : read_file(file, asked_at);
   note_input(name, file, content_hash(text));
@@ -212,7 +212,7 @@ std::string SceneSession::read(const std::string& name, const fs::path& file,
 
 // Pushes what the file returns.
 void SceneSession::run_file(lua_State* L, const std::string& input, const fs::path& file,
-                            const Place& asked_at) {
+                            const SourceLocation& asked_at) {
   struct Loading {
     std::set<std::string>& names;
     std::string name;

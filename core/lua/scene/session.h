@@ -28,7 +28,7 @@ class SceneSession {
   // ... opens it, runs the scene file and pushes the one value it returns.
   void run(lua_State* L);
 
-  // What `require "sim"` gives; set_language pops its new value.
+  // Pushes the value of `require "sim"`; set_language pops its new value.
   static void push_language(lua_State* L);
   static void set_language(lua_State* L);
 
@@ -40,12 +40,12 @@ class SceneSession {
   void push_tied(lua_State* L) const { lua_rawgeti(L, LUA_REGISTRYINDEX, tied_); }
 
   // A place recorded by the scene language, as FILE:LINE; the scene file for 0.
-  Place place(lua_Integer code) const;
+  SourceLocation place(lua_Integer code) const;
 
   // Notes so many particles, and ties, triangles or cells, before memory is taken for them. With
   // --safe a scene builds at most a million of the former and ten million of the latter, in all.
   // Throws Error{kScene}.
-  void count(double particles, double elements, const Place& place);
+  void count(double particles, double elements, const SourceLocation& place);
 
   // The files that were read, and the paths where modules were searched before they were found.
   const std::vector<InputFile>& inputs() const { return inputs_; }
@@ -60,7 +60,7 @@ class SceneSession {
  private:
   struct Declared {
     SceneArg arg;
-    Place place;
+    SourceLocation place;
     std::string scope;  // name of the file, without folder and ending
   };
 
@@ -77,10 +77,10 @@ class SceneSession {
 
   void open_language(lua_State* L);
   std::string read(const std::string& name, const std::filesystem::path& file,
-                   const Place& asked_at);
+                   const SourceLocation& asked_at);
   void note_input(const std::string& name, const std::filesystem::path& file, std::uint64_t hash);
   void run_file(lua_State* L, const std::string& input, const std::filesystem::path& file,
-                const Place& asked_at);
+                const SourceLocation& asked_at);
   std::filesystem::path find_module(lua_State* L, const std::string& name);
   lua_Integer place_code(const char* source, int line);
   Value setting(const SceneArg& arg, const std::string& scope) const;
@@ -102,9 +102,9 @@ class SceneSession {
 };
 
 // "cloth" for the place "scenes/cloth.lua:12".
-std::string file_stem(const Place& place);
+std::string file_stem(const SourceLocation& place);
 
 // The line of the scene that called into C or the language; empty when there is none.
-Place calling_place(lua_State* L);
+SourceLocation calling_place(lua_State* L);
 
 }  // namespace sim

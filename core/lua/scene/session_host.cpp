@@ -26,7 +26,7 @@ bool same_value(const Value& a, const Value& b) {
 }
 
 // "scenes/cloth.lua" of "scenes/cloth.lua:12".
-std::string file_of(const Place& place) {
+std::string file_of(const SourceLocation& place) {
   const std::size_t colon = place.rfind(':');
   return colon == std::string::npos ? place : place.substr(0, colon);
 }
@@ -50,7 +50,7 @@ lua_Integer SceneSession::place_code(const char* source, int line) {
   return static_cast<lua_Integer>(index) << kLineBits | line;
 }
 
-Place SceneSession::place(lua_Integer code) const {
+SourceLocation SceneSession::place(lua_Integer code) const {
   const auto index = static_cast<std::size_t>(code >> kLineBits);
   if (index == 0 || index > sources_.size()) return file_name_;
   return lua_place(sources_[index - 1].c_str(), static_cast<int>(code & 0x7fffffff));
@@ -122,7 +122,7 @@ Value SceneSession::setting(const SceneArg& arg, const std::string& scope) const
 int SceneSession::plugin(lua_State* L) {
   SceneSession& self = of(L);
   lua_settop(L, 2);
-  const Place place = self.place(lua_tointeger(L, 1));
+  const SourceLocation place = self.place(lua_tointeger(L, 1));
   if (self.options_.safe)
     scene_error(place, "no plugin", "--safe opens none that a scene brings, which is native code",
                 "leave --safe out if you trust it, or give the library with --load");
@@ -148,7 +148,7 @@ int SceneSession::plugin(lua_State* L) {
 int SceneSession::arg(lua_State* L) {
   SceneSession& self = of(L);
   lua_settop(L, 4);
-  const Place place = self.place(lua_tointeger(L, 1));
+  const SourceLocation place = self.place(lua_tointeger(L, 1));
   if (lua_type(L, 2) != LUA_TSTRING || !legal_arg_name(lua_tostring(L, 2)))
     scene_error(place, "bad name of sim.arg",
                 "expected a word of letters, digits and _, got " + show(L, 2));

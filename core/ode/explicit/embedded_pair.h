@@ -78,8 +78,8 @@ constexpr int embedded_order(const EmbeddedPair<S, X, D>& pair, bool coarse = fa
   return order_conditions(embedded);
 }
 
-// The order of the dense output at every theta. What is left of a condition after the factor
-// theta^2 (1-theta)^2 is a polynomial with one coefficient a row, so that as many places decide;
+// The order of the dense output at every theta. A condition divided by the factor theta^2
+// (1-theta)^2 is a polynomial with one coefficient a row, so that as many values of theta decide;
 // theta = 1, where it is the step, is another.
 template <int S, int X, int D>
 constexpr int dense_order(const EmbeddedPair<S, X, D>& pair) {

@@ -57,7 +57,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
       return {status};
   }
   interpolate(t + h, x_next);
-  if (!system.settle(t + h, x_next)) return {StepStatus::kNotFinite};
+  if (!system.project(t + h, x_next)) return {StepStatus::kNotFinite};
   if (!all_finite({x_next, x_.size()})) return {StepStatus::kNotFinite};
   return {StepStatus::kDone, 1};
 }

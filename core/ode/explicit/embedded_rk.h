@@ -34,7 +34,7 @@ class EmbeddedRungeKutta final : public Integrator {
   void recall(std::span<const double> memory) override;
   Effort effort() const override { return effort_; }
 
-  // Of a step of its own of size h.
+  // The amplification of one internal step of size h.
   double amplification(double h_omega, double h_gamma) const override {
     return sim::amplification(plan_.method, h_omega, h_gamma);
   }

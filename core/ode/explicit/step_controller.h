@@ -16,7 +16,7 @@ class StepController {
  public:
   explicit StepController(int k) : k_(k) {}
 
-  // What the next decision depends on.
+  // The state on which the next decision depends.
   struct State {
     double h = 0;             // s, of the step to be tried
     double error_before = 1;  // of the last step that stood

@@ -86,13 +86,13 @@ StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
     StepStatus status = StepStatus::kDone;
     try_step(system, status);
     if (status != StepStatus::kDone) return status;
-    system.settle(t_ + h_, y_.data());
+    system.project(t_ + h_, y_.data());
   }
   cuts_ = met ? cuts_ + 1 : 0;
   if (met) controller_.state.h = std::min(controller_.state.h, Events::kLonger * h_);
   using Outcome = Events::Outcome;
   const Outcome outcome = events_->end(t_, h_, x_.data(), y_.data(), cut);
-  anew_ = met || outcome == Outcome::kJumped;
+  anew_ = met || outcome == Outcome::kImpact;
   return outcome == Outcome::kNotAllowed ? StepStatus::kNotAllowed : StepStatus::kDone;
 }
 
@@ -128,7 +128,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
       ++own_.rejected;
       continue;
     }
-    if (!system.settle(t_ + h_, y_.data())) {
+    if (!system.project(t_ + h_, y_.data())) {
       status = StepStatus::kNotConverged;
       break;
     }
@@ -165,7 +165,7 @@ Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::in
     }
   }
   interpolate(t + h, x_next);
-  if (!events_ && !system.settle(t + h, x_next)) return {StepStatus::kNotConverged};
+  if (!events_ && !system.project(t + h, x_next)) return {StepStatus::kNotConverged};
   return {StepStatus::kDone, 1};
 }
 

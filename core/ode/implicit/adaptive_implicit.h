@@ -62,7 +62,7 @@ class AdaptiveImplicit final : public Integrator {
   void recall(std::span<const double> memory) override;
   Effort effort() const override;
   std::vector<std::string> notes() const override { return solver_->notes(); }
-  // Of a step of its own of size h.
+  // The amplification of one internal step of size h.
   double amplification(double h_omega, double h_gamma) const override {
     return fixed_.amplification(h_omega, h_gamma);
   }

@@ -16,7 +16,7 @@ constexpr double kFirstGrowth = 1e4, kGrowth = 10;
 }  // namespace
 
 void Bdf::prepare(OdeSystem& system) {
-  if (system.events() || system.confined())
+  if (system.events() || system.has_inequalities())
     throw Error(ErrorKind::kScene,
                 {"integrator does not fit", "",
                  "bdf goes on from several states before, and contact or constraints make those of "
@@ -310,7 +310,7 @@ Advance Bdf::advance(OdeSystem& system, double t, double h, std::int64_t /*most*
       return {status};
     }
   interpolate(t + h, x_next);
-  if (!system.settle(t + h, x_next)) return {StepStatus::kNotConverged};
+  if (!system.project(t + h, x_next)) return {StepStatus::kNotConverged};
   return {StepStatus::kDone, 1};
 }
 

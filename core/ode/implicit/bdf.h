@@ -43,7 +43,7 @@ class Bdf final : public Integrator {
   static constexpr std::size_t kArrays = kMostOrder + 1;
   using Coefficients = std::array<double, kMostOrder + 2>;
 
-  // What a step depends on beside its arrays.
+  // The scalars on which a step depends besides its arrays.
   struct History {
     double t = 0;              // of z, the end of the last step
     double h = 0, next_h = 0;  // of the last step, and of the next trial
@@ -74,7 +74,7 @@ class Bdf final : public Integrator {
   Array saved_;  // the correction before the last one
   Array y_, r_, change_, weights_;
 
-  // Of the step that is tried.
+  // The coefficients of the trial step.
   Coefficients l_ = {};
   double tau_ = 0;                             // h / l_1
   double error_ = 0, lower_ = 0, higher_ = 0;  // errors of the orders beside over their measures

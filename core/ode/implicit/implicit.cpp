@@ -26,7 +26,7 @@ StepStatus take_step(OdeSystem& system, double t, double h, const double* x, dou
     if (status != StepStatus::kDone) return status;
     const StepEnd end = system.end_step(t, h, x, x_next);
     if (end != StepEnd::kAgain)
-      return end == StepEnd::kStands ? StepStatus::kDone : StepStatus::kNotConverged;
+      return end == StepEnd::kAccepted ? StepStatus::kDone : StepStatus::kNotConverged;
   }
 }
 
@@ -144,7 +144,7 @@ Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most
   status = judged(status, {x_next, system.size()});
   if (status == StepStatus::kDone) {
     std::copy_n(x, system.size(), last_.data());
-    last_h_ = system.jumped() ? 0 : h;
+    last_h_ = system.had_impact() ? 0 : h;
   }
   return one(status);
 }

@@ -26,11 +26,11 @@ class JacobianEntries {
   virtual std::int64_t evaluations() const { return 0; }  // of f so far
 };
 
-// Of a system that knows nothing of its Jacobian: which outputs change is found by changing inputs,
-// near the point x. The groups of columns that certainly share no row are changed at once and
-// halved, so that n numbers with a few neighbours each take some multiple of log n evaluations, not
-// n. Values are forward differences, all columns that share no row at once (Curtis, Powell & Reid
-// (1974), J. Inst. Maths Applics 13, 117-119).
+// The sparsity pattern of a Jacobian that the system does not know: the outputs that change are
+// found by perturbing inputs near the point x. The groups of columns that certainly share no row
+// are changed at once and halved, so that n numbers with a few neighbours each take some multiple
+// of log n evaluations, not n. Values are forward differences, all columns that share no row at
+// once (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
 
 // Numbers for columns so that two of one number share no row; how many numbers there are.

@@ -11,7 +11,7 @@ namespace sim {
 
 class LivePage {
  public:
-  // What the scene points to outlives it.
+  // The objects that the scene points to outlive it.
   LivePage(const ViewScene& scene, bool pause_hidden);
 
   // `socket`: the path of its WebSocket.

@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// Text between the tags of HTML or SVG, or in a quoted attribute. What XML does not allow, control
-// characters and bytes that are not UTF-8, is shown as \x1b.
+// Text between the tags of HTML or SVG, or in a quoted attribute. Characters that XML does not
+// allow, control characters and bytes that are not UTF-8, are shown as \x1b.
 std::string markup_text(std::string_view text);
 
 // JSON in a script element: the same values, without a character that HTML reads.

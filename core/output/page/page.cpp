@@ -323,7 +323,7 @@ bool Page::measured() const {
 std::string Page::solids_json(std::size_t m) const {
   constexpr double kLevel = 0.999999;
   const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};
-  using Form = SolidShape::Form;
+  using Form = RenderShape::Form;
   std::vector<std::string> list;
   const auto& first = moments_.head(0, m).solids;
   for (std::size_t s = 0; s < first.size(); ++s) {
@@ -332,7 +332,7 @@ std::string Page::solids_json(std::size_t m) const {
     if (form == Form::kNone || first[s].inside || level) continue;
     std::vector<std::string> places, turns;
     for (std::size_t at = 0; at < moments_.size(); ++at) {
-      const SolidShape& solid = moments_.head(at, m).solids[s];
+      const RenderShape& solid = moments_.head(at, m).solids[s];
       places.push_back(point(own_axes(view_.point(solid.center + view_.offsets[m]))));
       std::vector<double> turn;
       for (const Vec3& axis : solid.axes) {

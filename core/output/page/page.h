@@ -32,7 +32,8 @@ class Page {
   // `live`: JSON that the page finds in H.live. Its policy is sent by whoever serves it.
   std::string of_live(const std::string& live, const std::string& nonce) const;
 
-  // What of_live() draws next, see LivePage; with what the scale shows of the moment, if any.
+  // The frame that of_live() draws next, see LivePage; with the values of the moment on the scale,
+  // if any.
   std::string frame(const Moment& moment, std::string words,
                     const ColourScale* scale = nullptr) const;
 

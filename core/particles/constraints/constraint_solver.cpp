@@ -36,7 +36,7 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints)
       matrix_(constraints.rows().pattern, constraints.weights()),
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       rest_(lambda_.size()),
-      led_(3 * constraints.weights().size()) {}
+      trial_(3 * constraints.weights().size()) {}
 
 bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, const Axes& v,
                                 const double* memory, RowValues& values) {
@@ -52,17 +52,17 @@ bool ConstraintSolver::ran_away(double off, const RowValues& values) {
   if (!std::isfinite(off)) return false;
   if (!constraints_->rows().part_of(worst_).constraint->complaint().empty()) return false;
   failure_ = Failure::kTooFar;
-  missed_ = off;
+  residual_ = off;
   return false;
 }
 
 bool ConstraintSolver::fail(Failure failure, const RowValues& values) {
   failure_ = failure;
-  missed_ = 0;
+  residual_ = 0;
   for (std::size_t r = 0; r < lambda_.size(); ++r) {
     const double phi = std::fabs(values.phi()[r]);
-    if (phi <= missed_) continue;
-    missed_ = phi;
+    if (phi <= residual_) continue;
+    residual_ = phi;
     worst_ = static_cast<int>(r);
     if (std::isnan(phi)) break;
   }
@@ -79,7 +79,7 @@ std::string ConstraintSolver::refusal() const {
     const std::string why = part.constraint->complaint();
     return who + (why.empty() ? "its equations are not finite" : why);
   }
-  return who + "no allowed state is in reach, it is off by " + brief(missed_, 3) + " m";
+  return who + "no allowed state is in reach, it is off by " + brief(residual_, 3) + " m";
 }
 
 bool ConstraintSolver::accelerate(const ParticleView& view, const double* memory, const Axes& a) {
@@ -108,8 +108,8 @@ void ConstraintSolver::remove(std::span<const double> weights, const RowValues& 
 }
 
 // exact: the factors are those of `values`.
-bool ConstraintSolver::settle_velocities(std::span<const double> weights, const RowValues& values,
-                                         const Axes& v, bool exact) {
+bool ConstraintSolver::project_velocities(std::span<const double> weights, const RowValues& values,
+                                          const Axes& v, bool exact) {
   constexpr int kMost = 20;
   double before = HUGE_VAL;
   for (int turn = 0; turn < kMost; ++turn) {
@@ -130,8 +130,8 @@ bool ConstraintSolver::settle_velocities(std::span<const double> weights, const 
   return true;
 }
 
-bool ConstraintSolver::place(double t, const ParticleView& like, const Axes& q, const Axes& v,
-                             const double* memory, bool near) {
+bool ConstraintSolver::project_positions(double t, const ParticleView& like, const Axes& q,
+                                         const Axes& v, const double* memory, bool near) {
   constexpr int kMost = 60;
   failure_ = Failure::kNone;
   const std::span<const double> weights = constraints_->weights();
@@ -157,15 +157,15 @@ bool ConstraintSolver::place(double t, const ParticleView& like, const Axes& q, 
   return true;
 }
 
-bool ConstraintSolver::settle(double t, const ParticleView& like, const Axes& q, const Axes& v,
-                              double* memory, bool near) {
-  return place(t, like, q, v, memory, near) &&
-         settle_velocities(constraints_->weights(), values_, v, exact_);
+bool ConstraintSolver::project_state(double t, const ParticleView& like, const Axes& q,
+                                     const Axes& v, double* memory, bool near) {
+  return project_positions(t, like, q, v, memory, near) &&
+         project_velocities(constraints_->weights(), values_, v, exact_);
 }
 
-bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const Axes& q,
-                            const Axes& v, const double* memory, std::span<const double> weights,
-                            bool factorised) {
+bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& like, const Axes& q,
+                                       const Axes& v, const double* memory,
+                                       std::span<const double> weights, bool factorised) {
   constexpr int kMost = 60;
   failure_ = Failure::kNone;
   if (!evaluate(t, like, q, v, memory, values_)) return false;
@@ -179,13 +179,13 @@ bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const 
 
   const std::size_t n = weights.size();
   const double size = std::max(constraints_->size(), size_of(q, v, d, n));
-  const Axes led = {led_.data(), led_.data() + n, led_.data() + 2 * n};
+  const Axes kinematic = {trial_.data(), trial_.data() + n, trial_.data() + 2 * n};
   double before = HUGE_VAL, first = HUGE_VAL;
   bool exact = true;
   for (int turn = 0;; ++turn) {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0; i < n; ++i) led[axis][i] = q[axis][i] + d * v[axis][i];
-    if (!evaluate(t + d, like, led, v, memory, other_)) return ran_away(first, other_);
+      for (std::size_t i = 0; i < n; ++i) kinematic[axis][i] = q[axis][i] + d * v[axis][i];
+    if (!evaluate(t + d, like, kinematic, v, memory, other_)) return ran_away(first, other_);
     const double now = other_.largest_phi();
     if (turn == 0) first = now;
     if (now <= kRoundings * size) break;
@@ -203,12 +203,13 @@ bool ConstraintSolver::lead(double t, double d, const ParticleView& like, const 
   return true;
 }
 
-bool ConstraintSolver::hold(double t, const ParticleView& like, const Axes& q, const Axes& v,
-                            const double* memory, std::span<const double> weights) {
+bool ConstraintSolver::rattle_velocities(double t, const ParticleView& like, const Axes& q,
+                                         const Axes& v, const double* memory,
+                                         std::span<const double> weights) {
   failure_ = Failure::kNone;
   if (!evaluate(t, like, q, v, memory, values_)) return false;
   matrix_.factorise(values_.gradient(), weights);
-  return settle_velocities(weights, values_, v, true);
+  return project_velocities(weights, values_, v, true);
 }
 
 bool ConstraintSolver::begin_projections(double t, const ParticleView& like, const Axes& q,

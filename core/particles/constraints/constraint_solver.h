@@ -10,8 +10,8 @@
 
 namespace sim {
 
-// The equations at one state after the other, with all memory that takes. One for each user: what
-// one has factorised stays.
+// Solves for the multipliers of the constraints, state after state, with memory of its own. Each
+// user has its own solver, which keeps its factors.
 class ConstraintSolver {
  public:
   using Axes = Constraints::Axes;
@@ -26,22 +26,23 @@ class ConstraintSolver {
   // Puts q and v to the nearest state, in the metric of the masses, with phi = 0 and
   // J v + drive = 0 (Hairer, Lubich & Wanner (2006), section IV.4). near: the last factors are of
   // a state so near that they serve as well. False where there is none in reach.
-  bool settle(double t, const ParticleView& like, const Axes& q, const Axes& v, double* memory,
-              bool near);
+  bool project_state(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                     double* memory, bool near);
 
   // The same of q alone.
-  bool place(double t, const ParticleView& like, const Axes& q, const Axes& v, const double* memory,
-             bool near);
+  bool project_positions(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                         const double* memory, bool near);
 
-  // RATTLE's parts (Andersen (1983), J. Comput. Phys. 52, 24-34), in the metric of `weights`.
-  // v += W J^T mu with J at q, such that q + d v obeys the equations at t + d.
-  bool lead(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
-            const double* memory, std::span<const double> weights, bool factorised);
+  // The two halves of RATTLE (Andersen (1983), J. Comput. Phys. 52, 24-34), in the metric of
+  // `weights`. The first is SHAKE: v += W J^T mu with J at q, such that q + d v satisfies the
+  // equations at t + d.
+  bool shake_positions(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
+                       const double* memory, std::span<const double> weights, bool factorised);
   // v += W J^T nu, J at q, such that J v + drive = 0.
-  bool hold(double t, const ParticleView& like, const Axes& q, const Axes& v, const double* memory,
-            std::span<const double> weights);
+  bool rattle_velocities(double t, const ParticleView& like, const Axes& q, const Axes& v,
+                         const double* memory, std::span<const double> weights);
 
-  // Of v at this state the same again and again: v += W J^T nu with J v (+ drive) = 0.
+  // Repeated projections of velocities at one state: v += W J^T nu with J v (+ drive) = 0.
   bool begin_projections(double t, const ParticleView& like, const Axes& q, const Axes& v,
                          const double* memory);
   void project(const Axes& v, bool with_drive);
@@ -61,18 +62,18 @@ class ConstraintSolver {
   bool fail(Failure failure, const RowValues& values);
   bool ran_away(double off, const RowValues& values);
   void remove(std::span<const double> weights, const RowValues& values, const Axes& from);
-  bool settle_velocities(std::span<const double> weights, const RowValues& values, const Axes& v,
-                         bool exact);
+  bool project_velocities(std::span<const double> weights, const RowValues& values, const Axes& v,
+                          bool exact);
 
   const Constraints* constraints_;
   RowValues values_, other_;
   RowMatrix matrix_;
   std::vector<double> lambda_, rest_;
-  std::vector<double> led_;  // positions on trial
+  std::vector<double> trial_;  // positions on trial
   Failure failure_ = Failure::kNone;
-  bool exact_ = false;  // the factors are those of values_
-  int worst_ = 0;       // row of the failure
-  double missed_ = 0;   // by how much
+  bool exact_ = false;   // the factors are those of values_
+  int worst_ = 0;        // row of the failure
+  double residual_ = 0;  // by how much
 };
 
 }  // namespace sim

@@ -18,7 +18,7 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   SIM_ASSERT(std::ranges::is_sorted(pattern.begin) && pattern.begin.front() == 0);
   SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
   SIM_ASSERT(std::ranges::all_of(pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
-  const auto memory = static_cast<std::size_t>(constraint->memory_size());
+  const auto memory = static_cast<std::size_t>(constraint->internal_size());
   RowPattern& all = rows_.pattern;
   rows_.parts.push_back({constraint.get(), all.rows(), all.begin.back(), memory_, memory});
   for (std::size_t r = 1; r < pattern.begin.size(); ++r)
@@ -52,15 +52,15 @@ const std::string& Constraints::place(const RowList::Part& part) const {
 void Constraints::start(double* memory) const {
   std::fill_n(memory, memory_, 0.0);
   for (const RowList::Part& part : rows_.parts)
-    part.constraint->start({memory + part.memory, part.memory_size});
+    part.constraint->start({memory + part.memory, part.internal_size});
 }
 
 void Constraints::follow(const ParticleView& view, double* memory) const {
   for (const RowList::Part& part : rows_.parts) {
-    if (part.memory_size == 0) continue;
-    const std::span<double> own(memory + part.memory, part.memory_size);
+    if (part.internal_size == 0) continue;
+    const std::span<double> own(memory + part.memory, part.internal_size);
     ParticleView seen = view;
-    seen.memory = own;
+    seen.internal = own;
     part.constraint->follow(seen, own);
   }
 }

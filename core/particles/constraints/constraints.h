@@ -1,4 +1,4 @@
-// The constraints of a system, and what keeps to them.
+// The constraints of a system as data.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/particles/constraints/holding_force.h"
+#include "core/particles/constraints/constraint_force.h"
 #include "core/particles/constraints/row_values.h"
 
 namespace sim {
@@ -23,10 +23,10 @@ class Constraints {
   void set_masses(std::span<const double> masses);
 
   bool empty() const noexcept { return parts_.empty(); }
-  bool move() const;                                            // some may do work
-  double feedback() const noexcept { return feedback_; }        // 1/s; 0: states are projected
-  double size() const noexcept { return size_; }                // m, of the largest coordinate
-  std::size_t memory_size() const noexcept { return memory_; }  // in whole cache lines
+  bool move() const;                                              // some may do work
+  double feedback() const noexcept { return feedback_; }          // 1/s; 0: states are projected
+  double size() const noexcept { return size_; }                  // m, of the largest coordinate
+  std::size_t internal_size() const noexcept { return memory_; }  // in whole cache lines
   std::span<const double> weights() const noexcept { return weights_; }  // 1/kg, 0 where pinned
   const RowList& rows() const noexcept { return rows_; }
   const std::string& title(const RowList::Part& part) const;  // "constraint 'distance'"

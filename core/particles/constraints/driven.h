@@ -1,4 +1,4 @@
-// A vector that changes with time, and its derivatives; the row of a distance from it.
+// A prescribed vector as a function of time with its derivatives; the row of a distance from it.
 #pragma once
 
 #include <memory>

@@ -3,14 +3,15 @@
 
 #include <span>
 
-#include "core/particles/constraints/pushes.h"
+#include "core/particles/constraints/active_set_contact_solver.h"
 #include "core/particles/constraints/row_values.h"
 
 namespace sim {
 
-// J y + rest = 0. What is given outlives it.
-struct LinearRows : PushSolver::Wanted {
-  LinearRows(const RowValues& of, const PushSolver::Axes& of_all, std::span<const double> rest)
+// J y + rest = 0. The arguments outlive it.
+struct LinearRows : ActiveSetContactSolver::Problem {
+  LinearRows(const RowValues& of, const ActiveSetContactSolver::Axes& of_all,
+             std::span<const double> rest)
       : values(of), all(of_all), constant(rest) {}
 
   bool rows(std::span<double> rest) override {
@@ -20,7 +21,7 @@ struct LinearRows : PushSolver::Wanted {
   }
 
   const RowValues& values;
-  const PushSolver::Axes& all;
+  const ActiveSetContactSolver::Axes& all;
   std::span<const double> constant;
 };
 

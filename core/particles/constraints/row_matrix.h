@@ -1,4 +1,4 @@
-// The matrix of multipliers, A = J W J^T, and its factors.
+// The Schur complement of the Lagrange multipliers, A = J W J^T, and its factors.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// A is sparse: rows meet where they join a particle that is free. The pattern is analysed once; a
+// A is sparse: rows are coupled where they share a free particle. The pattern is analysed once; a
 // chain takes time linear in its links. A = L D L^T row by row (Davis (2006), Direct Methods for
 // Sparse Linear Systems, section 4.7), in the given order or in one of little fill (Amestoy, Davis
 // & Duff (1996)).

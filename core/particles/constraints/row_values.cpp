@@ -28,7 +28,7 @@ RowValues::RowValues(const RowList& list)
 
 bool RowValues::evaluate(ParticleView view, const double* memory) {
   for (const RowList::Part& part : list_->parts) {
-    view.memory = {memory + part.memory, part.memory_size};
+    view.internal = {memory + part.memory, part.internal_size};
     part.constraint->evaluate(view, {phi_.data() + part.row, gradient_.data() + part.entry,
                                      drive_.data() + part.row, bias_.data() + part.row});
   }

@@ -15,7 +15,7 @@ struct RowList {
   struct Part {
     const Constraint* constraint;
     int row = 0, entry = 0;  // its first
-    std::size_t memory = 0, memory_size = 0;
+    std::size_t memory = 0, internal_size = 0;
   };
   std::vector<Part> parts;
   RowPattern pattern;

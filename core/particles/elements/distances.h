@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// Of a block of pairs; arrays may be read up to the next multiple of 8.
+// The distances of a block of pairs; arrays may be read up to the next multiple of 8.
 struct Distances {
   static constexpr int kMost = 64;
 

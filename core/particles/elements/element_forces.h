@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/elements/incidence.h"
 #include "core/particles/view.h"
 
@@ -25,8 +25,8 @@ class ElementForces {
 
   // For Force::prepare(): force_of(e) gives the Forces of element e. It runs on several threads.
   template <class ForceOf>
-  void evaluate(Team& team, const ForceOf& force_of) {
-    team.run_parts(static_cast<int>(forces_.size()), 1, [&](int begin, int end) {
+  void evaluate(ThreadPool& pool, const ForceOf& force_of) {
+    pool.run_parts(static_cast<int>(forces_.size()), 1, [&](int begin, int end) {
       for (int e = begin; e < end; ++e) forces_[static_cast<std::size_t>(e)] = force_of(e);
     });
   }

@@ -23,8 +23,8 @@ class TriangleMesh {
     bool boundary() const { return triangles[1] < 0; }
   };
 
-  // Of n particles. Throws Error{kScene} unless every triangle has three different particles in
-  // [0, n), no edge has more than two triangles, and neighbours have the same side outside.
+  // A mesh of n particles. Throws Error{kScene} unless every triangle has three different particles
+  // in [0, n), no edge has more than two triangles, and neighbours have the same side outside.
   TriangleMesh(int n, std::vector<Triangle> triangles);
 
   int particles() const { return particles_; }

@@ -10,8 +10,8 @@
 
 namespace sim {
 
-// Of k_i = (v_i, a_i) only a_i is kept, as in RkStepper, which takes the step; any combination of
-// the stages is one of accelerations:
+// Only a_i of k_i = (v_i, a_i) is kept, see RkStepper, which takes the step; any combination of the
+// stages is one of accelerations:
 //   sum_i w_i v_i = (sum_i w_i) v + h sum_j (sum_i w_i a_ij) a_j
 class EmbeddedRkStepper final : public EmbeddedStepper {
  public:

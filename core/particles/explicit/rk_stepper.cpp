@@ -23,7 +23,7 @@ RkStepper<Real>::RkStepper(Particles& system, const ExplicitPlan& plan,
   if (system.needs_velocities() && stages_ > 1)
     for (Array& velocity : velocities_) velocity = Array(half.size());
   for (Script& script : scripts_) script.stages.resize(static_cast<std::size_t>(stages_));
-  if (kept.empty() && !system.contacts().empty()) settling_.emplace(system, stages_ == 1);
+  if (kept.empty() && !system.contacts().empty()) contact_pass_.emplace(system, stages_ == 1);
 }
 
 template <class Real>
@@ -90,7 +90,7 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
     const Real* const from = state_.from(x);
     Real* const to = state_.to(x_next);
     Script& script = scripts_[from < to];
-    if (settling_) settling_->begin(t, t + h);
+    if (contact_pass_) contact_pass_->begin(t, t + h);
     if (!script.fits(h, from, to)) write(script, h, from, to);
     if constexpr (std::is_same_v<Real, double>)
       if (system_->has_other_forces())
@@ -104,7 +104,7 @@ bool RkStepper<Real>::step(double t, double h, int count, const double* x, doubl
           if (seen && s + 1 == stages_) state_.publish(x_next, begin, end);
           return good;
         });
-    if (seen) return finite && (!settling_ || settling_->succeeded());
+    if (seen) return finite && (!contact_pass_ || contact_pass_->succeeded());
   }
 }
 
@@ -131,7 +131,7 @@ template <class Real>
 bool RkStepper<Real>::end_sweep(double t, const Script& script, Rings<Real>& rings, int s,
                                 int begin, int end) {
   const bool good = kernels_.rk(rings, system_->motion(), at(script, s), begin, end);
-  if (settling_ && s + 1 == stages_) settle(t, script, begin, end);
+  if (contact_pass_ && s + 1 == stages_) resolve(t, script, begin, end);
   return good;
 }
 
@@ -145,7 +145,7 @@ bool RkStepper<Real>::gather_and_step(double t, double h, const double* x, const
                                [&](Rings<Real>& rings, int, int begin, int end) {
                                  return end_sweep(t, script, rings, s, begin, end);
                                });
-  return finite && (!settling_ || settling_->succeeded());
+  return finite && (!contact_pass_ || contact_pass_->succeeded());
 }
 
 // Other forces between neighbours by number are evaluated as stages go over the particles.
@@ -158,15 +158,15 @@ bool RkStepper<Real>::sweep_and_step(double t, double h, const double* x, const 
       [&](Rings<Real>& rings, int s, int begin, int end) {
         return end_sweep(t, script, rings, s, begin, end);
       });
-  return finite && (!settling_ || settling_->succeeded());
+  return finite && (!contact_pass_ || contact_pass_->succeeded());
 }
 
 template <class Real>
-void RkStepper<Real>::settle(double t, const Script& script, int begin, int end) {
+void RkStepper<Real>::resolve(double t, const Script& script, int begin, int end) {
   if constexpr (std::is_same_v<Real, double>) {
     const Layout& layout = state_.layout();
-    settling_->end(t, script.h, layout.axes(script.x), layout.axes(script.x, 3),
-                   layout.axes(script.x_next), layout.axes(script.x_next, 3), begin, end);
+    contact_pass_->end(t, script.h, layout.axes(script.x), layout.axes(script.x, 3),
+                       layout.axes(script.x_next), layout.axes(script.x_next, 3), begin, end);
   }
 }
 

@@ -7,8 +7,8 @@
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
-#include "core/particles/explicit/own_state.h"
-#include "core/particles/explicit/settling.h"
+#include "core/particles/explicit/contact_pass.h"
+#include "core/particles/explicit/precision_state.h"
 #include "core/particles/explicit/sweeps.h"
 #include "core/particles/particles.h"
 
@@ -52,7 +52,7 @@ class RkStepper final : public Stepper {
   bool end_sweep(double t, const Script& script, Rings<Real>& rings, int s, int begin, int end);
 
   // Settles the particles [begin, end) at the end of a step.
-  void settle(double t, const Script& script, int begin, int end);
+  void resolve(double t, const Script& script, int begin, int end);
 
   static const RkStage<Real>& at(const Script& script, int s) {
     return script.stages[static_cast<std::size_t>(s)];
@@ -64,7 +64,7 @@ class RkStepper final : public Stepper {
 
   Particles* system_;
   SweepKernels<Real> kernels_ = sweep_kernels<Real>();
-  OwnState<Real> state_;
+  PrecisionState<Real> state_;
   ExplicitPlan plan_;
   int stages_;
   Sweeps<Real> sweeps_;
@@ -73,7 +73,7 @@ class RkStepper final : public Stepper {
   ArrayOf<Real> positions_;         // of every other stage; the rest lie in x_next
   Array velocities_[2], forces_;    // for forces that are neither affine nor springs in runs
   Script scripts_[2];
-  std::optional<Settling> settling_;  // where there are colliders
+  std::optional<ParticleContactPass> contact_pass_;  // where there are colliders
 };
 
 }  // namespace sim

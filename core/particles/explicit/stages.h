@@ -1,4 +1,4 @@
-// What a method does with each acceleration of a sweep, as data. Arrays are named by three
+// The use that a method makes of each acceleration of a sweep, as data. Arrays are named by three
 // pointers, one an axis, and indexed by particle id. Their numbers are Real, double or float; all
 // constants are doubles.
 #pragma once

@@ -36,7 +36,7 @@ struct Positions {
 
   SIM_INLINE explicit Positions(const Real* const q[3], std::int64_t begin = 0)
       : x(q[0] + begin), y(q[1] + begin), z(q[2] + begin) {}
-  // Of vector h of the block from i on.
+  // The positions of vector h of the block from i on.
   SIM_INLINE V3<Real> at(std::int64_t i, int h) const {
     return {load(x + i + h * kLanes<Real>), load(y + i + h * kLanes<Real>),
             load(z + i + h * kLanes<Real>)};

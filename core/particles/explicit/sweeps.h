@@ -57,8 +57,8 @@ class Sweeps {
                  const Sweep& sweep) {
     std::fill(finite_.begin(), finite_.end(), char{1});
     if (q) system_->prepare_gather(view);
-    const int ranks = useful_ranks(1, system_->team().size());
-    system_->team().run([&](int rank) {
+    const int ranks = useful_ranks(1, system_->pool().size());
+    system_->pool().run([&](int rank) {
       if (rank >= ranks) return;
       const Part part = part_of(view.n, kGrain, rank, ranks);
       start(rank, ranks, stage, part.begin, q);
@@ -77,9 +77,9 @@ class Sweeps {
   template <class BeginAt, class Piece>
   bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
     std::fill(finite_.begin(), finite_.end(), char{1});
-    const int ranks = useful_ranks(stages, system_->team().size());
+    const int ranks = useful_ranks(stages, system_->pool().size());
     wavefront_.run(
-        system_->team(), stages, ranks,
+        system_->pool(), stages, ranks,
         [&](int rank, int stage, int begin) { begin_at(rank, ranks, stage, begin); },
         [&](int rank, int stage, int begin, int end) {
           if (!piece(rank, stage, begin, end)) finite_[static_cast<std::size_t>(rank)] = 0;
@@ -92,7 +92,7 @@ class Sweeps {
   }
   Rings<Real>& rings(int rank, int stage) { return rings_[place(rank, stage)]; }
   void gather(int rank, int stage, const ParticleView& view, Tile tile, ForceSink sink);
-  int most_ranks() const { return useful_ranks(1, system_->team().most()); }
+  int most_ranks() const { return useful_ranks(1, system_->pool().most()); }
   int useful_ranks(int stages, int members) const;
   void start(int rank, int ranks, int stage, int begin, const Real* const* q);
   bool finite() const;

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <memory>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/explicit/sweep.h"
 
 namespace sim {
@@ -30,13 +30,13 @@ class Wavefront {
   // Calls start(rank, stage, begin) once and sweep(rank, stage, begin, end) piece by piece, for
   // every stage of every rank; all pieces but the last are multiples of kGrain.
   template <class Start, class Sweep>
-  void run(Team& team, int stages, int ranks, const Start& start, const Sweep& sweep) {
+  void run(ThreadPool& pool, int stages, int ranks, const Start& start, const Sweep& sweep) {
     stages_ = stages;
     ranks_ = ranks;
     for (int i = 0; i < stages_ * ranks_; ++i)
       progress_[i].done.store(0, std::memory_order_relaxed);
     if (ranks_ == 1) return run_rank(0, start, sweep);
-    team.run([&](int rank) {
+    pool.run([&](int rank) {
       if (rank < ranks_) run_rank(rank, start, sweep);
     });
   }
@@ -66,8 +66,8 @@ class Wavefront {
     }
     while (at[stages_ - 1] < end[stages_ - 1])
       for (int s = 0; s < stages_; ++s) {
-        // As far as the positions of the stage are known: `reach` behind the stage before, or, when
-        // that one is done, into the particles that the next rank has done first of all.
+        // The positions of the stage are known up to here: `reach` behind the stage before, or,
+        // when that one is done, into the particles that the next rank has done first of all.
         int limit = end[s];
         if (s == 0) {
           limit = std::min(limit, at[0] + ahead_);

@@ -1,4 +1,4 @@
-// Implicit stages of methods that end their steps at touches.
+// Implicit stages of methods that end their steps at impacts.
 #pragma once
 
 #include <memory>
@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "core/ode/ode_system.h"
-#include "core/particles/contact_events.h"
+#include "core/particles/particle_impact_events.h"
 
 namespace sim {
 
-// While nothing lies on a surface f is that of the particles alone, and solved as such.
+// Without resting contacts f is that of the particles alone, and solved as such.
 class EventSolver final : public StageSolver {
  public:
-  EventSolver(ContactEvents& events, bool rubs, std::unique_ptr<StageSolver> free,
+  EventSolver(ParticleImpactEvents& events, bool rubs, std::unique_ptr<StageSolver> free,
               std::unique_ptr<StageSolver> lying)
       : events_(&events), rubs_(rubs), free_(std::move(free)), lying_(std::move(lying)) {}
 
@@ -32,7 +32,7 @@ class EventSolver final : public StageSolver {
   }
 
  private:
-  ContactEvents* events_;
+  ParticleImpactEvents* events_;
   bool rubs_;  // a collider has friction
   std::unique_ptr<StageSolver> free_, lying_;
 };

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/ode/ode_system.h"
-#include "core/particles/implicit/multilevel.h"
+#include "core/particles/implicit/multigrid.h"
 #include "core/particles/implicit/sparse.h"
 #include "core/particles/implicit/stage_matrix.h"
 
@@ -27,8 +27,8 @@ class LinearSolver {
   // d := A^-1 b, with |b - A d| <= eta |b| if it gets there.
   virtual LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) = 0;
 
-  // Of the solvers that have it: a fixed symmetric map z := about A^-1 r, of A as it is when it is
-  // made ready. False where there is none.
+  // Prepares a preconditioner, a fixed symmetric map z := about A^-1 r for the present A. False
+  // where the solver has none.
   virtual bool prepare(const StageMatrix& /*matrix*/) { return false; }
   virtual void divide(const double* /*r*/, double* /*z*/) {}
   virtual bool divides_cheaply() const { return false; }  // unlike with a factor
@@ -51,7 +51,7 @@ class ConjugateGradient final : public LinearSolver {
  private:
   int most_;
   Array r_, z_, p_, ap_;
-  std::optional<Multilevel> multilevel_;
+  std::optional<Multigrid> multilevel_;
 };
 
 // For matrices that are not symmetric: GMRES(30), preconditioned likewise from the right.
@@ -93,7 +93,8 @@ class SparseLdlt final : public LinearSolver {
   std::vector<double> x_;
 };
 
-// What suits the system, or what the options force. Throws Error{kScene} when that does not fit.
+// A solver that suits the system, or the one that the options demand. Throws Error{kScene} when
+// that does not fit.
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options);
 

@@ -65,7 +65,7 @@ double NewtonSolver::descend(const double* direction) {
 // about to form, many at once, and steps of Newton's method are as short as those are narrow. The
 // definite model is good for all of the way. What it lacks is learned from the steps, each of which
 // costs a cycle of the preconditioner and an evaluation, but no matrix.
-bool NewtonSolver::can_slide() {
+bool NewtonSolver::can_use_lbfgs() {
   equation_.place(0);
   evaluate();
   linearise(kSafe);
@@ -73,10 +73,10 @@ bool NewtonSolver::can_slide() {
 }
 
 // Until the residual is at the goal: true; or does not fall as fast as by steps of Newton's method.
-bool NewtonSolver::slide(double goal) {
+bool NewtonSolver::minimise_lbfgs(double goal) {
   constexpr int kLook = 20;
   constexpr double kFast = 0.5;  // contraction from look to look
-  learned_.forget();
+  lbfgs_.forget();
   Array &g = equation_.gradient(), &d = equation_.direction();
   double now = norm(), seen = now;
   for (int i = 0; now > goal && !matrix_.stopped(); ++i) {
@@ -86,14 +86,14 @@ bool NewtonSolver::slide(double goal) {
     }
     std::ranges::copy(g.span(), before_.data());
     std::ranges::copy(g.span(), z_.data());
-    learned_.first_half(z_);
+    lbfgs_.first_half(z_);
     linear_->divide(z_.data(), d.data());
-    learned_.second_half(d);
+    lbfgs_.second_half(d);
     for (double& value : d.span()) value = -value;
     ++effort_.linear;
     const double length = search_flat();
     if (length == 0) return false;
-    learned_.learn(length, d, before_, g);
+    lbfgs_.learn(length, d, before_, g);
     equation_.start_here();
     now = norm();
   }

@@ -16,7 +16,7 @@ double forcing_term(double now, double previous) {
 }  // namespace
 
 NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
-                           std::function<bool()> stopped, StepContact* contact)
+                           std::function<bool()> stopped, ImplicitContact* contact)
     : system_(&system),
       contact_(contact),
       options_(options),
@@ -28,7 +28,7 @@ NewtonSolver::NewtonSolver(Particles& system, const StageOptions& options,
       best_(equation_.layout().size()),
       guess_(equation_.layout().size()),
       first_gradient_(equation_.layout().size()),
-      learned_(equation_.layout().size()) {
+      lbfgs_(equation_.layout().size()) {
   if (!contact_) return;
   offset_ = Array(equation_.layout().size());
   pulled_ = Array(equation_.layout().size());
@@ -47,9 +47,10 @@ double NewtonSolver::goal_from(double first, double tolerance) {
 double NewtonSolver::tolerance() const {
   constexpr double kPart = 1e-3, kLeast = 1e-10;
   if (options_.tolerance > 0) return options_.tolerance;
-  const double surprise = std::min(1.0, equation_.surprise(guess_, first_gradient_));
+  const double acceleration_change =
+      std::min(1.0, equation_.acceleration_change(guess_, first_gradient_));
   double power = 1;
-  for (int i = 0; i < options_.order; ++i) power *= surprise;
+  for (int i = 0; i < options_.order; ++i) power *= acceleration_change;
   return std::max(kPart * power, kLeast);
 }
 
@@ -72,11 +73,11 @@ LinearResult NewtonSolver::find_direction(double eta) {
   if (!equation_.bounds()) return result;
   // What would go through planes is put onto them, and the others find their ways with that.
   std::ranges::fill(offset_.span(), 0.0);
-  for (int n = 0; n < kMostCatches && result.definite && equation_.catches(offset_); ++n) {
+  for (int n = 0; n < kMostCatches && result.definite && equation_.activates(offset_); ++n) {
     matrix_.restrict_to(equation_.bounds());
     matrix_.apply(offset_.data(), pulled_.data());
     for (std::size_t i = 0; i < pulled_.size(); ++i) pulled_[i] += equation_.gradient()[i];
-    matrix_.keep_ways(pulled_.data());
+    matrix_.project_directions(pulled_.data());
     result = solve_linear(pulled_, eta);
     for (std::size_t i = 0; i < offset_.size(); ++i) equation_.direction()[i] += offset_[i];
   }
@@ -171,9 +172,9 @@ StepStatus NewtonSolver::minimise() {
     LinearResult result{.definite = false};
     if (!sliding) result = find_direction(eta);
     double length = 1;
-    if (!result.definite && near && can_slide()) {
+    if (!result.definite && near && can_use_lbfgs()) {
       // One that did not get there is followed by a sure step.
-      slides = slide(goal);
+      slides = minimise_lbfgs(goal);
       share = kSafe;
       hold = 1;
       length = 0;

@@ -5,11 +5,11 @@
 #include <memory>
 
 #include "core/base/array.h"
-#include "core/particles/implicit/limited_memory.h"
+#include "core/particles/implicit/implicit_contact.h"
+#include "core/particles/implicit/lbfgs.h"
 #include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/implicit/stage_matrix.h"
-#include "core/particles/implicit/step_contact.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -20,8 +20,8 @@ namespace sim {
 // where its gradient is nothing is always found, for Phi is bounded below. Tensions are predicted,
 // and steps are whole: Phi may rise on the way, but if a few steps find nothing lower than the best
 // point so far, the next starts there with a model that is known to lower Phi, in a step that is
-// short enough for a majorant of Phi. What compressed springs push is taken in parts at first, for
-// which A is positive definite, and in greater ones where convergence is slow, up to the exact
+// short enough for a majorant of Phi. The geometric stiffness of compressed springs is reduced at
+// first, so that A is positive definite, and less so where convergence is slow, up to the exact
 // Hessian. Where A is then not positive definite, steps of a quasi-Newton method take over, whose
 // inverse is the preconditioner of a definite A and what the steps tell; or it is less again, or
 // near a saddle Phi falls along the direction in which it is not.
@@ -35,7 +35,7 @@ class NewtonSolver final : public StageSolver {
   // stopped(): asked now and then, ends a solution with kStopped.
   // contact: what bounds the velocities of stages, and outlives the solver; null: nothing.
   NewtonSolver(Particles& system, const StageOptions& options, std::function<bool()> stopped = {},
-               StepContact* contact = nullptr);
+               ImplicitContact* contact = nullptr);
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   Effort effort() const override;
@@ -57,8 +57,8 @@ class NewtonSolver final : public StageSolver {
   LinearResult solve_linear(Array& g, double eta);  // of those planes that push
   void find_definite_direction(double eta);
   double descend(const double* direction);
-  bool can_slide();
-  bool slide(double goal);
+  bool can_use_lbfgs();
+  bool minimise_lbfgs(double goal);
   double search_flat();
   void stretch(double& length, double slope);
   bool search_surely();
@@ -68,7 +68,7 @@ class NewtonSolver final : public StageSolver {
   void keep_before();
 
   Particles* system_;
-  StepContact* contact_;
+  ImplicitContact* contact_;
   StageOptions options_;
   StageEquation equation_;
   StageMatrix matrix_;
@@ -76,7 +76,7 @@ class NewtonSolver final : public StageSolver {
   Array z_, before_, best_;          // positions before the last step; velocities of the lowest Phi
   Array guess_, first_gradient_;     // velocities at the start and g there
   Array offset_, pulled_;            // m/s onto planes; g and A times that
-  LimitedMemory learned_;            // in a slide
+  Lbfgs lbfgs_;                      // in a slide
   double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
   Effort effort_;
 };

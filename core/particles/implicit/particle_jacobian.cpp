@@ -29,12 +29,12 @@ void ParticleJacobian::apply(const double* dx, double* df) {
   product.shift = Layout(layout.n(), 1).block(no_shift_.data(), 0);
   product.scale = -1;
   product.free = motion.free;
-  system_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(layout.n(), 8, [&](int begin, int end) {
     double sums[8] = {};
     stiffness_.apply(product, begin, end, sums);
   });
   if (!others_.empty()) others_.add(dq.data(), dv.data(), {df_v[0], df_v[1], df_v[2]});
-  system_->team().run_parts(layout.n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(layout.n(), 8, [&](int begin, int end) {
     for (int axis = 0; axis < 3; ++axis)
       for (int i = begin; i < end; ++i) {
         df_q[axis][i] = dv[axis][i];

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/ode/ode_system.h"
-#include "core/particles/implicit/other_jacobian.h"
+#include "core/particles/implicit/plugin_force_jacobian.h"
 #include "core/particles/particles.h"
 #include "core/particles/springs/stiffness.h"
 
@@ -20,7 +20,7 @@ class ParticleJacobian final : public Jacobian {
  private:
   Particles* system_;
   Stiffness stiffness_;
-  OtherJacobian others_;
+  PluginForceJacobian others_;
   Array no_shift_;
   ParticleView view_;
 };

@@ -14,7 +14,7 @@ StageEquation::StageEquation(Particles& system)
       g_(half_.size()),
       d_(half_.size()),
       start_(half_.size()) {
-  if (!system.leads().empty()) led_ = Array(half_.size());
+  if (!system.prescribed().empty()) kinematic_ = Array(half_.size());
 }
 
 void StageEquation::begin(double t, double tau, const double* r, double* y) {
@@ -22,7 +22,8 @@ void StageEquation::begin(double t, double tau, const double* r, double* y) {
   tau_ = tau;
   r_ = r;
   y_ = y;
-  if (!system_->leads().empty()) system_->leads().accelerate(t, half_.axes(led_.data()));
+  if (!system_->prescribed().empty())
+    system_->prescribed().accelerate(t, half_.axes(kinematic_.data()));
   start_here();
   std::ranges::fill(d_.span(), 0.0);
   place(0);
@@ -40,7 +41,7 @@ void StageEquation::place(double s) {
       q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
     }
   if (bounds_)
-    for (Bound& bound : *bounds_) {
+    for (VelocityInequality& bound : *bounds_) {
       const int i = bound.particle;
       const Vec3 kept = bound.nearest({v[0][i], v[1][i], v[2][i]});
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -48,11 +49,11 @@ void StageEquation::place(double s) {
         q[axis][i] = rq[axis][i] + tau_ * kept[axis];
       }
     }
-  if (system_->leads().empty()) return;
-  const auto rv = layout.axes(r_, 3), led = half_.axes(std::as_const(led_).data());
+  if (system_->prescribed().empty()) return;
+  const auto rv = layout.axes(r_, 3), kinematic = half_.axes(std::as_const(kinematic_).data());
   for (int axis = 0; axis < 3; ++axis)
-    for (const int i : system_->leads().ids()) {
-      v[axis][i] = rv[axis][i] + tau_ * led[axis][i];
+    for (const int i : system_->prescribed().ids()) {
+      v[axis][i] = rv[axis][i] + tau_ * kinematic[axis][i];
       q[axis][i] = rq[axis][i] + tau_ * v[axis][i];
     }
 }
@@ -80,16 +81,16 @@ void StageEquation::evaluate() {
       g[axis][i] = at.free(i) ? at.mass[i] * ((v[axis][i] - rv[axis][i]) - tau_ * g[axis][i]) : 0.0;
   turned_ = false;
   if (!bounds_) return;
-  for (Bound& bound : *bounds_) {
+  for (VelocityInequality& bound : *bounds_) {
     const int i = bound.particle;
     const unsigned before = bound.active;
-    const Vec3 left = bound.left_of({g[0][i], g[1][i], g[2][i]}, at.velocity(i));
+    const Vec3 left = bound.projected_gradient({g[0][i], g[1][i], g[2][i]}, at.velocity(i));
     for (std::size_t axis = 0; axis < 3; ++axis) g[axis][i] = left[axis];
     turned_ = turned_ || bound.active != before;
   }
 }
 
-bool StageEquation::catches(Array& offset) {
+bool StageEquation::activates(Array& offset) {
   const auto start = half_.axes(std::as_const(start_).data());
   const auto d = half_.axes(std::as_const(d_).data());
   const auto out = half_.axes(offset.data());
@@ -97,9 +98,9 @@ bool StageEquation::catches(Array& offset) {
     return Vec3(axes[0][i], axes[1][i], axes[2][i]);
   };
   bool some = false;
-  for (Bound& bound : *bounds_) {
+  for (VelocityInequality& bound : *bounds_) {
     const int i = bound.particle;
-    some = bound.catches(at(start, i), at(d, i)) || some;
+    some = bound.activates(at(start, i), at(d, i)) || some;
     for (std::size_t axis = 0; axis < 3; ++axis) out[axis][i] = bound.offset[axis];
   }
   return some;
@@ -120,14 +121,15 @@ double StageEquation::phi() {
     size += std::fabs(weight);
   }
   if (bounds_)
-    for (const Bound& bound : *bounds_) sum += bound.rub.potential(at.velocity(bound.particle));
+    for (const VelocityInequality& bound : *bounds_)
+      sum += bound.friction_model.potential(at.velocity(bound.particle));
   const double elastic = system_->elastic_energy(t_, y_);
   phi_rounding_ = 1e-14 * (std::fabs(sum) + size + elastic);
   return sum + elastic;
 }
 
 // g(guess) = M (guess - r_v) - tau (..), so guess - g/m is r_v + tau a there.
-double StageEquation::surprise(const Array& guess, const Array& g) const {
+double StageEquation::acceleration_change(const Array& guess, const Array& g) const {
   const ParticleView at = view();
   const auto rv = system_->layout().axes(r_, 3);
   const auto from = half_.axes(guess.data()), slope = half_.axes(g.data());

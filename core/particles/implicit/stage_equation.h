@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/array.h"
-#include "core/particles/implicit/bounds.h"
+#include "core/particles/implicit/velocity_inequality.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -13,9 +13,10 @@ namespace sim {
 //   Phi(v) = 1/2 |v - r_v|^2_M + tau/2 c |v|^2 + U(r_q + tau v) - tau m g.v
 // Martin, Thomaszewski, Grinspun & Gross (2011), ACM TOG 30(4) 72; Gast, Schroeder, Stomakhin,
 // Jiang & Teran (2015), IEEE TVCG 21(10). Vectors have three coordinates a particle, 0 where
-// pinned. Those that are led obey v = r_v + tau p''. Where velocities have bounds, trials are the
-// nearest allowed ones, friction is in g to first order, and of g that part is shown along which
-// Phi can fall: projected Newton methods, Bertsekas (1982), SIAM J. Control Optim. 20(2).
+// pinned. Prescribed particles obey v = r_v + tau p''. Where velocities have inequalities, trials
+// are the nearest allowed ones, friction is in g to first order, and g is projected onto the
+// directions along which Phi can fall: projected Newton methods, Bertsekas (1982), SIAM J. Control
+// Optim. 20(2).
 class StageEquation {
  public:
   explicit StageEquation(Particles& system);
@@ -28,13 +29,15 @@ class StageEquation {
   std::int64_t evaluations() const noexcept { return evaluations_; }
   ParticleView view() const { return system_->view(t_, y_); }
 
-  void keep_in(Bounds* bounds) noexcept { bounds_ = bounds; }  // from begin() on; null: none
-  const Bounds* bounds() const noexcept { return bounds_; }
+  void keep_in(VelocityInequalities* bounds) noexcept {
+    bounds_ = bounds;
+  }  // from begin() on; null: none
+  const VelocityInequalities* bounds() const noexcept { return bounds_; }
   bool turned() const noexcept { return turned_; }  // other planes push than one evaluation before
 
   // Planes beyond which the direction leads push from now on: `offset` := the ways onto them, by
   // which it begins. False where there are none.
-  bool catches(Array& offset);
+  bool activates(Array& offset);
 
   // The equation at hand. Trials lie in y, on the line from its velocity along direction().
   void begin(double t, double tau, const double* r, double* y);
@@ -49,17 +52,17 @@ class StageEquation {
 
   // How much the acceleration of the stage has changed from what it is at the velocities `guess`
   // with the gradient `g`, as a share of itself, masses weighing: |v - guess + g/m| / |v - r_v|.
-  double surprise(const Array& guess, const Array& g) const;
+  double acceleration_change(const Array& guess, const Array& g) const;
 
  private:
   Particles* system_;
   Layout half_;
   Array g_, d_, start_;
-  Array led_;  // accelerations of those that are led
+  Array kinematic_;  // accelerations of those that are led
   double t_ = 0, tau_ = 0, phi_rounding_ = 0;
   const double* r_ = nullptr;
   double* y_ = nullptr;
-  Bounds* bounds_ = nullptr;
+  VelocityInequalities* bounds_ = nullptr;
   bool turned_ = false;
   std::int64_t evaluations_ = 0;
 };

@@ -11,16 +11,16 @@ namespace {
 
 // P (P D P)^-1 P, of D on what the projection P leaves; as the kernel does, 1/|trace| where D is
 // not positive there.
-Mat3 inverse_within(const Mat3& d, const Mat3& ways) {
+Mat3 inverse_within(const Mat3& d, const Mat3& paths) {
   Vec3 basis[3], towards[3];
   int size = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {  // conjugate directions
-    Vec3 e = ways.column(axis);
+    Vec3 e = paths.column(axis);
     for (int j = 0; j < size; ++j) e -= e.dot(towards[j]) * basis[j];
     if (!(e.squaredNorm() > 1e-12)) continue;
     const double curvature = e.dot(d * e);
     if (!(curvature > 1e-14 * e.squaredNorm() * (d(0, 0) + d(1, 1) + d(2, 2))))
-      return 1 / std::fabs(d(0, 0) + d(1, 1) + d(2, 2)) * ways;
+      return 1 / std::fabs(d(0, 0) + d(1, 1) + d(2, 2)) * paths;
     basis[size] = e / std::sqrt(curvature);
     towards[size] = d * basis[size];
     ++size;
@@ -65,7 +65,7 @@ StageMatrix::StageMatrix(Particles& system, std::function<bool()> stopped)
 template <class Body>
 double StageMatrix::over_tiles(const Body& body) {
   const int n = half_.n(), tiles = static_cast<int>(tile_sums_.size());
-  system_->team().run_parts(tiles, 1, [&](int begin, int end) {
+  system_->pool().run_parts(tiles, 1, [&](int begin, int end) {
     for (int tile = begin; tile < end; ++tile) {
       double lanes[8] = {};
       body(tile * kTile, std::min((tile + 1) * kTile, n), lanes);
@@ -87,16 +87,16 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   const double damping = tau * system_->motion().damping;
   double* const shift = Layout(n, 1).block(shift_.data(), 0);
   const SixBlocks blocks(system_->layout(), blocks_.data());
-  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
   });
   if (!model.clamped && std::isfinite(model.share))
     stiffness_.soften(shift, tau * tau, system_->motion().free, model.share);
-  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
     stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
   });
   // The symmetric part of what other forces have on the diagonal.
-  const auto add = [&](std::span<const OtherJacobian::Block> others, double factor) {
+  const auto add = [&](std::span<const PluginForceJacobian::Block> others, double factor) {
     for (const auto& [i, j, value] : others) {
       if (i != j) continue;
       int entry = 0;
@@ -109,7 +109,7 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   add(others_.velocity_blocks(), tau);
   bounds_ = nullptr;
   restricted_ = false;
-  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) { invert(begin, end); });
+  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) { invert(begin, end); });
 }
 
 void StageMatrix::invert(int begin, int end) {
@@ -119,19 +119,20 @@ void StageMatrix::invert(int begin, int end) {
 }
 
 // With the projection P of a particle, the inverse of P D P on what P leaves.
-void StageMatrix::restrict_to(const Bounds* bounds) {
+void StageMatrix::restrict_to(const VelocityInequalities* bounds) {
   bounds_ = bounds;
   restricted_ = false;
   if (!bounds) return;
-  for (const Bound& bound : *bounds) {
+  for (const VelocityInequality& bound : *bounds) {
     const int block = bound.particle / 8 * 8;
     invert(block, block + 8);
   }
   const SixBlocks inverses(system_->layout(), inverses_.data());
-  for (const Bound& bound : *bounds) {
-    if (bound.active == 0 && bound.rub.drag == 0) continue;
+  for (const VelocityInequality& bound : *bounds) {
+    if (bound.active == 0 && bound.friction_model.drag == 0) continue;
     restricted_ = true;
-    const Mat3 inverse = inverse_within(diagonal(bound.particle) + bound.rub.slope(), bound.ways);
+    const Mat3 inverse = inverse_within(diagonal(bound.particle) + bound.friction_model.slope(),
+                                        bound.free_directions);
     int entry = 0;
     for (int row = 0; row < 3; ++row)
       for (int col = row; col < 3; ++col) inverses.at[entry++][bound.particle] = inverse(row, col);
@@ -149,7 +150,7 @@ double StageMatrix::apply(const double* p, double* out) {
       [&](int begin, int end, double(&lanes)[8]) { stiffness_.apply(product, begin, end, lanes); });
   if (!others_.empty()) apply_others(p, out);
   if (restricted_) dot += apply_drag(p, out);
-  keep_ways(out);
+  project_directions(out);
   return dot;
 }
 
@@ -158,23 +159,23 @@ double StageMatrix::apply_drag(const double* p, double* out) const {
   const auto from = half_.axes(p);
   const auto to = half_.axes(out);
   double sum = 0;
-  for (const Bound& bound : *bounds_) {
-    if (bound.rub.drag == 0) continue;
+  for (const VelocityInequality& bound : *bounds_) {
+    if (bound.friction_model.drag == 0) continue;
     const int i = bound.particle;
-    const Vec3 v = vector_at(from, i), force = bound.rub.slope() * v;
+    const Vec3 v = vector_at(from, i), force = bound.friction_model.slope() * v;
     put_vector(to, i, vector_at(to, i) + force);
     sum += v.dot(force);
   }
   return sum;
 }
 
-void StageMatrix::keep_ways(double* r) const {
+void StageMatrix::project_directions(double* r) const {
   if (!restricted_) return;
   const auto to = half_.axes(r);
-  for (const Bound& bound : *bounds_) {
+  for (const VelocityInequality& bound : *bounds_) {
     if (bound.active == 0) continue;
     const int i = bound.particle;
-    put_vector(to, i, bound.ways * vector_at(to, i));
+    put_vector(to, i, bound.free_directions * vector_at(to, i));
   }
 }
 
@@ -203,7 +204,7 @@ double StageMatrix::precondition(const double* r, double* z) {
 double StageMatrix::turn_and_apply(double beta, const double* z, double* p, double* out) {
   const auto from = half_.axes(z);
   const auto to = half_.axes(p);
-  system_->team().run_parts(half_.n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
     kernels_.turn(beta, from.data(), to.data(), begin, end);
   });
   return apply(p, out);
@@ -247,7 +248,7 @@ double StageMatrix::majorant(const double* p) const {
   double sum = 0, springs = 0;
   for (int i = 0; i < half_.n(); ++i) sum += shift[i] * at(i).squaredNorm();
   for (std::size_t k = 0; bounds_ && k < bounds_->size(); ++k)
-    sum += (*bounds_)[k].rub.drag * at((*bounds_)[k].particle).squaredNorm();
+    sum += (*bounds_)[k].friction_model.drag * at((*bounds_)[k].particle).squaredNorm();
   stiffness_.for_each([&](int a, int b, const SpringStiffness& spring) {
     const double square = (stiffness_.position(a) - stiffness_.position(b)).squaredNorm();
     springs += (spring.along + spring.across * square) * (at(a) - at(b)).squaredNorm();

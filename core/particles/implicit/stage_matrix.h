@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/particles/implicit/bounds.h"
-#include "core/particles/implicit/other_jacobian.h"
+#include "core/particles/implicit/plugin_force_jacobian.h"
+#include "core/particles/implicit/velocity_inequality.h"
 #include "core/particles/particles.h"
 #include "core/particles/springs/stiffness.h"
 
@@ -44,7 +44,7 @@ class StageMatrix {
   // Springs and affine forces alone: A is symmetric, and positive definite when clamped.
   bool symmetric() const noexcept { return others_.empty(); }
   const Stiffness& stiffness() const noexcept { return stiffness_; }
-  const OtherJacobian& others() const noexcept { return others_; }
+  const PluginForceJacobian& others() const noexcept { return others_; }
   double tau() const noexcept { return tau_; }
   bool stopped() const { return stopped_ && stopped_(); }
   Mat3 diagonal(int i) const;  // the block of D
@@ -52,9 +52,9 @@ class StageMatrix {
   const double* shifts() const { return Layout(half_.n(), 1).block(shift_.data(), 0); }
   double largest() const;  // entry of D on its diagonal
 
-  // What compressed springs push across their length: nothing, or with others at a particle at most
-  // `share` of what half its shift holds. A is positive definite where share < 1, and exact where
-  // it is infinite.
+  // The geometric stiffness of compressed springs: none, or together with others at a particle at
+  // most `share` of half its shift. A is positive definite where share < 1, and exact where it is
+  // infinite.
   struct Model {
     bool clamped = false;
     double share = HUGE_VAL;
@@ -67,8 +67,8 @@ class StageMatrix {
 
   // From now on A is that of the directions which the planes leave, D too: what conjugate gradients
   // then find stays among them (Baraff & Witkin 1998). Null or no plane that pushes: all.
-  void restrict_to(const Bounds* bounds);
-  void keep_ways(double* r) const;  // r := what of it the planes leave
+  void restrict_to(const VelocityInequalities* bounds);
+  void project_directions(double* r) const;  // r := what of it the planes leave
   bool restricted() const noexcept { return restricted_; }
 
   double apply(const double* p, double* out);       // out := A p, returns p.out
@@ -98,8 +98,8 @@ class StageMatrix {
   Layout half_;
   BlockKernels kernels_;
   Stiffness stiffness_;
-  OtherJacobian others_;
-  const Bounds* bounds_ = nullptr;
+  PluginForceJacobian others_;
+  const VelocityInequalities* bounds_ = nullptr;
   bool restricted_ = false;
   double tau_ = 0;
   int reach_ = 0;  // up to which a product reads ahead

@@ -25,13 +25,13 @@ Neighbours::Neighbours(double cutoff, double skin) : range_(cutoff + skin), half
 
 // Two particles that were more than cutoff + skin apart are more than the cutoff apart as long as
 // neither has moved more than skin / 2.
-bool Neighbours::update(const ParticleView& view, Team& team) {
+bool Neighbours::update(const ParticleView& view, ThreadPool& pool) {
   if (builds_ == 0) {
-    build(view, team);
+    build(view, pool);
     return true;
   }
   std::atomic<bool> far{false}, changed{false};
-  team.run_parts(view.n, 8, [&](int begin, int end) {
+  pool.run_parts(view.n, 8, [&](int begin, int end) {
     bool part_far = false, part_changed = false;
     for (int p = begin; p < end; ++p) {
       const int i = id(p);
@@ -49,11 +49,11 @@ bool Neighbours::update(const ParticleView& view, Team& team) {
     if (part_far) far.store(true, std::memory_order_relaxed);
     if (part_changed) changed.store(true, std::memory_order_relaxed);
   });
-  if (far) build(view, team);
+  if (far) build(view, pool);
   return far || changed;
 }
 
-void Neighbours::build(const ParticleView& view, Team& team) {
+void Neighbours::build(const ParticleView& view, ThreadPool& pool) {
   const auto n = static_cast<std::size_t>(view.n), blocks = (n + 7) / 8;
   SIM_ASSERT(builds_ == 0 || place_.size() == n);
   grid_.sort(view, range_);
@@ -64,7 +64,7 @@ void Neighbours::build(const ParticleView& view, Team& team) {
     points_ = Array(4 * 8 * blocks);
     for (Array& axis : built_) axis = Array(8 * blocks + 8);
   }
-  while (shares_.size() < static_cast<std::size_t>(team.most())) {
+  while (shares_.size() < static_cast<std::size_t>(pool.most())) {
     Share& share = shares_.emplace_back();
     share.slots = ArrayOf<std::int32_t>(8);
     share.ids.resize(n / 64 + 1);
@@ -84,8 +84,8 @@ void Neighbours::build(const ParticleView& view, Team& team) {
   // Lists for which there is no room are only counted, and made again when there is.
   for (;;) {
     const int ranks = static_cast<int>(shares_.size());
-    team.run([&](int rank) {
-      for (int r = rank; r < ranks; r += team.size()) {
+    pool.run([&](int rank) {
+      for (int r = rank; r < ranks; r += pool.size()) {
         const Part part = part_of(static_cast<int>(8 * blocks), 8, r, ranks);
         list(part.begin / 8, part.end / 8, shares_[static_cast<std::size_t>(r)]);
       }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/neighbours/cell_grid.h"
 
 namespace sim {
@@ -26,11 +26,11 @@ using NearPoints = int (*)(const double* const q[3], int begin, int end, int own
                            std::int32_t* found);
 NearPoints near_points();  // for this machine
 
-// Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. What
-// is on a list besides the pairs within the cutoff depends on the past; whoever sums over it takes
-// the entries in their order and those beyond the cutoff as exact zeros, and gets the same bits
-// from every list. Particles are kept in cells, so that neighbours are near in memory: each has a
-// `place`, blocks are of eight places, and the last block is filled up with places of no particle.
+// Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. The
+// entries of a list beyond the cutoff depend on the past; whoever sums over it takes the entries in
+// their order and those beyond the cutoff as exact zeros, and gets the same bits from every list.
+// Particles are kept in cells, so that neighbours are near in memory: each has a `place`, blocks
+// have eight places, and the last block is padded with empty places.
 class Neighbours {
  public:
   Neighbours() = default;
@@ -39,7 +39,7 @@ class Neighbours {
 
   // Makes the lists hold every pair less than the cutoff apart. False when every position is what
   // it was at the last call. Throws Error{kScene} when the lists would take more than 4 GiB.
-  bool update(const ParticleView& view, Team& team);
+  bool update(const ParticleView& view, ThreadPool& pool);
 
   std::span<const NeighbourBlock> blocks() const { return blocks_; }
   const double* points() const { return points_.data(); }  // x, y, z, 0 of each place
@@ -67,7 +67,7 @@ class Neighbours {
     Array q[3];
     int count = 0;
   };
-  void build(const ParticleView& view, Team& team);
+  void build(const ParticleView& view, ThreadPool& pool);
   void look_around(int place, Share& share) const;
   void list(int first, int last, Share& share);
 

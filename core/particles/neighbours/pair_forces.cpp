@@ -20,11 +20,11 @@ PairLaw shifted(PairLaw law, bool slope) {
 PairForces::PairForces(const PairLaw& law, double skin)
     : law_(law), kernels_(pair_kernels(law)), neighbours_(law.cutoff, skin) {}
 
-void PairForces::prepare(const ParticleView& view, Team& team) {
-  if (!neighbours_.update(view, team) && forces_.size() > 0) return;
+void PairForces::prepare(const ParticleView& view, ThreadPool& pool) {
+  if (!neighbours_.update(view, pool) && forces_.size() > 0) return;
   const int blocks = static_cast<int>(neighbours_.blocks().size());
   if (forces_.size() == 0) forces_ = Array(32 * static_cast<std::size_t>(blocks));
-  team.run_parts(8 * blocks, 8, [&](int begin, int end) {
+  pool.run_parts(8 * blocks, 8, [&](int begin, int end) {
     kernels_.forces(law_, neighbours_.blocks().data(), neighbours_.points(), begin / 8, end / 8,
                     forces_.data());
   });
@@ -72,7 +72,7 @@ double PairForces::potential(const ParticleView& view, Tile tile) const {
 }
 
 // f_i = g d: df_i/dx_i = -df_i/dx_j = g I + 2 dg/d(r^2) d d^T.
-void PairForces::jacobian(const ParticleView& view, BlockSink& sink) const {
+void PairForces::jacobian(const ParticleView& view, JacobianSink& sink) const {
   for (int i = 0; i < view.n; ++i) {
     Mat3 own = Mat3::Zero();
     const auto add = [&](const int* ids, int count, const Vec3* d, const PairTerms& terms) {

@@ -27,11 +27,11 @@ class PairForces {
   PairForces(const PairLaw& law, double skin);
 
   // Before the rest, at each new view. Evaluates the forces unless nothing has moved.
-  void prepare(const ParticleView& view, Team& team);
+  void prepare(const ParticleView& view, ThreadPool& pool);
 
   void add(Tile tile, ForceSink sink) const;
   double potential(const ParticleView& view, Tile tile) const;  // pairs by their lower id, J
-  void jacobian(const ParticleView& view, BlockSink& sink) const;
+  void jacobian(const ParticleView& view, JacobianSink& sink) const;
 
   const Neighbours& neighbours() const { return neighbours_; }
 

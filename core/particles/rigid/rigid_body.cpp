@@ -48,7 +48,7 @@ std::array<double, 4> RigidState::quaternion() const {
 
 RigidBody::RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int first)
     : shape_(std::move(shape)), mass_(mass), first_(first) {
-  const Bulk bulk = bulk_of(*shape_);
+  const MassProperties bulk = mass_properties(*shape_);
   center_ = bulk.center;
   const PrincipalAxes principal = principal_axes(bulk.covariance / bulk.volume);
   principal_ = principal.columns;
@@ -120,32 +120,32 @@ RigidState RigidBody::state(const ParticleView& view) const {
   d[0] = d[0].normalized();
   d[1] = (d[1] - d[1].dot(d[0]) * d[0]).normalized();
   d[2] = d[0].cross(d[1]);
-  for (std::size_t k = 0; k < 3; ++k) state.spin += 0.5 * d[k].cross(rate[k]);
+  for (std::size_t k = 0; k < 3; ++k) state.angular_velocity += 0.5 * d[k].cross(rate[k]);
   state.axes = transposed({d[0], d[1], d[2]}) * transposed(principal_);
   return state;
 }
 
-SolidShape RigidBody::drawn(const RigidState& state) const {
-  SolidShape solid;
+RenderShape RigidBody::drawn(const RigidState& state) const {
+  RenderShape solid;
   solid.center = place(state, {});
   solid.radius = shape_->radius;
   solid.body = true;
   for (std::size_t k = 0; k < 3; ++k) solid.axes[k] = state.axes.column(k);
   switch (shape_->form) {
     case RigidShape::Form::kSphere:
-      solid.form = SolidShape::Form::kSphere;
+      solid.form = RenderShape::Form::kSphere;
       break;
     case RigidShape::Form::kBox:
-      solid.form = SolidShape::Form::kBox;
+      solid.form = RenderShape::Form::kBox;
       for (std::size_t k = 0; k < 3; ++k) solid.axes[k] *= shape_->half[k];
       break;
     case RigidShape::Form::kCapsule:
-      solid.form = SolidShape::Form::kCapsule;
+      solid.form = RenderShape::Form::kCapsule;
       solid.axes = {0.5 * shape_->length * state.axes.column(1), state.axes.column(2),
                     state.axes.column(0)};
       break;
     case RigidShape::Form::kMesh:
-      solid.form = SolidShape::Form::kMesh;
+      solid.form = RenderShape::Form::kMesh;
       solid.mesh = shape_;
       for (const Vec3& point : shape_->points) solid.radius = std::max(solid.radius, point.norm());
       break;

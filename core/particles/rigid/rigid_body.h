@@ -4,15 +4,15 @@
 #include <array>
 #include <memory>
 
+#include "core/particles/render_shape.h"
 #include "core/particles/rigid/rigid_shape.h"
-#include "core/particles/solid_shape.h"
 #include "core/particles/view.h"
 
 namespace sim {
 
-// What of a body changes. The columns of `axes` are the axes of its shape.
+// The state of a rigid body. The columns of `axes` are the axes of its shape.
 struct RigidState {
-  Vec3 center, velocity, spin;  // of mass, m, m/s; rad/s
+  Vec3 center, velocity, angular_velocity;  // of mass, m, m/s; rad/s
   Mat3 axes = Mat3::Identity();
 
   std::array<double, 4> quaternion() const;  // w, x, y, z of length 1, w >= 0
@@ -49,17 +49,18 @@ class RigidBody {
     return particle == 0 || static_cast<std::size_t>(particle) == axis + 1 ? 1 : -1;
   }
   Vec3 corner(const RigidState& state, int particle) const;  // from the center, m
-  // Of a point of the body, in the frame of the shape: its place is the sum of those of the four
-  // particles by these weights, at all times.
+  // The weights of a point of the body, given in the frame of the shape: its position is the
+  // weighted sum of those of the four particles, at all times.
   std::array<double, kParticles> weights(const Vec3& at) const;
 
   RigidState state(const ParticleView& view) const;
-  // Of places and velocities less x0 and v0, which change roundings alone.
+  // The directors from positions and velocities less x0 and v0, which changes rounding errors
+  // alone.
   Directors directors(const ParticleView& view, const Vec3& x0, const Vec3& v0) const;
   Vec3 place(const RigidState& state, const Vec3& at) const {
     return state.center + state.axes * (at - center_);
   }
-  SolidShape drawn(const RigidState& state) const;
+  RenderShape drawn(const RigidState& state) const;
 
  private:
   std::shared_ptr<const RigidShape> shape_;

@@ -1,4 +1,4 @@
-// What keeps the four particles of each body in their places to each other.
+// The rigidity constraints between the four particles of each body.
 #pragma once
 
 #include <string>

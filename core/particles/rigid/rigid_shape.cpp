@@ -37,10 +37,10 @@ void check_closed(const RigidShape& mesh) {
 
 // A cell 0, a, b, c of density 1 has det / 6, s / 4 with s = a + b + c, and
 // det / 120 (s s^T + a a^T + b b^T + c c^T) about 0.
-Bulk bulk_of_mesh(const RigidShape& mesh) {
+MassProperties bulk_of_mesh(const RigidShape& mesh) {
   check_closed(mesh);
   const Vec3 origin = mesh.points.empty() ? Vec3() : mesh.points.front();
-  Bulk bulk;
+  MassProperties bulk;
   Vec3 moment;
   double size = 0;
   for (const auto& t : mesh.triangles) {
@@ -70,7 +70,7 @@ const char* RigidShape::name() const {
   return kNames[static_cast<int>(form)];
 }
 
-Bulk bulk_of(const RigidShape& shape) {
+MassProperties mass_properties(const RigidShape& shape) {
   const double r = shape.radius, l = shape.length;
   switch (shape.form) {
     case RigidShape::Form::kSphere: {

@@ -1,4 +1,4 @@
-// The shape of a rigid body, and what it weighs.
+// The shape of a rigid body, and its mass properties.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct RigidShape {
   Vec3 half{0, 0, 0};  // m, of the edges of a box
   double radius = 0;   // m, of a sphere and a capsule
   double length = 0;   // m, of the straight part of a capsule
-  // Of a mesh: m, and triangles that are counter-clockwise as seen from outside.
+  // The points of a mesh, m, and its triangles, counter-clockwise as seen from outside.
   std::vector<Vec3> points = {};
   std::vector<std::array<int, 3>> triangles = {};
 
@@ -25,8 +25,8 @@ struct RigidShape {
   const char* name() const;
 };
 
-// Of a body of density 1 kg/m^3.
-struct Bulk {
+// The mass properties of a body of density 1 kg/m^3.
+struct MassProperties {
   double volume = 0;     // m^3
   Vec3 center{0, 0, 0};  // m
   Mat3 covariance;       // m^5, the integral of r r^T about the center
@@ -34,14 +34,15 @@ struct Bulk {
 
 // Closed forms; of a mesh exact, over the cones from one point to its triangles. Throws
 // Error{kScene} for a mesh that is not closed, inside out or without volume.
-Bulk bulk_of(const RigidShape& shape);
+MassProperties mass_properties(const RigidShape& shape);
 
 struct PrincipalAxes {
   Vec3 values;   // of the matrix
   Mat3 columns;  // of length 1, right-handed
 };
 
-// Of a symmetric matrix, by Jacobi's rotations; of a diagonal one the axes themselves.
+// The principal axes of a symmetric matrix, by Jacobi's rotations; those of a diagonal one are the
+// coordinate axes.
 PrincipalAxes principal_axes(Mat3 matrix);
 
 }  // namespace sim

@@ -94,7 +94,7 @@ void Dashpots::accumulate(const ParticleView& view, Tile tile, ForceSink sink) c
     });
 }
 
-void Dashpots::jacobian(const ParticleView& view, BlockSink& sink) const {
+void Dashpots::jacobian(const ParticleView& view, JacobianSink& sink) const {
   for (int i = 0; i < view.n; ++i) {
     Mat3 of_position = Mat3::Zero(), of_velocity = Mat3::Zero();
     bool any = false;

@@ -36,20 +36,19 @@ void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView
 // Each dashpot is evaluated from both its ends, so that particles stay independent of each other.
 class Dashpots {
  public:
-  // As Springs: for_each visits a, b, the damping in N s/m, and the rest length in m, at which
-  // dashpots of one sense begin to act; 0 for others.
-  // breakable: set() may change them.
+  // See Springs: for_each visits a, b, the damping in N s/m, and the rest length in m, at which
+  // dashpots of one sense begin to act; 0 for others. breakable: set() may change them.
   Dashpots(int n, const std::function<void(const Springs::Visit&)>& for_each,
            SpringSense sense = SpringSense::kBoth, bool breakable = false);
 
-  // As Springs::set().
+  // See Springs::set().
   void set(std::size_t index, double c, double rest) { pairs_.set(index, c, rest); }
 
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const;
 
   // With p = x or v:  df_a / dp_a = -B,  df_a / dp_b = B,
   //   B_x = c (rho I + d (w - 2 rho d)^T / |d|^2),  B_v = c d d^T / |d|^2
-  void jacobian(const ParticleView& view, BlockSink& sink) const;
+  void jacobian(const ParticleView& view, JacobianSink& sink) const;
 
  private:
   bool acts(const Vec3& d, double rest) const {

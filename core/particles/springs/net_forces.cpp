@@ -23,9 +23,9 @@ NetForces::NetForces(std::vector<const Net*> nets, int particles)
   for (const Net* net : nets_) forces_.emplace_back(4 * net->order.size());
 }
 
-void NetForces::prepare(const ParticleView& view, Team& team) {
+void NetForces::prepare(const ParticleView& view, ThreadPool& pool) {
   if (nets_.empty()) return;
-  team.run_parts(view.n, 8, [&](int begin, int end) {
+  pool.run_parts(view.n, 8, [&](int begin, int end) {
     double* point = points_.data() + 4 * static_cast<std::size_t>(begin);
     for (int i = begin; i < end; ++i, point += 4) {
       point[0] = view.x[i];
@@ -37,7 +37,7 @@ void NetForces::prepare(const ParticleView& view, Team& team) {
   for (std::size_t j = 0; j < nets_.size(); ++j) {
     const Net& net = *nets_[j];
     if (!net.reordered()) continue;
-    team.run_parts(8 * net.blocks(), 8, [&](int begin, int end) {
+    pool.run_parts(8 * net.blocks(), 8, [&](int begin, int end) {
       kernels_.pack(net, q, points_.data(), begin, end, forces_[j].data());
     });
   }

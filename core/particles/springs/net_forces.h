@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/force.h"
 #include "core/particles/springs/net.h"
 
@@ -43,7 +43,7 @@ class NetForces {
   std::span<const Net* const> nets() const { return nets_; }
 
   // For add() at this view.
-  void prepare(const ParticleView& view, Team& team);
+  void prepare(const ParticleView& view, ThreadPool& pool);
 
   // Adds the forces on the particles of a tile that begins at a multiple of 8; the sink is padded.
   void add(const ParticleView& view, Tile tile, ForceSink sink) const;

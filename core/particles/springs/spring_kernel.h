@@ -1,5 +1,5 @@
-// What kernels of springs share: the geometry of a run's springs and their forces, for a vector of
-// particles.
+// Shared by the kernels of springs: the geometry of a run's springs and their forces, for a vector
+// of particles.
 //
 // Read once an instruction set, behind core/simd/foreach_target.h.
 SIM_TARGET_BEGIN
@@ -24,7 +24,7 @@ struct Constants {
   SIM_INLINE Constants(const RunColumns& run, std::int64_t i, V<Real> dd) : Constants(run) {
     at(run, i, dd);
   }
-  // Of a uniform run; of another one until at() looks them up. -k is what forces need.
+  // The constants of a uniform run, or of another one until at() looks them up. Forces need -k.
   SIM_INLINE explicit Constants(const RunColumns& run)
       : k(-splat<Real>(run.minus_k)), k_rest(splat<Real>(run.k_rest)) {}
   // dd = |d|^2 of these springs, for those of one sense.

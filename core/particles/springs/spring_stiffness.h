@@ -15,11 +15,10 @@ struct SpringStiffness {
 SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clamped = false);
 
 // The same with the tension that follows from d = `before` to first order, k (d.u - r) with u the
-// unit vector of `before`: along = k (d.u - r) / |d|. What a spring turns lengthens it only to
-// second order; the tension that comes of that is no property of the solution near by, and Newton
-// steps without it are as long as those of bodies without stretch. Magisano, Leonetti & Garcea
-// (2017), Int. J. Numer. Meth. Engng 109(4), 547-575. As above where d has turned by more than 60
-// degrees.
+// unit vector of `before`: along = k (d.u - r) / |d|. The rotation of a spring lengthens it only to
+// second order; the tension that results is no property of the solution near by, and Newton steps
+// without it are as long as those of inextensible bodies. Magisano, Leonetti & Garcea (2017), Int.
+// J. Numer. Meth. Engng 109(4), 547-575. Same as above where d has rotated by more than 60 degrees.
 SpringStiffness predicted_stiffness(const Vec3& d, const Vec3& before, double k, double rest,
                                     bool clamped);
 

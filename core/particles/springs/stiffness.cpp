@@ -81,7 +81,7 @@ Stiffness::Stiffness(const Particles& system) : system_(&system), kernels_(stiff
 
 void Stiffness::at(const double* const q[3], const SpringModel& model) {
   std::copy_n(q, 3, q_);
-  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     for (const StiffRun& run : runs_) kernels_.linearise(run, q, model, begin, end);
     for (StiffNet& net : nets_)
       for (int i = begin; i < end; ++i)
@@ -94,7 +94,7 @@ void Stiffness::at(const double* const q[3], const SpringModel& model) {
 void Stiffness::find_parts(const double* shift, double scale, const std::uint8_t* free,
                            double most_share, double* parts) const {
   SIM_ASSERT(scale >= 0 && most_share >= 0);
-  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     std::fill(parts + begin, parts + end, 0.0);
     kernels_.pushes(runs_, parts, begin, end);
     for (int i = begin; i < end; ++i) {
@@ -113,7 +113,7 @@ void Stiffness::soften(const double* shift, double scale, const std::uint8_t* fr
                        double most_share) {
   double* const shares = Layout(system_->layout().n(), 1).block(shares_.data(), 0);
   find_parts(shift, scale, free, most_share, shares);
-  system_->team().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
+  system_->pool().run_parts(system_->layout().n(), 8, [&](int begin, int end) {
     for (const StiffRun& run : runs_) kernels_.soften(run, shares, begin, end);
     for (StiffNet& net : nets_)
       for (int i = begin; i < end; ++i)

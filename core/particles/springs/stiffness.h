@@ -62,7 +62,8 @@ class Stiffness {
   // Lessens what compressed springs push across their length until the sum of -2 along at a
   // particle is no more than `share` of its shift: with share < 1, shift I + scale K is definite.
   void soften(const double* shift, double scale, const std::uint8_t* free, double share);
-  // What of those pushes that leaves at each particle, as parts of 1; a layout of one block.
+  // The fraction of the geometric stiffness that this leaves at each particle; a layout of one
+  // block.
   void find_parts(const double* shift, double scale, const std::uint8_t* free, double share,
                   double* parts) const;
 

@@ -1,4 +1,4 @@
-// What stands behind everything: a sky, and a ground with a grid that ends in mist.
+// The background: a sky, and a ground with a grid that ends in mist.
 #pragma once
 
 #include "core/picture/raster/samples.h"

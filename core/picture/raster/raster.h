@@ -33,7 +33,7 @@ class Raster {
 
   static constexpr int kMostPixels = 8192;
 
-  // Valid until the next call. What is not finite, or further than 1e6 away, is left out.
+  // Valid until the next call. Items that are not finite, or further than 1e6 away, are left out.
   const Image& draw(const Picture& picture);
 
   // Pixels of the last picture that hold a triangle, a line or a ball.

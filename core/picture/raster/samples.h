@@ -9,7 +9,8 @@
 
 namespace sim::raster {
 
-// Of the picture's plane: pixels (x, y) from the upper left corner are rays from the eye.
+// The projection onto the picture's plane: pixels (x, y) from the upper left corner are rays from
+// the eye.
 struct Projection {
   Projection() = default;
   Projection(const Eye& eye, int width, int height);
@@ -38,7 +39,7 @@ class Samples {
  public:
   static constexpr int kCount = 4;
   static constexpr float kNear = 1e-3F;
-  // Of the samples in a pixel, in 1/256 of it: a turned square.
+  // The positions of the samples in a pixel, in 1/256 of it: a rotated square.
   static constexpr std::array<std::array<int, 2>, kCount> kPlaces{
       {{96, 32}, {224, 96}, {32, 160}, {160, 224}}};
 
@@ -49,7 +50,8 @@ class Samples {
   // Each under an id > 0; corners in the axes of the eye.
   void triangle(std::uint32_t id, const V3& a, const V3& b, const V3& c);
   void ball(std::uint32_t id, const V3& centre, float radius);
-  // Of a width in pixels; `nearer` moves it towards the eye by a share of its distance.
+  // Draws a line of a width in pixels; `nearer` moves it towards the eye by a fraction of its
+  // distance.
   void line(std::uint32_t id, V3 a, V3 b, float width, float nearer);
 
   const std::uint32_t* ids(int x, int y) const { return id_.data() + at(x, y); }

@@ -13,7 +13,7 @@ void draw_texts(const Picture& picture, const Tone& tone, Image& image);
 // Pixels of one unit of words and rectangles: small pictures have larger words.
 float text_scale(int height);
 
-// Of a text with capitals of height 1.
+// The width of a text with capitals of height 1.
 float text_width(const std::string& text);
 
 }  // namespace sim::raster

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/limits/step_limit.h"
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/perturbation_growth.h"
 
 namespace sim::study {
 namespace {

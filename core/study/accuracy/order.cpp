@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/study/accuracy/pace.h"
+#include "core/study/accuracy/cost_estimate.h"
 
 namespace sim::study {
 namespace {
@@ -58,7 +58,7 @@ std::optional<std::vector<Point>> halve(const Problem& problem, const Candidate&
 double expected(const Problem& problem, const OrderOptions& options) {
   Simulation system = problem.simulation();
   const std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
-  const Pace pace = pace_of(problem, methods, time_of(system, options));
+  const CostEstimate pace = cost_estimate(problem, methods, time_of(system, options));
   double sum = pace.reference(reference_intervals(problem, system), problem.by_figure());
   for (const Candidate& method : methods)
     sum += adaptive(method)

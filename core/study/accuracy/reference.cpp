@@ -8,7 +8,7 @@
 #include "core/base/array.h"
 #include "core/base/error.h"
 #include "core/study/accuracy/extrapolation.h"
-#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/perturbation_growth.h"
 
 namespace sim::study {
 namespace {
@@ -116,7 +116,7 @@ bool Search::extrapolate() {
       methods_, false, [](const Candidate& m) { return m.info.adaptive || m.info.implicit; });
   if (method == methods_.end()) return false;
   Simulation system = problem_.with(*method).simulation();
-  if (system.ode().confined() || acts_between_steps(system)) return false;
+  if (system.ode().has_inequalities() || acts_between_steps(system)) return false;
   Array start(system.state().size());
   std::ranges::copy(system.state(), start.data());
   Points points;

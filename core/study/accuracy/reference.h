@@ -1,4 +1,4 @@
-// What the motion really is, with an error bar of its own.
+// The reference solution of the motion, with an error bar of its own.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ inline constexpr int kIntervals = 20;
 
 struct Reference {
   std::string how;  // "extrapolation against dop853", "exact solution against extrapolation"
-  // What is compared at equal times, [k] at k time / intervals(); empty when told to end.
+  // The compared numbers at equal times, [k] at k time / intervals(); empty when told to end.
   std::vector<std::vector<double>> points;
   std::vector<double> error;     // of each point, the largest of any number: how far the two differ
   double figure = std::nan("");  // where the problem asks for one; `error` is then its own
@@ -28,7 +28,8 @@ struct Reference {
 // How many points a reference of the problem has.
 int reference_intervals(const Problem& problem, Simulation& system);
 
-// Of the quantity that is compared, on the way; its size where it never changes. A period its own.
+// The range of the compared quantity over time; its size where it never changes. The range of a
+// period is the period.
 double range_of(const Problem& problem, const Reference& reference);
 
 // The scene's own exact solution or the extrapolated midpoint rule, checked by a method of another

@@ -121,8 +121,9 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   result.effort = system.integrator().effort();
   result.effort.evaluations = evaluations_of(system);
   if (balance && !good) result.energy_error = HUGE_VAL;
-  if (Holding* holding = system.holding(); holding && plan.energy)
-    result.drift = holding->drift(system.t(), system.state().data());
+  if (ConstraintSystem* constraint_system = system.constraint_system();
+      constraint_system && plan.energy)
+    result.drift = constraint_system->drift(system.t(), system.state().data());
   // Between the states of an adaptive run drag is not looked at.
   const bool seen = balance && !(method.info.adaptive && balance->has_drag());
   if (seen && good && balance->in_play() > 0 &&

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/particles/constraints/holding_force.h"
+#include "core/particles/constraints/constraint_force.h"
 #include "core/study/problem.h"
 
 namespace sim::study {
@@ -40,15 +40,15 @@ struct TrajectoryPlan {
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
-// What the problem compares of the present state.
+// The numbers of the present state that the problem compares.
 std::vector<double> compared(const Problem& problem, Simulation& system);
 
 // The free coordinates of the present state, 3 a free particle in m, or all components of a
 // first-order state.
 std::vector<double> coordinates(Simulation& system);
 
-// Those of a list of all coordinates, as SystemSpec::exact gives them. Throws Error{kScene} when it
-// has another length.
+// The free coordinates of a list of all coordinates, as SystemSpec::exact gives them. Throws
+// Error{kScene} when it has another length.
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all);
 
 struct Distance {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/study/accuracy/pace.h"
+#include "core/study/accuracy/cost_estimate.h"
 #include "core/study/limits/step_limit.h"
 
 namespace sim::study {
@@ -103,19 +103,19 @@ void price(std::vector<Curve>& curves) {
 // Below the floor the reference is as wrong as the point: those are left out unless `all` are
 // wanted.
 std::vector<Place> by_cost(const WorkPrecision& study, bool all) {
-  std::vector<Place> places;
+  std::vector<Place> positions;
   for (std::size_t c = 0; c < study.curves.size(); ++c)
     for (std::size_t p = 0; p < study.curves[c].points.size(); ++p) {
       const Point& point = study.curves[c].points[p];
       if (stable(point, study.size) &&
           (all || study.yardstick.figure || point.rms > study.yardstick.floor()))
-        places.push_back({c, p});
+        positions.push_back({c, p});
     }
-  std::stable_sort(places.begin(), places.end(), [&](Place a, Place b) {
+  std::stable_sort(positions.begin(), positions.end(), [&](Place a, Place b) {
     return study.cost(a) != study.cost(b) ? study.cost(a) < study.cost(b)
                                           : study.at(a).rms < study.at(b).rms;
   });
-  return places;
+  return positions;
 }
 
 // A figure may be right by chance: none is better than the worst of finer steps.
@@ -220,7 +220,7 @@ std::vector<Candidate> methods_of(const Problem& problem, const Simulation& syst
 double expected(const Problem& problem, const WorkPrecisionOptions& options) {
   Simulation system = problem.simulation();
   const std::vector<Candidate> methods = methods_of(problem, system, options);
-  const Pace pace = pace_of(problem, methods, time_of(system, options));
+  const CostEstimate pace = cost_estimate(problem, methods, time_of(system, options));
   double sum = pace.reference(reference_intervals(problem, system), problem.by_figure());
   for (const Candidate& method : methods) {
     const double most = kCurveLimits.evaluations_for(system) / kCurveLimits.cost_of_step(method);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/study/accuracy/growth.h"
+#include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/limits/spectrum.h"
 
@@ -34,14 +34,13 @@ struct WorkPrecision {
   double budget = 0;          // m
   double comparable = 0;      // s: beyond it the motion is too sensitive for points to be compared
   Reference reference;
-  Growth growth;
+  PerturbationGrowth growth;
   Vibration fastest;    // at the start
   Yardstick yardstick;  // refers to `reference`
   std::vector<Curve> curves;
   std::vector<Place> front;  // not beaten in both cost and error, by rising cost
-  // Of the points within the budget and well inside the limit of stability the closest that costs
-  // no more than 5 % above the cheapest; and the cheapest one within the budget. Neither is
-  // refused.
+  // The most accurate point within the budget and well inside the limit of stability that costs no
+  // more than 5 % above the cheapest; and the cheapest one within the budget. Neither is refused.
   std::optional<Place> recommended, cheapest;
   std::vector<Place> refused;  // by whoever ran them, with all longer steps of these methods
   bool complete = true;        // false when it was told to end

@@ -14,9 +14,9 @@ namespace {
 constexpr int kHeld = 6;
 
 // Some particles at a state that obeys the constraint.
-class HeldCloud {
+class ConstrainedCloud {
  public:
-  HeldCloud(const Plugin<Constraint>& plugin, const Params& params)
+  ConstrainedCloud(const Plugin<Constraint>& plugin, const Params& params)
       : layout_(kHeld), x_(layout_.size()), masses_(kHeld, 1.0) {
     Elements elements;
     elements.arity = plugin.elements.arity;
@@ -30,11 +30,11 @@ class HeldCloud {
       }
     constraints_.add(made(plugin.make(params, elements), plugin), plugin.name, "", 0, view(0));
     constraints_.set_masses(masses_);
-    memory_ = Array(constraints_.memory_size() + 1);
+    memory_ = Array(constraints_.internal_size() + 1);
     constraints_.start(memory_.data());
     ConstraintSolver solver(constraints_);
-    allowed_ = solver.settle(kTime, view(0), layout_.axes(x_.data()), layout_.axes(x_.data(), 3),
-                             memory_.data(), false);
+    allowed_ = solver.project_state(kTime, view(0), layout_.axes(x_.data()),
+                                    layout_.axes(x_.data(), 3), memory_.data(), false);
     if (allowed_) constraints_.follow(view(kTime), memory_.data());
   }
 
@@ -96,8 +96,8 @@ class Agreement {
   double off_ = 0, size_ = 1;
 };
 
-void check_derivatives(const HeldCloud& cloud, Examiner& examiner) {
-  constexpr double kStep = 0x1p-13, kTime = HeldCloud::kTime;
+void check_derivatives(const ConstrainedCloud& cloud, Examiner& examiner) {
+  constexpr double kStep = 0x1p-13, kTime = ConstrainedCloud::kTime;
   const RowValues now = cloud.at(kTime), before = cloud.at(kTime - kStep),
                   after = cloud.at(kTime + kStep);
   const RowPattern& pattern = cloud.rows().pattern;
@@ -132,12 +132,12 @@ void check_derivatives(const HeldCloud& cloud, Examiner& examiner) {
 void check_constraint(const Plugin<Constraint>& plugin, Contract& contract) {
   Examiner examiner(plugin, contract);
   examiner.group("evaluates", [&] {
-    const HeldCloud cloud(plugin, example_params(plugin));
+    const ConstrainedCloud cloud(plugin, example_params(plugin));
     examiner.check("finds a state that obeys it", cloud.allowed(), "of some particles at random");
     if (cloud.allowed()) check_derivatives(cloud, examiner);
   });
   examiner.bounds([&](const Params& params) {
-    const RowValues values = HeldCloud(plugin, params).at(0);
+    const RowValues values = ConstrainedCloud(plugin, params).at(0);
     return std::vector<double>(values.phi().begin(), values.phi().end());
   });
 }

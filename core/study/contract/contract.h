@@ -1,4 +1,4 @@
-// What the interface of a plugin promises, held against what the plugin does: forces against
+// The contract of a plugin's interface, checked against what the plugin does: forces against
 // differences of their potential, methods against their order, all of them against their own bits.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What the checks of all kinds of plugins share.
+// The tools that the checks of all kinds of plugins share.
 #pragma once
 
 #include <functional>

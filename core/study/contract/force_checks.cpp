@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <type_traits>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/particle_system.h"
 #include "core/study/contract/examiner.h"
 
@@ -39,17 +39,17 @@ double random(int i) {
 class Cloud {
  public:
   Cloud(const ForcePlugin& plugin, const Params& params, int n, int threads)
-      : layout_(n), team_(threads), x_(layout_.size()), y_(layout_.size()), rate_(layout_.size()) {
+      : layout_(n), pool_(threads), x_(layout_.size()), y_(layout_.size()), rate_(layout_.size()) {
     place(0, 0);
     std::vector<double> masses(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) masses[static_cast<std::size_t>(i)] = mass(i);
     std::vector<std::unique_ptr<Force>> forces;
     forces.push_back(made(plugin.make(params, ties(plugin, n)), plugin));
     system_ = std::make_unique<ParticleSystem>(masses, std::vector<int>{}, std::move(forces),
-                                               x_.data(), team_);
-    if (system_->memory_size() == 0) return;
+                                               x_.data(), pool_);
+    if (system_->internal_size() == 0) return;
     for (Array* state : {&x_, &y_, &rate_}) *state = Array(system_->size());
-    system_->start_memories(x_.data());
+    system_->start_internal(x_.data());
     place(0, 0);
   }
 
@@ -82,7 +82,7 @@ class Cloud {
   std::vector<double> memory_rates() {
     system_->eval(0.25, {x_.data(), {}}, y_.data(), rate_.data());
     const auto begin = rate_.data() + layout_.size();
-    return {begin, begin + system_->memory_size()};
+    return {begin, begin + system_->internal_size()};
   }
 
   // The friction of a force that resists(), as forces().
@@ -91,7 +91,7 @@ class Cloud {
     std::vector<double> sum(3 * n);
     const ParticleView now = view();
     system_->prepare_gather(all());
-    force().resist(now, {0, now.n}, {sum.data(), sum.data() + n, sum.data() + 2 * n});
+    force().dissipative_part(now, {0, now.n}, {sum.data(), sum.data() + n, sum.data() + 2 * n});
     return sum;
   }
 
@@ -130,7 +130,7 @@ class Cloud {
   static double mass(int i) { return 1 + 0.125 * (i % 4); }
 
   Layout layout_;
-  Team team_;
+  ThreadPool pool_;
   Array x_, y_, rate_;
   std::unique_ptr<ParticleSystem> system_;
 };
@@ -173,7 +173,7 @@ void check_potential(Cloud& cloud, Examiner& examiner) {
   for (int state = 0; state < 3; ++state) {
     cloud.place(state, 0);
     std::vector<double> forces = cloud.forces();
-    if (cloud.force().resists()) {
+    if (cloud.force().has_dissipative_part()) {
       const std::vector<double> friction = cloud.resistance();
       for (std::size_t k = 0; k < forces.size(); ++k) forces[k] -= friction[k];
     }
@@ -187,7 +187,7 @@ void check_potential(Cloud& cloud, Examiner& examiner) {
     most_potential = std::max(most_potential, std::fabs(cloud.potential()));
   }
   const double worst = error / most_force;
-  if (cloud.force().conservative() || cloud.force().resists())
+  if (cloud.force().conservative() || cloud.force().has_dissipative_part())
     examiner.check(kName, worst < kAgree, share(worst, "force"));
   else
     examiner.skipped(kName, most_potential == 0 ? "it has no potential"
@@ -196,7 +196,7 @@ void check_potential(Cloud& cloud, Examiner& examiner) {
 }
 
 // The blocks of what a force accumulates, as a full matrix, rows and columns as in Cloud::forces().
-struct Blocks final : BlockSink {
+struct Blocks final : JacobianSink {
   explicit Blocks(int count)
       : n(count),
         position_part(static_cast<std::size_t>(9 * n * n)),
@@ -255,14 +255,14 @@ void check_velocity(Cloud& cloud, Examiner& examiner) {
 
 void check_memory(Cloud& cloud, Examiner& examiner) {
   constexpr const char* kName = "remembers_particles is honest";
-  if (cloud.force().memory_size() == 0) return;
+  if (cloud.force().internal_size() == 0) return;
   cloud.place(0, 0);
   const std::vector<double> rates = cloud.memory_rates();
   examiner.check("its memory changes by finite rates", finite(rates),
-                 std::to_string(cloud.force().memory_size()) + " numbers");
+                 std::to_string(cloud.force().internal_size()) + " numbers");
   cloud.place(1, 0);
   const bool equal = same(rates, cloud.memory_rates());
-  if (cloud.force().remembers_particles())
+  if (cloud.force().internal_depends_on_particles())
     examiner.ok(kName, equal ? "it says it does; on these states it does not: verlet could run it"
                              : "it does");
   else

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/particle_system.h"
 #include "core/study/contract/examiner.h"
 
@@ -47,7 +47,7 @@ class Course {
     std::vector<std::unique_ptr<Force>> forces;
     forces.push_back(std::make_unique<Well>());
     system_ = std::make_unique<ParticleSystem>(std::vector<double>{1, 1.5, 2}, std::vector<int>{},
-                                               std::move(forces), start_.data(), team_);
+                                               std::move(forces), start_.data(), pool_);
     // Steps of its own may be as many as a tolerance or a bound on them asks for.
     system_->stop_when([this] { return ++asked_ > kMostAsked; });
     integrator_ = method.make();
@@ -102,7 +102,7 @@ class Course {
   double t() const { return done_ * h_; }
 
   Layout layout_;
-  Team team_{1};
+  ThreadPool pool_{1};
   Array start_, x_, next_;
   std::unique_ptr<ParticleSystem> system_;
   std::unique_ptr<Integrator> integrator_;

@@ -12,7 +12,7 @@ namespace sim::study {
 
 class Disturbance {
  public:
-  // Of the particles of a second-order system, at the place's state.
+  // A disturbance of the particles of a second-order system, at the state of `place`.
   Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
 
   // Growth in one step of size h, beyond what the system grows by itself: of the largest size seen

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/study/accuracy/pace.h"
+#include "core/study/accuracy/cost_estimate.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/energy_balance.h"
 #include "core/study/limits/disturbance.h"

@@ -53,7 +53,7 @@ inline bool has_own_steps(const Candidate& method) {
   return method.info.adaptive || method.chooses;
 }
 
-// What limits a method: the measured step, or else the predicted one; nothing when neither is
+// The stable step of a method: the measured one, or else the predicted one; nothing when neither is
 // known.
 std::optional<double> step_limit(const MethodStability& method);
 

@@ -183,7 +183,7 @@ void Track::verify(const std::function<bool()>& stop, bool spread) {
   parting_ = shadow_->compare(stop, spread);
 }
 
-void Track::verified_by(study::Parting parting) {
+void Track::verified_by(study::RunDeviation parting) {
   parting_ = std::move(parting);
   shadow_.reset();
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/scene/simulation.h"
-#include "core/study/verdict/looks.h"
+#include "core/study/verdict/sampling_schedule.h"
 #include "core/study/verdict/verdict.h"
 
 namespace sim::study {
@@ -61,13 +61,13 @@ class Track {
   double figure_spread(std::size_t i) const;  // from the neighbour's that is furthest; likewise
   std::span<const double> observed();         // of the present state; not finite: not known
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
-  std::span<const Parted> parted() const { return parting_.observed; }  // of its shadow
+  std::span<const ObservedDeviation> parted() const { return parting_.observed; }  // of its shadow
   Deviation deviation() const { return study::deviation(*spec_, *system_); }
   // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: Shadow.
   bool verify_beside(const std::function<bool()>& stop);
   bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
   void verify(const std::function<bool()>& stop, bool spread = false);
-  void verified_by(study::Parting parting);  // was measured on a run of the same bits
+  void verified_by(study::RunDeviation parting);  // was measured on a run of the same bits
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
   void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt
@@ -86,7 +86,7 @@ class Track {
   const SystemSpec* spec_;
   Simulation* system_;
   std::int64_t steps_, frame_stride_, row_stride_, first_step_, sampled_;
-  Looks looks_;
+  SamplingSchedule looks_;
   double first_t_;                                // s
   std::int64_t last_frame_ = -1, last_row_ = -1;  // steps they were taken at
   Energy start_, energy_;
@@ -96,8 +96,8 @@ class Track {
   std::vector<Course> courses_;
   std::optional<double> end_, short_;  // s, of a last step that is shortened: when, how long
   Monitor monitor_;
-  std::optional<Shadow> shadow_;
-  Parting parting_;
+  std::optional<StepDoubling> shadow_;
+  RunDeviation parting_;
   std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
   bool looked_ = false, energy_unknown_ = false;  // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;

@@ -13,12 +13,12 @@ namespace {
 constexpr double kHuge = 1e100;  // m, m/s: beyond it any power of a coordinate may overflow
 
 // The first free particle on which a force is not finite; -1 for none.
-int bad_particle(Force& force, const ParticleView& view, Team& team) {
+int bad_particle(Force& force, const ParticleView& view, ThreadPool& pool) {
   const auto n = static_cast<std::size_t>(view.n);
   Array sums(3 * n);
   const ForceSink sink{sums.data(), sums.data() + n, sums.data() + 2 * n};
   try {
-    force.prepare(view, team);
+    force.prepare(view, pool);
     force.accumulate(view, {0, view.n}, sink);
   } catch (const Error&) {  // a function of the scene, which has said so before
     return -1;
@@ -48,7 +48,7 @@ std::optional<BadForce> find_bad_force(const SystemSpec& spec, Simulation& syste
     for (std::size_t i = 0; i < particles->forces().size(); ++i) {
       Force& force = *particles->forces()[i];
       if (!std::ranges::count(particles->other_forces(), &force)) continue;
-      const int at = bad_particle(force, particles->seen_by(force, view), particles->team());
+      const int at = bad_particle(force, particles->seen_by(force, view), particles->pool());
       if (at < 0) continue;
       const std::string place = i < spec.forces.size() ? spec.forces[i].place : "";
       return BadForce{particles->name_of(force), place, at};

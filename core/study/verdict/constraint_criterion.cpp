@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/verdict/criterion.h"
 
@@ -18,7 +18,8 @@ class ConstraintCriterion final : public Criterion {
       : system_(&run.system), size_(scene_size(run.system)) {}
 
   void look(const Energy* /*energy*/) override {
-    const ConstraintDrift now = system_->holding()->drift(system_->t(), system_->state().data());
+    const ConstraintDrift now =
+        system_->constraint_system()->drift(system_->t(), system_->state().data());
     drift_.position = std::max(drift_.position, now.position);
     drift_.velocity = std::max(drift_.velocity, now.velocity);
   }
@@ -27,8 +28,8 @@ class ConstraintCriterion final : public Criterion {
     look(nullptr);
     figures.constraints = drift_;
     double most = 0;
-    for (const HoldingForce& each :
-         system_->holding()->forces(system_->t(), system_->state().data()))
+    for (const ConstraintForce& each :
+         system_->constraint_system()->forces(system_->t(), system_->state().data()))
       most = std::max(most, std::abs(each.tension));
     const std::string words = "constraints to " + brief(drift_.position, 2) + " m and " +
                               brief(drift_.velocity, 2) + " m/s, holding with up to " +
@@ -46,7 +47,7 @@ class ConstraintCriterion final : public Criterion {
 }  // namespace
 
 std::unique_ptr<Criterion> watch_constraints(const Watched& run) {
-  if (!run.system.holding()) return nullptr;
+  if (!run.system.constraint_system()) return nullptr;
   return std::make_unique<ConstraintCriterion>(run);
 }
 

@@ -62,16 +62,16 @@ class ContactCriterion final : public Criterion {
     int touched = 0;
     double deepest = 0;
     for (int i = 0; !contacts.empty() && i < view.n; ++i) {
-      if (!contacts.ledger().touched(i)) continue;
+      if (!contacts.work_sums().touched(i)) continue;
       ++touched;
       for (const auto& collider : contacts.all())
-        deepest = std::max(deepest, -collider->touch(view.t, view.position(i)).gap);
+        deepest = std::max(deepest, -collider->query(view.t, view.position(i)).gap);
     }
     if (touched == 0) return {};
     std::string words = "contact: " + std::to_string(touched) +
                         (touched == 1 ? " particle" : " particles") + ", deepest " +
                         brief(deepest, 2) + " m";
-    if (const std::int64_t uncut = contacts.ledger().uncut(); uncut > 0)
+    if (const std::int64_t uncut = contacts.work_sums().uncut(); uncut > 0)
       words += ", " + std::to_string(uncut) + " steps with too many touches to be cut at each";
     return words;
   }

@@ -11,7 +11,7 @@
 
 namespace sim::study {
 
-// What one criterion has to say of a run.
+// The finding of one criterion on a run.
 struct Finding {
   Trust trust = Trust::kTrusted;
   std::string words;
@@ -34,7 +34,7 @@ class Criterion {
   virtual void conclude(Figures& figures, std::vector<Finding>& findings) = 0;
 };
 
-// What all of them are made from; spec, system and registry outlive them.
+// The common arguments of all criteria; spec, system and registry outlive them.
 struct Watched {
   const SystemSpec& spec;
   Simulation& system;

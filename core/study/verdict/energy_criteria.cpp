@@ -76,7 +76,7 @@ class EnergyCriterion final : public Criterion {
   }
 
  private:
-  Finding finding(const Parting& shadow) const;
+  Finding finding(const RunDeviation& shadow) const;
 
   Simulation* system_;
   EnergyBalance& balance_;
@@ -86,7 +86,7 @@ class EnergyCriterion final : public Criterion {
   bool started_ = false;
 };
 
-Finding EnergyCriterion::finding(const Parting& shadow) const {
+Finding EnergyCriterion::finding(const RunDeviation& shadow) const {
   const double scale = balance_.in_play(), error = balance_.error();
   const std::string whole = brief(scale, 3) + " J in play";
   if (balance_.has_work() && system_->integrator_info().adaptive)
@@ -124,9 +124,9 @@ Finding EnergyCriterion::finding(const Parting& shadow) const {
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
   // States far apart say little of what drag took between them; only then it may be a false alarm.
   const bool drag = balance_.has_drag(), contact = acts_between_steps(*system_);
-  constexpr double kHardly = 1e3;
+  constexpr double kNegligible = 1e3;
   const IntegratorInfo info = system_->integrator_info();
-  const bool hardly = at_rest(info) > kAtRest && way <= kHardly * at_rest(info) * size_;
+  const bool hardly = at_rest(info) > kAtRest && way <= kNegligible * at_rest(info) * size_;
   const bool presumed = hardly || (drag && (info.adaptive || balance_.has_work()));
   // A shorter step that changes as much shows that it is not the step, unless the method damps.
   constexpr double kSame = 0.25;
@@ -203,7 +203,8 @@ std::unique_ptr<Criterion> watch_energy(const Watched& run) {
 }
 
 std::unique_ptr<Criterion> watch_momentum(const Watched& run) {
-  if (!run.system.conserves_energy() || run.system.pinned_count() > 0 || run.system.holding())
+  if (!run.system.conserves_energy() || run.system.pinned_count() > 0 ||
+      run.system.constraint_system())
     return nullptr;
   return std::make_unique<MomentumCriterion>(run);
 }

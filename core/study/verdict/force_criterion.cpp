@@ -38,13 +38,13 @@ class ForceSlope {
     const auto size = static_cast<std::size_t>(n());
     f_ = Array(3 * size);
     const ParticleView view = seen();
-    force_.prepare(view, system_.team());
+    force_.prepare(view, system_.pool());
     const ForceSink sink{f_.data(), f_.data() + size, f_.data() + 2 * size};
     force_.accumulate(view, {0, view.n}, sink);
-    if (!force_.resists()) return;
+    if (!force_.has_dissipative_part()) return;
     Array friction(3 * size);
-    force_.resist(view, {0, view.n},
-                  {friction.data(), friction.data() + size, friction.data() + 2 * size});
+    force_.dissipative_part(view, {0, view.n},
+                            {friction.data(), friction.data() + size, friction.data() + 2 * size});
     for (std::size_t k = 0; k < f_.size(); ++k) f_[k] -= friction[k];
   }
 
@@ -59,7 +59,7 @@ class ForceSlope {
         at(moved_, i, axis) = at(x_, i, axis) + (side == 0 ? -h : h) * d(i, axis);
       });
       const ParticleView view = seen();
-      force_.prepare(view, system_.team());
+      force_.prepare(view, system_.pool());
       ends[side] = force_.potential(view, {0, view.n});
     }
     noise_ = kRounds * (std::abs(ends[0]) + std::abs(ends[1])) / h;
@@ -149,7 +149,7 @@ class ForceCriterion final : public Criterion {
     const double n = std::max(1, system.particles());
     const double spacing = scene_size(system) / std::cbrt(n);
     for (Force* force : particles.other_forces()) {
-      if (!(force->conservative() || force->resists()) || force->springs()) continue;
+      if (!(force->conservative() || force->has_dissipative_part()) || force->springs()) continue;
       try {
         ForceSlope slope(particles, *force, system.t(), system.state());
         slope.displace(1e-3 * spacing);

@@ -10,7 +10,7 @@
 #include "core/particles/rigid/rigid_body.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/verdict/criterion.h"
-#include "core/study/verdict/plain_forces.h"
+#include "core/study/verdict/reference_forces.h"
 
 namespace sim::study {
 namespace {
@@ -71,7 +71,7 @@ class KernelCriterion final : public Criterion {
 
   void check_energies(const ParticleView& view) {
     if (!plain_->known()) return;
-    for (const PlainForces::Potential& each : plain_->potentials())
+    for (const ReferenceForces::Potential& each : plain_->potentials())
       compare("potential energy of force '" + particles_->name_of(*each.force) + "'",
               each.force->potential(particles_->seen_by(*each.force, view), {0, view.n}),
               each.energy, each.scale);
@@ -94,7 +94,7 @@ class KernelCriterion final : public Criterion {
   void check_forces(const ParticleView& view) {
     if (!plain_->known()) return;
     try {
-      std::vector<PlainForces::Sum> sums = plain_->forces(view);
+      std::vector<ReferenceForces::Sum> sums = plain_->forces(view);
       Array of_kernel(particles_->layout().size());
       const auto a = particles_->layout().axes(of_kernel.data());
       particles_->accelerate(view, a.data());
@@ -120,13 +120,13 @@ class KernelCriterion final : public Criterion {
         ", off by " + brief((force - plain).norm(), 3) + " N from scalar code: a kernel is wrong";
   }
 
-  void add_other(Force& force, const ParticleView& state, std::vector<PlainForces::Sum>& sums) {
+  void add_other(Force& force, const ParticleView& state, std::vector<ReferenceForces::Sum>& sums) {
     const ParticleView view = particles_->seen_by(force, state);
     const auto n = static_cast<std::size_t>(view.n);
     Array all(3 * n), alone(3 * n);
     const ForceSink sink{all.data(), all.data() + n, all.data() + 2 * n};
     const ForceSink one{alone.data(), alone.data() + n, alone.data() + 2 * n};
-    force.prepare(view, particles_->team());
+    force.prepare(view, particles_->pool());
     force.accumulate(view, {0, view.n}, sink);
     for (std::size_t k = 0; k < sums.size(); ++k) {
       const int i = plain_->ids()[k];
@@ -150,10 +150,10 @@ class KernelCriterion final : public Criterion {
     for (const RigidSpec& body : spec_->bodies)
       std::fill_n(in_body.begin() + body.first, RigidBody::kParticles, true);
     for (int i = 0; i < view.n; ++i) {
-      if (!view.free(i) || in_body[static_cast<std::size_t>(i)] || contacts.ledger().touched(i))
+      if (!view.free(i) || in_body[static_cast<std::size_t>(i)] || contacts.work_sums().touched(i))
         continue;
       for (const Collider* collider : contacts.all()) {
-        const double gap = collider->touch(view.t, view.position(i)).gap;
+        const double gap = collider->query(view.t, view.position(i)).gap;
         if (!(gap < -most)) continue;
         words_ = "particle " + std::to_string(i) + " is " + brief(-gap, 3) +
                  " m inside a collider and contact saw nothing of it: a kernel is wrong";
@@ -168,7 +168,7 @@ class KernelCriterion final : public Criterion {
   Spread spread_;
   std::int64_t concluded_ = -1;
   bool later_, touched_ = false;
-  std::optional<PlainForces> plain_;
+  std::optional<ReferenceForces> plain_;
   std::string words_;
 };
 

@@ -9,8 +9,8 @@
 #include "core/particles/springs/springs.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
-#include "core/study/verdict/looks.h"
-#include "core/study/verdict/shadow.h"
+#include "core/study/verdict/sampling_schedule.h"
+#include "core/study/verdict/step_doubling.h"
 
 namespace sim::study {
 namespace {
@@ -200,8 +200,8 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
     return ++tries > most || stop();
   });
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
-  Shadow shadow(*problem.spec, system, result.steps, *problem.registry);
-  Looks looks(0, result.steps);
+  StepDoubling shadow(*problem.spec, system, result.steps, *problem.registry);
+  SamplingSchedule looks(0, result.steps);
   const auto look = [&] {
     const Energy energy = system.energy();
     const Energy* const known = system.second_order() ? &energy : nullptr;

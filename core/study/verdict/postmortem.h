@@ -38,7 +38,8 @@ struct PostMortem {
   std::optional<Remedy> smaller, other;  // a smaller step; another integrator with the same step
   bool complete = true;                  // false when told to end, or when it took too long
 
-  // What a user may take: verified, and right for a while where the motion is chaotic.
+  // True for a result that a user may take: verified, and right for a while where the motion is
+  // chaotic.
   static bool works(const Verdict& verdict) { return verdict.trust <= Trust::kChaotic; }
 };
 

@@ -4,8 +4,8 @@
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
-#include "core/study/accuracy/companion.h"
-#include "core/study/verdict/shadow.h"
+#include "core/study/accuracy/error_estimator.h"
+#include "core/study/verdict/step_doubling.h"
 
 namespace sim::study {
 namespace {
@@ -24,7 +24,7 @@ std::vector<std::size_t> driven_numbers(const Simulation& run) {
 
 // From one frame to the next in so many steps, whatever the method would choose; nothing where one
 // fails.
-std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps) const {
+std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int steps) const {
   const Frame &from = frames_[frame], &to = frames_[frame + 1];
   const Settings& own = run_->settings();
   MethodChoice choice = sharper(own.method);
@@ -40,8 +40,8 @@ std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps
         order = each.info.order;
       }
   }
-  Simulation fine = other_run(*spec_, *registry_, own, choice, (to.at.t - from.at.t) / steps,
-                              from.at.t, from.seen.state);
+  Simulation fine = run_with_method(*spec_, *registry_, own, choice, (to.at.t - from.at.t) / steps,
+                                    from.at.t, from.seen.state);
   for (int left = steps; left > 0;) {
     const int taken = fine.steps(left);
     if (taken == 0) return {};
@@ -52,7 +52,7 @@ std::optional<std::vector<double>> Shadow::resolved(std::size_t frame, int steps
 
 // The right-hand side is asked at many times between two states, at the first of them. Where it is
 // far from all that it is at the states, fine steps tell whether the next state lacks its integral.
-void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
+void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) const {
   if (!may_jump_) return;
   constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
   constexpr int kFewest = 4, kFine = 1000;             // of an interval
@@ -115,7 +115,7 @@ void Shadow::look_for_pulses(Simulation& shadow, Parting& result) const {
     std::optional<std::vector<double>> fine;
     for (const double usual_here : {here[c], values[kFine / 2]}) {
       const double impulse = span * (mean - usual_here);
-      if (!(std::abs(impulse) * lasting > Parting::kWrong * size_at(to))) continue;
+      if (!(std::abs(impulse) * lasting > RunDeviation::kWrong * size_at(to))) continue;
       if (!fine) fine = resolved(k, kFine);
       if (!fine) break;
       const double missing = (*fine)[c] - to.seen.state[c];

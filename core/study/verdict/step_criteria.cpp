@@ -71,7 +71,7 @@ class LimitCriterion final : public Criterion {
 // A light particle with drag may decay faster than anything vibrates: at most as fast as velocities
 // by themselves, and where that is too fast for the step, by the eigenvalues.
 StepShare LimitCriterion::share_of_decay(double affordable) const {
-  if (system_->holding()) return {};  // what holds is not in these
+  if (system_->constraint_system()) return {};  // what holds is not in these
   const Integrator& integrator = system_->integrator();
   const VelocityDecay decay =
       velocity_decay(*system_, std::clamp(static_cast<int>(affordable), 4, 6));

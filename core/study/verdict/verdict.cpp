@@ -110,20 +110,20 @@ void Monitor::look_at_present() {
   if (const Energy energy = system_->energy(); std::isfinite(energy.total())) look(&energy);
 }
 
-Verdict Monitor::verdict(const Parting& parting) {
+Verdict Monitor::verdict(const RunDeviation& deviation) {
   look_at_present();
   Verdict verdict;
-  verdict.figures.shadow = parting;
-  verdict.figures.strain = parting.strain;
+  verdict.figures.shadow = deviation;
+  verdict.figures.strain = deviation.strain;
   std::vector<Finding> findings;
-  findings.push_back(finding_of(parting, *system_));
+  findings.push_back(finding_of(deviation, *system_));
   for (const auto& criterion : criteria_) criterion->conclude(verdict.figures, findings);
   if (touched_ && verdict.figures.momentum > 0) {
     verdict.figures.momentum = std::nan("");
     std::erase_if(findings,
                   [](const Finding& each) { return each.words.starts_with("momentum changed"); });
   }
-  const bool right = parting.verified() && findings.front().trust == Trust::kTrusted;
+  const bool right = deviation.verified() && findings.front().trust == Trust::kTrusted;
   if (exploded() && !right) {
     verdict.trust = Trust::kDiverged;
     verdict.reason = "energy rose by " + brief(highest_, 3) + " J, from " + brief(start_scale_, 3) +

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/particles/constraints/holding_force.h"
+#include "core/particles/constraints/constraint_force.h"
 #include "core/study/energy_balance.h"
 #include "core/study/problem.h"
-#include "core/study/verdict/shadow.h"
+#include "core/study/verdict/step_doubling.h"
 #include "core/study/verdict/strain.h"
 
 namespace sim::study {
@@ -36,7 +36,7 @@ struct Figures {
   double momentum = std::nan("");    // change over the momentum in play, where it must hold
   ConstraintDrift constraints;       // the worst seen
   std::int64_t crossings = 0;        // of surfaces, the most seen
-  Parting shadow;                    // from a run with half the step
+  RunDeviation shadow;               // from a run with half the step
 };
 
 struct Verdict {
@@ -54,7 +54,7 @@ Deviation deviation(const SystemSpec& spec, const Simulation& system);
 
 class Criterion;
 
-// Watches one system. What makes a run suspect:
+// Watches one system. A run is suspect because of:
 // - its shadow, a run with half the step: where the two part by more than 2 % of the scene's size;
 // - energy: E + W off by more than 1 % of the energy in play;
 // - the step: beyond the largest stable one, so that the fastest mode grows; without drag already
@@ -93,9 +93,9 @@ class Monitor {
 
   bool exploded() const;                 // as far as the looks say: far above the start
   bool sound() const { return sound_; }  // not, and energy mostly kept, at the last look
-  // Of the run up to the present state, which is looked at if the last look was not at it;
-  // `parting` from its shadow, where it had one.
-  Verdict verdict(const Parting& parting = {});
+  // The verdict on the run up to the present state, which is sampled if the last sample was not at
+  // it; `deviation` from its refined run, where it had one.
+  Verdict verdict(const RunDeviation& deviation = {});
 
  private:
   void look_at_present();

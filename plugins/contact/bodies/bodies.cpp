@@ -11,7 +11,8 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params&,
                      {"contact 'bodies'", "", "it acts on rigid bodies, and on no surfaces",
                       "give contact = sim.contact { surfaces = ... }"});
   return std::make_unique<sim::RigidCorrection>(
-      sim::Solids(task.bodies, task.particles, task.initial), task.particles, task.holding);
+      sim::BodyCollision(task.bodies, task.particles, task.initial), task.particles,
+      task.constraint_system);
 }
 
 }  // namespace

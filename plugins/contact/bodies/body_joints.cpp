@@ -6,18 +6,18 @@
 
 namespace sim {
 
-BodyJoints::BodyJoints(Particles& particles, Holding& holding)
+BodyJoints::BodyJoints(Particles& particles, ConstraintSystem& constraint_system)
     : particles_(&particles),
-      holding_(&holding),
-      end_(holding.memory_begin() + holding.memory_size()),
+      constraint_system_(&constraint_system),
+      end_(constraint_system.internal_begin() + constraint_system.internal_size()),
       change_(end_.size()),
       moved_(end_.size()),
       shift_(static_cast<std::size_t>(particles.layout().n())),
       other_(shift_.size()) {}
 
-void BodyJoints::begin(const Solids& solids, std::span<const int> entered, double t_end,
-                       const double* x_next) {
-  solids_ = &solids, entered_ = entered, t_end_ = t_end;
+void BodyJoints::begin(const BodyCollision& body_collision, std::span<const int> entered,
+                       double t_end, const double* x_next) {
+  body_collision_ = &body_collision, entered_ = entered, t_end_ = t_end;
   moves_ = false;
   std::copy_n(x_next, end_.size(), end_.data());
   std::ranges::fill(shift_, Vec3());
@@ -27,8 +27,8 @@ void BodyJoints::begin(const Solids& solids, std::span<const int> entered, doubl
   const ParticleView view = particles_->view(t_end, end_.data());
   for (int i = 0; i < view.n; ++i)
     if (!view.free(i)) other_[static_cast<std::size_t>(i)] = 0;
-  for (int b = 0; b < solids.bodies(); ++b) {
-    const RigidBody& body = solids.body(b);
+  for (int b = 0; b < body_collision.bodies(); ++b) {
+    const RigidBody& body = body_collision.body(b);
     const RigidState state = body.state(view);
     inertia_.push_back(body.inverse_inertia(state));
     for (int p = 0; p < RigidBody::kParticles; ++p) {
@@ -37,7 +37,7 @@ void BodyJoints::begin(const Solids& solids, std::span<const int> entered, doubl
     }
   }
   for (const int i : entered) other_[static_cast<std::size_t>(i)] = 0;
-  holding_->begin_projections(t_end, end_.data());
+  constraint_system_->begin_projections(t_end, end_.data());
 }
 
 void BodyJoints::begin_moves() {
@@ -47,39 +47,40 @@ void BodyJoints::begin_moves() {
 
 // change_alone: movers have changes of velocities, from none. Of these, and of moves, rows are
 // homogeneous.
-void BodyJoints::hold(std::span<Mover> movers, bool change_alone) {
+void BodyJoints::project(std::span<SolverBody> solver_bodies, bool change_alone) {
   Array& state = change_alone ? change_ : moves_ ? moved_ : end_;
   const auto v = particles_->layout().axes(state.data(), 3);
   if (change_alone)
     for (double* const axis : v) std::fill_n(axis, particles_->layout().n(), 0.0);
-  const auto bodies = static_cast<std::size_t>(solids_->bodies());
-  for (std::size_t m = 0; m < movers.size(); ++m) {
-    if (movers[m].inverse_mass == 0) continue;
+  const auto bodies = static_cast<std::size_t>(body_collision_->bodies());
+  for (std::size_t m = 0; m < solver_bodies.size(); ++m) {
+    if (solver_bodies[m].inverse_mass == 0) continue;
     if (m >= bodies) {
-      put_vector(v, entered_[m - bodies], movers[m].velocity);
+      put_vector(v, entered_[m - bodies], solver_bodies[m].velocity);
       continue;
     }
     for (std::size_t p = 0; p < RigidBody::kParticles; ++p)
-      put_vector(v, solids_->body(static_cast<int>(m)).first() + static_cast<int>(p),
-                 movers[m].velocity + movers[m].spin.cross(arms_[4 * m + p]));
+      put_vector(
+          v, body_collision_->body(static_cast<int>(m)).first() + static_cast<int>(p),
+          solver_bodies[m].velocity + solver_bodies[m].angular_velocity.cross(arms_[4 * m + p]));
   }
-  holding_->project(v, !change_alone && !moves_);
+  constraint_system_->project(v, !change_alone && !moves_);
 
-  for (std::size_t m = 0; m < movers.size(); ++m) {
-    if (movers[m].inverse_mass == 0) continue;
+  for (std::size_t m = 0; m < solver_bodies.size(); ++m) {
+    if (solver_bodies[m].inverse_mass == 0) continue;
     if (m >= bodies) {
-      movers[m].velocity = vector_at(v, entered_[m - bodies]);
+      solver_bodies[m].velocity = vector_at(v, entered_[m - bodies]);
       continue;
     }
     // Of four particles of a quarter of the mass each, whose velocities are those of a rigid body.
-    const RigidBody& body = solids_->body(static_cast<int>(m));
+    const RigidBody& body = body_collision_->body(static_cast<int>(m));
     Vec3 sum, turning;
     for (std::size_t p = 0; p < RigidBody::kParticles; ++p) {
       const Vec3 each = vector_at(v, body.first() + static_cast<int>(p));
       sum += 0.25 * each;
       turning += 0.25 * body.mass() * arms_[4 * m + p].cross(each);
     }
-    movers[m].velocity = sum, movers[m].spin = inertia_[m] * turning;
+    solver_bodies[m].velocity = sum, solver_bodies[m].angular_velocity = inertia_[m] * turning;
   }
 }
 
@@ -98,7 +99,7 @@ bool BodyJoints::store(double* x_next) {
     put_vector(q, i, vector_at(q, i) + shift_[k]);
     put_vector(v, i, vector_at(now, i));
   }
-  return holding_->settle(t_end_, x_next, true);
+  return constraint_system_->project_state(t_end_, x_next, true);
 }
 
 }  // namespace sim

@@ -1,39 +1,39 @@
-// Constraints between bodies, and what else they hold, as impulses of contact see them.
+// Joints between bodies, and other constraints, as the contact solver sees them.
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "body_collision.h"
+#include "contact_solver.h"
 #include "core/base/array.h"
-#include "core/particles/constraints/holding.h"
-#include "impulses.h"
-#include "solids.h"
+#include "core/particles/constraints/constraint_system.h"
 
 namespace sim {
 
-// Impulses of contact move bodies and particles as if they were free; hold() takes all velocities
-// to the nearest that constraints allow, in the metric of the masses, by impulses of theirs. It is
+// Contact impulses move bodies and particles as if they were free; project() takes all velocities
+// to the nearest that the joints allow, in the metric of the masses, by constraint impulses. It is
 // an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
-class BodyJoints final : public MoverLinks {
+class BodyJoints final : public JointProjection {
  public:
-  BodyJoints(Particles& particles, Holding& holding);
+  BodyJoints(Particles& particles, ConstraintSystem& constraint_system);
 
   // The end of a free step; movers: those of the bodies, and of `entered` behind them.
-  void begin(const Solids& solids, std::span<const int> entered, double t_end,
+  void begin(const BodyCollision& body_collision, std::span<const int> entered, double t_end,
              const double* x_next);
-  void hold(std::span<Mover> movers, bool change_alone) override;
+  void project(std::span<SolverBody> solver_bodies, bool change_alone) override;
   // From now on movers have moves of places in the place of velocities, from none.
   void begin_moves();
   void end_moves();  // other particles go with them
   // Places and velocities of particles that are no movers; then all of them where they obey. False
   // with a refusal of the constraints where there is no such place.
   bool store(double* x_next);
-  const std::string& refusal() const { return holding_->refusal(); }
+  const std::string& refusal() const { return constraint_system_->refusal(); }
 
  private:
   Particles* particles_;
-  Holding* holding_;
-  const Solids* solids_ = nullptr;
+  ConstraintSystem* constraint_system_;
+  const BodyCollision* body_collision_ = nullptr;
   std::span<const int> entered_;
   double t_end_ = 0;
   bool moves_ = false;

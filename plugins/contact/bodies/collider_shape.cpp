@@ -3,31 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "touching.h"
+#include "collide.h"
 
 namespace sim {
 namespace {
 
 // A capsule's own axis is y; drawn, it is the first.
-Mat3 axes_of(const SolidShape& drawn) {
+Mat3 axes_of(const RenderShape& drawn) {
   const auto unit = [&](std::size_t k) { return Vec3(drawn.axes[k] / drawn.axes[k].norm()); };
-  if (drawn.form == SolidShape::Form::kCapsule) return transposed({unit(2), unit(0), unit(1)});
+  if (drawn.form == RenderShape::Form::kCapsule) return transposed({unit(2), unit(0), unit(1)});
   return transposed({unit(0), unit(1), unit(2)});
 }
 
-std::optional<RigidShape> shape_of(const SolidShape& drawn) {
+std::optional<RigidShape> shape_of(const RenderShape& drawn) {
   if (drawn.inside) return {};
   const auto length = [&](std::size_t k) { return drawn.axes[k].norm(); };
   RigidShape shape;
   shape.radius = drawn.radius;
   switch (drawn.form) {
-    case SolidShape::Form::kSphere:
+    case RenderShape::Form::kSphere:
       return shape;
-    case SolidShape::Form::kCapsule:
+    case RenderShape::Form::kCapsule:
       shape.form = RigidShape::Form::kCapsule;
       shape.length = 2 * length(0);
       return shape;
-    case SolidShape::Form::kBox:
+    case RenderShape::Form::kBox:
       shape.form = RigidShape::Form::kBox;
       shape.half = {length(0), length(1), length(2)};
       return shape;
@@ -39,7 +39,7 @@ std::optional<RigidShape> shape_of(const SolidShape& drawn) {
 }  // namespace
 
 std::optional<ColliderShape> ColliderShape::of(const Collider& collider) {
-  const SolidShape drawn = collider.shape(0);
+  const RenderShape drawn = collider.shape(0);
   const std::optional<RigidShape> shape = shape_of(drawn);
   if (!shape) return {};
   ColliderShape found;
@@ -55,7 +55,7 @@ std::optional<ColliderShape> ColliderShape::of(const Collider& collider) {
   for (int k = 0; k < kLooks; ++k) {
     const Vec3 way(std::sin(1.0 + 3 * k), std::sin(2.0 + 5 * k), std::sin(3.0 + 7 * k));
     const Vec3 x = placed.center + (1.5 + 0.1 * k) * size / way.norm() * way;
-    const double differs = gap_from(placed, x).gap - collider.touch(0, x).gap;
+    const double differs = gap_from(placed, x).gap - collider.query(0, x).gap;
     least = std::min(least, differs), most = std::max(most, differs);
   }
   if (!(most - least <= kSame * size)) return {};
@@ -64,7 +64,7 @@ std::optional<ColliderShape> ColliderShape::of(const Collider& collider) {
 }
 
 Placed ColliderShape::at(const Collider& collider, double t) const {
-  const SolidShape drawn = collider.shape(t);
+  const RenderShape drawn = collider.shape(t);
   return {&shape_, hull_ ? &*hull_ : nullptr, drawn.center, axes_of(drawn)};
 }
 

@@ -1,4 +1,4 @@
-// Colliders that are spheres, capsules or boxes, as bodies with faces see them.
+// Colliders that are spheres, capsules or boxes, as shapes for the narrow phase.
 #pragma once
 
 #include <optional>

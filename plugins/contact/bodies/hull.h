@@ -1,4 +1,4 @@
-// A convex solid with flat faces: what boxes and meshes touch with.
+// A convex hull with flat faces, the collision shape of boxes and meshes.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ struct Hull {
   Vec3 farthest(const Vec3& direction) const;
 };
 
-// Of a box or a closed mesh; triangles in one plane are one face. Nothing for other shapes, for a
-// mesh that is not convex to 1e-6 of its size, and for faces with too many corners.
+// The hull of a box or a closed mesh; triangles in one plane are one face. Nothing for other
+// shapes, for a mesh that is not convex to 1e-6 of its size, and for faces with too many corners.
 std::optional<Hull> hull_of(const RigidShape& shape);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-// A shape in its place.
+// A placed shape.
 #pragma once
 
 #include "core/particles/rigid/rigid_shape.h"
@@ -7,7 +7,7 @@ namespace sim {
 
 struct Hull;
 
-// A shape in its place: the columns of `axes` are its axes.
+// A placed shape: the columns of `axes` are its axes.
 struct Placed {
   const RigidShape* shape = nullptr;
   const Hull* hull = nullptr;  // of a box and of a convex mesh

@@ -27,30 +27,30 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
 
 // Impulses for what touches, and then for what these bring to touch.
 double RigidContact::solve(double h) {
-  impulses_.prepare(movers_, meets_);
+  contact_solver_.prepare(solver_bodies_, contacts_);
   double scale = 0;
   bool bounces = false;
-  for (const Meet& m : meets_) {
+  for (const ContactPoint& m : contacts_) {
     if (!m.active) continue;
     const bool hits = m.before < -2 * std::fabs(m.given);
     bounces = bounces || (hits && m.restitution > 0);
-    scale = std::max(
-        scale, std::fabs(m.before) + std::fabs(m.given) + Impulses::velocity(movers_, m).norm());
+    scale = std::max(scale, std::fabs(m.before) + std::fabs(m.given) +
+                                ContactSolver::velocity(solver_bodies_, m).norm());
   }
-  if (bounces) impulses_.bounce(movers_, meets_, h);
-  impulses_.start(movers_, meets_);
+  if (bounces) contact_solver_.solve_restitution(solver_bodies_, contacts_, h);
+  contact_solver_.start(solver_bodies_, contacts_);
   double change = 0;
   for (int round = 0; round < kMostPasses; ++round) {
-    change = impulses_.rest(movers_, meets_, kSettled * scale);
+    change = contact_solver_.solve_resting(solver_bodies_, contacts_, kSettled * scale);
     bool all = true;
-    for (Meet& m : meets_) {
+    for (ContactPoint& m : contacts_) {
       if (m.active) continue;
-      const double gap = m.gap + Impulses::moved(movers_, m);
-      if (gap >= -kNoGap * reach_[static_cast<std::size_t>(m.first)].scale) continue;
-      const double rate = m.normal.dot(Impulses::velocity(movers_, m));
+      const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
+      if (gap >= -kBodyGapTolerance * reach_[static_cast<std::size_t>(m.first)].scale) continue;
+      const double rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
       if (!(rate < 0)) continue;
       m.active = true, all = false;
-      m.lever = std::clamp(gap / rate, 0.0, h);
+      m.duration = std::clamp(gap / rate, 0.0, h);
       scale = std::max(scale, -rate);
     }
     if (all) break;
@@ -60,14 +60,16 @@ double RigidContact::solve(double h) {
 }
 
 // What impulses of contact alone would move, as constraints let it move.
-void RigidContact::link_moves() {
-  moves_ = movers_;
-  for (Mover& each : moves_) each.velocity = each.shift, each.spin = each.turn;
+void RigidContact::project_moves() {
+  moved_bodies_ = solver_bodies_;
+  for (SolverBody& each : moved_bodies_)
+    each.velocity = each.translation, each.angular_velocity = each.rotation;
   joints_->begin_moves();
-  joints_->hold(moves_, false);
+  joints_->project(moved_bodies_, false);
   joints_->end_moves();
-  for (std::size_t i = 0; i < movers_.size(); ++i)
-    movers_[i].shift = moves_[i].velocity, movers_[i].turn = moves_[i].spin;
+  for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
+    solver_bodies_[i].translation = moved_bodies_[i].velocity,
+    solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
 // What overlaps is moved apart in the metric of the masses, again until it does not.
@@ -75,82 +77,88 @@ void RigidContact::separate(double t) {
   const auto now = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     RigidState state = reach_[at].after;
-    state.center += movers_[at].shift;
-    state.axes = turned_over(state.axes, movers_[at].turn);
+    state.center += solver_bodies_[at].translation;
+    state.axes = turned_over(state.axes, solver_bodies_[at].rotation);
     return state;
   };
-  std::vector<Meet>& meets = overlaps_;
+  std::vector<ContactPoint>& contacts = overlaps_;
   for (int round = 0; round < kMostPasses; ++round) {
-    meets.clear();
+    contacts.clear();
     double deepest = 0;
     // Each pair once: its meetings stand behind each other.
-    for (std::size_t k = 0; k < meets_.size(); ++k) {
-      const Meet& of = meets_[k];
-      if (k > 0 && meets_[k - 1].first == of.first && meets_[k - 1].second == of.second &&
-          meets_[k - 1].collider == of.collider)
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      const ContactPoint& of = contacts_[k];
+      if (k > 0 && contacts_[k - 1].first == of.first && contacts_[k - 1].second == of.second &&
+          contacts_[k - 1].collider == of.collider)
         continue;
       points_.clear();
       const RigidState a = now(of.first);
       RigidState b;
       if (of.second >= 0) {
         b = now(of.second);
-        solids_.touch(of.first, a, of.second, b, 0, points_);
+        body_collision_.find_contacts(of.first, a, of.second, b, 0, points_);
       } else {
-        solids_.touch(of.first, a, static_cast<std::size_t>(of.collider), t, 0, points_);
+        body_collision_.find_contacts(of.first, a, static_cast<std::size_t>(of.collider), t, 0,
+                                      points_);
       }
-      for (const TouchPoint& point : points_) {
-        Meet m;
+      for (const ManifoldPoint& point : points_) {
+        ContactPoint m;
         m.first = of.first, m.second = of.second, m.collider = of.collider;
         m.normal = point.normal, m.arm1 = point.x - a.center, m.arm2 = point.x - b.center;
         m.offset = point.gap, m.active = true;
-        meets.push_back(m);
+        contacts.push_back(m);
         deepest = std::max(deepest, -point.gap / reach_[static_cast<std::size_t>(of.first)].scale);
       }
     }
     if (deepest <= kOverlap) return;
     // Places in the role of velocities.
-    moves_.resize(movers_.size());
-    for (std::size_t i = 0; i < movers_.size(); ++i) {
-      moves_[i] = movers_[i];
-      moves_[i].velocity = moves_[i].spin = {};
+    moved_bodies_.resize(solver_bodies_.size());
+    for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
+      moved_bodies_[i] = solver_bodies_[i];
+      moved_bodies_[i].velocity = moved_bodies_[i].angular_velocity = {};
     }
     if (joints_) joints_->begin_moves();
-    impulses_.prepare(moves_, meets);
-    impulses_.rest(moves_, meets, 1e-3 * kOverlap);
+    contact_solver_.prepare(moved_bodies_, contacts);
+    contact_solver_.solve_resting(moved_bodies_, contacts, 1e-3 * kOverlap);
     if (joints_) joints_->end_moves();
-    for (std::size_t i = 0; i < movers_.size(); ++i) {
-      movers_[i].shift += moves_[i].velocity;
-      movers_[i].turn += moves_[i].spin;
+    for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
+      solver_bodies_[i].translation += moved_bodies_[i].velocity;
+      solver_bodies_[i].rotation += moved_bodies_[i].angular_velocity;
     }
   }
 }
 
 void RigidContact::store(double* x_next) {
   const auto q = particles_->layout().axes(x_next), v = particles_->layout().axes(x_next, 3);
-  for (std::size_t i = 0; i < movers_.size(); ++i) {
-    const Mover& mover = movers_[i];
+  for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
+    const SolverBody& solver_body = solver_bodies_[i];
     const RigidState& free = reach_[i].after;
-    if (mover.inverse_mass == 0 || (mover.velocity == free.velocity && mover.spin == free.spin &&
-                                    mover.shift == Vec3() && mover.turn == Vec3()))
+    if (solver_body.inverse_mass == 0 ||
+        (solver_body.velocity == free.velocity &&
+         solver_body.angular_velocity == free.angular_velocity &&
+         solver_body.translation == Vec3() && solver_body.rotation == Vec3()))
       continue;
-    const auto bodies = static_cast<std::size_t>(solids_.bodies());
+    const auto bodies = static_cast<std::size_t>(body_collision_.bodies());
     if (i >= bodies) {
       const int id = entered_[i - bodies];
       for (std::size_t axis = 0; axis < 3; ++axis)
-        q[axis][id] += mover.shift[axis], v[axis][id] = mover.velocity[axis];
+        q[axis][id] += solver_body.translation[axis], v[axis][id] = solver_body.velocity[axis];
       continue;
     }
     // Of a body that was turned the angular momentum stays, not the spin.
     RigidState now = free;
-    now.axes = turned_over(free.axes, mover.turn);
-    const RigidBody& body = solids_.body(static_cast<int>(i));
-    const Vec3 spin = mover.turn == Vec3()
-                          ? mover.spin
-                          : body.inverse_inertia(now) * (body.inertia(free) * mover.spin);
+    now.axes = turned_over(free.axes, solver_body.rotation);
+    const RigidBody& body = body_collision_.body(static_cast<int>(i));
+    const Vec3 angular_velocity =
+        solver_body.rotation == Vec3()
+            ? solver_body.angular_velocity
+            : body.inverse_inertia(now) * (body.inertia(free) * solver_body.angular_velocity);
     for (int p = 0; p < RigidBody::kParticles; ++p) {
       const int id = body.first() + p;
-      const Vec3 r = turned_over(Vec3(q[0][id], q[1][id], q[2][id]) - free.center, mover.turn);
-      const Vec3 place = free.center + mover.shift + r, rate = mover.velocity + spin.cross(r);
+      const Vec3 r =
+          turned_over(Vec3(q[0][id], q[1][id], q[2][id]) - free.center, solver_body.rotation);
+      const Vec3 place = free.center + solver_body.translation + r,
+                 rate = solver_body.velocity + angular_velocity.cross(r);
       for (std::size_t axis = 0; axis < 3; ++axis)
         q[axis][id] = place[axis], v[axis][id] = rate[axis];
     }
@@ -162,33 +170,34 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   // Single particles among colliders.
   const Layout& layout = particles_->layout();
   bool changed = false;
-  if (const int others = solids_.singles(); settling_ && others > 0) {
-    settling_->begin(t, t + h);
-    settling_->end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
-                   layout.axes(x_next, 3), 0, others);
-    if (!settling_->succeeded())
-      refusal_ = "particle " + std::to_string(particles_->contacts().ledger().squeezed()) +
+  if (const int others = body_collision_.singles(); contact_pass_ && others > 0) {
+    contact_pass_->begin(t, t + h);
+    contact_pass_->end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
+                       layout.axes(x_next, 3), 0, others);
+    if (!contact_pass_->succeeded())
+      refusal_ = "particle " +
+                 std::to_string(particles_->contacts().work_sums().over_constrained()) +
                  " is squeezed between colliders and has no room left";
     changed = true;
-  } else if (settling_) {
-    settling_->begin(t, t + h);
+  } else if (contact_pass_) {
+    contact_pass_->begin(t, t + h);
   }
 
   const Step step{t, h, x, x_next};
   load(step);
   find(step);
-  const bool touches = std::ranges::any_of(meets_, &Meet::active);
+  const bool touches = std::ranges::any_of(contacts_, &ContactPoint::active);
   if (!touches) {
-    kept_.clear();
+    warm_start_.clear();
     return changed;
   }
   if (joints_) {
-    joints_->begin(solids_, entered_, t + h, x_next);
-    impulses_.keep_to(joints_.get());
+    joints_->begin(body_collision_, entered_, t + h, x_next);
+    contact_solver_.set_joints(joints_.get());
   }
-  const double unsettled = solve(h);
-  counts_.unsettled = std::max(counts_.unsettled, unsettled);
-  if (joints_) link_moves();
+  const double unconverged = solve(h);
+  counts_.unconverged = std::max(counts_.unconverged, unconverged);
+  if (joints_) project_moves();
   separate(t + h);
   const auto energy = [&] {
     return particles_->kinetic_energy(t + h, x_next) + particles_->potential_energy(t + h, x_next);
@@ -197,47 +206,49 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   store(x_next);
   if (joints_ && !joints_->store(x_next)) refusal_ = joints_->refusal();
   work_ += before - energy();
-  keep();
+  store_warm_start();
   return true;
 }
 
 // The impulses of this step, for the next.
-void RigidContact::keep() {
-  kept_.clear();
+void RigidContact::store_warm_start() {
+  warm_start_.clear();
   int most = 0;
-  for (const Meet& m : meets_) {
+  for (const ContactPoint& m : contacts_) {
     if (!m.active) continue;
     ++most;
-    if (m.push > 0)
-      kept_.push_back({m.key1, m.key2, m.feature, m.pull_u * m.u + m.pull_v * m.v, m.push});
+    if (m.normal_impulse > 0)
+      warm_start_.push_back({m.key1, m.key2, m.feature,
+                             m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v,
+                             m.normal_impulse});
   }
   counts_.most = std::max(counts_.most, most);
   // Particles are movers in the order in which they came.
   if (!entered_.empty())
-    std::ranges::sort(kept_, {},
-                      [](const Kept& k) { return std::tuple(k.first, k.second, k.feature); });
+    std::ranges::sort(warm_start_, {},
+                      [](const WarmStart& k) { return std::tuple(k.first, k.second, k.feature); });
 }
 
 std::vector<double> RigidContact::memory() const {
   std::vector<double> numbers;
-  for (const Kept& k : kept_)
-    numbers.insert(numbers.end(),
-                   {static_cast<double>(k.first), static_cast<double>(k.second),
-                    static_cast<double>(k.feature), k.pull[0], k.pull[1], k.pull[2], k.push});
+  for (const WarmStart& k : warm_start_)
+    numbers.insert(numbers.end(), {static_cast<double>(k.first), static_cast<double>(k.second),
+                                   static_cast<double>(k.feature), k.friction_impulse[0],
+                                   k.friction_impulse[1], k.friction_impulse[2], k.normal_impulse});
   return numbers;
 }
 
 void RigidContact::recall(std::span<const double> memory) {
-  kept_.clear();
+  warm_start_.clear();
   const auto whole = [](double x) {  // whatever a file says
     return std::fabs(x) < 1e9 ? static_cast<int>(x) : 0;
   };
   for (std::size_t k = 0; k + kNumbers <= memory.size(); k += kNumbers)
-    kept_.push_back({whole(memory[k]),
-                     whole(memory[k + 1]),
-                     whole(memory[k + 2]),
-                     {memory[k + 3], memory[k + 4], memory[k + 5]},
-                     memory[k + 6]});
+    warm_start_.push_back({whole(memory[k]),
+                           whole(memory[k + 1]),
+                           whole(memory[k + 2]),
+                           {memory[k + 3], memory[k + 4], memory[k + 5]},
+                           memory[k + 6]});
 }
 
 double RigidContact::take_work() { return std::exchange(work_, 0.0); }

@@ -8,14 +8,14 @@ StepCorrection::Account RigidCorrection::account() const {
   const RigidContact::Counts& counts = contact_.counts();
   Account account{.words = "bodies touched nothing",
                   .acted = counts.most > 0,
-                  .figures = {{"points", counts.most}, {"unsettled", counts.unsettled}}};
+                  .figures = {{"points", counts.most}, {"unsettled", counts.unconverged}}};
   if (!account.acted) return account;
   account.words = "bodies touched at up to " + std::to_string(counts.most) + " points";
   // What the solver left where it did not get to its end.
   constexpr double kSaid = 1e-6, kDoubted = 1e-3;
-  if (counts.unsettled > kSaid * counts.fastest)
-    account.words += ", impulses between them to " + brief(counts.unsettled, 2) + " m/s";
-  account.kept = !(counts.unsettled > kDoubted * counts.fastest);
+  if (counts.unconverged > kSaid * counts.fastest)
+    account.words += ", impulses between them to " + brief(counts.unconverged, 2) + " m/s";
+  account.kept = !(counts.unconverged > kDoubted * counts.fastest);
   return account;
 }
 

@@ -8,8 +8,9 @@ namespace sim {
 
 class RigidCorrection final : public StepCorrection {
  public:
-  RigidCorrection(Solids solids, Particles& particles, Holding* holding)
-      : contact_(std::move(solids), particles, holding) {}
+  RigidCorrection(BodyCollision body_collision, Particles& particles,
+                  ConstraintSystem* constraint_system)
+      : contact_(std::move(body_collision), particles, constraint_system) {}
 
   Outcome apply(const Step& step) override {
     const bool changed = contact_.resolve(step.t, step.h, step.x, step.x_next);
@@ -28,7 +29,7 @@ class RigidCorrection final : public StepCorrection {
     contact_.forget();
     if (!memory.empty()) contact_.recall(memory);
   }
-  const BodyGeometry* bodies() const override { return &contact_.solids(); }
+  const BodyGeometry* bodies() const override { return &contact_.body_collision(); }
 
  private:
   RigidContact contact_;

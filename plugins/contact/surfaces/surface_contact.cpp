@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/particles/elements/crossings.h"
+#include "core/particles/elements/mesh_intersections.h"
 
 namespace sim {
 namespace {
@@ -39,7 +39,7 @@ ContactRow row_of(const SurfacePair& pair, const Separation& apart) {
 }
 
 // A triangle that has these particles.
-TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer_list<int> ids) {
+TriangleMesh::Triangle triangle_with(const TriangleBvh& parts, std::initializer_list<int> ids) {
   for (const TriangleMesh::Triangle& t : parts.triangles())
     if (std::ranges::all_of(ids, [&](int id) { return std::ranges::count(t, id) > 0; })) return t;
   return {};
@@ -47,10 +47,10 @@ TriangleMesh::Triangle triangle_with(const SurfaceParts& parts, std::initializer
 
 }  // namespace
 
-SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
-                               const ParticleView& initial)
+SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles,
+                               ConstraintSystem* constraint_system, const ParticleView& initial)
     : spec_(std::move(spec)),
-      pairs_(SurfaceParts(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
+      pairs_(TriangleBvh(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
   const auto refuse = [](const std::string& why, const std::string& remedy) {
     throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
   };
@@ -66,31 +66,31 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles, Ho
            "give at most " + brief(0.5 * edge));
   if (const std::string why = objection(initial); !why.empty())
     refuse(why, "place them apart: what is apart at the start stays so");
-  movers_.assign(pairs_.parts().vertices().begin(), pairs_.parts().vertices().end());
-  if (holding) {
-    held_ = std::make_unique<HeldPieces>(particles, *holding);
-    movers_.resize(slot(initial.n));
-    std::iota(movers_.begin(), movers_.end(), 0);
+  movable_.assign(pairs_.parts().vertices().begin(), pairs_.parts().vertices().end());
+  if (constraint_system) {
+    islands_ = std::make_unique<ConstrainedIslands>(particles, *constraint_system);
+    movable_.resize(slot(initial.n));
+    std::iota(movable_.begin(), movable_.end(), 0);
   }
   if (spec_.surfaces.size() == 1)
     if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
 
 std::string SurfaceContact::objection(const ParticleView& view) {
-  Crossings crossings(spec_.surfaces);
+  MeshIntersections crossings(spec_.surfaces);
   crossings.tear(torn_);
   if (const auto pair = crossings.first(view); !pair.empty())
     return "triangles " + named(pair[0]) + " and " + named(pair[1]) + " cross";
-  SurfaceParts parts(spec_.surfaces, spec_.self, places(view));
+  TriangleBvh parts(spec_.surfaces, spec_.self, places(view));
   parts.tear(torn_);
-  std::vector<Box> boxes;
+  std::vector<Aabb> boxes;
   for (int i = 0; i < view.n; ++i) {
     const Vec3 side = Vec3::Constant(kNoDistance * spec_.thickness);
     boxes.push_back({view.position(i) - side, view.position(i) + side});
   }
   std::vector<SurfacePair> near;
-  Team team(1);
-  parts.find_pairs(boxes, team, near);
+  ThreadPool pool(1);
+  parts.find_pairs(boxes, pool, near);
   for (const auto& [ids, kind] : near) {
     const auto [a, b, c, d] = ids;
     const FourPoints p{view.position(a), view.position(b), view.position(c), view.position(d)};
@@ -105,28 +105,28 @@ std::string SurfaceContact::objection(const ParticleView& view) {
 
 double SurfaceContact::take_work(double late) {
   const double work = std::exchange(work_, 0.0) + late;
-  return std::exchange(led_, false) ? work : std::max(0.0, work);
+  return std::exchange(kinematic_, false) ? work : std::max(0.0, work);
 }
 
 void SurfaceContact::load(const Particles& particles, const double* x, const double* x_next) {
   const auto n = slot(particles.layout().n());
   const auto p = particles.layout().axes(x), q = particles.layout().axes(x_next);
   from_.resize(n);
-  way_.resize(n);
+  displacement_.resize(n);
   inverse_mass_.resize(n);
-  for (const int i : movers_) {
+  for (const int i : movable_) {
     from_[slot(i)] = {p[0][i], p[1][i], p[2][i]};
-    way_[slot(i)] = Vec3(q[0][i], q[1][i], q[2][i]) - from_[slot(i)];
+    displacement_[slot(i)] = Vec3(q[0][i], q[1][i], q[2][i]) - from_[slot(i)];
     inverse_mass_[slot(i)] = 1 / particles.masses()[slot(i)];
   }
 }
 
 // The coefficient of the slip that the free step has in the mean.
-double SurfaceContact::friction_of(const ContactRow& row, const Surface& surface) const {
+double SurfaceContact::friction_of(const ContactRow& row, const ContactMaterial& surface) const {
   if (!surface.law) return surface.friction;
   Vec3 slip = Vec3::Zero();
   for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
-    slip += row.weights[k] * free_way_[slot(row.ids[k])];
+    slip += row.weights[k] * free_displacement_[slot(row.ids[k])];
   return surface.friction_at(tangential(slip, row.normal).norm() / span_);
 }
 
@@ -139,7 +139,7 @@ void SurfaceContact::make_rows() {
     row.slack = kSlack * std::min(start.gap, spec_.thickness);
     row.friction = friction_of(row, spec_.material);
     row.gap = std::min(keep, spec_.thickness);
-    rows_.add(row, inverse_mass_);
+    impulses_.add(row, inverse_mass_);
   });
 }
 
@@ -149,13 +149,13 @@ bool SurfaceContact::limit_strain() {
     if (pairs_.parts().edge_gone(e)) continue;
     const auto [a, b] = pairs_.parts().edges()[e];
     const Vec3 start = from_[slot(b)] - from_[slot(a)];
-    const Vec3 end = start + (way_[slot(b)] - way_[slot(a)]);
+    const Vec3 end = start + (displacement_[slot(b)] - displacement_[slot(a)]);
     if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
     ContactRow row{.ids = {a, b, -1, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
     row.bound = row.normal.dot(start) - longest_[e];
     row.slack = kSlack * longest_[e];
     row.gap = longest_[e];
-    rows_.add(row, inverse_mass_);
+    impulses_.add(row, inverse_mass_);
     any = true;
   }
   return any;
@@ -169,26 +169,27 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
   for (const int i : pairs_.parts().vertices()) {
     if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
     for (Collider* const collider : particles.contacts().all()) {
-      const Touch touch = collider->touch(t_end, from_[slot(i)] + way_[slot(i)]);
-      if (!(touch.gap < -kContactInside * spec_.thickness)) continue;
-      ContactRow row{.ids = {i, -1, -1, -1, -1}, .weights = {1}, .normal = touch.normal};
-      row.bound = touch.normal.dot(way_[slot(i)]) - touch.gap;
+      const SurfaceSample sample = collider->query(t_end, from_[slot(i)] + displacement_[slot(i)]);
+      if (!(sample.gap < -kContactInside * spec_.thickness)) continue;
+      ContactRow row{.ids = {i, -1, -1, -1, -1}, .weights = {1}, .normal = sample.normal};
+      row.bound = sample.normal.dot(displacement_[slot(i)]) - sample.gap;
       row.slack = 0.1 * kContactInside * spec_.thickness;
-      rows_.add(row, inverse_mass_);
+      impulses_.add(row, inverse_mass_);
       any = true;
     }
   }
   return any;
 }
 
-void SurfaceContact::round_ways() {
-  for (const int i : movers_)
-    if (dirty_[slot(i)]) way_[slot(i)] = (from_[slot(i)] + way_[slot(i)]) - from_[slot(i)];
+void SurfaceContact::round_displacements() {
+  for (const int i : movable_)
+    if (dirty_[slot(i)])
+      displacement_[slot(i)] = (from_[slot(i)] + displacement_[slot(i)]) - from_[slot(i)];
 }
 
 // Rows for what meets, along the normal of that moment.
-void SurfaceContact::add_meetings() {
-  for (const Meeting& met : meetings_) {
+void SurfaceContact::add_hits() {
+  for (const ProximityHit& met : hits_) {
     const SurfacePair& pair = pairs_.pairs()[met.pair];
     ContactRow row = row_of(pair, met.then);
     row.slack = kSlack * std::min(met.gap_start, spec_.thickness);
@@ -200,46 +201,47 @@ void SurfaceContact::add_meetings() {
           row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
       dirty_[slot(pair.ids[k])] = 1;
     }
-    rows_.add(row, inverse_mass_);
+    impulses_.add(row, inverse_mass_);
   }
 }
 
 // Impulses until no pair meets; false where some still do after the last round.
 bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
   std::ranges::fill(dirty_, std::uint8_t{0});
-  rows_.relax(kSweeps[0], inverse_mass_, way_, touched_, dirty_);
+  impulses_.relax(kSweeps[0], inverse_mass_, displacement_, touched_, dirty_);
   for (int round = 0; round < kImpulseRounds; ++round) {
     meet_colliders(particles, t_end, dirty_);
-    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
-    round_ways();
-    if (pairs_.follow(from_, way_, particles.team()) || round == 0)
+    impulses_.relax(kSweeps[1], inverse_mass_, displacement_, touched_, dirty_);
+    round_displacements();
+    if (pairs_.follow(from_, displacement_, particles.pool()) || round == 0)
       std::ranges::fill(dirty_, std::uint8_t{1});
-    pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
+    pairs_.find_hits(from_, displacement_, dirty_, particles.pool(), hits_);
     const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
-    if (meetings_.empty() && !inside && !strained) return true;
+    if (hits_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
-    add_meetings();
-    rows_.relax(kSweeps[1], inverse_mass_, way_, touched_, dirty_);
+    add_hits();
+    impulses_.relax(kSweeps[1], inverse_mass_, displacement_, touched_, dirty_);
   }
   return false;
 }
 
 bool SurfaceContact::advance_zones(Particles& particles) {
-  zones_.begin(way_);
+  impact_zones_.begin(displacement_);
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
-    round_ways();
-    if (pairs_.follow(from_, way_, particles.team())) std::ranges::fill(dirty_, std::uint8_t{1});
-    pairs_.find_meetings(from_, way_, dirty_, particles.team(), meetings_);
-    if (meetings_.empty()) return true;
-    for (const Meeting& met : meetings_) zones_.join(pairs_.pairs()[met.pair].ids, met.s);
-    if (!zones_.apply(inverse_mass_, from_, way_)) {
-      refusal_ = "particle " + std::to_string(zones_.blamed()) +
+    round_displacements();
+    if (pairs_.follow(from_, displacement_, particles.pool()))
+      std::ranges::fill(dirty_, std::uint8_t{1});
+    pairs_.find_hits(from_, displacement_, dirty_, particles.pool(), hits_);
+    if (hits_.empty()) return true;
+    for (const ProximityHit& met : hits_) impact_zones_.join(pairs_.pairs()[met.pair].ids, met.s);
+    if (!impact_zones_.apply(inverse_mass_, from_, displacement_)) {
+      refusal_ = "particle " + std::to_string(impact_zones_.culprit()) +
                  " is led through a surface that has no room left";
       return false;
     }
     std::ranges::fill(dirty_, std::uint8_t{0});
-    for (const int i : zones_.members()) touched_[slot(i)] = dirty_[slot(i)] = 1;
+    for (const int i : impact_zones_.members()) touched_[slot(i)] = dirty_[slot(i)] = 1;
   }
 }
 
@@ -249,18 +251,18 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
                                   const ContactRow& row) const {
   if (row.ids[1] < 0) {
     double most = -HUGE_VAL;
-    const Vec3 x = from_[slot(row.ids[0])] + way_[slot(row.ids[0])];
+    const Vec3 x = from_[slot(row.ids[0])] + displacement_[slot(row.ids[0])];
     for (Collider* const collider : particles.contacts().all()) {
-      const Touch touch = collider->touch(t_end, x);
-      if (touch.gap <= 2 * kContactInside * spec_.thickness)
-        most = std::max(most, row.normal.dot(touch.velocity));
+      const SurfaceSample sample = collider->query(t_end, x);
+      if (sample.gap <= 2 * kContactInside * spec_.thickness)
+        most = std::max(most, row.normal.dot(sample.velocity));
     }
     return most;
   }
   double apart = 0;
   for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k) {
     const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
-    apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + way_[i]);
+    apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + displacement_[i]);
   }
   const bool edge = row.ids[2] < 0, body = row.ids[4] >= 0;
   const bool held = edge   ? -apart >= row.gap * (1 - 2 * kSlack)
@@ -272,22 +274,23 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
 // Nothing approaches further, with friction.
 void SurfaceContact::find_velocities(Particles& particles, double t_end, double h) {
   bounds_.clear();
-  for (const ContactRow& row : rows_.rows()) bounds_.push_back(least_rate(particles, t_end, row));
-  rows_.begin(bounds_, 1e-6 * spec_.thickness / h);
-  if (held_) return find_held_velocities();
-  rows_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
-  if (zones_.empty()) return;
-  for (const int i : movers_) ends_[slot(i)] = from_[slot(i)] + way_[slot(i)];
-  zones_.slow(inverse_mass_, ends_, velocity_);
+  for (const ContactRow& row : impulses_.rows())
+    bounds_.push_back(least_rate(particles, t_end, row));
+  impulses_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  if (islands_) return find_constrained_velocities();
+  impulses_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
+  if (impact_zones_.empty()) return;
+  for (const int i : movable_) ends_[slot(i)] = from_[slot(i)] + displacement_[slot(i)];
+  impact_zones_.slow(inverse_mass_, ends_, velocity_);
 }
 
 void SurfaceContact::write(Particles& particles, double* x_next) const {
   const auto q = particles.layout().axes(x_next), v = particles.layout().axes(x_next, 3);
-  for (const int i : movers_) {
+  for (const int i : movable_) {
     if (!changed(i) || inverse_mass_[slot(i)] == 0) continue;
-    const Vec3 place = from_[slot(i)] + way_[slot(i)];
+    const Vec3 place = from_[slot(i)] + displacement_[slot(i)];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (way_[slot(i)] != free_way_[slot(i)]) q[axis][i] = place[axis];
+      if (displacement_[slot(i)] != free_displacement_[slot(i)]) q[axis][i] = place[axis];
       v[axis][i] = velocity_[slot(i)][axis];
     }
   }
@@ -298,9 +301,9 @@ void SurfaceContact::write(Particles& particles, double* x_next) const {
 bool SurfaceContact::brake(double excess) {
   Vec3 moment = Vec3::Zero();
   double mass = 0, inner = 0;
-  const bool mean_stays = !held_ || held_->spread(touched_);
+  const bool mean_stays = !islands_ || islands_->spread(touched_);
   const auto each = [&](const auto& visit) {
-    for (const int i : movers_)
+    for (const int i : movable_)
       if (changed(i) && inverse_mass_[slot(i)] > 0) visit(slot(i), 1 / inverse_mass_[slot(i)]);
   };
   each([&](std::size_t i, double m) { mass += m, moment += m * velocity_[i]; });
@@ -322,54 +325,56 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
   };
   const double before = total(t, x), free = total(t + h, x_next);
   const double most = std::max(before, free);
-  const bool led = std::ranges::any_of(
-      movers_, [&](int i) { return inverse_mass_[slot(i)] == 0 && way_[slot(i)] != Vec3::Zero(); });
+  const bool kinematic = std::ranges::any_of(movable_, [&](int i) {
+    return inverse_mass_[slot(i)] == 0 && displacement_[slot(i)] != Vec3::Zero();
+  });
   write(particles, x_next);
   double after = total(t + h, x_next);
   for (int halving = 0; after > most && halving < kHalvingsOfAll; ++halving) {
     const bool paid = brake(after - most);
-    if (!paid && held_) {
-      if (led || !give_way(particles)) break;
+    if (!paid && islands_) {
+      if (kinematic || !give_way(particles)) break;
     } else if (!paid) {
       Vec3 moment = Vec3::Zero();
       double mass = 0;
       bool held = false;
-      for (const int i : movers_) {
+      for (const int i : movable_) {
         touched_[slot(i)] = 1;
         held = held || inverse_mass_[slot(i)] == 0;
         if (inverse_mass_[slot(i)] == 0) continue;
         mass += 1 / inverse_mass_[slot(i)];
-        moment += way_[slot(i)] / inverse_mass_[slot(i)];
+        moment += displacement_[slot(i)] / inverse_mass_[slot(i)];
       }
-      if (led) break;  // hands give it
+      if (kinematic) break;  // hands give it
       const Vec3 mean = held ? Vec3::Zero() : moment / mass;
       const double share = halving + 2 < kHalvingsOfAll ? 0.5 : 0.0;
-      for (const int i : movers_) way_[slot(i)] = mean + share * (way_[slot(i)] - mean);
+      for (const int i : movable_)
+        displacement_[slot(i)] = mean + share * (displacement_[slot(i)] - mean);
     }
-    if (held_) held_->hold_velocities(from_, way_, velocity_, touched_);
+    if (islands_) islands_->project_velocities(from_, displacement_, velocity_, touched_);
     write(particles, x_next);
     after = total(t + h, x_next);
     if (paid) break;
   }
   work_ += free - after;
-  led_ = led;
+  kinematic_ = kinematic;
   if (!collides_) return;
-  for (const int i : movers_)
+  for (const int i : movable_)
     if (changed(i) && inverse_mass_[slot(i)] > 0)
       for (Collider* const collider : particles.contacts().all())
-        counts_.deepest =
-            std::max(counts_.deepest, -collider->touch(t + h, from_[slot(i)] + way_[slot(i)]).gap);
+        counts_.deepest = std::max(
+            counts_.deepest, -collider->query(t + h, from_[slot(i)] + displacement_[slot(i)]).gap);
 }
 
 // From from_ on the ways.
 bool SurfaceContact::advance(Particles& particles, double t_end) {
-  pairs_.find_near(from_, way_, particles.team());
-  rows_.clear(from_.size());
-  zones_.begin({});
+  pairs_.find_near(from_, displacement_, particles.pool());
+  impulses_.clear(from_.size());
+  impact_zones_.begin({});
   make_rows();
   limit_strain();
-  return held_ ? advance_held(particles, t_end) || advance_shorter(particles)
-               : advance_rows(particles, t_end) || advance_zones(particles);
+  return islands_ ? advance_constrained(particles, t_end) || advance_shortened(particles)
+                  : advance_rows(particles, t_end) || advance_zones(particles);
 }
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
@@ -382,38 +387,39 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
     return Outcome::kFree;
   load(particles, x, x_next);
   for (const int i : pairs_.parts().vertices()) {
-    if (!way_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
-    const Vec3 reached = from_[slot(i)].cwiseAbs() + way_[slot(i)].cwiseAbs();
+    if (!displacement_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
+    const Vec3 reached = from_[slot(i)].cwiseAbs() + displacement_[slot(i)].cwiseAbs();
     if (reached.maxCoeff() < kFarthest) continue;
     refusal_ = "particle " + std::to_string(i) + " of a surface has gone farther than " +
                brief(kFarthest) + " m, where contact cannot be found";
     return Outcome::kRefused;
   }
   collides_ = !particles.contacts().empty();
-  pairs_.begin(from_, way_, particles.team());
+  pairs_.begin(from_, displacement_, particles.pool());
   if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;
 
   touched_.assign(from_.size(), 0);
   dirty_.assign(from_.size(), 0);
-  free_way_ = way_;
+  free_displacement_ = displacement_;
   span_ = h;
   first_ = from_;
   ends_.resize(from_.size());
-  if (held_) held_->begin(t, h, x, x_next);
-  if (!advance(particles, t + h) && (held_ || !advance_legs(particles, t, h)))
+  if (islands_) islands_->begin(t, h, x, x_next);
+  if (!advance(particles, t + h) && (islands_ || !advance_substeps(particles, t, h)))
     return Outcome::kRefused;
 
   velocity_.resize(from_.size());
   const auto v = particles.layout().axes(x_next, 3);
-  for (const int i : movers_) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
+  for (const int i : movable_) velocity_[slot(i)] = {v[0][i], v[1][i], v[2][i]};
   find_velocities(particles, t + h, h);
-  join_legs();
+  join_substeps();
   if (std::ranges::count(touched_, 1) == 0) return Outcome::kFree;
   store(particles, t, h, x, x_next);
-  if (held_) held_->follow(x_next);
+  if (islands_) islands_->follow(x_next);
   ++counts_.steps;
-  counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(rows_.rows().size()));
-  counts_.zones = std::max(counts_.zones, static_cast<std::int64_t>(zones_.members().size()));
+  counts_.pairs = std::max(counts_.pairs, static_cast<std::int64_t>(impulses_.rows().size()));
+  counts_.zones =
+      std::max(counts_.zones, static_cast<std::int64_t>(impact_zones_.members().size()));
   return Outcome::kChanged;
 }
 

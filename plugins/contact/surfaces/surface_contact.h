@@ -1,17 +1,17 @@
-// Surfaces that never pass through each other or themselves: what contact makes of a step.
+// Contact of surfaces with themselves and each other, resolved so that they never interpenetrate.
 #pragma once
 
 #include <memory>
 #include <string>
 
-#include "contact_rows.h"
+#include "constrained_islands.h"
+#include "contact_impulses.h"
 #include "core/particles/body_geometry.h"
 #include "core/particles/particles.h"
-#include "held_pieces.h"
-#include "near_pairs.h"
+#include "impact_zones.h"
+#include "pair_cache.h"
+#include "self_collision_culling.h"
 #include "surface_contact_spec.h"
-#include "unfolded.h"
-#include "zones.h"
 
 namespace sim {
 
@@ -20,12 +20,12 @@ namespace sim {
 //   0. Where strain is limited, edges that would end too long get impulses along them.
 //   1. Layers nearer than the thickness may not approach further, with friction, and are pushed
 //      apart by a share of what they lack, in place and not in velocity.
-//   2. What still meets on its way gets impulses along the normal of that moment, again and again.
-//   3. What meets all the same moves as one: zones keep only so much of their inner motion as was
+//   2. Pairs that still hit get impulses along the normal at the time of impact, repeatedly.
+//   3. The rest moves in impact zones, which keep only as much of their inner motion as was
 //      seen to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
-//   4. Where that cannot be, since particles are led, the step is taken in legs.
+//   4. Where that cannot be, since particles are kinematic, the step is taken in substeps.
 // Where there are constraints, each round of impulses ends with all places put back to where they
-// are obeyed, and in the place of zones are pieces that go a shorter way (HeldPieces).
+// are obeyed, and in the place of zones are pieces that go a shorter way (ConstrainedIslands).
 // A step ends only when no pair comes nearer than a share of the distance it began with. So by
 // induction nothing that is apart at the start ever crosses, whatever the step size. Velocities
 // lose what leads layers closer; momentum stays, energy does not rise above that of the free step
@@ -34,7 +34,7 @@ class SurfaceContact {
  public:
   // Throws Error{kScene} where surfaces cross or touch at the start, or where the thickness is more
   // than half of the shortest edge.
-  SurfaceContact(SurfaceContactSpec spec, Particles& particles, Holding* holding,
+  SurfaceContact(SurfaceContactSpec spec, Particles& particles, ConstraintSystem* constraint_system,
                  const ParticleView& initial);
 
   // Particles of surfaces do not enter these bodies, which feel it.
@@ -56,7 +56,7 @@ class SurfaceContact {
   Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
   const std::string& refusal() const { return refusal_; }
   // J: what contact took from the energy since the last call, with so much more by late_work().
-  // What the free step alone lost, by its own error, contact does not give. Where particles are led
+  // Contact does not give back what the free step lost by its own error. Where particles are led
   // the step may lose and contact give, in turns.
   double take_work(double late);
 
@@ -69,22 +69,22 @@ class SurfaceContact {
 
  private:
   void load(const Particles& particles, const double* x, const double* x_next);
-  double friction_of(const ContactRow& row, const Surface& surface) const;
+  double friction_of(const ContactRow& row, const ContactMaterial& surface) const;
   void make_rows();
   bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
-  void add_meetings();
-  void round_ways();  // d := what the numbers of x_next can hold
+  void add_hits();
+  void round_displacements();  // d := what the numbers of x_next can hold
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
   bool advance(Particles& particles, double t_end);
-  bool advance_legs(Particles& particles, double t, double h);  // surface_contact_legs.cpp
-  void join_legs();
-  bool advance_held(Particles& particles, double t_end);  // what constraints join: _held.cpp
-  bool advance_shorter(Particles& particles);
-  bool relax_held(Particles& particles, double t_end);
+  bool advance_substeps(Particles& particles, double t, double h);  // surface_contact_substeps.cpp
+  void join_substeps();
+  bool advance_constrained(Particles& particles, double t_end);  // what constraints join: _held.cpp
+  bool advance_shortened(Particles& particles);
+  bool relax_constrained(Particles& particles, double t_end);
   bool meet_bodies();
-  void find_held_velocities();
+  void find_constrained_velocities();
   bool give_way(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
   double least_rate(const Particles& particles, double t_end, const ContactRow& row) const;
@@ -94,24 +94,25 @@ class SurfaceContact {
   void store(Particles& particles, double t, double h, const double* x, double* x_next);
 
   SurfaceContactSpec spec_;
-  NearPairs pairs_;
-  std::optional<OpenSheet> sheet_;  // where there is one surface, a sheet
-  ContactRows rows_;
-  Zones zones_;
-  std::unique_ptr<HeldPieces> held_;      // where there are constraints
-  const BodyGeometry* bodies_ = nullptr;  // where there are some that touch
+  PairCache pairs_;
+  std::optional<SelfCollisionCulling> sheet_;  // where there is one surface, a sheet
+  ContactImpulses impulses_;
+  ImpactZones impact_zones_;
+  std::unique_ptr<ConstrainedIslands> islands_;  // where there are constraints
+  const BodyGeometry* bodies_ = nullptr;         // where there are some that touch
   std::vector<std::array<int, 2>> torn_;
-  std::vector<TouchPoint> points_;
-  std::vector<int> movers_;  // particles that a step may change: of surfaces, or all
-  std::vector<Vec3> first_, from_, way_, free_way_, ends_, velocity_;  // first_: at leg 0
+  std::vector<ManifoldPoint> points_;
+  std::vector<int> movable_;  // particles that a step may change: of surfaces, or all
+  std::vector<Vec3> first_, from_, displacement_, free_displacement_, ends_,
+      velocity_;  // first_: at leg 0
   std::vector<double> inverse_mass_, bounds_;
   std::vector<double> longest_;                // m, of edges; empty without a limit
   std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
-  std::vector<Meeting> meetings_;
+  std::vector<ProximityHit> hits_;
   bool collides_ = false;
   double work_ = 0;
   double span_ = 0;  // s, of the step
-  bool led_ = false;
+  bool kinematic_ = false;
   std::string refusal_;
   Counts counts_;
 };

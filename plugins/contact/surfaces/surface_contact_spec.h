@@ -1,4 +1,4 @@
-// What is asked of surfaces that do not pass through each other.
+// The parameters of contact between surfaces.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ inline constexpr double kContactInside = 1e-3;  // thicknesses that a particle m
 
 struct SurfaceContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
-  double thickness = 0;     // m, > 0: the distance that layers keep
-  Surface material = {};    // of the layers; its restitution is 0
-  bool self = true;         // a surface touches itself, too
+  double thickness = 0;           // m, > 0: the distance that layers keep
+  ContactMaterial material = {};  // of the layers; its restitution is 0
+  bool self = true;               // a surface touches itself, too
   double strain_limit = 0;  // > 0: edges get no longer than this share above their first length
 };
 

@@ -7,8 +7,9 @@
 namespace sim {
 
 SurfaceCorrection::SurfaceCorrection(SurfaceContactSpec spec, Particles& particles,
-                                     Holding* holding, const ParticleView& initial)
-    : contact_(std::move(spec), particles, holding, initial), particles_(&particles) {
+                                     ConstraintSystem* constraint_system,
+                                     const ParticleView& initial)
+    : contact_(std::move(spec), particles, constraint_system, initial), particles_(&particles) {
   for (const auto& surface : contact_.spec().surfaces)
     for (const auto& t : surface->triangles())
       for (std::size_t k = 0; k < 3; ++k)

@@ -8,8 +8,8 @@ namespace sim {
 
 class SurfaceCorrection final : public StepCorrection {
  public:
-  SurfaceCorrection(SurfaceContactSpec spec, Particles& particles, Holding* holding,
-                    const ParticleView& initial);
+  SurfaceCorrection(SurfaceContactSpec spec, Particles& particles,
+                    ConstraintSystem* constraint_system, const ParticleView& initial);
 
   Outcome apply(const Step& step) override;
   std::string failure() const override { return contact_.refusal(); }

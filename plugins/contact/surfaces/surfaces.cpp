@@ -1,5 +1,5 @@
 // Contact of surfaces with each other and themselves.
-#include "core/particles/constraints/holding.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/particles/contact_task.h"
 #include "core/plugin/plugin.h"
 #include "surface_correction.h"
@@ -18,7 +18,7 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params& params,
     if (params.has(name) && !(params.number(name) > 0))
       refuse(std::string("bad ") + name + " of sim.contact", "it must be > 0",
              "give a positive number");
-  sim::Surface material{.friction = params.number("friction")};
+  sim::ContactMaterial material{.friction = params.number("friction")};
   if (params.has("law")) {
     if (material.friction != 0)
       refuse("bad law of sim.contact", "friction is given beside it, and it has its own",
@@ -28,7 +28,7 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params& params,
       refuse("bad law of sim.contact", "it bounces, and surfaces meet without restitution",
              "give a law whose restitution is 0, such as sim.law.stribeck");
   }
-  if (task.holding && task.holding->constraints().feedback() > 0)
+  if (task.constraint_system && task.constraint_system->constraints().feedback() > 0)
     refuse("sim.contact and constraints",
            "constraints with feedback are not obeyed at each step, and contact would have to put "
            "them back",
@@ -37,7 +37,7 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params& params,
       sim::SurfaceContactSpec{task.surfaces, params.number("thickness"), material,
                               params.flag("self"),
                               params.has("strain_limit") ? params.number("strain_limit") : 0.0},
-      task.particles, task.holding, task.particles.view(0, task.initial));
+      task.particles, task.constraint_system, task.particles.view(0, task.initial));
 }
 
 }  // namespace

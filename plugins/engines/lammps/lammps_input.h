@@ -17,7 +17,7 @@ inline constexpr const char* kLammpsMoments = "moments.txt";
 inline constexpr const char* kLammpsFrames = "frames.bin";
 inline constexpr const char* kLammpsLog = "log.lammps";
 
-// Of numbers: `id x y z vx vy vz fx fy fz`, ids from 1.
+// The columns of numbers: `id x y z vx vy vz fx fy fz`, ids from 1.
 inline constexpr int kLammpsColumns = 10;
 
 // Writes the files, each whole or not at all; the script last. `moments`, ascending, are the steps

@@ -65,7 +65,7 @@ class OfParticles final : public sim::Force {
   bool conservative() const override { return has_energy_ && !energy_.reads(3); }
   bool has_jacobian() const override { return true; }
 
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     const auto block = [](const Values& d, int lane) {
       Mat3 value;
       for (int i = 0; i < 9; ++i) value(i / 3, i % 3) = d[i][lane];

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/elements/distances.h"
 #include "core/particles/neighbours/neighbours.h"
 #include "parts.h"
@@ -32,16 +32,16 @@ class OfPairs final : public sim::Force {
 
   // Finds out here whether the lists fit into memory.
   void bind(const sim::ParticleView& initial) override {
-    sim::Team alone(1);
+    sim::ThreadPool alone(1);
     if (neighbours_) neighbours_->update(initial, alone);
     forces_.resize(static_cast<std::size_t>(initial.n));
   }
 
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    const bool moved = neighbours_ ? neighbours_->update(view, team) : has_moved(view);
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    const bool moved = neighbours_ ? neighbours_->update(view, pool) : has_moved(view);
     if (!moved && known_ && conservative()) return;
     known_ = true;
-    team.run_parts(view.n, 8, [&](int begin, int end) {
+    pool.run_parts(view.n, 8, [&](int begin, int end) {
       std::fill(forces_.begin() + begin, forces_.begin() + end, Vec3(0, 0, 0));
       evaluate(law_->slope, view, {begin, end}, kAll,
                [&](int i, int, int lane, const Distances& at, const Values& values) {
@@ -59,7 +59,7 @@ class OfPairs final : public sim::Force {
   bool conservative() const override { return !law_->energy.reads(1); }
 
   bool has_jacobian() const override { return true; }
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     evaluate(law_->slopes, view, {0, view.n}, kAll,
              [&](int i, int j, int lane, const Distances& at, const Values& values) {
                const Mat3 k = at.curvature(lane, values[0][lane], values[1][lane]);

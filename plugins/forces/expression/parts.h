@@ -1,4 +1,4 @@
-// What the forces of formulas share: of each particle, of ties and of pairs.
+// Shared by the forces of formulas: on each particle, on ties and on pairs.
 #pragma once
 
 #include <map>

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/base/array.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/breakable.h"
 #include "core/particles/elements/distances.h"
 #include "core/particles/elements/incidence.h"
@@ -48,8 +48,8 @@ class OfTies final : public sim::Force, public sim::Breakable {
     }
   }
 
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    team.run_parts(static_cast<int>(count()), kBlock, [&](int begin, int end) {
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    pool.run_parts(static_cast<int>(count()), kBlock, [&](int begin, int end) {
       const auto tie_of = [begin](int i) { return begin + i; };
       evaluate(law_->slope, view, end - begin, tie_of,
                [&](int first, int many, const Distances& at, const Values& values) {
@@ -79,7 +79,7 @@ class OfTies final : public sim::Force, public sim::Breakable {
   bool conservative() const override { return !law_->energy.reads(1); }
   bool has_jacobian() const override { return true; }
 
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     evaluate(
         law_->slopes, view, static_cast<int>(count()), [](int i) { return i; },
         [&](int first, int many, const Distances& at, const Values& values) {

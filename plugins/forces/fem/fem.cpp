@@ -1,17 +1,17 @@
 // Elastic solids by finite elements.
 #include "core/plugin/plugin.h"
-#include "solid_forces.h"
+#include "fem_forces.h"
 
 namespace {
 
 class Solid final : public sim::Force {
  public:
-  Solid(const sim::SolidLaw& law, const sim::Elements& elements)
+  Solid(const sim::ConstitutiveLaw& law, const sim::Elements& elements)
       : cells_(law, elements.ids, elements.arity == 10 ? 10 : 4) {}
 
   void bind(const sim::ParticleView& initial) override { cells_.bind(initial); }
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    cells_.prepare(view, team);
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    cells_.prepare(view, pool);
   }
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
     cells_.add(tile, sink);
@@ -22,16 +22,16 @@ class Solid final : public sim::Force {
     return cells_.potential(view, tile);
   }
   bool has_jacobian() const override { return true; }
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     cells_.jacobian(view, sink);
   }
 
  private:
-  sim::SolidForces cells_;
+  sim::FemForces cells_;
 };
 
 std::unique_ptr<sim::Force> make_solid(const sim::Params& params, const sim::Elements& elements) {
-  using Model = sim::SolidLaw::Model;
+  using Model = sim::ConstitutiveLaw::Model;
   const std::string& name = params.text("model");
   const Model model = name == "stvk"        ? Model::kStVk
                       : name == "corotated" ? Model::kCorotated

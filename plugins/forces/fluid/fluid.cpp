@@ -28,14 +28,14 @@ class Fluid final : public sim::Force {
     return std::make_unique<sim::FluidCorrection>(*projection_, *this, particles);
   }
   // Pressures, with which the projection of the next step begins.
-  int memory_size() const override { return projection_ ? projection_->count() : 0; }
+  int internal_size() const override { return projection_ ? projection_->count() : 0; }
   void start(std::span<double> memory) const override { std::ranges::fill(memory, 0.0); }
   void derive(const sim::ParticleView&, std::span<double> rate) const override {
     std::ranges::fill(rate, 0.0);
   }
-  bool remembers_particles() const override { return false; }
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    if (forces_.acts()) forces_.prepare(view, team);
+  bool internal_depends_on_particles() const override { return false; }
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    if (forces_.acts()) forces_.prepare(view, pool);
   }
   bool accumulates() const override { return forces_.acts(); }
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
@@ -49,8 +49,9 @@ class Fluid final : public sim::Force {
   // Walls that move do work; what a projection does is booked by itself.
   bool driven() const { return forces_.walls_move() && !projection_; }
   bool conservative() const override { return !forces_.viscous() && !driven(); }
-  bool resists() const override { return forces_.viscous() && !driven(); }
-  void resist(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
+  bool has_dissipative_part() const override { return forces_.viscous() && !driven(); }
+  void dissipative_part(const sim::ParticleView&, sim::Tile tile,
+                        sim::ForceSink sink) const override {
     forces_.add_viscosity(tile, sink);
   }
   bool depends_on_velocity() const override { return forces_.viscous(); }
@@ -58,8 +59,9 @@ class Fluid final : public sim::Force {
   // What passes through it, and what it passes through.
   std::vector<std::string> notes(const sim::SceneNames& names) const override {
     std::vector<std::string> notes;
-    if (const std::string unseen = names.particles(forces_.unseen()); !unseen.empty())
-      notes.push_back("does not see " + unseen +
+    if (const std::string uncoupled_particles = names.particles(forces_.uncoupled_particles());
+        !uncoupled_particles.empty())
+      notes.push_back("does not see " + uncoupled_particles +
                       ": it flows through them; name their surface as its solid, and bodies as its "
                       "bodies");
     const auto open = std::ranges::find_if(boundary_, [&](const std::string& collider) {

@@ -5,7 +5,7 @@
 namespace sim {
 
 std::span<double> FluidCorrection::pressures(double* state) const {
-  for (const ForceMemory& memory : particles_->memories())
+  for (const InternalVariables& memory : particles_->internal_variables())
     if (memory.force == fluid_)
       return {state + particles_->layout().size() + memory.begin, memory.size};
   return {};
@@ -25,7 +25,7 @@ StepCorrection::Outcome FluidCorrection::apply(const Step& step) {
   const auto v = particles_->layout().axes(step.x_next, 3);
   const double before = energy();
   if (!projection_->project({view, step.h, q.data(), v.data(), pressures(step.x_next)},
-                            particles_->team()))
+                            particles_->pool()))
     return Outcome::kUnchanged;
   const Contacts& contacts = particles_->contacts();
   for (int i = 0; !contacts.empty() && i < view.n; ++i) {

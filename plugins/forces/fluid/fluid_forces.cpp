@@ -89,15 +89,15 @@ void FluidForces::bind(const ParticleView& initial) {
   law_.cohesion = fluid_cohesion(law_, given_.tension);
   kernels_ = fluid_kernels(law_);
   neighbours_.emplace(2 * law_.smoothing, kFluidSkin * law_.smoothing);
-  walls_.bind(initial, spacing);
-  if (!solid_.empty()) {
-    solid_.bind(law_, initial);
+  mirrors_.bind(initial, spacing);
+  if (!boundary_.empty()) {
+    boundary_.bind(law_, initial);
     for (int i = 0; i < initial.n; ++i) {
       if (index(i) < 0) continue;
-      if (solid_.has(i))
+      if (boundary_.has(i))
         refuse("particle " + std::to_string(i) + " is of the fluid and of its solid",
                "name those of the fluid: particles = { ids }");
-      if (const int body = solid_.body_around(initial.position(i), initial); body >= 0)
+      if (const int body = boundary_.body_around(initial.position(i), initial); body >= 0)
         refuse("particle " + std::to_string(i) + " starts inside number " + std::to_string(body) +
                    " of its bodies, counted from 0",
                "leave it out, or move one of them");
@@ -105,7 +105,7 @@ void FluidForces::bind(const ParticleView& initial) {
   }
 
   // Finds out here whether the lists fit into memory.
-  Team alone(1);
+  ThreadPool alone(1);
   prepare(initial, alone);
   double sum = 0;
   for (int i = 0; i < initial.n; ++i) sum += density(i);
@@ -117,13 +117,13 @@ void FluidForces::bind(const ParticleView& initial) {
 }
 
 // What the lists are made of: the fluid's own particles.
-ParticleView FluidForces::own(const ParticleView& view, Team* team) {
+ParticleView FluidForces::own(const ParticleView& view, ThreadPool* pool) {
   if (ids_.empty()) return view;
   const auto n = static_cast<int>(ids_.size());
   double* const x = own_.data();
   double* const y = x + n + 16;
   double* const z = y + n + 16;
-  team->run_parts(n, 8, [&](int begin, int end) {
+  pool->run_parts(n, 8, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const int i = ids_[static_cast<std::size_t>(k)];
       x[k] = view.x[i];
@@ -139,11 +139,11 @@ ParticleView FluidForces::own(const ParticleView& view, Team* team) {
   return result;
 }
 
-void FluidForces::prepare(const ParticleView& view, Team& team) {
+void FluidForces::prepare(const ParticleView& view, ThreadPool& pool) {
   const bool first = densities_.size() == 0;
-  const bool met = !solid_.empty() && solid_.update(view);
-  const bool moved = neighbours_->update(own(view, &team), team) || first || met ||
-                     (walls_.move() && view.t != t_);
+  const bool met = !boundary_.empty() && boundary_.update(view);
+  const bool moved = neighbours_->update(own(view, &pool), pool) || first || met ||
+                     (mirrors_.move() && view.t != t_);
   t_ = view.t;
   const std::span<const NeighbourBlock> blocks = neighbours_->blocks();
   const int count = static_cast<int>(blocks.size());
@@ -155,12 +155,12 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     densities_ = Array(8 * blocks.size());
     energies_ = Array(8 * blocks.size());
     if (law_.cohesion > 0) ties_ = Array(8 * blocks.size());
-    walls_.reserve(blocks.size());
+    mirrors_.reserve(blocks.size());
   }
-  FluidBlocks seen{blocks.data(), neighbours_->points(), velocities_.data(), walls_.near(), {}};
-  for (int wall = 0; wall < walls_.count(); ++wall) seen.walls[wall] = walls_.seen(wall);
+  FluidBlocks seen{blocks.data(), neighbours_->points(), velocities_.data(), mirrors_.near(), {}};
+  for (int wall = 0; wall < mirrors_.count(); ++wall) seen.walls[wall] = mirrors_.seen(wall);
   const auto each_part = [&](const auto& act) {
-    team.run_parts(8 * count, 8, [&](int begin, int end) { act(begin / 8, end / 8); });
+    pool.run_parts(8 * count, 8, [&](int begin, int end) { act(begin / 8, end / 8); });
   };
   const auto point_at = [&](std::ptrdiff_t p) {
     const double* const x = neighbours_->points() + 4 * p;
@@ -181,19 +181,19 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     return changed;
   };
   if (!moved && !braking) return;
-  if (moved && walls_.count() > 0) {
-    walls_.look(view.t);
+  if (moved && mirrors_.count() > 0) {
+    mirrors_.look(view.t);
     each_part([&](int begin, int end) {
-      walls_.find(view.t, neighbours_->points(), places, kFluidSeen * law_.smoothing, begin, end);
+      mirrors_.find(view.t, neighbours_->points(), places, kFluidSeen * law_.smoothing, begin, end);
     });
   }
   if (moved) make_weights();
-  seen.planes = walls_.planes();
+  seen.planes = mirrors_.planes();
   seen.ties = ties_.data();
   seen.weights = weights_.data();
   seen.firsts = firsts_.data();
   if (!moved) {
-    std::atomic<bool> changed{!braked_};
+    std::atomic<bool> changed{!viscosity_known_};
     each_part([&](int begin, int end) {
       if (look_at_velocities(begin, end)) changed.store(true, std::memory_order_relaxed);
     });
@@ -201,13 +201,13 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
       each_part([&](int begin, int end) {
         kernels_.resistance(law_, seen, begin, end, viscosity_.data());
       });
-    braked_ = true;
+    viscosity_known_ = true;
     return;
   }
   each_part([&](int begin, int end) {
     kernels_.densities(law_, seen, begin, end, densities_.data());
     for (std::ptrdiff_t p = 8 * begin; p < 8 * end; ++p) {
-      if (!solid_.empty() && p < places) densities_.data()[p] += solid_.density(point_at(p));
+      if (!boundary_.empty() && p < places) densities_.data()[p] += boundary_.density(point_at(p));
       const double n = densities_.data()[p];
       std::copy_n(neighbours_->points() + 4 * p, 3, points_.data() + 4 * p);
       points_.data()[4 * p + 3] = fluid_pressure(law_, n) / (n * n);
@@ -221,17 +221,17 @@ void FluidForces::prepare(const ParticleView& view, Team& team) {
     kernels_.forces(law_, seen, begin, end, pressure_.data(),
                     braking ? viscosity_.data() : nullptr);
   });
-  braked_ = braking;
-  if (!solid_.empty()) push_solid(places);
+  viscosity_known_ = braking;
+  if (!boundary_.empty()) add_boundary_pressure(places);
 }
 
 // In the order of ids, so that sums do not depend on places.
-void FluidForces::push_solid(int places) {
-  solid_.begin_forces();
+void FluidForces::add_boundary_pressure(int places) {
+  boundary_.begin_forces();
   for (int k = 0; k < places; ++k) {
     const auto at = 4 * static_cast<std::ptrdiff_t>(neighbours_->place(k));
     const double* const x = points_.data() + at;
-    const Vec3 force = solid_.push({x[0], x[1], x[2]}, x[3]);
+    const Vec3 force = boundary_.push({x[0], x[1], x[2]}, x[3]);
     for (int axis = 0; axis < 3; ++axis)
       pressure_.data()[at + axis] += force[static_cast<std::size_t>(axis)];
   }
@@ -245,7 +245,7 @@ void FluidForces::make_weights() {
   for (std::size_t b = 0; b < neighbours_->blocks().size(); ++b) {
     firsts_.push_back(count);
     const auto length = static_cast<std::size_t>(neighbours_->blocks()[b].length);
-    const auto walls = static_cast<std::size_t>(std::popcount(walls_.near()[b]));
+    const auto walls = static_cast<std::size_t>(std::popcount(mirrors_.near()[b]));
     count += 8 * (length + (length + 1) * (walls * walls * walls + 5 * walls) / 6);
   }
   if (count > weights_.size()) weights_ = Array(count + count / 8);
@@ -270,10 +270,10 @@ double FluidForces::potential(Tile tile) const {
   return sum;
 }
 
-std::vector<int> FluidForces::unseen() const {
+std::vector<int> FluidForces::uncoupled_particles() const {
   std::vector<int> ids;
   for (int i = 0; i < static_cast<int>(index_.size()); ++i)
-    if (index(i) < 0 && !solid_.has(i)) ids.push_back(i);
+    if (index(i) < 0 && !boundary_.has(i)) ids.push_back(i);
   return ids;
 }
 

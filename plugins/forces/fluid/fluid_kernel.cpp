@@ -55,8 +55,9 @@ __attribute__((noinline)) void copy_fourths(const double* of, const std::int32_t
   for (int lane = 0; lane < kDoubles; ++lane) to[lane] = of[4 * std::ptrdiff_t{index[lane]} + 3];
 }
 
-SIM_INLINE V3<double> plus(Doubles by, const V3<double>& way, const V3<double>& sum) {
-  return {fma(by, way.x, sum.x), fma(by, way.y, sum.y), fma(by, way.z, sum.z)};
+SIM_INLINE V3<double> plus(Doubles by, const V3<double>& displacement, const V3<double>& sum) {
+  return {fma(by, displacement.x, sum.x), fma(by, displacement.y, sum.y),
+          fma(by, displacement.z, sum.z)};
 }
 SIM_INLINE Doubles braked(const V3<double>& v, const V3<double>& d, Doubles weight) {
   return fma(v.z, d.z, fma(v.y, d.y, v.x * d.x)) * weight;
@@ -72,10 +73,10 @@ struct Own {
   std::int32_t place[kDoubles];
   V3<double> here;
   int walls = 0;
-  const double* seen[FluidWalls::kMost];
-  bool plane[FluidWalls::kMost];
-  Doubles gap[FluidWalls::kMost];
-  V3<double> normal[FluidWalls::kMost];
+  const double* seen[MirrorBoundary::kMost];
+  bool plane[MirrorBoundary::kMost];
+  Doubles gap[MirrorBoundary::kMost];
+  V3<double> normal[MirrorBoundary::kMost];
 
   SIM_INLINE Own(const FluidBlocks& from, int b, int half) {
     for (int lane = 0; lane < kDoubles; ++lane) place[lane] = 8 * b + half + lane;
@@ -147,7 +148,7 @@ void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end,
     const NeighbourBlock& block = from.blocks[b];
     for (int half = 0; half < 8; half += kDoubles) {
       const Own own(from, b, half);
-      Doubles sum = splat<double>(1), ties{}, product[FluidWalls::kMost];
+      Doubles sum = splat<double>(1), ties{}, product[MirrorBoundary::kMost];
       const std::int32_t* slot = block.slots + half;
       double* weights = from.weights + from.firsts[b] + half;
       double* cubes = weights + 8 * std::ptrdiff_t{block.length};
@@ -209,16 +210,17 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
       const Own own(from, b, half);
       const Doubles pressure = gather_one(from.points + 3, own.place);
       const V3<double> speed = kDrag ? gather(from.velocities, own.place) : V3<double>{};
-      V3<double> sum{}, brake{}, d{};
-      Doubles both{}, gap[FluidWalls::kMost], product[FluidWalls::kMost];
+      V3<double> sum{}, apply_viscosity{}, d{};
+      Doubles both{}, gap[MirrorBoundary::kMost], product[MirrorBoundary::kMost];
       const std::int32_t* slot = block.slots + half;
       const double* weights = from.weights + from.firsts[b] + half;
       const double* cubes = weights + 8 * std::ptrdiff_t{block.length};
       const auto image = [&](Doubles, Mask, const int* of, int count)
           __attribute__((always_inline)) {
-        V3<double> way = d;
-        for (int k = 0; k < count; ++k) way = plus(two * gap[of[k]], own.normal[of[k]], way);
-        sum = plus(both * load(cubes), way, sum);
+        V3<double> displacement = d;
+        for (int k = 0; k < count; ++k)
+          displacement = plus(two * gap[of[k]], own.normal[of[k]], displacement);
+        sum = plus(both * load(cubes), displacement, sum);
         cubes += 8;
       };
       for (std::int32_t k = 0; k < block.length; ++k, slot += 8, weights += 8) {
@@ -228,7 +230,8 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
         const Doubles rr = squared(d), weight = load(weights);
         Doubles by = both * (weight * kernel.soft(rr));
         if constexpr (kDrag)
-          brake = plus(braked(speed - gather(from.velocities, slot), d, weight), d, brake);
+          apply_viscosity =
+              plus(braked(speed - gather(from.velocities, slot), d, weight), d, apply_viscosity);
         if (!kTies && own.walls == 0) {
           sum = plus(by, d, sum);
           continue;
@@ -250,7 +253,7 @@ void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, do
       }
       each_image(own.walls, product, Doubles{}, Doubles{} < limits, limit, image);
       put(factor, sum, b, half, f);
-      if constexpr (kDrag) put(drag_factor(law), brake, b, half, drag);
+      if constexpr (kDrag) put(drag_factor(law), apply_viscosity, b, half, drag);
     }
   }
 }

@@ -37,7 +37,7 @@ inline constexpr double kFluidSkin = 0.2, kFluidSeen = 2.01;
 
 // The edge of a cubic cell of this volume, m.
 double fluid_spacing(double volume, int dimensions);
-// Of smoothing, volume and dimensions: scale and friction.
+// Sets scale and friction from smoothing, volume and dimensions.
 void fit_to_lattice(FluidLaw& law);
 
 // A of a surface tension in N/m.

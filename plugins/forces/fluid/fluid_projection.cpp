@@ -47,15 +47,15 @@ void FluidProjection::bind(const FluidLaw& law, const ParticleView& initial) {
   if (!ids_.empty()) own_ = Array(3 * (n + 16));
   mass_ = Array(n);
   wanted_ = Array(n);
-  sum_ = PlaceSums(static_cast<int>(n));
+  sum_ = OrderedSums(static_cast<int>(n));
   rows_.bind(law, initial);
   constexpr double kMore = 1.5;  // where it is denser
   solve_.bind(static_cast<int>(n), kMore * largest_eigenvalue(law));
 
   // Finds out here whether the rows fit into memory.
-  Team alone(1);
+  ThreadPool alone(1);
   rows_.make(own(initial), alone);
-  ways_ = Array(4 * static_cast<std::size_t>(rows_.places()));
+  displacements_ = Array(4 * static_cast<std::size_t>(rows_.places()));
   rates_ = Array(static_cast<std::size_t>(rows_.places()));
 }
 
@@ -102,7 +102,7 @@ int FluidProjection::id_at(int place) const {
 
 void FluidProjection::load(const double* const* v) {
   for (int p = 0; p < count(); ++p)
-    for (int axis = 0; axis < 3; ++axis) ways_.data()[4 * p + axis] = v[axis][id_at(p)];
+    for (int axis = 0; axis < 3; ++axis) displacements_.data()[4 * p + axis] = v[axis][id_at(p)];
 }
 
 void FluidProjection::add(const double* changes, double* const* to) const {
@@ -110,18 +110,18 @@ void FluidProjection::add(const double* changes, double* const* to) const {
     for (int axis = 0; axis < 3; ++axis) to[axis][id_at(p)] += changes[4 * p + axis];
 }
 
-bool FluidProjection::correct_places(const End& end, Team& team) {
-  rows_.make(own(end.view), team);
+bool FluidProjection::correct_places(const End& end, ThreadPool& pool) {
+  rows_.make(own(end.view), pool);
   bool moved = false;
   met_ = meets_error();
   for (int move = 0; !met_ && move < kMostMoves; ++move) {
     for (int p = 0; p < count(); ++p)
       wanted_.data()[p] = is_free(rows_.id(p)) ? rows_.densities()[p] - 1 : 0;
     std::ranges::fill(solve_.pressures(rows_), 0.0);
-    solve_.solve(rows_, wanted_.data(), mass_.data(), kFirmly * error_, team);
-    add(solve_.pushes(), end.q);
+    solve_.solve(rows_, wanted_.data(), mass_.data(), kFirmly * error_, pool);
+    add(solve_.pressure_forces(), end.q);
     moved = true;
-    rows_.make(own(end.view), team);
+    rows_.make(own(end.view), pool);
     met_ = meets_error();
   }
   counts_.mean = std::max(counts_.mean, mean_);
@@ -130,17 +130,17 @@ bool FluidProjection::correct_places(const End& end, Team& team) {
 }
 
 // Conjugate gradients, with M for a preconditioner, for what changes: (M + h K) dv = -h K v.
-bool FluidProjection::brake(const End& end, Team& team) {
+bool FluidProjection::apply_viscosity(const End& end, ThreadPool& pool) {
   if (!(law_.viscosity > 0)) return false;
   if (changes_.size() == 0)
     for (Array* const array : {&changes_, &residual_, &direction_, &product_})
-      *array = Array(ways_.size());
+      *array = Array(displacements_.size());
   double* const dv = changes_.data();
   double* const r = residual_.data();
-  double* const way = direction_.data();
+  double* const displacement = direction_.data();
   double* const product = product_.data();
   const auto each = [&](const auto& act) {
-    team.run_parts(count(), 8, [&](int begin, int end_of_part) {
+    pool.run_parts(count(), 8, [&](int begin, int end_of_part) {
       for (int p = begin; p < end_of_part; ++p) {
         const int k = rows_.id(p);
         const double inverse = is_free(k) ? 1 / mass_.data()[k] : 0;
@@ -149,39 +149,41 @@ bool FluidProjection::brake(const End& end, Team& team) {
     });
   };
   const auto squares = [&](const double* a) {  // over the mass
-    return sum_(rows_, team, [&](int p) {
+    return sum_(rows_, pool, [&](int p) {
       const double* const x = a + 4 * p;
       return (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) / mass_.data()[rows_.id(p)];
     });
   };
   const auto dot = [&](const double* a, const double* b) {
-    return sum_(rows_, team, [&](int p) {
+    return sum_(rows_, pool, [&](int p) {
       return a[4 * p] * b[4 * p] + a[4 * p + 1] * b[4 * p + 1] + a[4 * p + 2] * b[4 * p + 2];
     });
   };
   load(end.v);
-  rows_.brake(ways_.data(), product, team);
+  rows_.apply_viscosity(displacements_.data(), product, pool);
   each([&](int c, double inverse) {
     r[c] = inverse > 0 ? -end.h * product[c] : 0;
-    way[c] = inverse * r[c];
+    displacement[c] = inverse * r[c];
     dv[c] = 0;
   });
   double left = squares(r);
   if (left == 0) return false;
   const double enough = kViscous * kViscous * left;
   for (int turn = 0; turn < kMostBrakes && left > enough; ++turn) {
-    rows_.brake(way, product, team);
+    rows_.apply_viscosity(displacement, product, pool);
     each([&](int c, double inverse) {
-      product[c] = inverse > 0 ? way[c] / inverse + end.h * product[c] : 0;
+      product[c] = inverse > 0 ? displacement[c] / inverse + end.h * product[c] : 0;
     });
-    const double length = left / dot(way, product);
+    const double length = left / dot(displacement, product);
     each([&](int c, double) {
-      dv[c] += length * way[c];
+      dv[c] += length * displacement[c];
       r[c] -= length * product[c];
     });
     const double before = left;
     left = squares(r);
-    each([&](int c, double inverse) { way[c] = inverse * r[c] + left / before * way[c]; });
+    each([&](int c, double inverse) {
+      displacement[c] = inverse * r[c] + left / before * displacement[c];
+    });
   }
   met_ = met_ && left <= enough;
   add(dv, end.v);
@@ -189,17 +191,17 @@ bool FluidProjection::brake(const End& end, Team& team) {
 }
 
 // The pressures begin as they were a step ago: p V h is what A takes them by.
-bool FluidProjection::correct_velocities(const End& end, Team& team) {
+bool FluidProjection::correct_velocities(const End& end, ThreadPool& pool) {
   double* const wanted = wanted_.data();
   load(end.v);
-  rows_.rate(ways_.data(), rates_.data(), team);
+  rows_.rate(displacements_.data(), rates_.data(), pool);
   for (int p = 0; p < count(); ++p) {
     wanted[p] =
         rates_.data()[p] + rows_.wall_rates()[p] - std::max(0.0, 1 - rows_.densities()[p]) / end.h;
     if (!is_free(rows_.id(p))) wanted[p] = std::min(wanted[p], 0.0);
   }
   const double missing =
-      sum_(rows_, team, [&](int p) { return std::max(0.0, wanted[p]) * std::max(0.0, wanted[p]); });
+      sum_(rows_, pool, [&](int p) { return std::max(0.0, wanted[p]) * std::max(0.0, wanted[p]); });
   if (missing == 0) {
     std::ranges::fill(end.memory, 0.0);
     return false;
@@ -208,18 +210,18 @@ bool FluidProjection::correct_velocities(const End& end, Team& team) {
   const std::span<double> pressures = solve_.pressures(rows_);
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   for (int p = 0; p < count(); ++p) pressures[at(p)] = unit * end.memory[at(rows_.id(p))];
-  met_ = solve_.solve(rows_, wanted, mass_.data(), kQuietly * std::sqrt(missing / count()), team) &&
+  met_ = solve_.solve(rows_, wanted, mass_.data(), kQuietly * std::sqrt(missing / count()), pool) &&
          met_;
   for (int p = 0; p < count(); ++p) end.memory[at(rows_.id(p))] = pressures[at(p)] / unit;
-  add(solve_.pushes(), end.v);
+  add(solve_.pressure_forces(), end.v);
   return true;
 }
 
-bool FluidProjection::project(const End& end, Team& team) {
+bool FluidProjection::project(const End& end, ThreadPool& pool) {
   const long before = solve_.products();
-  bool changed = correct_places(end, team);
-  changed = brake(end, team) || changed;
-  changed = correct_velocities(end, team) || changed;
+  bool changed = correct_places(end, pool);
+  changed = apply_viscosity(end, pool) || changed;
+  changed = correct_velocities(end, pool) || changed;
   ++counts_.steps;
   counts_.missed += !met_;
   counts_.products += solve_.products() - before;

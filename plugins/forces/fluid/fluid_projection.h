@@ -1,4 +1,4 @@
-// A fluid that keeps its density: what is led back behind each step.
+// An incompressible fluid: corrections of density and velocity after each step.
 #pragma once
 
 #include <algorithm>
@@ -6,10 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/collider.h"
 #include "core/particles/step_correction.h"
-#include "fluid_rows.h"
+#include "density_constraints.h"
 #include "pressure_solve.h"
 
 namespace sim {
@@ -42,7 +42,7 @@ class FluidProjection {
   };
   // Changes these numbers. False: no place and no velocity had to be changed. A pure function of
   // them, bit for bit.
-  bool project(const End& end, Team& team);
+  bool project(const End& end, ThreadPool& pool);
   bool leads(int particle) const {  // it may change this one
     return ids_.empty() || std::ranges::binary_search(ids_, particle);
   }
@@ -60,18 +60,18 @@ class FluidProjection {
   bool meets_error();
   void load(const double* const* v);  // ways_ := v of each place
   void add(const double* changes, double* const* to) const;
-  bool correct_places(const End& end, Team& team);
-  bool brake(const End& end, Team& team);
-  bool correct_velocities(const End& end, Team& team);
+  bool correct_places(const End& end, ThreadPool& pool);
+  bool apply_viscosity(const End& end, ThreadPool& pool);
+  bool correct_velocities(const End& end, ThreadPool& pool);
 
   FluidLaw law_;
   double error_;
   std::vector<int> ids_;
-  FluidRows rows_;
+  DensityConstraints rows_;
   PressureSolve solve_;
-  PlaceSums sum_;
+  OrderedSums sum_;
   Array own_, mass_;                                // of each particle
-  Array wanted_, rates_, ways_;                     // of each place
+  Array wanted_, rates_, displacements_;            // of each place
   Array changes_, residual_, direction_, product_;  // of viscosity
   double mean_ = 0, worst_ = 0;
   bool met_ = true;  // all of the last step

@@ -11,27 +11,28 @@ constexpr int kMostProducts = 2000;
 }  // namespace
 
 template <class Act>
-void PressureSolve::each(Team& team, const Act& act) {
-  team.run_parts(places_, 8, [&](int begin, int end) {
+void PressureSolve::each(ThreadPool& pool, const Act& act) {
+  pool.run_parts(places_, 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) act(i);
   });
 }
 
-void PressureSolve::push(const FluidRows& rows, const double* p, Team& team) {
-  rows.push(p, pushes_.data(), team);
-  each(team, [&](int i) {
+void PressureSolve::push(const DensityConstraints& rows, const double* p, ThreadPool& pool) {
+  rows.push(p, pushes_.data(), pool);
+  each(pool, [&](int i) {
     for (int axis = 0; axis < 3; ++axis) pushes_.data()[4 * i + axis] *= -inverse_.data()[i];
   });
 }
 
-void PressureSolve::multiply(const FluidRows& rows, const double* p, double* result, Team& team) {
+void PressureSolve::multiply(const DensityConstraints& rows, const double* p, double* result,
+                             ThreadPool& pool) {
   ++products_;
-  push(rows, p, team);
-  rows.rate(pushes_.data(), result, team);
-  each(team, [&](int i) { result[i] = -result[i]; });
+  push(rows, p, pool);
+  rows.rate(pushes_.data(), result, pool);
+  each(pool, [&](int i) { result[i] = -result[i]; });
 }
 
-std::span<double> PressureSolve::pressures(const FluidRows& rows) {
+std::span<double> PressureSolve::pressures(const DensityConstraints& rows) {
   if (places_ == 0) {
     places_ = rows.places();
     for (Array* const array : {&p_, &gradient_, &way_, &product_, &inverse_})
@@ -41,12 +42,12 @@ std::span<double> PressureSolve::pressures(const FluidRows& rows) {
   return p_.span();
 }
 
-bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* mass,
-                          double tolerance, Team& team) {
+bool PressureSolve::solve(const DensityConstraints& rows, const double* b, const double* mass,
+                          double tolerance, ThreadPool& pool) {
   pressures(rows);
   double* const p = p_.data();
   double* const g = gradient_.data();
-  double* const way = way_.data();
+  double* const displacement = way_.data();
   double* const product = product_.data();
   double most = 0;
   for (int k = 0; k < n_; ++k) {
@@ -58,65 +59,65 @@ bool PressureSolve::solve(const FluidRows& rows, const double* b, const double* 
   // Of what may change: those above 0, and those that want to get there.
   const auto free = [&](int i) { return p[i] > 0 ? g[i] : 0.0; };
   const auto chopped = [&](int i) { return p[i] > 0 ? 0.0 : std::min(g[i], 0.0); };
-  multiply(rows, p, g, team);
-  each(team, [&](int i) {
+  multiply(rows, p, g, pool);
+  each(pool, [&](int i) {
     g[i] -= i < n_ ? b[i] : 0;
-    way[i] = 0;
+    displacement[i] = 0;
   });
   const double enough = tolerance * tolerance * n_;
   bool begin = true, met = false;
   for (const long first = products_; products_ < first + kMostProducts;) {
-    const double frees = sum_(rows, team, [&](int i) { return free(i) * free(i); });
-    const double wanted = sum_(rows, team, [&](int i) { return chopped(i) * chopped(i); });
+    const double frees = sum_(rows, pool, [&](int i) { return free(i) * free(i); });
+    const double wanted = sum_(rows, pool, [&](int i) { return chopped(i) * chopped(i); });
     met = !(frees + wanted > enough);
     if (met) break;
     const double shares =
-        sum_(rows, team, [&](int i) { return std::min(p[i] * largest, free(i)) * free(i); });
+        sum_(rows, pool, [&](int i) { return std::min(p[i] * largest, free(i)) * free(i); });
     if (wanted > shares) {  // let go
-      each(team, [&](int i) { way[i] = chopped(i); });
-      multiply(rows, way, product, team);
-      const double curve = sum_(rows, team, [&](int i) { return way[i] * product[i]; });
+      each(pool, [&](int i) { displacement[i] = chopped(i); });
+      multiply(rows, displacement, product, pool);
+      const double curve = sum_(rows, pool, [&](int i) { return displacement[i] * product[i]; });
       if (!(curve > 0)) break;
       const double length = wanted / curve;
       largest = std::max(largest, curve / wanted);
-      each(team, [&](int i) {
-        p[i] -= length * way[i];
+      each(pool, [&](int i) {
+        p[i] -= length * displacement[i];
         g[i] -= length * product[i];
       });
       begin = true;
       continue;
     }
-    if (begin) each(team, [&](int i) { way[i] = free(i); });
-    multiply(rows, way, product, team);
-    const double curve = sum_(rows, team, [&](int i) { return way[i] * product[i]; });
+    if (begin) each(pool, [&](int i) { displacement[i] = free(i); });
+    multiply(rows, displacement, product, pool);
+    const double curve = sum_(rows, pool, [&](int i) { return displacement[i] * product[i]; });
     if (begin) largest = std::max(largest, curve / frees);
     begin = false;
-    const double slope = sum_(rows, team, [&](int i) { return way[i] * g[i]; });
+    const double slope = sum_(rows, pool, [&](int i) { return displacement[i] * g[i]; });
     if (!(curve > 0)) break;
     const double length = slope / curve;
     double feasible = HUGE_VAL;
     for (int i = 0; i < n_; ++i)
-      if (way[i] > 0) feasible = std::min(feasible, p[i] / way[i]);
+      if (displacement[i] > 0) feasible = std::min(feasible, p[i] / displacement[i]);
     if (length <= feasible) {
-      each(team, [&](int i) {
-        p[i] = std::max(0.0, p[i] - length * way[i]);
+      each(pool, [&](int i) {
+        p[i] = std::max(0.0, p[i] - length * displacement[i]);
         g[i] -= length * product[i];
       });
-      const double along = sum_(rows, team, [&](int i) { return free(i) * product[i]; }) / curve;
-      each(team, [&](int i) { way[i] = free(i) - along * way[i]; });
+      const double along = sum_(rows, pool, [&](int i) { return free(i) * product[i]; }) / curve;
+      each(pool, [&](int i) { displacement[i] = free(i) - along * displacement[i]; });
       continue;
     }
     // To the first that comes to 0, and from there with all that follow.
-    each(team, [&](int i) {
-      p[i] = std::max(0.0, p[i] - feasible * way[i]);
+    each(pool, [&](int i) {
+      p[i] = std::max(0.0, p[i] - feasible * displacement[i]);
       g[i] -= feasible * product[i];
       if (p[i] > 0) p[i] = std::max(0.0, p[i] - g[i] / largest);
     });
-    multiply(rows, p, g, team);
-    each(team, [&](int i) { g[i] -= i < n_ ? b[i] : 0; });
+    multiply(rows, p, g, pool);
+    each(pool, [&](int i) { g[i] -= i < n_ ? b[i] : 0; });
     begin = true;
   }
-  push(rows, p, team);
+  push(rows, p, pool);
   return met;
 }
 

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "core/base/array.h"
-#include "fluid_rows.h"
-#include "place_sums.h"
+#include "density_constraints.h"
+#include "ordered_sums.h"
 
 namespace sim {
 
@@ -16,30 +16,32 @@ namespace sim {
 class PressureSolve {
  public:
   // `largest`: eigenvalue of J J' (1/m^2), about. n: particles.
-  void bind(int n, double largest) { n_ = n, largest_ = largest, sum_ = PlaceSums(n); }
+  void bind(int n, double largest) { n_ = n, largest_ = largest, sum_ = OrderedSums(n); }
 
-  // Of all places; solve() goes on from those that stand here, none of them negative.
-  std::span<double> pressures(const FluidRows& rows);
+  // The pressures of all places; solve() starts from them (warm start), none of them negative.
+  std::span<double> pressures(const DensityConstraints& rows);
   // Until the root of the mean square of what is missing is at most `tolerance`, in units of b.
   // False where it was not reached; pushes() are of the pressures found all the same. Masses in kg,
   // infinite where a particle is held.
-  bool solve(const FluidRows& rows, const double* b, const double* mass, double tolerance,
-             Team& team);
+  bool solve(const DensityConstraints& rows, const double* b, const double* mass, double tolerance,
+             ThreadPool& pool);
 
-  const double* pushes() const { return pushes_.data(); }  // -M^-1 J' p, four numbers a place
-  long products() const { return products_; }              // with A, so far
+  const double* pressure_forces() const {
+    return pushes_.data();
+  }                                            // -M^-1 J' p, four numbers a place
+  long products() const { return products_; }  // with A, so far
 
  private:
-  void push(const FluidRows& rows, const double* p, Team& team);
-  void multiply(const FluidRows& rows, const double* p, double* result, Team& team);
+  void push(const DensityConstraints& rows, const double* p, ThreadPool& pool);
+  void multiply(const DensityConstraints& rows, const double* p, double* result, ThreadPool& pool);
   template <class Act>
-  void each(Team& team, const Act& act);
+  void each(ThreadPool& pool, const Act& act);
 
   int n_ = 0, places_ = 0;
   double largest_ = 0;
   long products_ = 0;
   Array p_, gradient_, way_, product_, pushes_, inverse_;
-  PlaceSums sum_;
+  OrderedSums sum_;
 };
 
 }  // namespace sim

@@ -42,8 +42,8 @@ class WindOnSurface final : public Wind {
         law_{linear_, factor(params, "cn"), factor(params, "ct")} {}
 
   void bind(const sim::ParticleView&) override { forces_.emplace(law_, air_, *surface_); }
-  void prepare(const sim::ParticleView& view, sim::Team& team) override {
-    forces_->prepare(view, team);
+  void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
+    forces_->prepare(view, pool);
   }
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
     forces_->add(tile, sink);
@@ -54,7 +54,7 @@ class WindOnSurface final : public Wind {
     forces_->tear(torn);
   }
 
-  void jacobian(const sim::ParticleView& view, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     const AirNow air = air_.at(view.t);
     for (const auto& ids : surface_->triangles()) {
       if (sim::torn_face(torn_, ids)) continue;
@@ -85,7 +85,7 @@ class WindOnParticles final : public Wind {
   explicit WindOnParticles(const sim::Params& params)
       : Wind(params), c_(params.number("area") * factor(params, "cn")) {}
 
-  void prepare(const sim::ParticleView& view, sim::Team&) override { now_ = air_.at(view.t); }
+  void prepare(const sim::ParticleView& view, sim::ThreadPool&) override { now_ = air_.at(view.t); }
   void accumulate(const sim::ParticleView& p, sim::Tile tile, sim::ForceSink sink) const override {
     for (int i = tile.begin; i < tile.end; ++i) {
       const Vec3 w = now_.velocity(p.position(i)) - p.velocity(i);
@@ -93,7 +93,7 @@ class WindOnParticles final : public Wind {
     }
   }
 
-  void jacobian(const sim::ParticleView& p, sim::BlockSink& sink) const override {
+  void jacobian(const sim::ParticleView& p, sim::JacobianSink& sink) const override {
     const AirNow now = air_.at(p.t);
     for (int i = 0; i < p.n; ++i) {
       Mat3 slope = Mat3::Zero();

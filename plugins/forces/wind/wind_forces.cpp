@@ -158,12 +158,12 @@ std::unique_ptr<ForceSweep> WindForces::sweep() const {
   return std::make_unique<WindSweep>(law_, *air_, runs_);
 }
 
-void WindForces::prepare(const ParticleView& view, Team& team) {
+void WindForces::prepare(const ParticleView& view, ThreadPool& pool) {
   if (!runs_.empty()) {
-    while (static_cast<int>(sweeps_.size()) < team.most()) sweeps_.emplace_back(law_, *air_, runs_);
+    while (static_cast<int>(sweeps_.size()) < pool.most()) sweeps_.emplace_back(law_, *air_, runs_);
     double* const sums = sums_.data();
-    team.run([&](int rank) {
-      const Part part = part_of(view.n, kWindBlock, rank, team.size());
+    pool.run([&](int rank) {
+      const Part part = part_of(view.n, kWindBlock, rank, pool.size());
       for (double* sum : {sums, sums + stride_, sums + 2 * stride_})
         std::fill(sum + part.begin, sum + part.end, 0.0);
       WindSweep& sweep = sweeps_[static_cast<std::size_t>(rank)];
@@ -173,7 +173,7 @@ void WindForces::prepare(const ParticleView& view, Team& team) {
   }
   if (loose_.empty()) return;
   const AirNow air = air_->at(view.t);
-  team.run_parts(static_cast<int>(loose_.size() / 3), 8, [&](int begin, int end) {
+  pool.run_parts(static_cast<int>(loose_.size() / 3), 8, [&](int begin, int end) {
     kernels_.any(law_, air, view, loose_.data(), begin, end, loose_thirds_.data(), loose_stride_);
   });
 }

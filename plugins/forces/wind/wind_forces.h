@@ -9,7 +9,7 @@
 
 #include "air.h"
 #include "core/base/array.h"
-#include "core/base/team.h"
+#include "core/base/thread_pool.h"
 #include "core/particles/elements/incidence.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/force_sweep.h"
@@ -49,7 +49,7 @@ class WindForces {
  public:
   WindForces(const WindLaw& law, const Air& air, const TriangleMesh& surface);
 
-  void prepare(const ParticleView& view, Team& team);
+  void prepare(const ParticleView& view, ThreadPool& pool);
   void add(Tile tile, ForceSink sink) const;
   // Triangles with such an edge are gone. Replaces what was said before; a sweep stays what it is.
   void tear(std::span<const std::array<int, 2>> torn);
@@ -62,10 +62,10 @@ class WindForces {
   std::vector<TriangleRun> runs_;
   std::vector<std::vector<std::uint8_t>> whole_;  // the bits of each run before it was torn
   std::vector<std::uint8_t> loose_gone_;          // of each loose triangle; empty: none is
-  std::vector<WindSweep> sweeps_;  // of each thread
-  Array sums_;                     // N, what the runs give to each particle: x, y, z
-  std::vector<int> loose_;         // ids of the triangles that fit no run
-  Incidence at_;                   // of those
+  std::vector<WindSweep> sweeps_;                 // of each thread
+  Array sums_;                                    // N, what the runs give to each particle: x, y, z
+  std::vector<int> loose_;                        // ids of the triangles that fit no run
+  Incidence at_;                                  // of those
   Array loose_thirds_;
   std::size_t stride_, loose_stride_;
 };

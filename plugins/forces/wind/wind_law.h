@@ -1,4 +1,4 @@
-// What wind does to one triangle, and to many at a time.
+// The force of wind on one triangle, and on many at a time.
 #pragma once
 
 #include <array>

@@ -11,14 +11,14 @@
 #include "core/plugin/plugin.h"
 #include "core/study/budget.h"
 #include "core/study/study.h"
-#include "likeness.h"
 #include "minimal_parts.h"
+#include "run_distance.h"
 
 namespace sim::studies {
 namespace {
 
-using study::Likeness;
 using study::Look;
+using study::RunDistance;
 
 // Of all systems of a scene, in their order.
 struct Looks {
@@ -42,14 +42,14 @@ struct Row {
   SceneVariant scene;
   std::optional<Looks> look;  // nothing: it cannot be loaded, or its run failed
   std::string why;
-  std::vector<Likeness> change;  // of each system
+  std::vector<RunDistance> change;  // of each system
   bool within = false;
 };
 
 // Of that of the system which changes most; not a number where none has one.
-double worst(const std::vector<Likeness>& changes, double Likeness::*what) {
+double worst(const std::vector<RunDistance>& changes, double RunDistance::*what) {
   double most = std::nan("");
-  for (const Likeness& each : changes)
+  for (const RunDistance& each : changes)
     if (!(each.*what <= most) && !std::isnan(each.*what)) most = each.*what;
   return most;
 }
@@ -86,7 +86,7 @@ class Bench {
   }
 
   // Within what is allowed in every system.
-  bool within(const std::vector<Likeness>& changes) const {
+  bool within(const std::vector<RunDistance>& changes) const {
     for (std::size_t s = 0; s < changes.size(); ++s)
       if (!(amount(changes[s], s) <= budget(s))) return false;
     return true;
@@ -117,20 +117,20 @@ class Bench {
     std::string name;
   };
   const Looks& whole() const { return whole_; }
-  const std::vector<Likeness>& own() const { return own_; }
+  const std::vector<RunDistance>& own() const { return own_; }
   const std::vector<Observer>& observers() const { return observers_; }
   double time(const SystemSpec& spec) const { return task_.time.value_or(spec.duration); }
   bool by_figure() const { return of_.front() && of_.front()->is_figure(); }
 
  private:
-  double amount(const Likeness& change, std::size_t s) const {  // in the unit of the budget
-    if (!of_[s]) return change.places * whole_.systems[s].size;
+  double amount(const RunDistance& change, std::size_t s) const {  // in the unit of the budget
+    if (!of_[s]) return change.positions * whole_.systems[s].size;
     return of_[s]->is_figure() ? change.figure : change.observed[of_[s]->observer()];
   }
-  std::vector<Likeness> likeness_of(const Looks& looks) const {
-    std::vector<Likeness> list;
+  std::vector<RunDistance> likeness_of(const Looks& looks) const {
+    std::vector<RunDistance> list;
     for (std::size_t s = 0; s < whole_.systems.size() && s < looks.systems.size(); ++s)
-      list.push_back(study::likeness(whole_.systems[s], looks.systems[s]));
+      list.push_back(study::run_distance(whole_.systems[s], looks.systems[s]));
     return list;
   }
   // Each system with half its step, or a tenth of its tolerance.
@@ -171,30 +171,30 @@ class Bench {
   std::vector<std::optional<study::Quantity>> of_;  // of each system
   std::vector<Observer> observers_;
   Looks whole_;
-  std::vector<Likeness> own_;
+  std::vector<RunDistance> own_;
 };
 
 constexpr std::size_t kShown = 2;  // quantities in a table
 
 std::vector<std::string> cells(const Bench& bench, const std::string& name,
                                const std::optional<Looks>& look,
-                               const std::vector<Likeness>* change, const std::string& why) {
+                               const std::vector<RunDistance>* change, const std::string& why) {
   std::vector<std::string> row{name};
   if (!look || !why.empty()) {
     row.emplace_back("-");
     return row;
   }
-  const auto share = [&](double Likeness::*what) -> std::string {
+  const auto share = [&](double RunDistance::*what) -> std::string {
     if (!change) return "";
     const double most = worst(*change, what);
     return std::isnan(most) ? "-" : percent(most, 1, 2);
   };
   row.push_back(brief(1e3 * look->seconds(), 3));
   row.push_back(std::to_string(look->evaluations()));
-  row.push_back(share(&Likeness::places));
-  row.push_back(change ? share(&Likeness::energy) : "-");
+  row.push_back(share(&RunDistance::positions));
+  row.push_back(change ? share(&RunDistance::energy) : "-");
   if (bench.by_figure()) {
-    row.push_back(change ? brief(worst(*change, &Likeness::figure), 2) : "");
+    row.push_back(change ? brief(worst(*change, &RunDistance::figure), 2) : "");
     return row;
   }
   for (std::size_t i = 0; i < std::min(kShown, bench.observers().size()); ++i) {
@@ -214,7 +214,7 @@ std::string table_text(const Bench& bench, const StudyTask& task, const std::vec
       head.push_back(bench.observers()[i].name);
   std::vector<std::vector<std::string>> table{head};
   const auto add = [&](const std::string& name, const std::optional<Looks>& look,
-                       const std::vector<Likeness>* change, const std::string& why) {
+                       const std::vector<RunDistance>* change, const std::string& why) {
     table.push_back(cells(bench, name, look, change, why));
   };
   add("  the whole scene", bench.whole(), nullptr, "");
@@ -229,7 +229,7 @@ std::string table_text(const Bench& bench, const StudyTask& task, const std::vec
   return text;
 }
 
-std::string observed_json(const Bench& bench, const std::vector<Likeness>& change) {
+std::string observed_json(const Bench& bench, const std::vector<RunDistance>& change) {
   JsonObject object;
   for (const Bench::Observer& each : bench.observers())
     object.number(each.name, each.system < change.size() ? change[each.system].observed[each.index]
@@ -238,13 +238,13 @@ std::string observed_json(const Bench& bench, const std::vector<Likeness>& chang
 }
 
 JsonObject row_json(const Bench& bench, const std::optional<Looks>& look,
-                    const std::vector<Likeness>& change) {
+                    const std::vector<RunDistance>& change) {
   JsonObject object;
   object.number("seconds", look ? look->seconds() : std::nan(""));
   if (look) object.integer("evaluations", look->evaluations());
-  object.number("change", worst(change, &Likeness::places))
-      .number("energy", worst(change, &Likeness::energy));
-  if (bench.by_figure()) object.number("figure", worst(change, &Likeness::figure));
+  object.number("change", worst(change, &RunDistance::positions))
+      .number("energy", worst(change, &RunDistance::energy));
+  if (bench.by_figure()) object.number("figure", worst(change, &RunDistance::figure));
   return object.json("observed", observed_json(bench, change));
 }
 
@@ -276,7 +276,7 @@ std::string json_of(const Bench& bench, const SceneSpec& scene, const std::vecto
       .text("system", join(names_of(scene), ", "))
       .number("time", time)
       .json("budget", scene.world ? budgets.str() : shortest(bench.budget(0)))
-      .number("own_error", worst(bench.own(), &Likeness::places))
+      .number("own_error", worst(bench.own(), &RunDistance::positions))
       .flag("complete", complete)
       .json("whole", whole.str())
       .json("parts", json_array(parts))

@@ -1,4 +1,4 @@
-// What of a scene can be left out or made smaller, each as a change of what the command line says.
+// The parts of a scene that can be left out or made smaller, each as a change of the command line.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ struct Part {
   std::function<bool(SceneVariant&)> apply;  // false when there is nothing more to change
 };
 
-// Of the scene as it is asked for, which outlives them.
+// The parts of the scene as requested, which outlives them.
 std::vector<Part> parts_of(const StudyTask& task, const StudiedScene& scene);
 
 // The command of a run, with integrator, step and time.

@@ -1,5 +1,5 @@
 // Crossings of surfaces against a count over all pairs in whole numbers, which are exact.
-#include "core/particles/elements/crossings.h"
+#include "core/particles/elements/mesh_intersections.h"
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -49,7 +49,7 @@ struct Sheet {
     view.n = static_cast<int>(places.size());
     view.x = q[0].data(), view.y = q[1].data(), view.z = q[2].data();
     const std::shared_ptr<const sim::TriangleMesh> surfaces[] = {mesh};
-    return sim::Crossings(surfaces).count(view);
+    return sim::MeshIntersections(surfaces).count(view);
   }
 
   std::shared_ptr<const sim::TriangleMesh> mesh;

@@ -57,7 +57,7 @@ TEST_CASE("a box on an incline rests or slides as friction says", "[rigid]") {
     slides.run_to(1);
     CHECK(slid(slides.system) ==
           Approx(0.5 * 9.81 * (std::sin(0.4) - 0.3 * std::cos(0.4))).margin(1e-12));
-    CHECK(slides.system.body_state(0).spin.norm() < 1e-12);
+    CHECK(slides.system.body_state(0).angular_velocity.norm() < 1e-12);
     // It comes to rest within a step, and then stays.
     TextRun stops(box_on_incline(0.5, 0.3), method, 0.01);
     stops.run_to(1.5);
@@ -97,7 +97,7 @@ TEST_CASE("a ball that slides rolls in the end, at 5/7 of its velocity", "[rigid
   scene.run_to(1);
   const RigidState state = scene.system.body_state(0);
   CHECK(state.velocity.x() == Approx(10.0 / 7).epsilon(1e-9));
-  CHECK(state.spin.z() == Approx(-100.0 / 7).epsilon(1e-9));
+  CHECK(state.angular_velocity.z() == Approx(-100.0 / 7).epsilon(1e-9));
   CHECK(state.center.y() == Approx(0.1).margin(1e-9));
 }
 

@@ -5,7 +5,7 @@
 #include "core/math/logarithm.h"
 #include "core/ode/jacobian.h"
 #include "core/particles/elements/cells.h"
-#include "plugins/forces/fem/solid_law.h"
+#include "plugins/forces/fem/constitutive_law.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -108,7 +108,7 @@ TEST_CASE("energy densities of deformations have the values computed elsewhere")
        0.20829034917316705},
       {{{-0.5, 0, 0}, {0, 1, 0.1}, {0, 0.2, 1}}, 0.55585, 7.95377262797386, 4.046227531527565},
       {sim::Mat3::Diagonal({1, 1, 0}), 0.875, 3.5, 1.2763877113318902}};
-  using Model = sim::SolidLaw::Model;
+  using Model = sim::ConstitutiveLaw::Model;
   for (const Case& c : cases) {
     CHECK(sim::energy_density({Model::kStVk, 2, 3}, c.F) == Approx(c.stvk).epsilon(1e-13));
     CHECK(sim::energy_density({Model::kCorotated, 2, 3}, c.F) ==

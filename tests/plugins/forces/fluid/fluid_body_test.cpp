@@ -1,7 +1,7 @@
 // Rigid bodies in fluids: Archimedes, momentum and energy, and what the fluid says it does not see.
 #include <cmath>
 
-#include "plugins/forces/fluid/body_skin.h"
+#include "plugins/forces/fluid/boundary_sampling.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
@@ -144,9 +144,9 @@ TEST_CASE("points of a body lie under its surface, as deep and as wide as asked"
     mesh.triangles.push_back({face[0], face[1], face[2]});
     mesh.triangles.push_back({face[0], face[2], face[3]});
   }
-  REQUIRE(bulk_of(mesh).volume == Approx(8 * half[0] * half[1] * half[2]));
+  REQUIRE(mass_properties(mesh).volume == Approx(8 * half[0] * half[1] * half[2]));
   for (const RigidShape& shape : {box, mesh}) {
-    const std::vector<Vec3> points = points_under(shape, depth, width);
+    const std::vector<Vec3> points = sample_boundary(shape, depth, width);
     for (const Vec3& p : points) CHECK(distance_to_box(p, half) == Approx(depth).epsilon(0.03));
     // No place of the inner surface is far from all of them.
     const Vec3 inner = half - Vec3::Constant(depth);
@@ -163,13 +163,13 @@ TEST_CASE("points of a body lie under its surface, as deep and as wide as asked"
         }
     CHECK(points.size() < 300);
   }
-  for (const Vec3& p : points_under(capsule, depth, width)) {
+  for (const Vec3& p : sample_boundary(capsule, depth, width)) {
     const Vec3 axis(0, std::clamp(p[1], -0.35, 0.35), 0);
     CHECK((p - axis).norm() == Approx(0.3).epsilon(1e-12));
   }
-  CHECK_THROWS_WITH(points_under(box, 0.2, width), Contains("not thicker than 0.4 m"));
-  CHECK_THROWS_WITH(points_under(mesh, 0.25, width), Contains("not thicker than 0.5 m"));
-  CHECK_THROWS_WITH(points_under(box, depth, 1e-4), Contains("times as wide"));
+  CHECK_THROWS_WITH(sample_boundary(box, 0.2, width), Contains("not thicker than 0.4 m"));
+  CHECK_THROWS_WITH(sample_boundary(mesh, 0.25, width), Contains("not thicker than 0.5 m"));
+  CHECK_THROWS_WITH(sample_boundary(box, depth, 1e-4), Contains("times as wide"));
 }
 
 TEST_CASE("a fluid names what it does not see", "[scene][fluid]") {

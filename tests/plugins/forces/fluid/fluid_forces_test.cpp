@@ -62,8 +62,8 @@ enum class What { kPressure, kViscosity };
 
 std::vector<double> forces_of(FluidForces& fluid, const Moving& state, What part = What::kPressure,
                               int threads = 1) {
-  Team team(threads);
-  fluid.prepare(state.view, team);
+  ThreadPool pool(threads);
+  fluid.prepare(state.view, pool);
   const auto n = static_cast<std::size_t>(state.view.n);
   std::vector<double> f(3 * n);
   const ForceSink sink{f.data(), f.data() + n, f.data() + 2 * n};
@@ -75,8 +75,8 @@ std::vector<double> forces_of(FluidForces& fluid, const Moving& state, What part
 }
 
 double energy_of(FluidForces& fluid, const Moving& state) {
-  Team team(1);
-  fluid.prepare(state.view, team);
+  ThreadPool pool(1);
+  fluid.prepare(state.view, pool);
   return fluid.potential({0, state.view.n});
 }
 
@@ -248,8 +248,8 @@ namespace {
 class Untold final : public Collider {
  public:
   explicit Untold(std::unique_ptr<Collider> other) : other_(std::move(other)) {}
-  Surface surface() const override { return other_->surface(); }
-  Touch touch(double t, const Vec3& x) const override { return other_->touch(t, x); }
+  ContactMaterial material() const override { return other_->material(); }
+  SurfaceSample query(double t, const Vec3& x) const override { return other_->query(t, x); }
   bool moves() const override { return false; }
 
  private:
@@ -337,11 +337,12 @@ TEST_CASE("forces of a fluid have the same bits for threads, instruction sets an
   const Points start = lump({9, 9, 9}, 0.9, 0.1), speeds = lump({9, 9, 9}, 0.1, 1);
   FluidForces walked = make();
   walked.bind(Moving(start, speeds).view);
-  for (const double way : {0.02, 0.1, 0.14, 0.2, 0.9}) {
+  for (const double displacement : {0.02, 0.1, 0.14, 0.2, 0.9}) {
     Points points = start;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const int c = static_cast<int>(7 * i);
-      points[i] += way * Vec3(dice(c), dice(c + 1), dice(c + 2)) + way * Vec3(0.4, 0.4, 0.4);
+      points[i] += displacement * Vec3(dice(c), dice(c + 1), dice(c + 2)) +
+                   displacement * Vec3(0.4, 0.4, 0.4);
     }
     const Moving state(points, speeds);
     for (const What part : {What::kPressure, What::kViscosity}) {

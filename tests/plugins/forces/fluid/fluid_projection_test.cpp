@@ -26,8 +26,8 @@ class Piston final : public Collider {
   Piston(const Vec3& normal, double place, double speed)
       : normal_(normal), place_(place), speed_(speed) {}
 
-  Surface surface() const override { return {}; }
-  Touch touch(double t, const Vec3& x) const override {
+  ContactMaterial material() const override { return {}; }
+  SurfaceSample query(double t, const Vec3& x) const override {
     return {normal_.dot(x) - place_ - speed_ * t, normal_, speed_ * normal_};
   }
 
@@ -63,12 +63,12 @@ struct Lump {
   Lump(const Lump&) = delete;
   Lump& operator=(const Lump&) = delete;
 
-  FluidRows rows() {
-    FluidRows rows;
+  DensityConstraints rows() {
+    DensityConstraints rows;
     rows.add_wall(std::make_unique<Piston>(Vec3(0, 1, 0), 0, 0));
     rows.add_wall(std::make_unique<Piston>(Vec3(1, 0, 0), 0, 0.7));
     rows.bind(law, view);
-    rows.make(view, team);
+    rows.make(view, pool);
     return rows;
   }
 
@@ -76,18 +76,18 @@ struct Lump {
   std::vector<double> q[3], v[3], mass;
   ParticleView view;
   FluidLaw law;
-  Team team{1};
+  ThreadPool pool{1};
 };
 
 // Of each id.
-std::vector<double> densities(const FluidRows& rows, int n) {
+std::vector<double> densities(const DensityConstraints& rows, int n) {
   std::vector<double> list;
   for (int i = 0; i < n; ++i) list.push_back(rows.densities()[rows.place(i)]);
   return list;
 }
 
 // Four numbers a place.
-std::vector<double> at_places(const FluidRows& rows, const Lump& lump) {
+std::vector<double> at_places(const DensityConstraints& rows, const Lump& lump) {
   std::vector<double> list(4 * static_cast<std::size_t>(rows.places()));
   for (int p = 0; p < lump.n; ++p)
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -100,10 +100,10 @@ std::vector<double> at_places(const FluidRows& rows, const Lump& lump) {
 
 TEST_CASE("rows of a fluid are the derivatives of its densities, images and moving walls too") {
   Lump lump(6);
-  const FluidRows rows = lump.rows();
-  const std::vector<double> ways = at_places(rows, lump);
+  const DensityConstraints rows = lump.rows();
+  const std::vector<double> displacements = at_places(rows, lump);
   std::vector<double> rates(static_cast<std::size_t>(rows.places()));
-  rows.rate(ways.data(), rates.data(), lump.team);
+  rows.rate(displacements.data(), rates.data(), lump.pool);
 
   // The same densities a moment earlier and later.
   constexpr double kMoment = 1e-5;
@@ -130,37 +130,38 @@ TEST_CASE("rows of a fluid are the derivatives of its densities, images and movi
   CHECK(walls > 0.1 * largest);
 
   // (J w).p = w.(J' p)
-  std::vector<double> p(rates.size()), pushes(ways.size());
+  std::vector<double> p(rates.size()), pressure_forces(displacements.size());
   for (int k = 0; k < lump.n; ++k) p[static_cast<std::size_t>(k)] = dice(k + 90);
-  rows.push(p.data(), pushes.data(), lump.team);
+  rows.push(p.data(), pressure_forces.data(), lump.pool);
   double one = 0, other = 0;
   for (int k = 0; k < lump.n; ++k)
     one += p[static_cast<std::size_t>(k)] * rates[static_cast<std::size_t>(k)];
-  for (std::size_t k = 0; k < ways.size(); ++k) other += ways[k] * pushes[k];
+  for (std::size_t k = 0; k < displacements.size(); ++k)
+    other += displacements[k] * pressure_forces[k];
   CHECK(one == Approx(other).epsilon(1e-12));
 }
 
 TEST_CASE("rows of a fluid have the densities and the friction of its forces") {
   Lump lump(6);
-  const FluidRows rows = lump.rows();
+  const DensityConstraints rows = lump.rows();
   FluidForces fluid({1, 1.5, 10, 0.3, 0, 0}, 3, {});
   fluid.add_wall(std::make_unique<Piston>(Vec3(0, 1, 0), 0, 0));
   fluid.add_wall(std::make_unique<Piston>(Vec3(1, 0, 0), 0, 0.7));
   fluid.bind(lump.view);
-  fluid.prepare(lump.view, lump.team);
+  fluid.prepare(lump.view, lump.pool);
   std::vector<double> f[3];
   for (auto& axis : f) axis.assign(static_cast<std::size_t>(lump.n), 0);
   fluid.add_viscosity({0, lump.n}, {f[0].data(), f[1].data(), f[2].data()});
-  const std::vector<double> ways = at_places(rows, lump);
-  std::vector<double> brakes(ways.size());
-  rows.brake(ways.data(), brakes.data(), lump.team);
+  const std::vector<double> displacements = at_places(rows, lump);
+  std::vector<double> viscous_forces(displacements.size());
+  rows.apply_viscosity(displacements.data(), viscous_forces.data(), lump.pool);
   double worst = 0, largest = 0;
   for (int i = 0; i < lump.n; ++i) {
     CHECK(rows.densities()[rows.place(i)] == Approx(fluid.density(i)).epsilon(1e-13));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double force = f[axis][static_cast<std::size_t>(i)];
       const auto at = 4 * static_cast<std::size_t>(rows.place(i)) + axis;
-      worst = std::max(worst, std::fabs(force + brakes[at]));
+      worst = std::max(worst, std::fabs(force + viscous_forces[at]));
       largest = std::max(largest, std::fabs(force));
     }
   }
@@ -171,7 +172,7 @@ TEST_CASE("pressures of a fluid meet their conditions, for particles that are he
   Lump lump(6);
   for (int i = 0; i < lump.n; i += 17) lump.mass[static_cast<std::size_t>(i)] = HUGE_VAL;
   lump.mass[5] = 3;
-  const FluidRows rows = lump.rows();
+  const DensityConstraints rows = lump.rows();
   PressureSolve solve;
   solve.bind(lump.n, 5);
   std::vector<double> wanted(static_cast<std::size_t>(rows.places()));
@@ -180,9 +181,9 @@ TEST_CASE("pressures of a fluid meet their conditions, for particles that are he
     wanted[at(p)] = lump.mass[at(rows.id(p))] < HUGE_VAL ? rows.densities()[p] - 1.02 : 0;
   const std::span<double> pressures = solve.pressures(rows);
   for (int p = 0; p < lump.n; p += 3) pressures[at(p)] = 0.01;  // from anywhere
-  REQUIRE(solve.solve(rows, wanted.data(), lump.mass.data(), 1e-12, lump.team));
+  REQUIRE(solve.solve(rows, wanted.data(), lump.mass.data(), 1e-12, lump.pool));
   std::vector<double> result(wanted.size());
-  rows.rate(solve.pushes(), result.data(), lump.team);
+  rows.rate(solve.pressure_forces(), result.data(), lump.pool);
   int pressed = 0;
   for (int p = 0; p < lump.n; ++p) {
     const double missing = wanted[at(p)] + result[at(p)];  // A p is -J of the pushes
@@ -191,7 +192,7 @@ TEST_CASE("pressures of a fluid meet their conditions, for particles that are he
     if (pressures[at(p)] > 0 && std::fabs(missing) > 1e-9) FAIL("a pressure without need");
     pressed += pressures[at(p)] > 0;
     if (!(lump.mass[at(rows.id(p))] < HUGE_VAL))
-      for (int axis = 0; axis < 3; ++axis) CHECK(solve.pushes()[4 * p + axis] == 0);
+      for (int axis = 0; axis < 3; ++axis) CHECK(solve.pressure_forces()[4 * p + axis] == 0);
   }
   CHECK(pressed > lump.n / 4);
   CHECK(pressed < lump.n);
@@ -200,14 +201,15 @@ TEST_CASE("pressures of a fluid meet their conditions, for particles that are he
 TEST_CASE("pressures that are not found to the end push all the same, as they are") {
   Lump lump(4);
   lump.q[0][5] = 100;  // nobody can do anything for it
-  const FluidRows rows = lump.rows();
+  const DensityConstraints rows = lump.rows();
   PressureSolve solve;
   solve.bind(lump.n, 5);
   const std::vector<double> wanted(static_cast<std::size_t>(rows.places()), 0.1);
-  CHECK(!solve.solve(rows, wanted.data(), lump.mass.data(), 1e-3, lump.team));
-  std::vector<double> pushes(4 * static_cast<std::size_t>(rows.places()));
-  rows.push(solve.pressures(rows).data(), pushes.data(), lump.team);
-  for (std::size_t k = 0; k < pushes.size(); ++k) CHECK(solve.pushes()[k] == -pushes[k]);
+  CHECK(!solve.solve(rows, wanted.data(), lump.mass.data(), 1e-3, lump.pool));
+  std::vector<double> pressure_forces(4 * static_cast<std::size_t>(rows.places()));
+  rows.push(solve.pressures(rows).data(), pressure_forces.data(), lump.pool);
+  for (std::size_t k = 0; k < pressure_forces.size(); ++k)
+    CHECK(solve.pressure_forces()[k] == -pressure_forces[k]);
 }
 
 TEST_CASE("water that keeps its density does so, whatever its threads", "[scene][fluid]") {
@@ -277,7 +279,7 @@ TEST_CASE("pressures that keep the density of standing water are those of its de
       const auto layer =
           static_cast<std::size_t>(std::clamp(water.position(i)[1] / 0.06, 0.0, 9.0));
       sums[layer] +=
-          view.memory[static_cast<std::size_t>(i)] +
+          view.internal[static_cast<std::size_t>(i)] +
           1000 * 9.81 * (water.position(i)[1] - 0.06 * (static_cast<double>(layer) + 0.5));
       ++counts[layer];
     }

@@ -221,8 +221,8 @@ TEST_CASE("wind that is swept gives what wind that is gathered gives", "[wind]")
     add(ForceSink{sum.data(), sum.data() + kParticles, sum.data() + 2 * kParticles});
     return sum;
   };
-  Team team(3);
-  forces.prepare(view, team);
+  ThreadPool pool(3);
+  forces.prepare(view, pool);
   const std::vector<double> gathered = sums([&](ForceSink sink) {
     forces.add({0, kParticles}, sink);
   });

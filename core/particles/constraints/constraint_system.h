@@ -1,0 +1,77 @@
+// The constraints of a particle system, and the solvers that enforce them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/particles/constraints/constraint_force.h"
+#include "core/particles/constraints/constraint_solver.h"
+
+namespace sim {
+
+class Particles;
+
+// States are those of the particles, behind which lie the numbers of the constraints.
+class ConstraintSystem {
+ public:
+  explicit ConstraintSystem(Particles& particles);
+  ~ConstraintSystem();
+
+  // One by one, and then, and whenever the masses or pins are others, begin().
+  void add(std::unique_ptr<Constraint> constraint, const std::string& name,
+           const std::string& place, double feedback, const double* initial);
+  void begin();
+
+  const Constraints& constraints() const noexcept { return constraints_; }
+  // Where their numbers lie in a state, and how many these are.
+  std::size_t internal_begin() const noexcept;
+  std::size_t internal_size() const noexcept { return constraints_.internal_size(); }
+
+  // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
+  void start(double* state);
+
+  // a += what the constraints make of it; `memory` theirs. False where that is not finite.
+  bool add_constraint_forces(const ParticleView& view, const double* memory, double* const a[3]);
+  // Puts a state among those allowed; near: it is the end of a step whose last evaluation was near.
+  bool project_state(double t, double* state, bool near);
+
+  // The two halves of that, of positions and of velocities; numbers of constraints stay.
+  bool project_positions(double t, double* state, bool near);
+  bool project_velocities(double t, double* state);
+
+  // For others who solve beside the constraints: at this state v := the nearest velocities that are
+  // allowed; without their drive: changes of velocities.
+  bool begin_projections(double t, double* state);
+  void project(const Constraints::Axes& v, bool with_drive);
+
+  // Why the last step found no allowed state; empty where it did.
+  const std::string& refusal() const noexcept { return refusal_; }
+  void refuse(std::string why) { refusal_ = std::move(why); }
+
+  // The first `count` particles touch colliders; constraints join some of them.
+  void join_contact(int count) { contact_count_ = count; }
+  int contact_count() const { return contact_count_; }
+  bool joins_contact() const;
+
+  // These evaluate any state and keep nothing of it.
+  std::vector<ConstraintForce> forces(double t, const double* state);
+  double driving_power(double t, const double* state);  // of constraints that move, W
+  ConstraintDrift drift(double t, const double* state) const;
+
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  bool observe(const ParticleView& now, const double* state);
+
+  Particles* particles_;
+  Constraints constraints_;
+  std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
+  std::unique_ptr<class ContactAccelerations>
+      contact_accelerations_;  // where particles touch something
+  int contact_count_ = 0;
+  std::string refusal_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace sim

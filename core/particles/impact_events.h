@@ -1,0 +1,67 @@
+// Touches of particles with colliders as events, at which methods end their steps.
+#pragma once
+
+#include "core/ode/ode_system.h"
+#include "core/particles/particles.h"
+#include "core/particles/reported_contact_work.h"
+
+namespace sim {
+
+// A step ends at the impact of a free particle with a collider, where a resting contact opens, and
+// where its slip reverses. In between resting particles have constrained accelerations, so that f
+// is smooth and a method keeps its order; at the end of a step they are projected back onto the
+// surface (Hairer, Lubich & Wanner 2006, section IV.4).
+class ImpactEvents : public Events {
+ public:
+  explicit ImpactEvents(Particles& particles)
+      : particles_(&particles), reported_work_(particles.contacts().work_sums()) {}
+
+  void gave_up() override { particles_->contacts().work_sums().count_uncut(); }
+  void repeated() override { reported_work_.repeated(); }
+
+  bool begun() const noexcept { return begun_; }  // by the present method
+  void forget() noexcept {                        // another method comes
+    begun_ = false;
+    reported_work_.forget();
+  }
+  ReportedContactWork& reported_work() { return reported_work_; }
+
+ protected:
+  static constexpr double kGapTolerance =
+      1e-9;  // m in units of the place: a gap that counts as none
+  static constexpr double kPenetrationTolerance = 1e-11;  // likewise, and less than none, at an end
+  static constexpr double kVelocityTolerance =
+      1e-9;  // of velocities: a rate of the gap that counts as none
+  static constexpr double kMinFraction = 1e-9;     // shares of a step that are none
+  static constexpr double kForceTolerance = 1e-7;  // of the acceleration: a push that is none
+
+  // Where in a step the first event is, as a share of it.
+  struct Earliest {
+    double s = 1;
+    void may_be(double other) {
+      if (other > kMinFraction && other < s && other < 1 - kMinFraction) s = other;
+    }
+  };
+
+  void begin_step(double t, double h) {
+    t_ = t;
+    h_ = h;
+    begun_ = true;
+    in_forces_ = false;
+    const Contacts& contacts = particles_->contacts();
+    contacts.work_sums().begin_step();
+    if (contacts.sampled()) contacts.prepare_interval(t, t + h);
+  }
+  bool within(double t) const { return begun_ && t >= t_ && t <= t_ + h_; }
+  Outcome outcome(bool had_impact) const {
+    if (particles_->contacts().work_sums().over_constrained() >= 0) return Outcome::kNotAllowed;
+    return had_impact ? Outcome::kImpact : Outcome::kSmooth;
+  }
+
+  Particles* particles_;
+  ReportedContactWork reported_work_;
+  double t_ = 0, h_ = 0;
+  bool begun_ = false, in_forces_ = false;  // f was asked for what is held
+};
+
+}  // namespace sim

@@ -1,0 +1,96 @@
+// Contact inside the equations of implicit steps, by velocity inequalities.
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/ode_system.h"
+#include "core/particles/implicit/velocity_inequality.h"
+#include "core/particles/particles.h"
+
+namespace sim {
+
+// A step of size h from x is taken in rounds, each with all of its stages, until nothing new is
+// met:
+//
+// - What lies on a surface at the start, or has touched one, may not be inside at the end of a
+//   stage: gap(t, q + v ..) >= 0, which is a half-space of its velocity, n.v >= b, with the normal
+//   at the stage and b from the gap of the round before. Moreau (1988); Stewart & Trinkle (1996),
+//   Int. J. Numer. Meth. Eng. 39.
+// - What touches a surface on its way, found on the cubic through both ends, bounces there: the
+//   round after begins where a particle with the new velocity would have come from, x - s h dv,
+//   v + dv. So forces between particles see the bounce.
+// - Friction is mu times the push of the round before against the slip, to first order in it, or
+//   holds the particle where that is not enough to move it.
+//
+// At the end velocities lose what leads off a surface that pushed. All of it is a pure function of
+// t, h, x and the method, and local to a particle but for the equations.
+class ImplicitContact {
+ public:
+  explicit ImplicitContact(Particles& particles);
+
+  const double* begin(double t, double h, const double* x, bool again);
+  StepEnd end(double* x_next, bool bounces);                // or somebody else cuts the step there
+  bool had_impact() const noexcept { return had_impact_; }  // something bounced in this step
+
+  // The inequalities of the stage Y - tau f = r at time t; null where nothing is near.
+  VelocityInequalities* bounds(double t, double tau, const StageOptions& method, const double* r);
+  void solved(const double* y);  // of that stage
+
+  // At the start of the step: the surfaces push against what accelerates particles into them.
+  void accelerate(const ParticleView& view, double* const a[3]) const;
+
+ private:
+  struct Held {
+    int particle = 0, count = 0, turns = 0;
+    Collider* collider[VelocityInequality::kMost] = {};
+    double since[VelocityInequality::kMost] =
+        {};  // s; a way before a bounce is no way of the particle
+    bool sticking = false;
+    double sticking_since = 0;  // s, and where
+    Vec3 place{0, 0, 0};
+
+    std::span<Collider* const> all() const { return {collider, static_cast<std::size_t>(count)}; }
+    void add(Collider* what, double t) {
+      if (count < VelocityInequality::kMost) since[count] = t, collider[count++] = what;
+    }
+  };
+  struct Stage {
+    double t = 0, tau = 0, reach = 1;
+    bool first_order = false;
+    const double* r = nullptr;
+    VelocityInequalities bounds;
+    std::vector<Vec3> velocity;  // of each, in the round before
+    std::vector<Friction> friction;
+
+    double span() const { return reach * tau; }  // from r to where the end is, along v
+    double end() const { return t + (reach - 1) * tau; }
+  };
+
+  void find_held(const double* x);
+  bool find_impacts(const double* x_next);
+  void hit(int i, const Contacts::Impact& impact);
+  void linearise_friction(Stage& stage, std::size_t index);
+  void finish(double* x_next);
+  void put_out(double* x_next, bool project);
+  Held* held(int i);                               // null: it lies on nothing
+  Held& entered(int i);                            // it does from now on
+  std::span<Collider* const> colliders_at(int i);  // the colliders that it touches
+  Vec3 surface_velocity(const Held& held, double t, const Vec3& x) const;
+
+  Particles* particles_;
+  double t_ = 0, h_ = 0;
+  int round_ = 0;
+  std::size_t stage_ = 0;
+  bool again_ = false, had_impact_ = false, begun_ = false;
+  Array start_;  // where the stages begin, if not at x
+  const double* from_ = nullptr;
+  std::vector<Held> held_;
+  std::vector<int> index_;                          // of each particle in held_; -1: none
+  std::vector<std::pair<int, ContactWork>> blows_;  // J
+  std::vector<Stage> stages_;
+};
+
+}  // namespace sim

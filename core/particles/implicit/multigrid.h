@@ -1,0 +1,54 @@
+// A preconditioner whose iterations hardly grow in number with the particles.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/particles/implicit/float_springs.h"
+
+namespace sim {
+
+// A V cycle: a damped Jacobi step with the blocks on the diagonal, the same problem for aggregates
+// of about 36 neighbours along springs that move as rigid bodies (AggregateMatrix), and another
+// Jacobi step. The error modes that are slow for conjugate gradients stretch next to no spring, so
+// they are rigid motions of aggregates. The steps on particles run in single precision, those on
+// aggregates in double: their matrix is small where they move as one, a difference of large
+// numbers.
+class Multigrid {
+ public:
+  // masses of the particles in kg, infinity where pinned.
+  Multigrid(const StageMatrix& matrix, const Particles& system);
+
+  bool prepare(const StageMatrix& matrix);   // for it as it is now; false when it cannot be used
+  double solve(const double* r, double* z);  // z := about A^-1 r; r.z
+
+ private:
+  static constexpr int kRow = AggregateKernels::kRow;
+  static Aggregates aggregates_of(const StageMatrix& matrix, const Particles& system,
+                                  WeightedGraph& between);
+  int aggregate_index(int i) const { return aggregates_.of[static_cast<std::size_t>(i)]; }
+  template <class Visit>  // visit(i) of the particles of a patch
+  void each_member(std::size_t aggregate_index, Visit visit) const {
+    for (int at = first_[aggregate_index]; at < first_[aggregate_index + 1]; ++at)
+      visit(members_[static_cast<std::size_t>(at)]);
+  }
+  void assign_aggregates(const StageMatrix& matrix);
+  void add_particles();
+  void add_springs();
+  void restrict_rest(const float* rest);
+  void add_motions(float* x);
+
+  Layout half_;
+  FloatSprings springs_;
+  Aggregates aggregates_;
+  std::optional<AggregateMatrix> aggregate_matrix_;
+  std::vector<int> first_, members_;  // particles of patches
+  std::vector<int> places_;           // blocks of springs between two patches, in order
+  std::vector<Vec3> arms_;            // of particles, in units of the size of their patch
+  Array across_;                      // of particles, what springs to other patches add to D
+  Array r_, x_;                       // of patches
+  ArrayOf<float> rest_, guess_, more_;
+};
+
+}  // namespace sim

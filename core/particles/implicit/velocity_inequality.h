@@ -1,0 +1,71 @@
+// Inequalities on the velocities of single particles: half-spaces and friction.
+#pragma once
+
+#include <vector>
+
+#include "core/math/mat3.h"
+
+namespace sim {
+
+struct HalfSpace {
+  Vec3 normal{0, 1, 0};  // of length 1
+  double least = 0;      // normal.v >= least, m/s
+};
+
+// Friction on a surface with a normal n that moves at the velocity u, near a slip w: what
+// mu |push| (v - u) / |v - u| is to first order, the size along w and a drag across it; or, with no
+// direction, a drag alone (Kacanov's iteration), which cannot turn a slip round.
+struct Friction {
+  double drag = 0;                         // kg, mu |push| / |w|
+  Vec3 direction{0, 0, 0};                 // w / |w|; or 0
+  double size = 0;                         // kg m/s, mu |push|; or 0
+  Vec3 normal{0, 1, 0}, carrier{0, 0, 0};  // n; u in m/s
+
+  Mat3 slope() const {
+    return drag * (Mat3::Identity() - outer(normal, normal) - outer(direction, direction));
+  }
+  Vec3 at(const Vec3& v) const { return size * direction + slope() * (v - carrier); }
+  // kg m^2/s^2, whose gradient that is.
+  double potential(const Vec3& v) const {
+    const Vec3 slip = v - carrier;
+    return size * direction.dot(slip) + 0.5 * slip.dot(slope() * slip);
+  }
+};
+
+// The contact state of one particle in its stage equation: up to three half-spaces, and friction
+// along the first.
+struct VelocityInequality {
+  static constexpr int kMost = 3;
+  static constexpr unsigned kSticking = 1u << kMost;
+
+  int particle = 0, count = 0;
+  HalfSpace planes[kMost];
+  Friction friction_model;  // against what slips
+  Vec3 friction{0, 0, 0};   // kg m/s, of that, in the gradient
+  bool sticking = false;    // v = held, and nothing else
+  Vec3 held{0, 0, 0};       // m/s
+
+  // Where the last trial is: on which planes, and what follows from the gradient there.
+  unsigned at = 0;            // a bit a plane
+  unsigned active = 0;        // of these, the ones that push; kStuck where it is stuck
+  Mat3 free_directions{};     // where some are: the projection onto the directions that are left
+  Vec3 push{0, 0, 0};         // kg m/s, of the planes on the particle
+  double pushes[kMost] = {};  // of each, >= 0
+  Vec3 offset{0, 0, 0};       // m/s
+
+  // The nearest velocity that is allowed.
+  Vec3 nearest(const Vec3& v);
+  // Where v + d is beyond planes that do not push, they do from now on, and `offset` is the way
+  // from v onto all that push; false where there are none.
+  bool activates(const Vec3& v, const Vec3& d);
+  // The part of a gradient along which its potential can still fall; the rest is the push. Planes
+  // that would have to pull let go.
+  Vec3 projected_gradient(const Vec3& gradient, const Vec3& v);
+
+ private:
+  void find_free_directions();
+};
+
+using VelocityInequalities = std::vector<VelocityInequality>;
+
+}  // namespace sim

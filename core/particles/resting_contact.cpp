@@ -1,0 +1,55 @@
+#include "core/particles/resting_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/particles/implicit/velocity_inequality.h"
+
+namespace sim {
+
+RestingContactForce resting_contact(std::span<Collider* const> colliders, double t, double d,
+                                    const Vec3& x, const Vec3& v, const Vec3& free) {
+  // gap'' = n.a + (n.(v - u))' along the straight way, by three values.
+  VelocityInequality bound;
+  RestingContactForce pressed{.surplus = -HUGE_VAL};
+  for (Collider* const collider : colliders) {
+    if (bound.count == VelocityInequality::kMost) break;
+    const auto rate = [&](double after) {
+      const SurfaceSample sample = collider->query(t + after, x + after * v);
+      return sample.normal.dot(v - sample.velocity);
+    };
+    const double curving = (4 * rate(d) - rate(2 * d) - 3 * rate(0)) / (2 * d);
+    const Vec3 normal = collider->query(t, x).normal;
+    bound.planes[bound.count++] = {normal, -curving};
+    pressed.surplus = std::max(pressed.surplus, -curving - normal.dot(free));
+  }
+  pressed.acceleration = bound.nearest(free);
+  pressed.push = pressed.acceleration - free;
+  if (bound.count == 0) return pressed;
+
+  const Collider& surface = *colliders[0];
+  const SurfaceSample sample = surface.query(t, x);
+  const Vec3 relative = v - sample.velocity;
+  pressed.slip = tangential(relative, sample.normal);
+  const ContactMaterial material = surface.material();
+  const double push = pressed.push.norm(), friction = material.friction * push;
+  if (friction == 0) return pressed;
+  const double speed = pressed.slip.norm(), size = pressed.acceleration.norm();
+  if (speed > 1e-12 * (v.norm() + sample.velocity.norm()) + 1e-6 * std::fabs(d) * size) {
+    pressed.acceleration -= material.friction_at(speed) * push / speed * pressed.slip;
+    return pressed;
+  }
+  const Vec3 carried =
+      (surface.query(t + d, surface.advect(t, t + d, x)).velocity - sample.velocity) / d;
+  const Vec3 drive = pressed.acceleration - carried;
+  const double driven = drive.norm();
+  if (driven <= friction) {
+    pressed.acceleration = carried;
+    return pressed;
+  }
+  const double slides = std::min(driven, material.friction_at(std::fabs(d) * driven) * push);
+  pressed.acceleration = pressed.acceleration - slides / driven * drive;
+  return pressed;
+}
+
+}  // namespace sim

@@ -1,0 +1,26 @@
+// The acceleration of a particle in resting contact with surfaces.
+#pragma once
+
+#include <span>
+
+#include "core/particles/collider.h"
+
+namespace sim {
+
+inline constexpr double kDifferenceStep = 1.0 / 1024;  // of a step, for differences
+
+struct RestingContactForce {
+  Vec3 acceleration{0, 0, 0};  // m/s^2, of the particle on its surfaces
+  Vec3 push{0, 0, 0};          // m/s^2 of it, that of the surfaces along their normals
+  Vec3 slip{0, 0, 0};          // m/s, along the first of them
+  double surplus = 0;          // m/s^2, by which the free one presses most; < 0: it leads off all
+};
+
+// Of a particle at x with the velocity v that would have the acceleration `free`: surfaces push,
+// and never pull, so that it leads into none, gap'' >= 0; the friction of the first acts
+// against the slip, or holds what does not slip. Derivatives of normals are differences over the
+// time d, which may be negative.
+RestingContactForce resting_contact(std::span<Collider* const> colliders, double t, double d,
+                                    const Vec3& x, const Vec3& v, const Vec3& free);
+
+}  // namespace sim

@@ -1,0 +1,81 @@
+// The common part of colliders with a signed distance: their material, their thickness, and how
+// they move.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/particles/collider.h"
+#include "core/particles/rigid_motion.h"
+#include "core/plugin/params.h"
+
+namespace sim {
+
+// A shape about the origin that moves as a rigid body. A derived class gives the shape; `inside`
+// makes all around it solid.
+class SdfCollider : public Collider {
+ public:
+  ContactMaterial material() const final { return surface_; }
+  SurfaceSample query(double t, const Vec3& x) const final;
+  double clearance(double t, const Vec3& middle, const Vec3& half) const final;
+  double max_speed(double t0, double t1) const final;
+  Vec3 advect(double t0, double t1, const Vec3& x) const final;
+  bool moves() const final { return motion_ != nullptr; }
+  bool sampled() const final { return motion_ && motion_->sampled(); }
+  void prepare_interval(double t0, double t1) final;
+  RenderShape shape(double t) const final;
+  PrimitiveSurface as_primitive(double t) const final;
+  std::string note() const final { return motion_ ? motion_->note() : ""; }
+
+ protected:
+  // From solid_params(); center: of the body at rest, and of its rotations.
+  SdfCollider(const Params& params, const Vec3& center);
+
+  struct Distance {
+    double gap;   // m, < 0 inside of the shape
+    Vec3 normal;  // its gradient
+  };
+  virtual Distance distance(const Vec3& x) const = 0;
+
+  // How it is drawn, about the origin and not turned.
+  virtual RenderShape form() const = 0;
+
+  // See Collider::as_primitive, for the shape about the origin.
+  virtual PrimitiveSurface plain_form() const { return {}; }
+
+  // See Collider::clearance, for the shape that is not rotated; `half` where it may be.
+  virtual double least(const Vec3& middle, const Vec3& half) const {
+    return distance(middle).gap - half.norm();
+  }
+
+  // m, from the origin to the farthest point of the shape that a turn about an axis moves in
+  // directions other than along the surface.
+  virtual double turning_radius(const Vec3& /*axis*/) const { return 0; }
+
+  bool inside() const { return inside_; }
+  void fill_outside() { inside_ = false; }  // the shape itself is what is solid
+
+ private:
+  Pose pose(double t) const;
+
+  Vec3 center_;
+  std::shared_ptr<const RigidMotion> motion_;  // null: at rest
+  ContactMaterial surface_;
+  double thickness_;
+  bool inside_;
+  double t0_ = 0, t1_ = 0;  // where a sampled motion was looked at
+  Pose first_, last_;
+};
+
+// What parameters `restitution`, `friction` and `law` say; a law takes the place of the numbers.
+// Throws Error{kScene} where both are given.
+ContactMaterial surface_from(const Params& params);
+
+// Those three.
+ParamList surface_params();
+
+// The parameters of a solid behind its own, but for `inside` where there is no room inside.
+ParamList solid_params(ParamList own, bool room = true);
+
+}  // namespace sim

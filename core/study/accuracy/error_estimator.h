@@ -1,0 +1,49 @@
+// The same run with half the step, or a tenth of the tolerance, kept abreast of a run: how wrong
+// each particle is while the run goes on.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/scene/action.h"
+#include "core/scene/simulation.h"
+
+namespace sim::study {
+
+// The method as exact as it takes: in double precision, with tolerances `kSharper` times smaller.
+inline constexpr double kSharper = 10;
+MethodChoice sharper(const Method& own);
+
+// The same run with a sharper method and so many steps for each of its own, at X = x and time t.
+Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,
+                     double steps_per_step, double t, std::span<const double> x);
+
+// The same run with another method and step.
+Simulation run_with_method(const SystemSpec& spec, Registry& registry, const Settings& own,
+                           const MethodChoice& method, double dt, double t,
+                           std::span<const double> x);
+
+class ErrorEstimator {
+ public:
+  // From the present state of the run on. Spec and registry outlive it.
+  ErrorEstimator(const SystemSpec& spec, const Simulation& run, Registry& registry);
+
+  // These apply the user's actions to the refined run as well: before the run, at its present time;
+  // and after it, when grabs, pins and switches are the same here. Another step or method, or a
+  // jump in time, needs a new estimator.
+  void advance(const Simulation& run);
+  void follow(const Simulation& run);
+  void act(const Action& action);  // what moves or pushes a particle at once
+
+  // The error of each particle, in m, or the one of a flat state, at the present time of the run:
+  // its distance from the companion, as the order of the method makes an error of it. Not finite
+  // where the companion came to an end.
+  std::vector<double> errors(const Simulation& run);
+
+ private:
+  Simulation fine_;
+  double factor_ = 1;  // from the distance to the error
+  bool ended_ = false;
+};
+
+}  // namespace sim::study

@@ -1,0 +1,38 @@
+// When a run is looked at: about 100 times, at uneven intervals.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace sim::study {
+
+// Looks at equal intervals would see a vibration that fits them as if it stood still. The k-th look
+// is moved on by the fractional part of k times the golden section, of an interval (Weyl 1916).
+class SamplingSchedule {
+ public:
+  // From step `first` to step `last`.
+  SamplingSchedule(std::int64_t first, std::int64_t last) : first_(first), last_(last) {}
+
+  // The step of the next look; the last step is one.
+  std::int64_t next() const {
+    constexpr double kGolden = 0.6180339887498949;
+    const auto k = static_cast<double>(taken_);
+    const double interval = static_cast<double>(last_ - first_) / kLooks;
+    const double shift = k * kGolden - std::floor(k * kGolden);
+    return std::min(last_, first_ + static_cast<std::int64_t>(interval * (k + shift)));
+  }
+
+  // True when a look is due at `step`, which it then was taken at.
+  bool take(std::int64_t step) {
+    if (step != last_ && step < next()) return false;
+    while (step < last_ && next() <= step) ++taken_;
+    return true;
+  }
+
+ private:
+  static constexpr double kLooks = 100;
+  std::int64_t first_, last_, taken_ = 0;
+};
+
+}  // namespace sim::study

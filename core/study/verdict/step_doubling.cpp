@@ -1,0 +1,348 @@
+#include "core/study/verdict/step_doubling.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/noise.h"
+#include "core/particles/particle_system.h"
+#include "core/study/accuracy/error_estimator.h"
+#include "core/study/verdict/criterion.h"
+
+namespace sim::study {
+namespace {
+
+constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
+constexpr int kNeighbours = 3;             // asked for what is observed, where it is chaotic
+constexpr std::size_t kFewNumbers = 1000;  // of a flat state
+constexpr double kLittle = 0.01;           // of the largest number of a run
+constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
+
+// Largest distance of a particle, or difference of a number of a flat state.
+double largest_distance(const std::vector<double>& a, const std::vector<double>& b, bool flat) {
+  double most = 0;
+  const std::size_t width = flat ? 1 : 3;
+  for (std::size_t i = 0; i < a.size(); i += width) {
+    double square = 0;
+    for (std::size_t k = i; k < i + width; ++k) square += (a[k] - b[k]) * (a[k] - b[k]);
+    const double distance = std::sqrt(square);
+    if (!(distance <= most)) most = distance;  // not a number counts as the worst
+  }
+  return std::isnan(most) ? HUGE_VAL : most;
+}
+
+double largest_number(const std::vector<double>& numbers) {
+  double most = 0;
+  for (const double number : numbers) most = std::max(most, std::abs(number));
+  return most;
+}
+
+}  // namespace
+
+StepDoubling::StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t steps,
+                           Registry& registry)
+    : spec_(&spec),
+      run_(&run),
+      registry_(&registry),
+      start_(run.snapshot()),
+      start_evaluations_(run.integrator().effort().evaluations),
+      last_step_(run.step_count() + steps) {
+  const auto numbers = std::max<std::size_t>(1, run.state().size());
+  const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
+  constexpr std::int64_t kLooks = 100;
+  stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
+  const ParticleSystem* particles = particles_of(run);
+  may_jump_ = !particles || std::ranges::any_of(particles->other_forces(), [](const Force* force) {
+    return !force->conservative() && !force->has_dissipative_part() && !force->springs();
+  });
+}
+
+void StepDoubling::look(const Energy* energy, std::span<const double> observed) {
+  if (energy) {
+    if (frames_.empty()) start_potential_ = energy->potential;
+    in_play_ = std::max(in_play_, energy->kinetic + std::abs(energy->potential - start_potential_));
+  }
+  if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
+  frames_.push_back({{run_->step_count(), run_->t()},
+                     {positions(*run_), energy ? energy->total() : std::nan(""),
+                      may_jump_ ? state_of(*run_) : std::vector<double>(), run_->settings().broken},
+                     0,
+                     {observed.begin(), observed.end()}});
+  if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);
+  if (beside_) beside_->look(frames_.back().at);
+}
+
+// Two for each step that the method takes; more where there are so few that two are no finer look
+// at what happens. A method that chooses its steps inside ours tells by its evaluations.
+double StepDoubling::steps_per_step(double steps) const {
+  constexpr double kFewest = 64, kMost = 32;
+  const IntegratorInfo info = run_->integrator_info();
+  if (info.adaptive)
+    return std::clamp(std::ceil(kFinestStates / steps), 1.0, double(kFinestStates));
+  const auto taken = static_cast<double>(run_->step_count() - start_.step);
+  const auto evaluations =
+      static_cast<double>(run_->integrator().effort().evaluations - start_evaluations_);
+  const double inside = info.evaluations > 0 && taken > 0
+                            ? std::max(1.0, std::round(evaluations / (info.evaluations * taken)))
+                            : 1;
+  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * steps)), 1.0, kMost);
+}
+
+// Springs are looked at in every step of an adaptive run, or else as often as shows one that turns
+// round.
+RefinedRun::Plan StepDoubling::plan(double steps) const {
+  constexpr double kLooksAtSprings = 2000;
+  RefinedRun::Plan plan{.steps_per_step = steps_per_step(steps),
+                        .figures = asked_,
+                        .springs = run_->second_order(),
+                        .energy = run_->second_order(),
+                        .states = !spec_->observers.empty()};
+  plan.strain = plan.springs && run_->integrator_info().adaptive && plan.steps_per_step > 1;
+  if (plan.strain || !asked_.empty())
+    plan.stride = 1;
+  else if (plan.springs)
+    plan.stride = std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(plan.steps_per_step * steps / kLooksAtSprings));
+  return plan;
+}
+
+RefinedRun StepDoubling::make_refined_run(RefinedRun::Plan plan) const {
+  Settings own = run_->settings();
+  own.broken = start_.settings->broken;
+  own.broken_energy = start_.settings->broken_energy;
+  return {*spec_, *registry_, own, {start_.step, start_.t()}, start_.x, std::move(plan)};
+}
+
+bool StepDoubling::follow_beside(const std::function<bool()>& stop) {
+  if (spec_->one_thread || !run_->second_order() || !asked_.empty() || frames_.empty())
+    return false;
+  RefinedRun shadow = make_refined_run(plan(static_cast<double>(last_step_ - start_.step)));
+  shadow.system().stop_when(stop);
+  beside_ = std::make_unique<RefinedRunThread>(std::move(shadow), stop);
+  for (std::size_t k = 1; k < frames_.size(); ++k) beside_->look(frames_[k].at);
+  return true;
+}
+
+// The one that is on its way, if its plan was that of the whole run.
+RefinedRun StepDoubling::take_shadow(const RefinedRun::Plan& plan) {
+  if (beside_) {
+    std::optional<RefinedRun> begun = std::exchange(beside_, nullptr)->take();
+    if (begun && begun->plan().same_steps(plan)) return std::move(*begun);
+  }
+  return make_refined_run(plan);
+}
+
+// The extent of the scene, then or at the start; of a single point how far it comes in the run; of
+// numbers the largest, or where that is near 0 what it usually is or a share of what it becomes.
+double StepDoubling::size_at(const Frame& frame) const {
+  const Frame& first = frames_.front();
+  double size = 0;
+  if (run_->flat()) {
+    std::vector<double> sizes{0};
+    if (first.seen.x.size() <= kFewNumbers)
+      for (const Frame& each : frames_) sizes.push_back(each.largest);
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::ranges::nth_element(sizes, middle);
+    const double usual = *middle;
+    return std::max(
+        {first.largest, frame.largest, usual, kLittle * *std::ranges::max_element(sizes)});
+  }
+  for (const Frame* each : {&first, &frame})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      double low = HUGE_VAL, high = -HUGE_VAL;
+      for (std::size_t i = axis; i < each->seen.x.size(); i += 3) {
+        low = std::min(low, each->seen.x[i]);
+        high = std::max(high, each->seen.x[i]);
+      }
+      size = std::max(size, high - low);
+    }
+  if (size > 0) return size;
+  for (const Frame& each : frames_)
+    size = std::max(size, largest_distance(each.seen.x, first.seen.x, false));
+  if (!run_->second_order())
+    size = std::max(size,
+                    largest_distance(frame.seen.x, std::vector(frame.seen.x.size(), 0.0), false));
+  return size;
+}
+
+double StepDoubling::usual_size() const {
+  const double start = size_at(frames_.front());
+  return start > 0 ? start : size_at(frames_.back());
+}
+
+double StepDoubling::take_error(double error, const Frame& frame, RunDeviation& result) const {
+  const double size = size_at(frame);
+  const double share = size > 0 ? error / size : error > 0 ? HUGE_VAL : 0;
+  if (!(error <= result.error)) result.error = error;
+  if (!(share <= result.share)) result.share = share;
+  if (share > RunDeviation::kWrong) result.horizon = std::min(result.horizon, frame.at.t);
+  return size;
+}
+
+void StepDoubling::compare_frame(const Frame& frame, double factor, const Sight& shadow,
+                                 RunDeviation& result) const {
+  result.at_end = factor * largest_distance(frame.seen.x, shadow.x, run_->flat());
+  const double size = take_error(result.at_end, frame, result);
+  const double moved = largest_distance(frame.seen.x, frames_.front().seen.x, run_->flat());
+  if (!run_->second_order() || !(in_play_ > 0)) return;
+  if (moved <= at_rest(run_->integrator_info()) * size) return;
+  const double energy = std::abs(frame.seen.energy - shadow.energy) / in_play_;
+  if (!(energy <= result.energy)) result.energy = energy;
+}
+
+// A tie that breaks a step later breaks all the same: what counts is the end, and since when.
+void StepDoubling::compare_broken(const RefinedRun& shadow, RunDeviation& result) const {
+  for (std::size_t k = frames_.size() - 1; k > 0; --k) {
+    if (frames_[k].seen.broken == shadow.path()[k - 1].broken) return;
+    result.others_broke_at = frames_[k].at.t;
+    result.horizon = std::min(result.horizon, frames_[k].at.t);
+  }
+}
+
+std::vector<double> StepDoubling::observe(RefinedRun& shadow, std::size_t frame) const {
+  Simulation& system = shadow.system();
+  Snapshot then = system.snapshot();
+  then.step = then.n0 = 0;
+  then.t0 = frames_[frame].at.t;
+  then.x = shadow.path()[frame - 1].state;
+  then.memory = {};
+  if (system.breaks()) {
+    auto own = std::make_shared<Settings>(*then.settings);
+    own->broken = shadow.path()[frame - 1].broken;
+    then.settings = std::move(own);
+  }
+  system.restore(then);
+  return spec_->observe(system);
+}
+
+void StepDoubling::compare_observed(RefinedRun& shadow, RunDeviation& result) const {
+  if (frames_.back().observed.empty()) return;  // none, or looked at without them
+  result.observed.resize(spec_->observers.size());
+  for (std::size_t k = 1; k < frames_.size(); ++k) {
+    const std::vector<double> observed = observe(shadow, k);
+    for (std::size_t i = 0; i < observed.size(); ++i) {
+      ObservedDeviation& parted = result.observed[i];
+      parted.at_end = std::abs(frames_[k].observed[i] - observed[i]);
+      if (!(parted.at_end <= parted.most)) parted.most = parted.at_end;
+    }
+  }
+}
+
+bool StepDoubling::follow(RefinedRun& shadow, const std::function<bool()>& stop) const {
+  shadow.system().stop_when(stop);
+  while (shadow.path().size() + 1 < frames_.size())
+    if (!shadow.follow(frames_[shadow.path().size() + 1].at, stop)) return false;
+  return true;
+}
+
+RunDeviation StepDoubling::compare(const std::function<bool()>& stop, bool spread) {
+  RunDeviation result;
+  if (frames_.size() < 2) return result;
+  const RefinedRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
+  RefinedRun shadow = take_shadow(plan);
+  if (!follow(shadow, stop)) {
+    const bool stopped = stop() || shadow.system().divergence().status == StepStatus::kStopped;
+    result.outcome =
+        stopped ? RunDeviation::Outcome::kStopped : RunDeviation::Outcome::kShadowFailed;
+    return result;
+  }
+  // err = C tol, or C h^p: the difference to the shadow is err (1 - finer^-p).
+  const IntegratorInfo info = run_->integrator_info();
+  const double factor = info.adaptive
+                            ? kSharper / (kSharper - 1)
+                            : 1 / (1 - std::pow(plan.steps_per_step, -std::max(1, info.order)));
+  for (std::size_t k = 1; k < frames_.size(); ++k)
+    compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
+  compare_broken(shadow, result);
+  compare_observed(shadow, result);
+  for (const double figure : shadow.figures()) result.figures.push_back({figure});
+  result.strain = shadow.strain();
+  result.pinch = shadow.pinch();
+  result.outcome = RunDeviation::Outcome::kCompared;
+  // A spring that is pressed to a point may leave it on either side.
+  if (result.share > RunDeviation::kWrong || shadow.shortest() < Pinch::kNear)
+    look_for_chaos(shadow, stop, result);
+  const double known = std::max(result.error, RunDeviation::kNeighbour * size_at(frames_.front()));
+  if (RunDeviation::kWrong * result.pinch.margin < known) result.pinched_at = shadow.pinched_at();
+  if (spread && result.chaotic()) ask_neighbours(stop, result);
+  look_for_pulses(shadow.system(), result);
+  return result;
+}
+
+RefinedRun StepDoubling::neighbour(int which) const {
+  RefinedRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
+  plan.springs = plan.strain = plan.energy = false;
+  plan.stride = plan.figures.empty() ? 0 : 1;
+  RefinedRun run = make_refined_run(std::move(plan));
+  Simulation& neighbour = run.system();
+  const double size = usual_size();
+  const int count = run_->flat() ? run_->components() : run_->particles();
+  Noise noise;
+  for (int skipped = 0; skipped < 3 * count * which; ++skipped) noise.next();
+  const double far = RunDeviation::kNeighbour * size;
+  for (int i = 0; i < count; ++i) {
+    if (run_->flat()) {
+      neighbour.set_component(i, neighbour.component(i) + far * noise.next());
+    } else if (!run_->second_order() || !neighbour.pinned(i)) {
+      const Vec3 away(noise.next(), noise.next(), noise.next());
+      neighbour.set_position(i, neighbour.position(i) + far * away);
+    }
+  }
+  return run;
+}
+
+// A neighbour takes the steps of the shadow: how far they part over how far apart they began is the
+// growth of a disturbance (Lyapunov 1892).
+void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
+                                  RunDeviation& result) const {
+  const double size = usual_size();
+  constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
+  RefinedRun other = neighbour(0);
+  const double apart =
+      largest_distance(frames_.front().seen.x, positions(other.system()), run_->flat());
+  if (!(apart > 0)) return;
+  follow(other, stop);
+  std::vector<double> growths;
+  double most = 0;
+  for (std::size_t k = 0; k < other.path().size(); ++k) {
+    const double growth =
+        largest_distance(shadow.path()[k].x, other.path()[k].x, run_->flat()) / apart;
+    // The rate is that of growth, until the distance is as large as the scene lets it be.
+    if (most * apart < 0.01 * size)
+      result.rate = std::exp(
+          std::min(kMostRate, std::log(growth) / (frames_[k + 1].at.t - frames_.front().at.t)));
+    most = std::max(most, growth);
+    growths.push_back(growth);
+  }
+  // A jump that comes a little later parts neighbours while it lasts; chaos does not end.
+  constexpr std::size_t kStays = 3;
+  const std::size_t stays = std::min(kStays, growths.size());
+  result.growth = std::isnan(result.growth) ? 0 : result.growth;
+  for (std::size_t k = 0; k < growths.size(); ++k) {
+    const auto from =
+        growths.begin() + static_cast<std::ptrdiff_t>(std::min(k, growths.size() - stays));
+    const double growth = *std::min_element(from, from + static_cast<std::ptrdiff_t>(stays));
+    result.growth = std::max(result.growth, growth);
+    if (RunDeviation::kNeighbour * growth > RunDeviation::kWrong && result.horizon == HUGE_VAL)
+      result.horizon = frames_[k + 1].at.t;
+  }
+}
+
+// Two chaotic runs may observe the same by chance.
+void StepDoubling::ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const {
+  if (result.observed.empty()) return;
+  const std::vector<double>& own = frames_.back().observed;
+  for (int which = 1; which <= kNeighbours; ++which) {
+    RefinedRun other = neighbour(which);
+    if (!follow(other, stop)) return;
+    const std::vector<double> observed = observe(other, frames_.size() - 1);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      double& most = result.observed[i].neighbours;
+      if (const double off = std::abs(own[i] - observed[i]); !(off <= most)) most = off;
+    }
+    const std::vector<double> figures = other.figures();
+    for (std::size_t i = 0; i < figures.size(); ++i)
+      result.figures[i].neighbours.push_back(figures[i]);
+  }
+}
+
+}  // namespace sim::study

@@ -1,0 +1,92 @@
+// The same run once more with half the step, or a tenth of the tolerance: how far the two part is
+// how wrong the run is, for a method of order p up to a factor near 1.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/study/verdict/refined_run_thread.h"
+#include "core/study/verdict/run_deviation.h"
+
+namespace sim::study {
+
+// Keeps states of a run while it goes on, to compare them with a shadow afterwards.
+class StepDoubling {
+ public:
+  // At the first state of a run of `steps` steps more; everything given outlives it.
+  StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t steps, Registry& registry);
+
+  // These figures are wanted of the whole shadow, from all its steps.
+  void judge(std::span<const Quantity> figures) { asked_.assign(figures.begin(), figures.end()); }
+
+  // At the present state, now and then; `energy` in a second-order system only, `observed` what the
+  // scene's observers say.
+  void look(const Energy* energy, std::span<const double> observed = {});
+
+  // From now on the shadow follows the run on a thread of its own, in a system of particles that
+  // calls no Lua and of which no figures are judged; false elsewhere. The result is the same.
+  bool follow_beside(const std::function<bool()>& stop);
+  bool is_beside() const { return beside_ != nullptr; }
+
+  // Runs the shadow over the states seen, or what is left of them, and where the two part a
+  // neighbour of the run as well. Costs two to four times the run; where the motion is chaotic,
+  // `spread` wants more neighbours for what is observed and judged, and it is ten times. `stop`
+  // ends it: then the outcome is kStopped.
+  RunDeviation compare(const std::function<bool()>& stop, bool spread = false);
+
+ private:
+  struct Frame {
+    Moment at;
+    Sight seen;      // with its state, where forces may be pulses
+    double largest;  // of the numbers of a flat state
+    std::vector<double> observed;
+  };
+
+  // The steps of the refined run for each of a run of `steps` steps.
+  double steps_per_step(double steps) const;
+  RefinedRun::Plan plan(double steps) const;
+  RefinedRun make_refined_run(RefinedRun::Plan plan) const;
+  RefinedRun take_shadow(const RefinedRun::Plan& plan);
+  // Over the frames it has not seen yet.
+  bool follow(RefinedRun& shadow, const std::function<bool()>& stop) const;
+  // `factor`: the error over the difference to the shadow.
+  void compare_frame(const Frame& frame, double factor, const Sight& shadow,
+                     RunDeviation& result) const;
+  // The observed values at a frame, to which the system of the refined run is set back.
+  std::vector<double> observe(RefinedRun& shadow, std::size_t frame) const;
+  void compare_observed(RefinedRun& shadow, RunDeviation& result) const;
+  void compare_broken(const RefinedRun& shadow, RunDeviation& result) const;
+  // From a first state 1e-7 of the size away, another one for each number.
+  RefinedRun neighbour(int which) const;
+  void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
+                      RunDeviation& result) const;
+  void ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const;
+  // Looks for forces that depend on time alone and acted between all steps.
+  void look_for_pulses(Simulation& shadow, RunDeviation& result) const;
+  // An error at that frame; returns the size of the scene there.
+  double take_error(double error, const Frame& frame, RunDeviation& result) const;
+  std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
+  double size_at(const Frame& frame) const;  // of the scene, m
+  double usual_size() const;                 // at the start, or at the end where it is 0 there
+
+  const SystemSpec* spec_;
+  Simulation* run_;
+  Registry* registry_;
+  Snapshot start_;
+  std::int64_t start_evaluations_;
+  std::int64_t last_step_;
+  std::int64_t stride_;  // looks a frame
+  std::int64_t looks_ = 0;
+  std::vector<Frame> frames_;
+  std::vector<Quantity> asked_;
+  double in_play_ = 0, start_potential_ = 0;  // J
+  bool may_jump_ = false;                     // f has parts that may depend on time
+  std::unique_ptr<RefinedRunThread> beside_;
+};
+
+}  // namespace sim::study

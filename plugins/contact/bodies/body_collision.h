@@ -1,0 +1,59 @@
+// Collision detection between the bodies of a scene, its colliders and its single particles.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "collide.h"
+#include "collider_shape.h"
+#include "core/particles/body_geometry.h"
+#include "core/particles/contact_task.h"
+#include "core/particles/particles.h"
+
+namespace sim {
+
+// Bodies have the first numbers; what has a higher one is a point: a single particle.
+class BodyCollision final : public BodyGeometry {
+ public:
+  // Throws Error{kScene} for pairs that nothing knows how to touch, and for what overlaps at the
+  // start.
+  BodyCollision(BodyCollisionSpec spec, const Particles& particles, const double* initial);
+
+  int bodies() const override { return static_cast<int>(spec_.bodies.size()); }
+  int singles() const { return spec_.singles; }
+  const RigidBody& body(int i) const override { return spec_.bodies[static_cast<std::size_t>(i)]; }
+  bool touches(int i) const override { return spec_.touches[static_cast<std::size_t>(i)]; }
+  const ContactMaterial& surface(int i) const override {
+    return spec_.surfaces[static_cast<std::size_t>(i)];
+  }
+  double radius(int i) const override { return radii_[static_cast<std::size_t>(i)]; }
+  // m, the least half thickness: what moves less cannot be missed.
+  double thinness(int i) const;
+  bool are_tied(int body, int particle) const override;
+  bool are_joined(int i, int j) const;  // two bodies
+
+  // Appends the points with a gap of at most `margin` of two of them in these states, of which the
+  // first is a body, and of one and a collider.
+  void find_contacts(int first, const RigidState& a, int second, const RigidState& b, double margin,
+                     std::vector<ManifoldPoint>& out) const;
+  void find_contacts(int first, const RigidState& a, std::size_t collider, double t, double margin,
+                     std::vector<ManifoldPoint>& out) const;
+  void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
+                   std::vector<ManifoldPoint>& out) const override;
+
+ private:
+  Placed placed(int i, const RigidState& state) const;
+  const ColliderShape* shape_of(const Collider& collider) const;  // null where it has none
+  void check_start(const double* initial) const;
+  void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
+  void check_collider(int i, const RigidState& a, std::size_t collider) const;
+
+  BodyCollisionSpec spec_;
+  const Particles* particles_;
+  std::vector<double> radii_;
+  std::vector<std::optional<Hull>> hulls_;
+  std::vector<std::pair<const Collider*, ColliderShape>> shapes_;  // as bodies with faces see them
+};
+
+}  // namespace sim

@@ -1,0 +1,24 @@
+// Narrow phase of two convex hulls, and the distance of a point from one.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/body_geometry.h"
+#include "placed.h"
+
+namespace sim {
+
+// Both have hulls. The axis of least overlap among the normals of faces and the products of those
+// edges that can be nearest: their arcs on the sphere of normals cross (Gregorius (2013), Game
+// Developers Conference). Then the face of one, cut to that of the other.
+void collide_hulls(const Placed& a, const Placed& b, double margin,
+                   std::vector<ManifoldPoint>& out);
+
+struct NearestGap {
+  double gap;   // m, < 0 inside
+  Vec3 normal;  // away from the solid, of length 1
+};
+
+NearestGap gap_from_hull(const Placed& b, const Vec3& x);
+
+}  // namespace sim

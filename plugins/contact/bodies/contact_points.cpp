@@ -1,0 +1,331 @@
+// Which bodies may touch in a step, and where.
+#include "rigid_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+constexpr double kBodyGapTolerance = RigidContact::kBodyGapTolerance;
+constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
+
+// m, from how far a mover is looked at: what impulses may add to its way is in it.
+double margin_of(double path_length, double radius) { return 2 * path_length + 1e-3 * radius; }
+
+// Before the end of the step by a share of it.
+template <class Reach>
+RigidState on_the_way(const Reach& reach, double left) {
+  RigidState state = reach.after;
+  if (left > 0) state.center -= left * (reach.after.center - reach.before.center);
+  return state;
+}
+
+}  // namespace
+
+RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
+                           ConstraintSystem* constraint_system)
+    : body_collision_(std::move(body_collision)),
+      particles_(&particles),
+      solver_body_of_(static_cast<std::size_t>(body_collision_.singles()), -1) {
+  if (constraint_system) joints_ = std::make_unique<BodyJoints>(particles, *constraint_system);
+  if (!particles.contacts().empty() && !constraint_system) contact_pass_.emplace(particles);
+  constexpr int kFew = 4096;  // more make room when they come
+  const auto most = static_cast<std::size_t>(body_collision_.bodies() +
+                                             std::min(kFew, body_collision_.singles()));
+  entered_.reserve(most);
+  reach_.reserve(most);
+  solver_bodies_.reserve(most);
+  moved_bodies_.reserve(most);
+  for (int i = 0; i < body_collision_.bodies(); ++i)
+    if (body_collision_.touches(i)) order_.push_back(i);
+}
+
+int RigidContact::key(int solver_body) const {
+  const int bodies = body_collision_.bodies();
+  if (solver_body < bodies) return solver_body;
+  return bodies + entered_[static_cast<std::size_t>(solver_body - bodies)];
+}
+
+// From the states at both ends.
+void RigidContact::measure(Reach& reach, double h) const {
+  const RigidState &a = reach.before, &b = reach.after;
+  reach.path_length =
+      h * (std::max(a.velocity.norm(), b.velocity.norm()) +
+           reach.radius * std::max(a.angular_velocity.norm(), b.angular_velocity.norm()));
+  // Half a step of most methods; a whole one of symplectic Euler.
+  const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
+  reach.gained = gained.squaredNorm();
+  reach.duration =
+      reach.gained > 0 ? std::clamp(moved.dot(gained) / reach.gained, 0.25 * h, h) : 0.5 * h;
+}
+
+void RigidContact::load(const Step& step) {
+  const ParticleView from = particles_->view(step.t, step.x),
+                     to = particles_->view(step.t + step.h, step.x_next);
+  for (const int particle : entered_) solver_body_of_[static_cast<std::size_t>(particle)] = -1;
+  entered_.clear();
+  const auto bodies = static_cast<std::size_t>(body_collision_.bodies());
+  reach_.resize(bodies);
+  solver_bodies_.resize(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) {
+    Reach& reach = reach_[i];
+    const RigidBody& body = body_collision_.body(static_cast<int>(i));
+    reach.before = body.state(from);
+    reach.after = body.state(to);
+    reach.radius = reach.scale = body_collision_.radius(static_cast<int>(i));
+    measure(reach, step.h);
+    reach.fixed = false;
+    for (int p = 0; p < RigidBody::kParticles; ++p)
+      reach.fixed = reach.fixed || !to.free(body.first() + p);
+    SolverBody& solver_body = solver_bodies_[i] = {};
+    solver_body.velocity = reach.after.velocity;
+    solver_body.angular_velocity = reach.after.angular_velocity;
+    if (reach.fixed) continue;
+    solver_body.inverse_mass = 1 / body.mass();
+    solver_body.inverse_inertia = body.inverse_inertia(reach.after);
+  }
+  passed_on_ = 0;
+  for (std::size_t i = 0; i < bodies; ++i)
+    if (body_collision_.surface(static_cast<int>(i)).restitution > 0)
+      passed_on_ = std::max(passed_on_, reach_[i].path_length);
+  fastest_single_ = 0;
+  for (int p = 0; p < body_collision_.singles(); ++p)
+    fastest_single_ = std::max(
+        fastest_single_, std::max(from.velocity(p).squaredNorm(), to.velocity(p).squaredNorm()));
+  fastest_single_ = std::sqrt(fastest_single_);
+}
+
+// A particle near a body becomes a mover without size and turns. What presses it, presses it
+// through the step as it does the body: else it would not lie still between the body and a
+// collider.
+int RigidContact::enter(int particle, int body, const Step& step) {
+  int& solver_body = solver_body_of_[static_cast<std::size_t>(particle)];
+  if (solver_body >= 0) return solver_body;
+  solver_body = static_cast<int>(solver_bodies_.size());
+  entered_.push_back(particle);
+  const ParticleView from = particles_->view(step.t, step.x),
+                     to = particles_->view(step.t + step.h, step.x_next);
+  Reach& reach = reach_.emplace_back();
+  reach.before.center = from.position(particle), reach.before.velocity = from.velocity(particle);
+  reach.after.center = to.position(particle), reach.after.velocity = to.velocity(particle);
+  reach.fixed = !to.free(particle);
+  measure(reach, step.h);
+  const Reach& near = reach_[static_cast<std::size_t>(body)];
+  reach.scale = near.radius, reach.duration = near.duration, reach.gained = near.gained;
+  SolverBody& added = solver_bodies_.emplace_back();
+  added.velocity = reach.after.velocity;
+  if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
+  return solver_body;
+}
+
+void RigidContact::add_contact(const ManifoldPoint& point, int first, int second, int collider,
+                               const Step& step, double left) {
+  const double t = step.t, h = step.h;
+  const auto f = static_cast<std::size_t>(first);
+  ContactPoint m;
+  m.key1 = key(first), m.key2 = second >= 0 ? key(second) : -1 - collider;
+  m.first = first, m.second = second, m.collider = collider, m.feature = point.feature;
+  m.normal = point.normal;
+  const auto center = [&](std::size_t i) {
+    return reach_[i].after.center - left * (reach_[i].after.center - reach_[i].before.center);
+  };
+  const auto at = [&](const RigidState& state, const Vec3& arm) {
+    return state.velocity + state.angular_velocity.cross(arm);
+  };
+  m.arm1 = point.x + (second < 0 ? 0.5 * point.gap : 0.0) * point.normal - center(f);
+  Vec3 now = at(reach_[f].after, m.arm1), before = at(reach_[f].before, m.arm1);
+  ContactMaterial other;
+  double size = reach_[f].scale;
+  if (second >= 0) {
+    const auto s = static_cast<std::size_t>(second);
+    m.arm2 = point.x - center(s);
+    now -= at(reach_[s].after, m.arm2);
+    before -= at(reach_[s].before, m.arm2);
+    other = body_collision_.surface(second < body_collision_.bodies() ? second : first);
+    size = std::min(size, reach_[s].scale);
+  } else {
+    Collider& solid = *particles_->contacts().all()[static_cast<std::size_t>(collider)];
+    m.ground = solid.query(t + h, point.x).velocity;
+    now -= m.ground;
+    before -= solid.moves() ? solid.query(t, point.x).velocity : m.ground;
+    other = solid.material();
+  }
+  const ContactMaterial& own =
+      first < body_collision_.bodies() ? body_collision_.surface(first) : other;
+  if (own.law || other.law) m.sides[0] = own, m.sides[1] = other;
+  m.friction = std::sqrt(own.friction * other.friction);
+  if (m.has_law()) m.friction = m.friction_at(tangential(before, m.normal).norm());
+  m.restitution = std::max(own.restitution, other.restitution);
+
+  // What the gap did in the step, from its end and both rates.
+  const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
+  m.gap = point.gap + left * h * rate;
+  // Of the one that is not held in place.
+  constexpr double kHeld = 1e-6;
+  const Reach* kinematic = &reach_[f];
+  if (second >= 0)
+    if (const Reach& with = reach_[static_cast<std::size_t>(second)];
+        reach_[f].gained <= kHeld * with.gained)
+      kinematic = &with;
+  const double duration = kinematic->duration;
+  const double tiny = m.tiny = kBodyGapTolerance * size,
+               gap0 = m.gap - h * rate0 - duration * (rate - rate0);
+  if (gap0 <= tiny) {
+    m.before = rate0, m.given = rate - rate0, m.after = h, m.duration = duration;
+    m.path_gap = gap0 + h * rate0, m.path_gain = m.given;
+    m.active = m.gap <= tiny;
+  } else {
+    m.path_gap = m.gap, m.acceleration = a;
+    m.active = m.gap < 0;
+    m.after = m.active ? time_since(m.gap, rate, a, h) : 0;
+    m.given = a * m.after;
+    m.before = rate - m.given;
+    m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
+  }
+  // Arms of the moment at which it acts, from one point, so that angular momentum stays.
+  if (second >= 0) {
+    const RigidState &one = reach_[f].after, &two = reach_[static_cast<std::size_t>(second)].after;
+    const Vec3 drift = 0.5 * (at(one, m.arm1) + at(two, m.arm2));
+    m.arm1 += m.duration * (one.velocity - drift);
+    m.arm2 += m.duration * (two.velocity - drift);
+  }
+  apply_warm_start(m);
+  contacts_.push_back(m);
+}
+
+// The impulses that it had in the step before.
+void RigidContact::apply_warm_start(ContactPoint& m) const {
+  const auto key = [](const WarmStart& kept) { return std::pair(kept.first, kept.second); };
+  const std::pair own(m.key1, m.key2);
+  auto place = std::ranges::lower_bound(warm_start_, own, {}, key);
+  for (; place != warm_start_.end() && key(*place) == own; ++place)
+    if (place->feature == m.feature) {
+      m.normal_impulse = place->normal_impulse;
+      const Vec3& n = m.normal;
+      const Vec3 pull = place->friction_impulse - n.dot(place->friction_impulse) * n;
+      m.friction_impulse = within_cone(pull, m.friction * m.normal_impulse);
+      return;
+    }
+}
+
+// Points of one pair at the end of the free step; where it is so fast that it may be through by
+// then, at the first of some moments at which it touches.
+template <class Collide>
+void RigidContact::add_manifold(int first, int second, int collider, double margin,
+                                const Step& step, const Collide& collide) {
+  double path_length = reach_[static_cast<std::size_t>(first)].path_length,
+         thin = body_collision_.thinness(first);
+  if (second >= 0) {
+    path_length += reach_[static_cast<std::size_t>(second)].path_length;
+    if (second < body_collision_.bodies()) thin = std::min(thin, body_collision_.thinness(second));
+  }
+  const int trials = static_cast<int>(std::clamp(2 * path_length / thin, 1.0, double{kMostLooks}));
+  for (int k = 1; k <= trials; ++k) {
+    const double left = static_cast<double>(trials - k) / trials;
+    points_.clear();
+    collide(left, k == trials ? margin : 0.0);
+    if (points_.empty()) continue;
+    for (const ManifoldPoint& point : points_)
+      add_contact(point, first, second, collider, step, left);
+    return;
+  }
+}
+
+// Bodies whose balls may touch: those whose shadows on the x axis overlap are looked at.
+void RigidContact::find_pairs() {
+  pairs_.clear();
+  const auto span = [&](int i) {
+    const Reach& reach = reach_[static_cast<std::size_t>(i)];
+    return reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
+  };
+  const auto middle = [&](int i) { return reach_[static_cast<std::size_t>(i)].after.center; };
+  // Nearly sorted since the step before.
+  const auto low = [&](int i) { return middle(i).x() - span(i); };
+  for (std::size_t k = 1; k < order_.size(); ++k)
+    for (std::size_t j = k; j > 0 && low(order_[j]) < low(order_[j - 1]); --j)
+      std::swap(order_[j], order_[j - 1]);
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const int i = order_[k];
+    const double high = middle(i).x() + span(i);
+    for (std::size_t l = k + 1; l < order_.size() && !(low(order_[l]) > high); ++l) {
+      const int j = order_[l];
+      if (body_collision_.are_joined(i, j)) continue;
+      const double reach = span(i) + span(j);
+      if ((middle(i) - middle(j)).squaredNorm() > reach * reach) continue;
+      pairs_.emplace_back(std::min(i, j), std::max(i, j));
+    }
+  }
+  std::ranges::sort(pairs_);
+}
+
+// Single particles that may touch a body.
+void RigidContact::find_particles(int body, const Step& step) {
+  const Reach own = reach_[static_cast<std::size_t>(body)];
+  const Vec3 center = own.after.center;
+  const double most =
+      own.radius + margin_of(own.path_length, own.radius) + 2 * step.h * fastest_single_;
+  const ParticleView to = particles_->view(step.t + step.h, step.x_next);
+  for (int p = 0; p < body_collision_.singles(); ++p) {
+    if ((to.position(p) - center).squaredNorm() > most * most) continue;
+    if (body_collision_.are_tied(body, p) || (own.fixed && !to.free(p))) continue;
+    const int second = enter(p, body, step);
+    const double path_length = reach_[static_cast<std::size_t>(second)].path_length;
+    add_manifold(body, second, -1, margin_of(own.path_length + path_length, own.radius), step,
+                 [&](double left, double margin) {
+                   body_collision_.find_contacts(
+                       body, on_the_way(reach_[static_cast<std::size_t>(body)], left), second,
+                       on_the_way(reach_[static_cast<std::size_t>(second)], left), margin, points_);
+                 });
+  }
+}
+
+// All pairs in ascending order; of each mover first those with colliders, then those with others.
+void RigidContact::find(const Step& step) {
+  contacts_.clear();
+  const double h = step.h, end = step.t + h;
+  const auto colliders = particles_->contacts().all();
+  const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
+  const auto margin_to = [&](const Reach& reach) {
+    return margin_of(reach.path_length, reach.scale);
+  };
+  find_pairs();
+  auto pair = pairs_.cbegin();
+  for (int i = 0; i < body_collision_.bodies(); ++i) {
+    if (!body_collision_.touches(i)) continue;
+    if (!reach_of(i).fixed)
+      for (std::size_t c = colliders.size(); c-- > 0;) {
+        const Collider& solid = *colliders[c];
+        const double margin =
+            margin_to(reach_of(i)) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
+        if (solid.query(end, reach_of(i).after.center).gap > reach_of(i).radius + margin) continue;
+        add_manifold(i, -1, static_cast<int>(c), margin, step, [&](double left, double margin_now) {
+          body_collision_.find_contacts(i, on_the_way(reach_of(i), left), c, end - left * h,
+                                        margin_now, points_);
+        });
+      }
+    for (; pair != pairs_.cend() && pair->first == i; ++pair) {
+      const int j = pair->second;
+      if (reach_of(i).fixed && reach_of(j).fixed) continue;
+      add_manifold(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)) + 2 * passed_on_, step,
+                   [&](double left, double margin) {
+                     body_collision_.find_contacts(i, on_the_way(reach_of(i), left), j,
+                                                   on_the_way(reach_of(j), left), margin, points_);
+                   });
+    }
+    find_particles(i, step);
+  }
+  // What bodies push may meet colliders; where these let it be, it is settled already.
+  const int all = static_cast<int>(solver_bodies_.size());
+  for (int i = body_collision_.bodies(); i < all; ++i) {
+    if (reach_of(i).fixed) continue;
+    for (std::size_t c = colliders.size(); c-- > 0;) {
+      points_.clear();
+      body_collision_.find_contacts(i, reach_of(i).after, c, end, margin_to(reach_of(i)), points_);
+      for (const ManifoldPoint& point : points_)
+        add_contact(point, i, -1, static_cast<int>(c), step, 0);
+    }
+  }
+}
+
+}  // namespace sim

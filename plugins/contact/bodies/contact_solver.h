@@ -1,0 +1,122 @@
+// The contact solver: impulses that prevent penetration, with Coulomb friction.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/math/mat3.h"
+#include "core/particles/contact_law.h"
+
+namespace sim {
+
+// A body in the contact solver: a rigid body or a particle at the end of a step. Infinite mass:
+// inverse_mass 0.
+struct SolverBody {
+  double inverse_mass = 0;          // 1/kg
+  Mat3 inverse_inertia;             // in space, 1/(kg m^2)
+  Vec3 velocity, angular_velocity;  // m/s, rad/s
+  Vec3 translation, rotation;       // m, rad: what the impulses so far have moved it
+};
+
+// A contact point of two of them; second = -1: a collider, which no impulse moves.
+struct ContactPoint {
+  int first = 0, second = -1, feature = 0;
+  int key1 = 0, key2 = 0;   // of what these are, the same from step to step
+  Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
+  Vec3 ground;              // velocity of what does not move, m/s
+  double gap = 0;           // m, at the end of the free step
+  double tiny = 0;          // m: a gap that is none
+  // The motion in which impacts are sought: the free one, but without forces where they touch from
+  // the start, since the contact there balances them.
+  double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
+  double acceleration = 0;               // m/s^2
+  double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
+  ContactMaterial sides[2];              // where one has a law that is not Coulomb's
+  double before = 0;    // m/s, the normal velocity just before they touch; < 0: nearing
+  double after = 0;     // s, from the touch to the end of the step
+  double duration = 0;  // s: an impulse p moves the gap by lever * p / mass
+  bool active = false;
+  Vec3 u, v;  // directions along the surface
+  double inverse_mass_n = 0,
+         inverse_mass_t = 0;  // 1/kg, along the normal and, at most, along the surface
+  double normal_impulse = 0, tangent_impulse[2] = {};  // N s, of resting contact
+  Vec3 friction_impulse;                               // N s, the last two in space, to begin with
+  double given = 0;                                    // m/s, gained by forces after the touch
+  double offset = 0;  // what rests is 0 <= normal velocity + offset
+  int collider = -1;  // what does not move
+
+  bool has_law() const { return sides[0].law || sides[1].law; }
+  // Of both sides: the larger restitution, the geometric mean of friction; at speeds in m/s.
+  double restitution_at(double approach) const;
+  double friction_at(double slip) const;
+};
+
+// The projection of velocities onto the constraints (joints) between solver bodies.
+class JointProjection {
+ public:
+  virtual ~JointProjection() = default;
+  // Velocities := the nearest that the links allow; change_alone: of changes of them.
+  virtual void project(std::span<SolverBody> solver_bodies, bool change_alone) = 0;
+};
+
+// How long before the end of a step of h a gap closed that is `gap` then, changes by `rate` and has
+// had the acceleration a: gap - rate s + a s^2 / 2 = 0.
+double time_since(double gap, double rate, double a, double h);
+
+class ContactSolver {
+ public:
+  // The joints that all following impulses respect; null: none.
+  void set_joints(JointProjection* links) { joints_ = links; }
+
+  // Computes the effective masses and directions of contacts; the active ones take part in what
+  // follows.
+  void prepare(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
+
+  // What bounces in a step of h, in the order of time, also what earlier impulses bring to touch:
+  // each by the laws of its sides. At one moment pair by pair in their order, again
+  // and again, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle,
+  // whatever is between them.
+  void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
+                         double h);
+
+  // The change of the gap at the end of the step by impulses, m.
+  static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);
+
+  // Resting contact: 0 <= normal_impulse, 0 <= normal velocity, one of them 0, and
+  // |tangent_impulse| <= friction * normal_impulse, opposite to the slip where that is an equation
+  // (Moreau (1988); Jean (1999)). Projected Gauss-Seidel, forwards and backwards, from the present
+  // impulses, which start() applies (warm start); every few sweeps the equations of all sticking
+  // contacts are solved together by conjugate gradients (Silcowitz, Niebuhr & Erleben (2010),
+  // Visual Computer 26, 893-901). Until a sweep changes no velocity by more than `tolerance`, m/s.
+  // Returns the last change.
+  void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
+  double solve_resting(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
+                       double tolerance);
+
+  // An impulse p on the first, -p on the second, and what it moves.
+  static void apply(std::span<SolverBody> solver_bodies, const ContactPoint& contact, const Vec3& p,
+                    double duration);
+  static Vec3 velocity(std::span<const SolverBody> solver_bodies,
+                       const ContactPoint& contact);  // of the first, relative
+
+ private:
+  struct Search {
+    Vec3 before, found, rest, direction, image;  // of one meeting, along its normal, u and v
+    bool normal_impulse = false, friction_impulse = false;
+  };
+  double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
+  // How long before the end of the step, s, it is hit next, `now` at most; below 0: not at all.
+  static double next_touch(std::span<const SolverBody> solver_bodies, const ContactPoint& m,
+                           double now, double fastest);
+  double sweep(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
+  void solve_sticking(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
+                      double tolerance);
+  void restore_impulses(std::span<SolverBody> solver_bodies,
+                        std::span<ContactPoint> contacts) const;
+
+  JointProjection* joints_ = nullptr;
+  std::vector<Search> search_;
+  std::vector<SolverBody> scratch_;
+};
+
+}  // namespace sim

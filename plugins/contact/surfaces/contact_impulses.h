@@ -1,0 +1,62 @@
+// Contacts of surfaces as inequalities between displacements or velocities, and their impulses.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math/vec3.h"
+
+namespace sim {
+
+// n . sum_k weights_k d_k >= bound, of the ways d of a step (m) or of velocities (m/s). A row of
+// one particle, whose other ids are -1, is one of a collider; of five, one of a rigid body: behind
+// the particle are the four that the body is made of.
+struct ContactRow {
+  static constexpr std::size_t kMost = 5;
+  std::array<int, kMost> ids{-1, -1, -1, -1, -1};
+  std::array<double, kMost> weights{};
+  Vec3 normal;
+  double bound = 0;
+  double slack = 0;     // misses of this size stay
+  double friction = 0;  // the coefficient at its slip
+  double gap = 0;       // m, to be kept at the end
+};
+
+// Contact impulses with friction, by projected Gauss-Seidel, row after row in their order, so that
+// the bits are one thread's. Each impulse acts on both sides alike, which keeps momentum; it never
+// pulls. Without friction the kinetic energy of d cannot rise: sum_k m_k |d_k|^2 / 2 changes by the
+// dual objective of the rows, which begins at 0 and falls (Moreau 1988).
+class ContactImpulses {
+ public:
+  void clear(std::size_t particles);
+  void add(const ContactRow& row, std::span<const double> inverse_mass);
+  std::span<const ContactRow> rows() const { return rows_; }
+  // From no impulses on, with other bounds and slack for all.
+  void begin(std::span<const double> bounds, double slack);
+
+  // Marks each particle that an impulse moved in both lists. Ends early where nothing is left to
+  // do. True where there was an impulse.
+  bool relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
+             std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
+  // Marks particles that were moved since: their rows are evaluated again.
+  void note_moved(std::span<const std::uint8_t> which);
+
+ private:
+  struct State {
+    double mass = 0;  // 1 / sum w^2 / m; 0 where nothing can move
+    double normal = 0;
+    Vec3 along{};
+    std::int64_t seen = -1;  // when it was last looked at
+  };
+
+  bool stale(const ContactRow& row, const State& state) const;
+
+  std::vector<ContactRow> rows_;
+  std::vector<State> state_;
+  std::vector<std::int64_t> moved_;  // when each particle was last moved
+  std::int64_t clock_ = 0;
+};
+
+}  // namespace sim

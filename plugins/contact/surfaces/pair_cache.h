@@ -1,0 +1,105 @@
+// Broad phase: the pairs of surface elements that may touch in a step, and those that do.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "triangle_bvh.h"
+
+namespace sim {
+
+// A proximity hit: a pair that comes too near during the step.
+struct ProximityHit {
+  std::size_t pair;
+  double s;          // until then it does not
+  Separation then;   // at s
+  double gap_start;  // m, the distance at the start
+};
+
+// It keeps its list of pairs as long as all particles stay in fat boxes around their old positions,
+// in a frame that moves with their mean, and these are not much larger than displacements need.
+// Pairs on the list that are not near change no result.
+class PairCache {
+ public:
+  PairCache(TriangleBvh parts, double thickness)
+      : parts_(std::move(parts)), thickness_(thickness) {}
+
+  const TriangleBvh& parts() const { return parts_; }
+  std::span<const SurfacePair> pairs() const { return pairs_; }
+
+  // See TriangleBvh::tear(); the list is made again.
+  void tear(std::span<const std::array<int, 2>> torn) {
+    parts_.tear(torn);
+    fat_boxes_.clear();
+  }
+
+  // A step begins, from these places on these ways. Every pair that may come nearer than the reach
+  // of rows, 1.5 thicknesses, is listed.
+  void begin(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  // The ways have changed: the list is made again where it no longer holds; true then.
+  bool follow(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+
+  // Calls f(pair number, separation) for those whose distance at the start is less than `reach`
+  // and may come nearer than the thickness, in their order.
+  template <class F>
+  void each_near(const F& f) const {
+    for (const auto& [pair, start] : near_) f(pair, start);
+  }
+  void find_near(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+
+  // The pairs with a `dirty` particle that hit: they come nearer than a tenth of their distance at
+  // the start, or of the thickness. In their order.
+  void find_hits(std::span<const Vec3> from, std::span<const Vec3> displacement,
+                 std::span<const std::uint8_t> dirty, ThreadPool& pool,
+                 std::vector<ProximityHit>& hits);
+
+ private:
+  // A fat box: a particle stays within `half` of `middle`.
+  struct FatBox {
+    Vec3 middle;
+    double half = -1;
+  };
+  double half_of(double move) const;  // of the cover of a way of this length, m
+  bool holds(std::span<const Vec3> from, std::span<const Vec3> displacement);
+  bool loose(std::span<const Vec3> displacement) const;
+  void make(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  Vec3 mean(std::span<const Vec3> of) const;
+  // True where a pair stays farther apart than the reach all the step, by where its particles were
+  // when the list was made and how far they have gone since.
+  bool far(std::size_t pair, double reach) const {
+    const auto& [ids, kind] = pairs_[pair];
+    const auto moved = [this, &ids = ids](std::size_t k) { return moved_[slot(ids[k])]; };
+    const double others = std::max(moved(2), moved(3));
+    return gaps_then_[pair] - (kind == PairKind::kEdgeEdge
+                                   ? std::max(moved(0), moved(1)) + others
+                                   : moved(0) + std::max(moved(1), others)) >
+           reach;
+  }
+  static FourPoints points(std::span<const Vec3> of, const SurfacePair& pair) {
+    return {of[static_cast<std::size_t>(pair.ids[0])], of[static_cast<std::size_t>(pair.ids[1])],
+            of[static_cast<std::size_t>(pair.ids[2])], of[static_cast<std::size_t>(pair.ids[3])]};
+  }
+
+  struct Near {
+    std::size_t pair;
+    Separation start;
+  };
+
+  TriangleBvh parts_;
+  double thickness_;
+  std::vector<SurfacePair> pairs_;
+  std::vector<double> gaps_;       // of each pair at the start of the step; < -1: not known yet
+  std::vector<double> gaps_then_;  // with all particles in the middle of their covers
+  std::vector<FatBox> fat_boxes_;
+  std::vector<double> moved_;  // m, from there, at most, in this step
+  std::vector<Vec3> middles_;
+  Vec3 mean_then_{};
+  std::vector<Aabb> boxes_;
+  std::vector<Near> near_;
+  std::vector<std::vector<Near>> near_by_rank_;
+  std::vector<std::vector<ProximityHit>> by_rank_;
+};
+
+}  // namespace sim

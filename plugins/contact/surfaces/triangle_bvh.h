@@ -1,0 +1,97 @@
+// A bounding volume hierarchy (BVH) over the triangles of surfaces, and the pairs of elements whose
+// boxes overlap.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/slot.h"
+#include "core/base/thread_pool.h"
+#include "core/particles/elements/torn_faces.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "time_of_impact.h"
+
+namespace sim {
+
+// Particles of a vertex and a triangle, or of two edges, in the order of separation_of().
+struct SurfacePair {
+  std::array<int, 4> ids;
+  PairKind kind;
+};
+
+struct Aabb {
+  Vec3 least, most;
+
+  void add(const Aabb& other) {
+    least = least.cwiseMin(other.least);
+    most = most.cwiseMax(other.most);
+  }
+  bool meets(const Aabb& b) const {
+    return least.x() <= b.most.x() && b.least.x() <= most.x() && least.y() <= b.most.y() &&
+           b.least.y() <= most.y() && least.z() <= b.most.z() && b.least.z() <= most.z();
+  }
+};
+
+// A tree of axis-aligned boxes over all triangles, built once for the initial positions and
+// refitted afterwards. Every vertex and edge belongs to one of its triangles, so that no pair is
+// found twice (Curtis, Tamstorf & Manocha 2008). The order of pairs is that of the tree: which
+// pairs are too far apart to be among them changes nothing of it, and neither do threads.
+class TriangleBvh {
+ public:
+  // self: parts of one surface are pairs, too.
+  TriangleBvh(std::span<const std::shared_ptr<const TriangleMesh>> surfaces, bool self,
+              std::span<const Vec3> start);
+
+  std::span<const int> vertices() const { return vertices_; }  // ascending
+  std::span<const std::array<int, 2>> edges() const { return edges_; }
+  std::span<const TriangleMesh::Triangle> triangles() const { return triangles_; }
+
+  // Faces with such an edge are in no pair any more, nor are edges that are torn or left without a
+  // face. Replaces what was said before.
+  void tear(std::span<const std::array<int, 2>> torn);
+  bool edge_gone(std::size_t edge) const { return !gone_.edges.empty() && gone_.edges[edge]; }
+
+  // All pairs whose boxes meet, those of a vertex and a triangle before it; boxes: of the
+  // particles. Memory is kept in `pairs`.
+  void find_pairs(std::span<const Aabb> boxes, ThreadPool& pool, std::vector<SurfacePair>& pairs);
+
+ private:
+  struct Node {
+    Aabb box;
+    int first, count;  // of order_; count 0: an inner node, whose children are the next and...
+    int second;        // ...this one
+  };
+  struct Owned {  // by a triangle: vertices and edges, -1 for none
+    std::array<int, 3> vertices{-1, -1, -1}, edges{-1, -1, -1};
+  };
+  struct Task {
+    int a, b;
+    std::vector<SurfacePair> found;
+  };
+
+  int build(int begin, int end, std::span<const Vec3> middles);
+  void refit(std::span<const Aabb> boxes);
+  void split_tasks(int a, int b, int depth);
+  void walk(int a, int b, std::span<const Aabb> boxes, std::vector<SurfacePair>& found) const;
+  void leaves(const Node& a, const Node& b, std::span<const Aabb> boxes,
+              std::vector<SurfacePair>& found) const;
+  void triangle_pairs(int a, int b, std::span<const Aabb> boxes,
+                      std::vector<SurfacePair>& found) const;
+
+  bool self_;
+  std::vector<TriangleMesh::Triangle> triangles_;
+  std::vector<int> surface_of_;  // of each triangle
+  std::vector<std::array<int, 2>> edges_;
+  std::vector<int> vertices_;
+  std::vector<Owned> owned_;
+  std::vector<int> order_;  // of triangles, leaf by leaf
+  std::vector<Node> nodes_;
+  std::vector<Aabb> triangle_boxes_;
+  std::vector<Task> tasks_;
+  TornParts gone_;
+};
+
+}  // namespace sim

@@ -1,0 +1,62 @@
+// Elastic cells between particles: each is evaluated once, eight side by side, and every particle
+// then gathers its share in the order of the cells.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "constitutive_law.h"
+#include "core/base/array.h"
+#include "core/base/thread_pool.h"
+#include "core/particles/force.h"
+
+namespace sim {
+
+// Blocks of eight cells; the last is filled up with its last cell.
+struct FemCells {
+  int nodes = 4;
+  const double* points = nullptr;     // x y z 0 of each particle
+  const std::int32_t* ids = nullptr;  // [block][node][lane]
+  const double* rest = nullptr;       // [block][point][weight, gradient of nodes 1 ...][lane]
+  double* forces = nullptr;           // N: [block][node][axis][lane]
+};
+
+struct FemKernels {
+  void (*evaluate)(const ConstitutiveLaw&, const FemCells&, int begin, int end);  // blocks
+};
+FemKernels solid_kernels();
+
+class FemForces {
+ public:
+  // 4 or 10 ids a cell.
+  FemForces(const ConstitutiveLaw& law, std::vector<int> ids, int nodes);
+
+  // The places at which the body is at rest. Throws Error{kScene} naming a cell without a volume,
+  // or one whose nodes on edges turn it inside out.
+  void bind(const ParticleView& rest);
+
+  void prepare(const ParticleView& view, ThreadPool& pool);
+  void add(Tile tile, ForceSink sink) const;
+  double potential(const ParticleView& view, Tile tile) const;
+  void jacobian(const ParticleView& view, JacobianSink& sink) const;
+
+ private:
+  int cell_count() const { return static_cast<int>(ids_.size()) / nodes_; }
+  // A quadrature point of a cell: its weight, the gradient of a node, the deformation there.
+  double weight(int cell, int point) const { return rest(cell, point)[0]; }
+  Vec3 gradient(int cell, int point, int node) const;
+  Mat3 deformation(const ParticleView& view, int cell, int point) const;
+  const double* rest(int cell, int point) const;
+
+  ConstitutiveLaw law_;
+  std::vector<int> ids_;
+  int nodes_, points_;
+  std::vector<std::int32_t> block_ids_;
+  Array packed_, rest_, forces_;
+  std::vector<std::size_t> first_, places_;  // in forces_, of particle i: [first_[i], first_[i+1])
+  std::vector<int> cells_first_, cells_of_;  // those that begin at i: likewise
+  FemKernels kernels_ = solid_kernels();
+};
+
+}  // namespace sim

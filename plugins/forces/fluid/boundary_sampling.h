@@ -1,0 +1,18 @@
+// Points under the surface of a rigid shape, for what feels a body from outside.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/rigid/rigid_shape.h"
+
+namespace sim {
+
+// `depth` below the surface, about `width` apart and no hole wider than that, m, in the frame of
+// the shape. Throws Error{kScene} where the shape is not thicker than twice the depth.
+std::vector<Vec3> sample_boundary(const RigidShape& shape, double depth, double width);
+
+bool is_within(const RigidShape& shape, const Vec3& x);
+
+double surface_area(const RigidShape& shape);  // m^2
+
+}  // namespace sim

@@ -1,0 +1,221 @@
+// First contacts of vertices with triangles and of edges, and crossings of sheets, from exact
+// arithmetic (tests/reference/first_contact.csv, crossings.csv).
+#include "plugins/contact/surfaces/time_of_impact.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "core/particles/elements/mesh_intersections.h"
+#include "plugins/contact/surfaces/self_collision_culling.h"
+#include "tests/support/table.h"
+
+namespace {
+
+using sim::FourPoints;
+using sim::PairKind;
+using sim::Vec3;
+
+Vec3 point_of(const sim_test::Row& row, const std::string& what, std::size_t k) {
+  const std::string name = what + std::to_string(k);
+  return {row.number(name + "x"), row.number(name + "y"), row.number(name + "z")};
+}
+
+struct Case {
+  PairKind kind;
+  FourPoints start, way;
+};
+
+Case case_of(const sim_test::Row& row) {
+  Case one{row.number("kind") == 0 ? PairKind::kVertexTriangle : PairKind::kEdgeEdge, {}, {}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    // In the file the vertex is the last of the four.
+    const std::size_t from = one.kind == PairKind::kVertexTriangle ? (k + 3) % 4 : k;
+    one.start[k] = point_of(row, "start", from);
+    one.way[k] = point_of(row, "end", from) - one.start[k];
+  }
+  return one;
+}
+
+// The least distance by a search over both parts: nothing of it is in the code that is tested.
+double sampled_distance(PairKind kind, const FourPoints& p, int steps) {
+  double least = HUGE_VAL;
+  const bool vertex = kind == PairKind::kVertexTriangle;
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; j <= (vertex ? steps - i : steps); ++j) {
+      const double a = double(i) / steps, b = double(j) / steps;
+      const Vec3 r = vertex ? p[0] - (p[1] + a * (p[2] - p[1]) + b * (p[3] - p[1]))
+                            : p[0] + a * (p[1] - p[0]) - (p[2] + b * (p[3] - p[2]));
+      least = std::min(least, r.norm());
+    }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("no contact is missed, and its time is right") {
+  const sim_test::Table table("first_contact.csv");
+  REQUIRE(table.rows().size() == 93);
+  for (const sim_test::Row& row : table.rows()) {
+    INFO(row.text("what"));
+    const Case one = case_of(row);
+    const double hit = row.number("hit"), margin = row.number("margin");
+    double size = 0;
+    for (std::size_t k = 0; k < 4; ++k)
+      size = std::max(size, (one.start[k] - one.start[0]).cwiseAbs().maxCoeff());
+    const sim::TimeOfImpact found =
+        sim::time_of_impact(one.kind, one.start, one.way, 1e-11 * std::min(size, 1.0));
+    if (hit == 0) CHECK_FALSE(found.hit);
+    if (hit != 1) continue;  // in one plane all the time: the distance says it, below
+    CHECK(found.hit);
+    CHECK(found.s <= row.number("t") + 1e-15);
+    if (margin > 1e-4) CHECK(found.s == Approx(row.number("t")).margin(1e-9).epsilon(0));
+  }
+}
+
+TEST_CASE("ways in one plane count by the distance") {
+  const sim_test::Table table("first_contact.csv");
+  int met = 0;
+  for (const sim_test::Row& row : table.rows_where("hit", 2)) {
+    INFO(row.text("what"));
+    const Case one = case_of(row);
+    double least = HUGE_VAL;
+    for (int step = 0; step <= 400; ++step) {
+      FourPoints now = one.start;
+      for (std::size_t k = 0; k < 4; ++k) now[k] += step / 400.0 * one.way[k];
+      least = std::min(least, sampled_distance(one.kind, now, 40));
+    }
+    if (least < 1e-3) {
+      CHECK(sim::time_of_impact(one.kind, one.start, one.way, 1e-3).hit);
+      ++met;
+    }
+  }
+  CHECK(met >= 3);
+}
+
+TEST_CASE("a step that is called free keeps the distance") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int free = 0, hits = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    const PairKind kind = trial % 2 ? PairKind::kEdgeEdge : PairKind::kVertexTriangle;
+    FourPoints p, d;
+    const double flat = trial % 3 ? 1 : 1e-7;  // thin parts, too
+    for (std::size_t k = 0; k < 4; ++k) {
+      p[k] = Vec3(uniform(random), flat * uniform(random), uniform(random));
+      d[k] = Vec3(uniform(random), uniform(random), uniform(random));
+    }
+    const double gap = 1e-3;
+    const sim::TimeOfImpact found = sim::time_of_impact(kind, p, d, gap);
+    double least = HUGE_VAL;
+    for (int step = 0; step <= 60; ++step) {
+      FourPoints now = p;
+      for (std::size_t k = 0; k < 4; ++k) now[k] += found.s * step / 60.0 * d[k];
+      const sim::Separation apart = sim::separation_of(kind, now);
+      CHECK(apart.gap <= sampled_distance(kind, now, 12) * (1 + 1e-12));
+      if (found.s > 0) least = std::min(least, sampled_distance(kind, now, 12));
+    }
+    if (found.s > 0) CHECK(least >= 0.5 * gap);
+    (found.hit ? hits : free) += 1;
+  }
+  CHECK(free > 500);
+  CHECK(hits > 300);
+}
+
+TEST_CASE("sheets cross as often as exact fractions count") {
+  const sim_test::Table table("crossings.csv");
+  for (int mesh = 0; mesh < 12; ++mesh) {
+    const std::vector<sim_test::Row> rows = table.rows_where("mesh", mesh);
+    const int n = static_cast<int>(rows.front().number("rows"));
+    const int m = static_cast<int>(rows.front().number("cols"));
+    std::vector<double> x, y, z;
+    for (const sim_test::Row& row : rows)
+      x.push_back(row.number("x")), y.push_back(row.number("y")), z.push_back(row.number("z"));
+    sim::ParticleView view;
+    view.n = n * m;
+    view.x = x.data(), view.y = y.data(), view.z = z.data();
+    std::vector<sim::TriangleMesh::Triangle> triangles;
+    for (int i = 0; i + 1 < n; ++i)
+      for (int j = 0; j + 1 < m; ++j) {
+        const int at = i * m + j;
+        triangles.push_back({at, at + m, at + 1});
+        triangles.push_back({at + m, at + m + 1, at + 1});
+      }
+    const std::shared_ptr<const sim::TriangleMesh> surfaces[] = {
+        std::make_shared<const sim::TriangleMesh>(n * m, triangles)};
+    sim::MeshIntersections crossings(surfaces);
+    CHECK(crossings.count(view) == static_cast<std::int64_t>(rows.front().number("crossings")));
+    CHECK(crossings.first(view).empty() == (rows.front().number("crossings") == 0));
+    // The least distance of a vertex and a triangle without it.
+    double least = HUGE_VAL;
+    for (int i = 0; i < n * m; ++i)
+      for (const auto& [a, b, c] : surfaces[0]->triangles())
+        if (i != a && i != b && i != c)
+          least = std::min(least, sim::separation_of(PairKind::kVertexTriangle,
+                                                     {view.position(i), view.position(a),
+                                                      view.position(b), view.position(c)})
+                                      .gap);
+    CHECK(least == Approx(rows.front().number("least_distance")).margin(1e-12));
+  }
+}
+
+TEST_CASE("a sheet that is called open keeps its distances") {
+  constexpr int kRows = 9, kCols = 19;
+  const sim::TriangleMesh mesh(kRows * kCols, sim::grid_triangles({kRows, kCols, 1}, false));
+  const auto grid = sim::sheet_of(mesh);
+  REQUIRE(grid);
+  CHECK((grid->first == 0 && grid->rows == kRows && grid->cols == kCols));
+  CHECK_FALSE(sim::sheet_of(sim::TriangleMesh(90, sim::grid_triangles({9, 10, 1}, false))));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  sim::SelfCollisionCulling sheet(*grid);
+  int open = 0, closed = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double rough = 0.05 * (trial % 12), bend = 0.12 * (trial % 7);
+    std::vector<double> q[2][3];
+    for (int end = 0; end < 2; ++end)
+      for (int i = 0; i < kRows; ++i)
+        for (int j = 0; j < kCols; ++j) {
+          const double turn = bend * (j - 9) * (end ? 1 : 0.8);
+          const Vec3 place(bend > 0 ? std::sin(turn) / bend : j,
+                           bend > 0 ? std::cos(turn) / bend : 0, i);
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            q[end][axis].push_back(place[axis] + rough * uniform(random));
+        }
+    const auto axes = [&](int end) {
+      return std::array<const double*, 3>{q[end][0].data(), q[end][1].data(), q[end][2].data()};
+    };
+    constexpr double kDistance = 0.1;
+    if (!sheet.stays_open(axes(0), axes(1), kDistance)) {
+      ++closed;
+      continue;
+    }
+    ++open;
+    for (const double s : {0.0, 0.3, 0.7, 1.0}) {
+      const auto at = [&](int id) {
+        const auto k = static_cast<std::size_t>(id);
+        Vec3 place;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          place[axis] = q[0][axis][k] + s * (q[1][axis][k] - q[0][axis][k]);
+        return place;
+      };
+      double least = HUGE_VAL;
+      for (const auto& [a, b, c] : mesh.triangles())
+        for (int v = 0; v < kRows * kCols; ++v)
+          if (v != a && v != b && v != c)
+            least = std::min(
+                least,
+                sim::separation_of(PairKind::kVertexTriangle, {at(v), at(a), at(b), at(c)}).gap);
+      for (const auto& e : mesh.edges())
+        for (const auto& f : mesh.edges()) {
+          const auto [a, b] = e.ends;
+          const auto [c, d] = f.ends;
+          if (a == c || a == d || b == c || b == d) continue;
+          least = std::min(
+              least, sim::separation_of(PairKind::kEdgeEdge, {at(a), at(b), at(c), at(d)}).gap);
+        }
+      CHECK(least >= kDistance);
+    }
+  }
+  CHECK(open > 5);
+  CHECK(closed > 20);
+}

@@ -1,0 +1,354 @@
+// A run and its shadow: how far they part is how wrong the run is.
+#include "core/study/verdict/step_doubling.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/study/energy_balance.h"
+#include "core/study/verdict/criterion.h"
+#include "core/study/verdict/verdict.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::RunDeviation;
+using sim::study::Trust;
+using sim::study::Verdict;
+
+namespace {
+
+struct Judged {
+  RunDeviation deviation;
+  Verdict verdict;
+};
+
+// Runs `steps` steps as sim does, with `looks` looks, and then the shadow, or from step `beside`
+// on.
+Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options, std::int64_t steps,
+              int looks = 100, std::int64_t beside = -1) {
+  sim::Registry registry = make_registry();
+  sim::Simulation system(spec, registry, options);
+  sim::study::Monitor monitor(spec, system, steps, &registry);
+  sim::study::StepDoubling shadow(spec, system, steps, registry);
+  const std::int64_t stride = std::max<std::int64_t>(1, steps / looks);
+  for (std::int64_t n = 0; n <= steps; ++n) {
+    if (n > 0) {
+      REQUIRE(system.step());
+      monitor.advance();
+    }
+    if (n % stride != 0 && n != steps) continue;
+    const sim::Energy energy = system.energy();
+    monitor.look(system.second_order() ? &energy : nullptr);
+    shadow.look(system.second_order() ? &energy : nullptr, spec.observe(system));
+    if (n / stride == beside / stride && beside >= 0)
+      CHECK(shadow.follow_beside([] { return false; }));
+  }
+  const std::uint64_t hash = system.hash();
+  Judged result;
+  result.deviation = shadow.compare([] { return false; });
+  CHECK(system.hash() == hash);  // the run itself is left alone
+  result.verdict = monitor.verdict(result.deviation);
+  return result;
+}
+
+sim::SystemSpec make_field(std::vector<double> start, sim::OdeFunction f) {
+  sim::SystemSpec spec;
+  spec.name = "field";
+  spec.integrator = "rk4";
+  spec.dt = 0.01;
+  spec.first_order.emplace();
+  spec.first_order->dimension = 1;
+  spec.first_order->state = std::move(start);
+  spec.first_order->field = make_part("lua", {{"f", std::move(f)}});
+  return spec;
+}
+
+// x'' = -x from (1, 0): the error of a method is known.
+sim::SystemSpec make_oscillator() {
+  return make_field({1, 0}, [](double, std::span<const double> x, std::span<double> d) {
+    d[0] = x[1];
+    d[1] = -x[0];
+  });
+}
+
+sim::SystemSpec make_lorenz() {
+  return make_field({1, 1, 1}, [](double, std::span<const double> x, std::span<double> d) {
+    d[0] = 10 * (x[1] - x[0]);
+    d[1] = x[0] * (28 - x[2]) - x[1];
+    d[2] = x[0] * x[1] - 8.0 / 3 * x[2];
+  });
+}
+
+}  // namespace
+
+// The jump of van der Pol's oscillator comes a little earlier or later: that is no chaos.
+TEST_CASE("neighbours that part for a moment are not chaotic") {
+  const sim::SystemSpec jumps =
+      make_field({2, 0}, [](double, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = 100 * (1 - x[0] * x[0]) * x[1] - x[0];
+      });
+  const Judged loose = judged(jumps, {.integrator = {"esdirk43", {{"tol", 1e-3}}}, .dt = 1}, 250);
+  CHECK(loose.verdict.trust != Trust::kChaotic);
+  CHECK_FALSE(loose.deviation.growth > 1e5);
+  const Judged lorenz = judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 4000);
+  CHECK(lorenz.verdict.trust == Trust::kChaotic);
+  CHECK(lorenz.deviation.growth > 1e5);
+}
+
+TEST_CASE("neighbours that part at once do so in words that are numbers") {
+  sim::Registry registry = make_registry();
+  const sim::Simulation system(make_elastic_pendulum(), registry);
+  RunDeviation deviation;
+  deviation.outcome = RunDeviation::Outcome::kCompared;
+  deviation.share = 1;
+  deviation.growth = 1e7;
+  deviation.horizon = 0.02;
+  deviation.rate = 1e300;
+  CHECK(finding_of(deviation, system).words ==
+        "positions are right until about t = 0.02 s (neighbours part tenfold within 0.0033 s)");
+  deviation.rate = 2.5;
+  CHECK(finding_of(deviation, system).words.find("part by x2.5 a second") != std::string::npos);
+}
+
+// Loose tolerances and single precision make motions of 1e-8 of the size from roundings.
+TEST_CASE("what is at rest but for roundings is not doubted") {
+  sim::SystemSpec rest = make_row();
+  for (sim::ParticleSpec& each : rest.particles->list) each.position += sim::Vec3(0.1, 0.2, 0.3);
+  const sim::RunOptions loose{.integrator = {"tsit5", {{"tol", 2e-6}}}, .dt = 0.16};
+  const sim::RunOptions single{.integrator = {"verlet", {{"precision", std::string("single")}}},
+                               .dt = 0.01};
+  for (const sim::RunOptions& options : {loose, single}) {
+    const Judged found = judged(rest, options, 60);
+    INFO(options.integrator.name << ' ' << found.verdict.reason);
+    CHECK(found.verdict.trust == Trust::kTrusted);
+    CHECK(found.deviation.error < 1e-5);
+  }
+  // What does move is looked at as ever.
+  rest.particles->list[5].velocity = {1, 0, 0};
+  sim::RunOptions coarse = loose;
+  coarse.integrator.given["tol"] = 1e-2;
+  CHECK(judged(rest, coarse, 60).verdict.trust == Trust::kSuspect);
+}
+
+TEST_CASE("the shadow tells the error of methods of every order") {
+  for (const auto& [method, h] : {std::pair{"euler", 0.001},
+                                  {"midpoint", 0.02},
+                                  {"rk3", 0.05},
+                                  {"rk4", 0.1},
+                                  {"implicit_midpoint", 0.02},
+                                  {"trbdf2", 0.02}}) {
+    INFO(method);
+    const auto steps = static_cast<std::int64_t>(std::round(20 / h));
+    const Judged found = judged(make_oscillator(), {.integrator = method, .dt = h}, steps);
+    sim::Registry registry = make_registry();
+    sim::Simulation again(make_oscillator(), registry, {.integrator = method, .dt = h});
+    double error = 0;
+    for (std::int64_t n = 0; n < steps; ++n) {
+      REQUIRE(again.step());
+      error = std::max({error, std::abs(again.component(0) - std::cos(again.t())),
+                        std::abs(again.component(1) + std::sin(again.t()))});
+    }
+    REQUIRE(found.deviation.verified());
+    CHECK(found.deviation.error == Approx(error).epsilon(0.1));
+  }
+}
+
+TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
+  for (const double tol : {1e-3, 1e-6}) {
+    sim::RunOptions options{.integrator = "dopri5", .dt = 0.1};
+    options.integrator.given["tol"] = tol;
+    const Judged found = judged(make_oscillator(), options, 200);
+    sim::Registry registry = make_registry();
+    sim::Simulation again(make_oscillator(), registry, options);
+    double error = 0;
+    for (int n = 0; n < 200; ++n) {
+      REQUIRE(again.step());
+      error = std::max(error, std::abs(again.component(0) - std::cos(again.t())));
+    }
+    CHECK(found.deviation.error > 0.5 * error);
+    CHECK(found.deviation.error < 3 * error);
+  }
+}
+
+TEST_CASE("a phase that is lost slowly is found although every step is good") {
+  const Judged found = judged(make_elastic_pendulum(), {.integrator = "verlet", .dt = 0.01}, 40000);
+  CHECK(found.verdict.figures.step_error < 1e-3);
+  CHECK(found.verdict.figures.energy < 0.01);
+  CHECK(found.verdict.trust != Trust::kTrusted);
+  CHECK(
+      judged(make_elastic_pendulum(), {.integrator = "verlet", .dt = 0.001}, 2000).verdict.trust ==
+      Trust::kTrusted);
+}
+
+TEST_CASE("chaos is told from error, with the time until which positions are right") {
+  const Judged found = judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 3000);
+  INFO(found.verdict.reason);
+  CHECK(found.verdict.trust == Trust::kChaotic);
+  CHECK(found.deviation.horizon > 10);
+  CHECK(found.deviation.horizon < 25);
+  // The largest Lyapunov exponent is 0.9056: Sprott, Chaos and Time-Series Analysis (2003), 5.6.
+  CHECK(std::log(found.deviation.rate) == Approx(0.9056).margin(0.35));
+  CHECK(judged(make_lorenz(), {.integrator = "rk4", .dt = 0.01}, 500).verdict.trust ==
+        Trust::kTrusted);
+  // Error without chaos.
+  const Judged wrong = judged(make_oscillator(), {.integrator = "euler", .dt = 0.05}, 400);
+  CHECK(wrong.verdict.trust == Trust::kSuspect);
+  CHECK(wrong.deviation.growth < 100);
+}
+
+// Twice as long as at rest, it reaches its hook with no speed left: on which side it comes out no
+// step knows, however good its estimate.
+TEST_CASE("a spring that is pressed to a point is looked at closely") {
+  const auto pendulum = [](double share, double kick) {
+    sim::SystemSpec spec;
+    spec.name = "pressed";
+    spec.integrator = "rk4";
+    spec.dt = 0.01;
+    spec.particles.emplace();
+    const sim::Vec3 away(0.20652625600744456, -1, 0.21009100247848916);
+    spec.particles->list = {{.position = {0, 0, 0}, .mass = 1},
+                            {.position = away, .velocity = -kick * away, .mass = 1}};
+    spec.particles->pinned = {0};
+    sim::PartSpec spring = make_springs("spring", 1);
+    spring.elements.add({0, 1}, {{"rest", share * away.norm()}});
+    spec.forces.push_back(std::move(spring));
+    return spec;
+  };
+  const sim::SystemSpec still = pendulum(0.5, 0);
+  for (const auto& [method, h] :
+       {std::pair{"verlet", 0.005}, {"pefrl", 0.06}, {"rk4", 0.01}, {"implicit_midpoint", 0.007}}) {
+    const Judged found = judged(still, {.integrator = method, .dt = h},
+                                static_cast<std::int64_t>(std::round(7 / h)));
+    INFO(method << ' ' << found.verdict.reason);
+    CHECK(found.verdict.trust != Trust::kTrusted);
+  }
+  const Judged loose = judged(still, {.integrator = {"tsit5", {{"tol", 0.0147}}}, .dt = 0.09}, 53);
+  INFO(loose.verdict.reason);
+  CHECK(loose.verdict.trust != Trust::kTrusted);
+  // With speed to spare it comes out on the other side, and nobody doubts it.
+  const Judged fast = judged(pendulum(0.5, 1), {.integrator = "verlet", .dt = 1e-3}, 5000);
+  INFO(fast.verdict.reason);
+  CHECK(fast.verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("a pulse that no step has seen is found, one that was seen is not complained of") {
+  const auto pulse = [](double width) {
+    return make_field({0.1, 0}, [width](double t, std::span<const double> x, std::span<double> d) {
+      const double s = (t - 2.503) / width;
+      d[0] = x[1];
+      d[1] = -x[0] + (s > 0 && s < 1 ? 30 / width * s * s * (1 - s) * (1 - s) : 0);
+    });
+  };
+  const Judged missed = judged(pulse(1e-3), {.integrator = "rk4", .dt = 0.02}, 300);
+  CHECK(missed.verdict.trust == Trust::kSuspect);
+  CHECK(missed.deviation.missed_at == Approx(2.5035).margin(1e-3));
+  const Judged seen = judged(pulse(0.5), {.integrator = "rk4", .dt = 0.005}, 1200);
+  INFO(seen.verdict.reason);
+  CHECK(seen.verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("a push that no step has felt is found") {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.forces = {
+      make_part("expression", {{"fx", std::string("100*step(t - 3.1)*step(3.11 - t)")}})};
+  for (const auto& [method, h] : {std::pair{"dopri5", 0.5}, {"implicit_midpoint", 0.05}}) {
+    const Judged missed =
+        judged(spec, {.integrator = method, .dt = h}, static_cast<std::int64_t>(std::round(6 / h)));
+    INFO(method << ' ' << missed.verdict.reason);
+    CHECK(missed.verdict.trust == Trust::kSuspect);
+    CHECK(missed.deviation.missed_at == Approx(3.105).margin(0.006));
+    CHECK(missed.verdict.reason.find("a force has a pulse near t = 3.1") != std::string::npos);
+  }
+  const Judged seen = judged(spec, {.integrator = "verlet", .dt = 1e-4}, 60000);
+  INFO(seen.verdict.reason);
+  CHECK(std::isnan(seen.deviation.missed_at));
+  CHECK(seen.verdict.trust == Trust::kTrusted);
+}
+
+// At first it is off by as much as it has moved.
+TEST_CASE("the error of a single particle is a share of its whole way") {
+  sim::SystemSpec spec = make_falling(1, 0);
+  const Judged found = judged(spec, {.integrator = "implicit_euler", .dt = 1e-3}, 1000);
+  INFO(found.verdict.reason);
+  // It falls by g (t^2 + h t) / 2, and comes 2.94 m far.
+  CHECK(found.deviation.share == Approx(0.5 * kGravity * 1e-3 / 2.94).epsilon(0.02));
+  CHECK(found.verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("growth of the system itself is not held against the method") {
+  const auto growth =
+      make_field({1}, [](double, std::span<const double> x, std::span<double> d) { d[0] = x[0]; });
+  CHECK(judged(growth, {.integrator = "rk4", .dt = 0.001}, 1000).verdict.trust == Trust::kTrusted);
+}
+
+TEST_CASE("few steps are compared with many, not with twice as few") {
+  const auto driven =
+      make_field({0, 1}, [](double t, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = -4 * x[0] - 0.1 * x[1] + std::sin(7 * t);
+      });
+  CHECK(judged(driven, {.integrator = "implicit_euler", .dt = 3}, 5).verdict.trust ==
+        Trust::kSuspect);
+}
+
+TEST_CASE("single precision is compared with double precision") {
+  sim::RunOptions options{.integrator = "rk4", .dt = 0.001};
+  options.integrator.given["precision"] = std::string("single");
+  const Judged found = judged(make_row(1, 0.1), options, 2000);
+  CHECK(found.deviation.error > 1e-8);  // in double precision it is 1e-11
+  CHECK(found.deviation.error < 1e-3);
+}
+
+TEST_CASE("what cannot be verified is not called verified") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_oscillator();
+  sim::Simulation system(spec, registry);
+  sim::study::StepDoubling shadow(spec, system, 10, registry);
+  shadow.look(nullptr);
+  REQUIRE(run(system, 10));
+  shadow.look(nullptr);
+  CHECK(shadow.compare([] { return true; }).outcome == RunDeviation::Outcome::kStopped);
+  const sim::RunOptions adaptive{.integrator = "dopri5", .dt = 0.1};
+  sim::Simulation free(spec, registry, adaptive);
+  sim::study::Monitor monitor(spec, free, 10, &registry);
+  const Verdict nothing = monitor.verdict();
+  CHECK(nothing.trust == Trust::kSuspect);
+  CHECK(nothing.reason.find("not verified") != std::string::npos);
+}
+
+// P = t^3 is integrated exactly by the cubic through four looks, wherever they are.
+TEST_CASE("work is integrated by cubics") {
+  sim::WorkIntegral work;
+  for (const double t : {0.0, 0.3, 0.4, 1.1, 1.2, 1.9, 2.0}) work.look(t, t * t * t);
+  CHECK(work.value() == Approx(4).epsilon(1e-14));
+  CHECK(work.with(3, 27) == Approx(81.0 / 4).epsilon(1e-14));
+  CHECK(work.uncertainty() > 0);
+  CHECK(std::isinf(sim::WorkIntegral().uncertainty()));
+  // What parabolas miss is what is not known: on t^3 a quarter of h^4 a piece from the fourth look.
+  sim::WorkIntegral even;
+  for (int k = 0; k <= 10; ++k) even.look(k, double(k) * k * k);
+  CHECK(even.uncertainty() == Approx(2 * 8 * 0.25).epsilon(1e-12));
+}
+
+TEST_CASE("a shadow that follows on a thread of its own finds what one finds afterwards") {
+  sim::SystemSpec spec = make_cloth(8);
+  spec.observers = {{"low", [](const sim::Simulation& s) { return s.position(60).y(); }}};
+  for (const char* method : {"verlet", "rk4", "tsit5", "trbdf2"}) {
+    CAPTURE(method);
+    const sim::RunOptions options{.integrator = method, .dt = 0.004};
+    const RunDeviation after = judged(spec, options, 300).deviation;
+    for (const std::int64_t from : {0, 150, 299}) {
+      const RunDeviation beside = judged(spec, options, 300, 100, from).deviation;
+      CHECK(beside.verified());
+      CHECK(beside.error == after.error);
+      CHECK(beside.at_end == after.at_end);
+      CHECK(beside.share == after.share);
+      CHECK(beside.energy == after.energy);
+      CHECK(beside.pinch.margin == after.pinch.margin);
+      REQUIRE(beside.observed.size() == 1);
+      CHECK(beside.observed[0].most == after.observed[0].most);
+      CHECK(beside.observed[0].at_end == after.observed[0].at_end);
+      CHECK(after.observed[0].most > 0);
+    }
+  }
+}
