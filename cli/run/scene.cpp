@@ -60,7 +60,7 @@ std::vector<std::string> LoadedScene::names() const {
 }
 
 std::vector<std::string> LoadedScene::notes() {
-  std::vector<std::string> all;
+  std::vector<std::string> all = spec.notes;
   for (Simulation& system : systems)
     for (const auto& notes : {system.integrator().notes(), system.ode().notes()})
       for (const std::string& note : notes)

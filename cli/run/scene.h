@@ -47,7 +47,7 @@ struct LoadedScene : StudiedScene {
   bool has_second_order() const;
   int threads() const;  // that steps run on now: the most of all systems
   std::vector<std::string> names() const;
-  std::vector<std::string> notes();  // of integrators and systems, each sentence once
+  std::vector<std::string> notes();  // of the scene, its integrators and systems; each once
 };
 
 // Throws Error: kUsage for an integrator of the command line that does not exist or does not take

@@ -306,7 +306,7 @@ sim.plugin "NAME.so"
 local particles = sim.particles { mass = 1 }  -- kg
 particles:add {0, 0, 0}
 particles:add {0, -1, 0}
-particles:lead(0, sim.motion.NAME { size = 0.3, period = 2 })
+particles:prescribe(0, sim.motion.NAME { size = 0.3, period = 2 })
 return sim.scene {
   name = "NAME",
   particles = particles,

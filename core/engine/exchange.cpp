@@ -80,7 +80,7 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string
   border.first(spec.colliders, off, "collider");
   border.first(spec.constraints, {}, "constraint");
   for (const PrescribedSpec& lead : spec.particles->prescribed)
-    border.scene("a particle that is led", lead.place, "pin it, or run it here");
+    border.scene("a prescribed particle", lead.place, "pin it, or run it here");
   if (!spec.bodies.empty())
     border.scene("a rigid body", spec.bodies.front().place, "leave bodies out, or run it here");
   if (spec.contact) border.scene("sim.contact", spec.contact->place, "leave contact out");

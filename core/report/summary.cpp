@@ -88,9 +88,11 @@ std::string bodies_json(const Simulation& system) {
     list.push_back(JsonObject()
                        .text("shape", system.body(i).shape().name())
                        .json("position", numbers(state.center))
-                       .json("turn", numbers(state.quaternion()))
+                       .json("rotation", numbers(state.quaternion()))
+                       .json("turn", numbers(state.quaternion()))  // the old name, for one release
                        .json("velocity", numbers(state.velocity))
-                       .json("spin", numbers(state.angular_velocity))
+                       .json("angular_velocity", numbers(state.angular_velocity))
+                       .json("spin", numbers(state.angular_velocity))  // likewise
                        .str());
   }
   return json_array(list);

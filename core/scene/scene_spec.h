@@ -112,6 +112,7 @@ struct SceneSpec {
   std::vector<SystemSpec> systems;
   std::vector<SceneArg> args;
   bool world = false;
+  std::vector<std::string> notes = {};  // for the user, on the text of the scene
   std::vector<InputFile> inputs;  // the Lua files it was made of, and where others were searched
 };
 

@@ -116,7 +116,7 @@ void Simulation::Impl::change(const std::function<void()>& make) {
 
 void Simulation::Impl::check_not_led(int i) const {
   if (particles && std::ranges::count(particles->prescribed().ids(), i) > 0)
-    refuse_change("no change of particle " + std::to_string(i), "it is led along a path", "");
+    refuse_change("no change of particle " + std::to_string(i), "it follows a prescribed path", "");
 }
 
 void Simulation::set_position(int i, const Vec3& x) {

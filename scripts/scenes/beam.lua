@@ -15,7 +15,7 @@ local block = sim.grid { 10 * n + 1, n + 1, n + 1, du = {a, 0, 0}, dv = {0, a, 0
 for j = 0, n do
   for k = 0, n do block:pin(block:id(0, j, k)) end
 end
-local body = sim.force.solid { cells = sim.cells { grid = block, order = order },
+local body = sim.force.fem { cells = sim.cells { grid = block, order = order },
   young = young, poisson = 0.3, density = density, model = sim.arg("model", "corotated", "neo_hookean, corotated or stvk") }
 
 local shear, w = young / 2.6, density * g * side^2

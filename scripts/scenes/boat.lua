@@ -57,7 +57,7 @@ end
 local boat = sim.rigid { shape = sim.mesh { points = points, triangles = triangles },
   density = boat_density, position = {0.42 * length, depth + high / 2 + 0.01, width / 2} }
 local barrel = sim.rigid { shape = sim.capsule { radius = 0.06, length = 0.08 },
-  density = barrel_density, position = {0.82 * length, depth + 0.07, 0.6 * width}, turn = {1.5, 0, 0} }
+  density = barrel_density, position = {0.82 * length, depth + 0.07, 0.6 * width}, rotation = {1.5, 0, 0} }
 local stone = sim.rigid { shape = sim.sphere { radius = 0.05 }, density = stone_density,
   position = {0.1 * length, depth + 0.06, 0.5 * width} }
 local bodies = { boat, barrel, stone }

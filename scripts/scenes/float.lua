@@ -72,7 +72,7 @@ local walls = sim.collider.box { center = {room/2, 1, room/2}, half = {room/2, 1
   inside = true, thickness = a / 4 }
 return sim.scene { name = "float", particles = all, colliders = { walls },
   forces = { sim.force.gravity {},
-    sim.force.solid { cells = sim.cells { particles = all, tetrahedra = cells }, young = young, poisson = 0.4,
+    sim.force.fem { cells = sim.cells { particles = all, tetrahedra = cells }, young = young, poisson = 0.4,
       density = density * (side / inner)^3 },
     sim.force.fluid { particles = water, density = 1000, speed_of_sound = sound, alpha = 0.1,
       boundary = { walls }, solid = sim.surface { particles = all, triangles = skin } } },

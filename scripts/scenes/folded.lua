@@ -51,7 +51,7 @@ for i = 0, n - 2 do
 end
 
 local box = sim.rigid { shape = sim.box { half = {0.12, 0.06, 0.1} }, mass = mass,
-  friction = friction, position = {0.02, height, 0.01}, turn = {0.1, 0.4, 0.15} }
+  friction = friction, position = {0.02, height, 0.01}, rotation = {0.1, 0.4, 0.15} }
 
 return sim.scene { name = "folded", particles = cloth, bodies = { box },
   contact = sim.contact { surfaces = { sim.surface { particles = cloth, triangles = triangles } },

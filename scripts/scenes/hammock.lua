@@ -15,7 +15,7 @@ local function springs(family, stiffness, offsets)
 end
 
 local box = sim.rigid { shape = sim.box { half = {0.12, 0.06, 0.09} }, mass = mass, friction = friction,
-  position = {0.03, height, 0.02}, turn = {0.1, 0.4, 0.1} }
+  position = {0.03, height, 0.02}, rotation = {0.1, 0.4, 0.1} }
 
 return sim.scene { name = "hammock", particles = cloth, bodies = { box },
   forces = { sim.force.gravity {}, sim.force.drag { k = 2 * m },

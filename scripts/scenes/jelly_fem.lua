@@ -14,7 +14,7 @@ return sim.scene {
   forces = {
     sim.force.gravity { g = {0, -9.81, 0} },
     sim.force.drag { k = sim.arg("drag", 0.02, "kg/s, of each particle") },
-    sim.force.solid { cells = sim.cells { grid = block, order = sim.arg("order", 1, "1 or 2") },
+    sim.force.fem { cells = sim.cells { grid = block, order = sim.arg("order", 1, "1 or 2") },
       young = sim.arg("young", 2000, "Young's modulus, Pa"),
       poisson = sim.arg("poisson", 0.25, "Poisson's ratio"),
       density = sim.arg("density", 10, "kg/m^3"),

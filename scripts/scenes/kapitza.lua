@@ -9,7 +9,7 @@ local a = math.rad(tilt)
 local pendulum = sim.particles { mass = 1 }
 local pivot = pendulum:add({0, 0, 0})
 local bob = pendulum:add({length * math.sin(a), length * math.cos(a), 0})
-pendulum:lead(pivot, sim.motion.swing { amplitude = {0, amplitude, 0}, period = period,
+pendulum:prescribe(pivot, sim.motion.swing { amplitude = {0, amplitude, 0}, period = period,
   phase = math.pi / 2 })
 
 return sim.scene { name = "kapitza", particles = pendulum,

@@ -42,7 +42,7 @@ local way = sim.arg("way", 0.9, "that the middle is drawn, m")
 local middle = cloth:id(n // 2, n // 2)
 local x0, y0, z0 = s * (n // 2) - half, wire + 2 * thickness, s * (n // 2) - half
 local last = way / speed + 0.3
-cloth:lead(middle, function(t)
+cloth:prescribe(middle, function(t)
   local u = math.max(0, math.min(1, t / last))
   local down, slope = u * u * u * (10 - 15 * u + 6 * u * u), 30 * u * u * (1 - u) ^ 2
   return { x0, y0 - way * down, z0 }, { 0, -way * slope / last, 0 }

@@ -14,7 +14,7 @@ for i = 0, 23 do
 end
 local axis = { math.sin(lean), math.cos(lean), 0 }
 local top = sim.rigid { shape = sim.mesh { points = points, triangles = triangles },
-  mass = 0.1, turn = {0, 0, -lean}, spin = { spin * axis[1], spin * axis[2], 0 } }
+  mass = 0.1, rotation = {0, 0, -lean}, angular_velocity = { spin * axis[1], spin * axis[2], 0 } }
 
 local floor = sim.particles {}
 local hook = floor:add {0, 0, 0}

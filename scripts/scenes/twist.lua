@@ -22,7 +22,7 @@ local forces = { sim.force.drag { k = 2 * m },
 local duration = 0.5 * turns * period
 local function lead(i, column, sign)
   local r, w, c = s * i - half, sign * 2 * math.pi / period, sign * 0.4 / duration
-  cloth:lead(cloth:id(i, column), function(t)
+  cloth:prescribe(cloth:id(i, column), function(t)
     local u, on = math.min(t, duration), t < duration and 1 or 0
     local sine, cosine = math.sin(w * u), math.cos(w * u)
     return { sign * half - c * u, r * sine, r * cosine },

@@ -12,6 +12,9 @@ local host = ...  -- what the kernel lends: places in the scene, errors, paramet
 local here, fail, suggest, show = host.here, host.fail, host.suggest, host.show
 local type, setmetatable, tostring = type, setmetatable, tostring
 local next = host.next  -- quick; the order in which it visits entries decides nothing here
+
+-- An old name works for one release; runs note the new one.
+local function renamed(old, new) host.renamed((here()), old, new) end
 local math_type, select = math.type, select
 
 local MOST = 2 ^ 31 - 1  -- particles of one scene
@@ -188,21 +191,27 @@ function Particles:pin(...)
   end
 end
 
--- particles:lead(id, path)
--- Pins a particle to a place that moves, whatever pulls at it.
+-- particles:prescribe(id, path)
+-- Prescribes the motion of a particle, whatever forces act on it.
 --   path   a motion as of colliders (sim.motion.swing { ... }), from where the particle is, or a
 --          function(t) that returns its place {x, y, z}, m, and may return its velocity second;
 --          at t = 0 it is where the particle is
--- Errors: an id that is no whole number >= 0, or that no particle has at last; one that is led
--- twice; a path that begins elsewhere.
-function Particles:lead(id, path)
-  local record = record_of(self, "particles", "lead")
-  local leads, place = record.leads, here()
-  id = integer_from(id, 0, MOST, "particle id of lead")
+-- Errors: an id that is no whole number >= 0, or that no particle has at last; one that is
+-- prescribed twice; a path that begins elsewhere.
+function Particles:prescribe(id, path)
+  local record = record_of(self, "particles", "prescribe")
+  local prescribed, place = record.prescribed, here()
+  id = integer_from(id, 0, MOST, "particle id of prescribe")
   if type(path) ~= "function" and not (records[path] and records[path].kind == "motion") then
-    bad("path of lead", "a motion or a function(t)", path)
+    bad("path of prescribe", "a motion or a function(t)", path)
   end
-  leads[#leads + 1], leads[#leads + 2], leads[#leads + 3] = id, path, place
+  local n = #prescribed
+  prescribed[n + 1], prescribed[n + 2], prescribed[n + 3] = id, path, place
+end
+
+function Particles:lead(id, path)
+  renamed("particles:lead", "particles:prescribe")
+  Particles.prescribe(self, id, path)
 end
 
 -- id = grid:id(i, j), or grid:id(i, j, k) in a grid of three directions
@@ -231,7 +240,7 @@ local function new_particles(record)
   record.kind, record.count = "particles", 0
   record.x, record.y, record.z = {}, {}, {}
   record.masses, record.vx, record.vy, record.vz = {}, {}, {}, {}
-  record.pins, record.leads, record.numbers = {}, {}, {}
+  record.pins, record.prescribed, record.numbers = {}, {}, {}
   local handle = setmetatable({}, particles_class)
   records[handle] = record
   return handle
@@ -395,25 +404,36 @@ end
 
 local rigid_class = class("rigid", Rigid)
 
--- body = sim.rigid { shape =, mass =, position =, turn =, velocity =, spin =, friction =, restitution =,
---   law =, touches = }
+-- body = sim.rigid { shape =, mass =, position =, rotation =, velocity =, angular_velocity =, friction =,
+--   restitution =, law =, touches = }
 -- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
 -- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
 --   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
 --   mass          kg, > 0; or
 --   density       kg/m^3, > 0
 --   position      m, where the origin of the shape is; default {0, 0, 0}
---   turn          rad, about this axis by its length; default {0, 0, 0}
+--   rotation      rad, about this axis by its length; default {0, 0, 0}
 --   velocity      m/s, of the center of mass; default {0, 0, 0}
---   spin          rad/s, angular velocity in space; default {0, 0, 0}
+--   angular_velocity   rad/s, in space; default {0, 0, 0}
 --   friction      Coulomb's, >= 0; default 0; of two that touch the geometric mean
 --   restitution   0 to 1; default 0; of two that touch the larger
 --   law           sim.law.NAME { ... }, in place of friction and restitution
 --   touches       false: it goes through particles, colliders and bodies; default true
 local function make_rigid(options)
-  check_keys(options, { shape = true, mass = true, density = true, position = true, turn = true,
-    velocity = true, spin = true, friction = true, restitution = true, law = true, touches = true }, "sim.rigid")
+  check_keys(options, { shape = true, mass = true, density = true, position = true, rotation = true,
+    velocity = true, angular_velocity = true, friction = true, restitution = true, law = true,
+    touches = true, turn = true, spin = true }, "sim.rigid")
   local place = here()
+  local given = {}
+  for old, new in next, { turn = "rotation", spin = "angular_velocity" } do
+    if options[old] ~= nil then
+      if options[new] ~= nil then
+        fail(place, "bad argument of sim.rigid", "it has both " .. new .. " and its old name " .. old)
+      end
+      renamed(old .. " of sim.rigid", new)
+      given[new] = options[old]
+    end
+  end
   local shape = records[options.shape]
   if not shape or shape.kind ~= "shape" then
     bad("shape of sim.rigid", "a sim.box, sim.sphere, sim.capsule or sim.mesh", options.shape,
@@ -448,9 +468,9 @@ local function make_rigid(options)
   if options.touches ~= nil and type(options.touches) ~= "boolean" then
     bad("touches of a body", "true or false", options.touches)
   end
-  for _, name in ipairs { "position", "turn", "velocity", "spin" } do
-    local given = options[name]
-    record[name] = { vector(given == nil and { 0, 0, 0 } or given, name .. " of a body") }
+  for _, name in ipairs { "position", "rotation", "velocity", "angular_velocity" } do
+    local value = options[name] == nil and given[name] or options[name]
+    record[name] = { vector(value == nil and { 0, 0, 0 } or value, name .. " of a body") }
   end
   local handle = setmetatable({}, rigid_class)
   records[handle] = record
@@ -637,7 +657,7 @@ end
 local cells_class = class("cells", {})
 
 -- body = sim.cells { grid =, order = }  or  sim.cells { particles =, tetrahedra = }
--- Tetrahedra that fill a body, for a force that acts in them: sim.force.solid { cells = body }.
+-- Tetrahedra that fill a body, for a force that acts in them: sim.force.fem { cells = body }.
 --   grid         a sim.grid of three directions: six tetrahedra a cell
 --   order        1 (default): tetrahedra of 4 particles; 2: of 10, each cell over two steps of the
 --                grid, whose numbers of particles are odd then
@@ -728,6 +748,9 @@ end
 --   particles   list of ids; default: all. Constraints on single particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
+-- Plugins that were renamed: old name -> new name. The old names are aliases of the plugins.
+local OLD_PLUGINS = { ["force.solid"] = "force.fem" }
+
 local function constructors(kind)
   return setmetatable({}, {
     __metatable = "sim." .. kind,
@@ -747,6 +770,8 @@ local function constructors(kind)
           fail(place, "bad argument of sim." .. kind .. "." .. plugin,
             "expected a table of parameters, got " .. show(options))
         end
+        local new = OLD_PLUGINS[kind .. "." .. plugin]
+        if new then renamed("sim." .. kind .. "." .. plugin, "sim." .. new) end
         local handle = setmetatable({}, part_class[kind])
         local record = {
           kind = kind, plugin = plugin, place = place, given = copy(options, 3),
@@ -802,7 +827,8 @@ end
 --                  s:position(i)   {x, y, z} of a particle or point, m
 --                  s:velocity(i)   {vx, vy, vz} of a particle, m/s
 --                  s:body(i)       of a rigid body, the first is 0: its position and velocity (of the
---                                  center of mass), turn {w, x, y, z} and spin, by name
+--                                  center of mass), rotation {w, x, y, z} and
+--                                  angular_velocity, by name
 --                  s:energy()      total, kinetic, potential, J; of particles
 --                  s:component(i)  of a flat state; the first is 0
 -- Second order (particles with mass and velocity):

@@ -199,7 +199,7 @@ TEST_CASE("what LAMMPS would not mean in the same way is refused before anything
   refused({"scenes/cloth_ball.lua"}, 3, "collider 'sphere'");
   refused({"scenes/rope.lua", "-i", "verlet"}, 3, "constraint 'distance'");
   refused({"scenes/flag.lua"}, 3, "sim.contact");
-  refused({"scenes/twist.lua"}, 3, "a particle that is led");
+  refused({"scenes/twist.lua"}, 3, "a prescribed particle");
   refused({"scenes/gas.lua"}, 3, "force 'pair'");
   refused({"scenes/double_well.lua", "-i", "verlet"}, 3, "force 'expression'");
   write_text(

@@ -224,8 +224,8 @@ TEST_CASE("cells fill a grid, or are listed, and density weighs their particles"
   const std::string bar =
       "local particles = sim.grid { 5, 3, 3, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1} }\n";
   const auto solid = [](const std::string& cells) {
-    return "local forces = { sim.force.solid { young = 10, density = 3, cells = sim.cells {" +
-           cells + "} } }\n" + kEnd;
+    return "local forces = { sim.force.fem { young = 10, density = 3, cells = sim.cells {" + cells +
+           "} } }\n" + kEnd;
   };
   const SystemSpec linear = load_text(bar + solid("grid = particles")).systems[0];
   CHECK(linear.forces[0].elements.cells);
@@ -248,7 +248,7 @@ TEST_CASE("cells fill a grid, or are listed, and density weighs their particles"
   CHECK(one.particles->at(3).mass == Approx(3.0 / 24).epsilon(1e-14));
   // Without a density particles have masses of their own; a tie is a cell, too.
   const SystemSpec tied =
-      load_text(corners + "local body = sim.force.solid { young = 1 }\nbody:tie(3, 2, 1, 0)\n" +
+      load_text(corners + "local body = sim.force.fem { young = 1 }\nbody:tie(3, 2, 1, 0)\n" +
                 "local forces = { body }\n" + kEnd)
           .systems[0];
   CHECK(tied.forces[0].elements.ids == std::vector<int>{3, 2, 1, 0});
@@ -278,9 +278,8 @@ TEST_CASE("cells that a scene cannot have", "[lua][elements]") {
       {"3", "expected a sim.cells"},
   };
   for (const auto& [cells, says] : cases) {
-    const auto error =
-        text_error(kBlock + "local forces = { sim.force.solid { young = 1, cells = " + cells +
-                   " } }\n" + kEnd);
+    const auto error = text_error(
+        kBlock + "local forces = { sim.force.fem { young = 1, cells = " + cells + " } }\n" + kEnd);
     INFO(cells);
     REQUIRE(error);
     INFO(error->what());
@@ -291,7 +290,7 @@ TEST_CASE("cells that a scene cannot have", "[lua][elements]") {
       "{ 2, 2, 2, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1}, mass = 2 }\n";
   const auto twice =
       text_error("local particles = sim.grid " + grid +
-                 "local forces = { sim.force.solid { young = 1, density = 1, cells = sim.cells { "
+                 "local forces = { sim.force.fem { young = 1, density = 1, cells = sim.cells { "
                  "grid = particles } } }\n" +
                  kEnd);
   REQUIRE(twice);

@@ -15,7 +15,7 @@ constexpr double kOmega = 7, kAmplitude = 0.2, kStiffness = 90;  // of the path;
 // A particle of 1 kg on a spring of rest length 0 from one that is led along y.
 std::string oscillator(const std::string& path, const std::string& more = "") {
   return "local p = sim.particles { mass = 1 }\np:add {0, 0, 0}\np:add {0, 0, 0}\nlocal w, a = 7, "
-         "0.2\np:lead(0, " +
+         "0.2\np:prescribe(0, " +
          path +
          ")\nlocal s = sim.force.spring { stiffness = 90 }\ns:tie(0, 1, { rest = 0 })\nlocal "
          "forces = { s }\n" +
@@ -151,7 +151,7 @@ TEST_CASE("a particle that is led pushes cloth and stays on its path at collider
   const SceneSpec spec = load_text(
       "local p = sim.grid { 4, 4, du = {0.1, 0, 0}, dv = {0, 0, 0.1}, mass = 0.1 }\nlocal s = "
       "sim.force.spring { stiffness = 50, damping = 0.1, grid = p, offsets = { {0, 1}, {1, 0} } "
-      "}\nfor j = 0, 3 do p:lead(p:id(0, j), sim.motion.line { velocity = {0, -1, 0} }) "
+      "}\nfor j = 0, 3 do p:prescribe(p:id(0, j), sim.motion.line { velocity = {0, -1, 0} }) "
       "end\nreturn "
       "sim.scene { particles = p, forces = { s, sim.force.gravity { g = {0, -9.81, 0} } }, "
       "colliders = { sim.collider.plane { point = {0, -0.2, 0} } }, integrator = 'rk4', dt = "
@@ -194,10 +194,12 @@ TEST_CASE("bad paths are refused", "[lua][lead]") {
       {oscillator("function(t) return 3 end"), "expected a vector"},
       {oscillator("7"), "a motion or a function(t)"},
       {oscillator("sim.force.gravity {}"), "a motion or a function(t)"},
-      {oscillator(kSwing, "p:lead(0, function(t) return {0, 0, 0} end)\n"), "led twice"},
-      {oscillator(kSwing, "p:lead(5, function(t) return {0, 0, 0} end)\n"),
+      {oscillator(kSwing, "p:prescribe(0, function(t) return {0, 0, 0} end)\n"),
+       "prescribed twice"},
+      {oscillator(kSwing, "p:prescribe(5, function(t) return {0, 0, 0} end)\n"),
        "there is no particle 5"},
-      {oscillator(kSwing, "p:lead(-1, function(t) return {0, 0, 0} end)\n"), "particle id of lead"},
+      {oscillator(kSwing, "p:prescribe(-1, function(t) return {0, 0, 0} end)\n"),
+       "particle id of prescribe"},
       {oscillator("function(t) return {0, 0, 0/0} end"), "a finite number"}};
   for (const Case& each : cases) {
     INFO(each.text);
@@ -213,7 +215,7 @@ TEST_CASE("a particle that is led is not changed by hand", "[lua][lead]") {
   const SceneSpec spec = load_text(oscillator(kSwing));
   Simulation system(spec.systems[0], registry);
   CHECK(system.pinned(0));
-  const auto kinematic = Catch::Contains("it is led along a path");
+  const auto kinematic = Catch::Contains("it follows a prescribed path");
   CHECK_THROWS_WITH(system.set_position(0, {1, 0, 0}), kinematic);
   CHECK_THROWS_WITH(system.set_velocity(0, {1, 0, 0}), kinematic);
   CHECK_THROWS_WITH(system.set_pinned(0, false), kinematic);

@@ -36,10 +36,10 @@ TEST_CASE("rigid bodies of every shape can be said in a scene", "[lua][rigid]") 
        "{0,1,3}, {0,3,2}, {1,2,3} } }",
        1.0 / 6}};
   for (const auto& each : cases) {
-    const SceneSpec spec =
-        load_text(with("sim.rigid { shape = " + each.shape +
-                       ", density = 3, position = {1, 2, 3}, turn = {0, 0, 1}, velocity = {1, 0, "
-                       "0}, spin = {0, 1, 0}, friction = 0.5, restitution = 1 }"));
+    const SceneSpec spec = load_text(
+        with("sim.rigid { shape = " + each.shape +
+             ", density = 3, position = {1, 2, 3}, rotation = {0, 0, 1}, velocity = {1, 0, "
+             "0}, angular_velocity = {0, 1, 0}, friction = 0.5, restitution = 1 }"));
     CHECK(spec.systems[0].bodies[0].mass == Approx(3 * each.volume).epsilon(1e-14));
     CHECK(spec.systems[0].particles->count() == 4);
   }
@@ -135,12 +135,13 @@ TEST_CASE("mistakes with rigid bodies are named with their line", "[lua][rigid]"
 }
 
 TEST_CASE("observers see bodies", "[lua][rigid]") {
-  const SceneSpec spec = load_text(with(
-      "sim.rigid { shape = sim.box { half = {1, 2, 3} }, mass = 1, position = {1, 2, 3}, turn = "
-      "{0, 0, 1}, velocity = {4, 5, 6}, spin = {0.7, 0.8, 0.9} }",
-      "observe = { x = function(s) return s:body(0).position[2] end, q = function(s) return "
-      "s:body(0).turn[4] end, v = function(s) return s:body(0).velocity[3] end, w = "
-      "function(s) return s:body(0).spin[1] end }"));
+  const SceneSpec spec = load_text(
+      with("sim.rigid { shape = sim.box { half = {1, 2, 3} }, mass = 1, position = {1, 2, 3}, "
+           "rotation = "
+           "{0, 0, 1}, velocity = {4, 5, 6}, angular_velocity = {0.7, 0.8, 0.9} }",
+           "observe = { x = function(s) return s:body(0).position[2] end, q = function(s) return "
+           "s:body(0).turn[4] end, v = function(s) return s:body(0).velocity[3] end, w = "
+           "function(s) return s:body(0).spin[1] end }"));
   Registry registry({SIM_PLUGIN_DIR});
   const Simulation system(spec.systems[0], registry);
   const std::vector<double> seen = spec.systems[0].observe(system);

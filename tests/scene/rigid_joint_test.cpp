@@ -106,7 +106,7 @@ TEST_CASE("bodies that a joint joins pass through each other, others do not", "[
   // Three boxes in a chain that is folded: the first and the third touch.
   TextRun scene(
       "local function box(x, y, w) return sim.rigid { shape = sim.box { half = {0.5, 0.1, 0.1} }, "
-      "mass = 1, position = {x, y, 0}, spin = {0, 0, w} } end\n"
+      "mass = 1, position = {x, y, 0}, angular_velocity = {0, 0, w} } end\n"
       "local a, b, c = box(0, 0, 0), box(1, 0, 2), box(2, 0, 6)\n"
       "return sim.scene { bodies = { a, b, c }, forces = {}, constraints = { "
       "sim.constraint.joint {}:tie(a:at {0.5, 0, 0}, b:at {-0.5, 0, 0}):tie(b:at {0.5, 0, 0}, c:at "

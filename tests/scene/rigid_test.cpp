@@ -16,7 +16,7 @@ namespace {
 
 // A box of 1 kg with the moments 0.02, 0.05 and 0.06 kg m^2.
 const char* const kFreeTop =
-    "local b = sim.rigid { mass = 1, spin = {10, 1, -2}, shape = sim.box { half = "
+    "local b = sim.rigid { mass = 1, angular_velocity = {10, 1, -2}, shape = sim.box { half = "
     "{ math.sqrt(0.135), math.sqrt(0.045), math.sqrt(0.015) } } }\n"
     "return sim.scene { bodies = { b }, forces = {}, integrator = 'rk4', dt = 0.01, duration = 5 "
     "}\n";
@@ -109,7 +109,7 @@ TEST_CASE("a heavy top goes round as evenly as it should", "[rigid]") {
       "local spin = { psi * axis[1], psi * axis[2] + W, 0 }\n"
       "local at = { l * axis[1], l * axis[2], 0 }\n"
       "local top = sim.rigid { shape = sim.capsule { radius = r, length = L }, mass = m,\n"
-      "  position = at, turn = {0, 0, -lean}, spin = spin,\n"
+      "  position = at, rotation = {0, 0, -lean}, angular_velocity = spin,\n"
       "  velocity = { 0, 0, -W * at[1] } }\n"
       "local p = sim.particles {}\np:add {0, 0, 0}\np:pin(0)\n"
       "return sim.scene { particles = p, bodies = { top }, forces = { sim.force.gravity { g = "
@@ -130,7 +130,7 @@ TEST_CASE("a body between two springs swings and turns without coupling", "[rigi
   const double k = 30, m = 2, a = 0.3, A = 0.7, start = 1.2;
   const std::string text =
       "local b = sim.rigid { shape = sim.box { half = {0.3, 0.1, 0.2} }, mass = 2,\n"
-      "  position = {0.05, -0.2, 0.1}, turn = {0, 0, 1.2} }\n"
+      "  position = {0.05, -0.2, 0.1}, rotation = {0, 0, 1.2} }\n"
       "local p = sim.particles {}\np:add {-0.7, 0, 0}\np:add {0.7, 0, 0}\np:pin(0, 1)\n"
       "local s = sim.force.spring { stiffness = 30, rest = 0 }\n"
       "s:tie(b:at {-0.3, 0, 0}, 0):tie(1, b:at {0.3, 0, 0})\n"

@@ -357,7 +357,7 @@ TEST_CASE("a verdict is of the state that it is asked at, not of the last look")
 TEST_CASE("a solid at rest without forces is at rest, though its energy is rounding") {
   const sim::SceneSpec scene = sim::test::load_text(
       "local bar = sim.grid { 5, 3, 3, du = {0.05, 0, 0}, dv = {0, 0.05, 0}, dw = {0, 0, 0.05} }\n"
-      "return sim.scene { particles = bar, dt = 1e-4, forces = { sim.force.solid {\n"
+      "return sim.scene { particles = bar, dt = 1e-4, forces = { sim.force.fem {\n"
       "  cells = sim.cells { grid = bar }, young = 1e5, poisson = 0.45, density = 900,\n"
       "  model = 'neo_hookean' } }, integrator = 'verlet', duration = 1 }");
   const std::string words = text(verdict_of(scene.systems.front(), "verlet", 1e-4, 0.1));

@@ -71,17 +71,20 @@ int seen_component(lua_State* L) {
   return 1;
 }
 
-// { position, velocity, turn, spin } of a rigid body; turn is w, x, y, z of length 1.
+// { position, velocity, rotation, angular_velocity } of a rigid body; the rotation is w, x, y, z of
+// length 1. The old names turn and spin are there for one release.
 int seen_body(lua_State* L) {
   const Simulation& system = seen(L);
   const int count = system.second_order() ? system.bodies() : 0;
   const RigidState state = system.body_state(index_of(L, "body", count));
-  lua_createtable(L, 0, 4);
+  lua_createtable(L, 0, 6);
   push_vector(L, state.center);
   lua_setfield(L, -2, "position");
   push_vector(L, state.velocity);
   lua_setfield(L, -2, "velocity");
   push_vector(L, state.angular_velocity);
+  lua_pushvalue(L, -1);
+  lua_setfield(L, -3, "angular_velocity");
   lua_setfield(L, -2, "spin");
   lua_createtable(L, 4, 0);
   lua_Integer at = 0;
@@ -89,6 +92,8 @@ int seen_body(lua_State* L) {
     lua_pushnumber(L, each);
     lua_rawseti(L, -2, ++at);
   }
+  lua_pushvalue(L, -1);
+  lua_setfield(L, -3, "rotation");
   lua_setfield(L, -2, "turn");
   return 1;
 }

@@ -99,6 +99,7 @@ SceneSpec SceneReader::read(lua_State* L) const {
     spec.systems.push_back(system(L, value, place));
   spec.args = session_->args();
   spec.inputs = session_->inputs();
+  spec.notes = session_->notes();
   check_ties(L);
   return spec;
 }

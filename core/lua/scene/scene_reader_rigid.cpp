@@ -65,9 +65,9 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
                     of_scene(body.place, [&] { return mass_properties(*shape).volume; });
       body.shape = std::move(shape);
       body.position = record.vector("position");
-      body.rotation = record.vector("turn");
+      body.rotation = record.vector("rotation");
       body.velocity = record.vector("velocity");
-      body.angular_velocity = record.vector("spin");
+      body.angular_velocity = record.vector("angular_velocity");
       body.touches = record.flag("touches");
       body.surface = {record.number("restitution"), record.number("friction")};
       if (push_field(L, index, "law") != LUA_TNIL) {

@@ -172,13 +172,10 @@ void SceneSession::open_language(lua_State* L) {
     if (!fs::is_regular_file(file, failed)) continue;
 
     load_text(L, read("language", file, {}), kLanguageSource);
-    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},
-                                  {"fail", guarded<fail>},
-                                  {"suggest", guarded<suggest>},
-                                  {"show", guarded<show_value>},
-                                  {"arg", guarded<arg>},
-                                  {"plugin", guarded<plugin>},
-                                  {nullptr, nullptr}};
+    constexpr luaL_Reg kHost[] = {{"here", guarded<here>},       {"fail", guarded<fail>},
+                                  {"suggest", guarded<suggest>}, {"show", guarded<show_value>},
+                                  {"arg", guarded<arg>},         {"plugin", guarded<plugin>},
+                                  {"renamed", guarded<renamed>}, {nullptr, nullptr}};
     luaL_newlibtable(L, kHost);
     lua_pushlightuserdata(L, this);
     luaL_setfuncs(L, kHost, 1);

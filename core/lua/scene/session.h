@@ -50,6 +50,9 @@ class SceneSession {
   // The files that were read, and the paths where modules were searched before they were found.
   const std::vector<InputFile>& inputs() const { return inputs_; }
 
+  // Notes for the user on the text of the scene, each once.
+  const std::vector<std::string>& notes() const { return notes_; }
+
   // Steps call functions of the scene.
   void set_called() { called_ = true; }
   bool called() const { return called_; }
@@ -72,6 +75,7 @@ class SceneSession {
   static int show_value(lua_State* L);
   static int arg(lua_State* L);
   static int plugin(lua_State* L);
+  static int renamed(lua_State* L);
   static int require(lua_State* L);
   static int print(lua_State* L);
 
@@ -92,6 +96,7 @@ class SceneSession {
   std::vector<Declared> declared_;
   std::vector<std::string> sources_;  // of places
   std::vector<InputFile> inputs_;
+  std::vector<std::string> notes_;
   double particles_ = 0, elements_ = 0;
   bool called_ = false;
   std::set<std::string> loading_;  // canonical names of the files that are running

@@ -86,6 +86,18 @@ int SceneSession::fail(lua_State* L) {
   raise(L, ErrorKind::kScene, text);
 }
 
+// renamed(place, old, new): notes that the scene uses an old name; each of them once.
+int SceneSession::renamed(lua_State* L) {
+  SceneSession& session = of(L);
+  const std::string old = luaL_checkstring(L, 2), now = luaL_checkstring(L, 3);
+  const std::string text =
+      "'" + old + "' is called '" + now + "' now; the next release knows no other name";
+  const auto same = [&](const std::string& note) { return note.ends_with(text); };
+  if (std::ranges::none_of(session.notes_, same))
+    session.notes_.push_back(session.place(lua_tointeger(L, 1)) + ": " + text);
+  return 0;
+}
+
 // suggest(name, {known = anything, ...}) -> "did you mean 'X'?"
 int SceneSession::suggest(lua_State* L) {
   lua_settop(L, 2);

@@ -237,7 +237,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
     for (const ProximityHit& met : hits_) impact_zones_.join(pairs_.pairs()[met.pair].ids, met.s);
     if (!impact_zones_.apply(inverse_mass_, from_, displacement_)) {
       refusal_ = "particle " + std::to_string(impact_zones_.culprit()) +
-                 " is led through a surface that has no room left";
+                 " is moved by its prescribed path through a surface that has no room left";
       return false;
     }
     std::ranges::fill(dirty_, std::uint8_t{0});

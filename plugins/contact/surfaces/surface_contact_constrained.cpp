@@ -101,8 +101,10 @@ bool SurfaceContact::advance_shortened(Particles& particles) {
     islands_->share(displacement_);
     for (const ProximityHit& met : hits_) islands_->join(pairs_.pairs()[met.pair].ids, met.s);
     if (!islands_->apply(from_, displacement_, touched_, dirty_)) {
-      refusal_ = "particle " + std::to_string(islands_->culprit()) +
-                 " is led by constraints, or by its path, through a surface that has no room left";
+      refusal_ =
+          "particle " + std::to_string(islands_->culprit()) +
+          " is moved by constraints, or by its prescribed path, through a surface that has no room "
+          "left";
       return false;
     }
   }

@@ -42,10 +42,10 @@ std::unique_ptr<sim::Force> make_solid(const sim::Params& params, const sim::Ele
 
 }  // namespace
 
-SIM_PLUGIN(Force, "solid") {
+SIM_PLUGIN(Force, "fem/solid") {
   using sim::ParamType;
   registrar.add(sim::ForcePlugin{
-      {.name = "solid",
+      {.name = "fem",
        .summary = "an elastic body of tetrahedra, by finite elements",
        .formula =
            "U = sum of V psi(F), F = dx/dX in each cell, V its volume at the start;  f = -dU/dx\n"

@@ -37,18 +37,20 @@ TEST_CASE("a box slides on a box that leans as on a plane", "[rigid]") {
   const auto slid = [](const std::string& collider, double friction) {
     const std::string mu = std::to_string(friction);
     TextRun scene(
-        scene_of("local n = { -math.sin(0.4), math.cos(0.4), 0 }\nlocal b = sim.rigid { shape = "
-                 "sim.box { half = {0.3, 0.1, 0.2} }, mass = 2, turn = {0, 0, 0.4}, position = { "
-                 "0.1 * n[1], 0.1 * n[2], 0 }, friction = " +
-                     mu + " }",
-                 "bodies = { b }, colliders = { " + collider + ", friction = " + mu + " } }"),
+        scene_of(
+            "local n = { -math.sin(0.4), math.cos(0.4), 0 }\nlocal b = sim.rigid { shape = "
+            "sim.box { half = {0.3, 0.1, 0.2} }, mass = 2, rotation = {0, 0, 0.4}, position = { "
+            "0.1 * n[1], 0.1 * n[2], 0 }, friction = " +
+                mu + " }",
+            "bodies = { b }, colliders = { " + collider + ", friction = " + mu + " } }"),
         "verlet", 0.01);
     scene.run_to(1);
     CHECK(scene.system.body_state(0).angular_velocity.norm() < 1e-12);
     return -scene.system.body_state(0).center.dot(Vec3(std::cos(0.4), std::sin(0.4), 0));
   };
   const std::string box =
-      "sim.collider.box { half = {9, 1, 9}, turn = {0, 0, 0.4}, center = { 1.05 * math.sin(0.4), "
+      "sim.collider.box { half = {9, 1, 9}, rotation = {0, 0, 0.4}, center = { 1.05 * "
+      "math.sin(0.4), "
       "-1.05 * math.cos(0.4), 0 }, thickness = 0.05";
   for (const double mu : {0.3, 0.5}) {
     const double expected =
@@ -126,15 +128,15 @@ TEST_CASE("momentum stays when meshes, other bodies and particles hit each other
           "} }) end\n"
           "local b = {\n"
           "sim.rigid { shape = cube(0.3), mass = 1, position = {-2, 0.1, 0}, velocity = {3, 0, "
-          "0.1}, spin = {1, 2, 3}, friction = 0.4, restitution = 0.5 },\n"
+          "0.1}, angular_velocity = {1, 2, 3}, friction = 0.4, restitution = 0.5 },\n"
           "sim.rigid { shape = octahedron(0.4), mass = 2, position = {2, 0, 0}, velocity = {-3, 0, "
-          "0}, spin = {0, 1, -2}, friction = 0.4 },\n"
+          "0}, angular_velocity = {0, 1, -2}, friction = 0.4 },\n"
           "sim.rigid { shape = sim.sphere { radius = 0.3 }, mass = 1, position = {0, 2, 0}, "
           "velocity = {0, -3, 0}, friction = 0.4 },\n"
           "sim.rigid { shape = sim.capsule { radius = 0.15, length = 0.5 }, mass = 1, position = "
-          "{0, -2, 0}, velocity = {0, 3, 0}, spin = {0, 0, 5} },\n"
+          "{0, -2, 0}, velocity = {0, 3, 0}, angular_velocity = {0, 0, 5} },\n"
           "sim.rigid { shape = sim.box { half = {0.3, 0.2, 0.1} }, mass = 1, position = {0, 0, "
-          "-2}, velocity = {0, 0, 3}, spin = {0, 3, 5}, restitution = 0.3 } }",
+          "-2}, velocity = {0, 0, 3}, angular_velocity = {0, 3, 5}, restitution = 0.3 } }",
       "particles = p, bodies = b", false);
   TextRun scene(text, "verlet", 0.002);
   const Momentum start = momentum_of(scene.system, 0.1);

@@ -28,7 +28,8 @@ std::string box_on_incline(double friction, double speed) {
   return scene_of(
       "b", "sim.collider.plane { normal = n, friction = " + mu + " }", true,
       "local n, d = { -math.sin(0.4), math.cos(0.4), 0 }, { math.cos(0.4), math.sin(0.4), 0 }\n"
-      "local b = sim.rigid { shape = sim.box { half = {0.3, 0.1, 0.2} }, mass = 2, turn = {0, 0, "
+      "local b = sim.rigid { shape = sim.box { half = {0.3, 0.1, 0.2} }, mass = 2, rotation = {0, "
+      "0, "
       "0.4}, position = { 0.1 * n[1], 0.1 * n[2], 0 }, friction = " +
           mu + ", velocity = { -" + v + " * d[1], -" + v + " * d[2], 0 } }\n");
 }
@@ -145,16 +146,18 @@ TEST_CASE("Newton's cradle gives on what hits it", "[rigid]") {
 
 TEST_CASE("momentum stays when bodies of all shapes hit each other", "[rigid]") {
   const std::string text = scene_of(
-      "sim.rigid { shape = box, mass = 1, position = {-1, 0.1, 0}, velocity = {2, 0, 0.1}, spin = "
+      "sim.rigid { shape = box, mass = 1, position = {-1, 0.1, 0}, velocity = {2, 0, 0.1}, "
+      "angular_velocity = "
       "{1, 2, 3}, friction = 0.4, restitution = 0.5 },\n"
-      "sim.rigid { shape = box, mass = 2, position = {1, 0, 0}, velocity = {-2, 0, 0}, spin = {0, "
+      "sim.rigid { shape = box, mass = 2, position = {1, 0, 0}, velocity = {-2, 0, 0}, "
+      "angular_velocity = {0, "
       "1, -2}, friction = 0.4 },\n"
       "sim.rigid { shape = ball, mass = 1, position = {0, 1.2, 0}, velocity = {0, -2, 0}, friction "
       "= 0.4 },\n"
       "sim.rigid { shape = pin, mass = 1, position = {0, -1.3, 0}, velocity = {0, 2, 0}, friction "
-      "= 0.4, spin = {0, 0, 5} },\n"
+      "= 0.4, angular_velocity = {0, 0, 5} },\n"
       "sim.rigid { shape = pin, mass = 0.5, position = {0.1, 0, -1.3}, velocity = {0, 0, 3}, "
-      "restitution = 0.3, turn = {1, 0, 0} }",
+      "restitution = 0.3, rotation = {1, 0, 0} }",
       "", false,
       "local box, ball, pin = sim.box { half = {0.4, 0.3, 0.2} }, sim.sphere { radius = 0.3 }, "
       "sim.capsule { radius = 0.15, length = 0.5 }\n");
