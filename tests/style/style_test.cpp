@@ -418,3 +418,22 @@ TEST_CASE("every plugin, a file or a folder, has its line in CMakeLists.txt") {
   CHECK(named == present);
   CHECK(named.size() >= 8);
 }
+
+// A comment begins with its subject. A relative clause or a genitive without a noun is a riddle.
+TEST_CASE("sentences of comments in headers begin with their subject") {
+  static const std::regex riddle(R"((^|[.:?!] )(Of|What|Those|As|Likewise) )");
+  int sentences = 0;
+  for (const File& file : cpp_files({"core", "plugins", "cli"})) {
+    if (!file.header()) continue;
+    for (std::size_t i = 0; i < file.lines.size(); ++i) {
+      const std::string& line = file.lines[i];
+      const std::size_t at = line.find("// ");
+      if (at == std::string::npos || line.substr(0, at).find('"') != std::string::npos) continue;
+      const std::string text = line.substr(at + 3);
+      sentences += text.empty() ? 0 : 1;
+      if (std::regex_search(text, riddle))
+        FAIL_CHECK(file.path << ":" << i + 1 << ": begins without its subject: " << text);
+    }
+  }
+  CHECK(sentences > 1000);
+}
