@@ -11,7 +11,7 @@
 
 namespace sim::cli {
 
-// Of each system; nothing for one of which no error was asked.
+// The choice of each system; nothing for one of which no error was asked.
 using GoalChoices = std::vector<std::optional<study::GoalChoice>>;
 
 // Throws Error{kUsage} for what does not go with --error.
@@ -29,8 +29,8 @@ std::string error_choice_text(const std::optional<study::GoalChoice>& choice,
 std::string error_choice_json(const std::optional<study::GoalChoice>& choice,
                               const RunRequest& request);
 
-// What the choice says of the run it was measured on, for the verdict; not compared where it says
-// nothing of positions.
+// The deviation that the choice measured, for the verdict; not compared where it says nothing of
+// positions.
 study::RunDeviation parting_of(const std::optional<study::GoalChoice>& choice,
                                const RunRequest& request);
 

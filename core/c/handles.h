@@ -1,4 +1,4 @@
-// What stands behind the handles of sim.h, and how exceptions become codes.
+// The objects behind the handles of sim.h, and the codes of exceptions.
 #pragma once
 
 #include <cstdint>
@@ -66,7 +66,7 @@ void stoppable(const sim_scene& scene, Work work) {
   }
 }
 
-// Of the exception that is being handled.
+// Stores the exception that is being handled, and returns its code.
 int tell(sim_error* error) noexcept;
 
 // Calls work(); the code of what it throws, which never goes further.
@@ -97,7 +97,8 @@ char* given_away(const std::string& text);  // for sim_free(); throws std::bad_a
 Simulation& system_of(sim_scene* scene, int system);
 const Simulation& system_of(const sim_scene* scene, int system);
 
-// Of the options, null being the defaults. Throws Error{kUsage} for a wrong size or value.
+// The request of the options, null being the defaults. Throws Error{kUsage} for a wrong size or
+// value.
 struct Asked {
   SceneVariant variant;
   Folders folders, libraries;
@@ -107,7 +108,7 @@ struct Asked {
 };
 Asked asked_of(const sim_options* options);
 
-// What is installed with this library, or else the tree that it was built from.
+// The environment that is installed with this library, or else the tree that it was built from.
 Environment environment_of(const Asked& asked);
 
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);

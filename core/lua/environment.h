@@ -13,7 +13,7 @@ struct Environment {
   Folders scene_folders;   // each holds sim/ and scenes/
 };
 
-// Of what is installed below `prefix`. Plugins: `plugin_path` (--plugin-path), then
+// The environment installed below `prefix`. Plugins: `plugin_path` (--plugin-path), then
 // $SIM_PLUGIN_PATH, sim/plugins in $XDG_DATA_HOME (or else ~/.local/share), lib/sim/plugins below
 // the prefix. Scenes: $SIM_PATH, then share/sim below the prefix, or else the scripts of the source
 // tree. The variables hold folders with colons between them. Only the built-in folders may be

@@ -28,7 +28,7 @@ class ContactLaw {
   virtual bool constant() const { return false; }
 };
 
-// What a collider or a body is made of.
+// The material of a collider or a body: its laws of contact.
 struct ContactMaterial {
   double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
   double friction = 0;     // Coulomb's coefficient, >= 0

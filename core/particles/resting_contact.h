@@ -16,10 +16,9 @@ struct RestingContactForce {
   double surplus = 0;          // m/s^2, by which the free one presses most; < 0: it leads off all
 };
 
-// Of a particle at x with the velocity v that would have the acceleration `free`: surfaces push,
-// and never pull, so that it leads into none, gap'' >= 0; the friction of the first acts
-// against the slip, or holds what does not slip. Derivatives of normals are differences over the
-// time d, which may be negative.
+// A particle at x with the velocity v and the free acceleration `free`: normal forces are >= 0 and
+// keep it out of all surfaces, gap'' >= 0; the friction of the first acts against the slip, or
+// sticks. Derivatives of normals are differences over the time d, which may be negative.
 RestingContactForce resting_contact(std::span<Collider* const> colliders, double t, double d,
                                     const Vec3& x, const Vec3& v, const Vec3& free);
 

@@ -68,11 +68,11 @@ class SdfCollider : public Collider {
   Pose first_, last_;
 };
 
-// What parameters `restitution`, `friction` and `law` say; a law takes the place of the numbers.
-// Throws Error{kScene} where both are given.
+// The material from the parameters `restitution`, `friction` and `law`; a law takes the place of
+// the numbers. Throws Error{kScene} where both are given.
 ContactMaterial surface_from(const Params& params);
 
-// Those three.
+// The declarations of these three parameters.
 ParamList surface_params();
 
 // The parameters of a solid behind its own, but for `inside` where there is no room inside.

@@ -1,4 +1,4 @@
-// What a study of the order of convergence found, for people and for machines.
+// The results of a study of the order of convergence, for people and for machines.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What a plugin says of itself, for machines.
+// The description of a plugin, for machines.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace sim::report {
 // example, file; of an integrator those of add_facts(), too.
 JsonObject plugin_json(const PluginInfo& info, Registry& registry);
 
-// As a scene writes it: "sim.force.gravity { g = [0,-9.8,0] }".
+// The text that a scene writes: "sim.force.gravity { g = [0,-9.8,0] }".
 std::string example_text(const PluginInfo& info);
 
 }  // namespace sim::report

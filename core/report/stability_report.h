@@ -1,4 +1,4 @@
-// What a study of stability found, for people and for machines.
+// The results of a study of stability, for people and for machines.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What a study of speed against accuracy found, for people and for machines.
+// The results of a study of speed against accuracy, for people and for machines.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace sim::report {
 
-// What was asked, for the commands that it prints.
+// The request, for the commands that it prints.
 struct TradeoffAsked {
   std::string command;         // "sim SCENE -s n=3", without method and step
   std::string of;              // as study::Quantity; empty: positions

@@ -7,8 +7,8 @@
 
 namespace sim::study {
 
-// Of all systems, or of one of a world: "gravity", "cloth.gravity". Throws Error{kUsage} for a name
-// that no force, collider or family of springs has.
+// Leaves a part out of all systems, or of one of a world: "gravity", "cloth.gravity". Throws
+// Error{kUsage} for a name that no force, collider or family of springs has.
 void leave_out(const std::string& name, SceneSpec& scene);
 
 // In every system that has a switch of this name. Throws Error{kUsage} where none has.

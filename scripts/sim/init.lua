@@ -404,8 +404,8 @@ end
 
 local rigid_class = class("rigid", Rigid)
 
--- body = sim.rigid { shape =, mass =, position =, rotation =, velocity =, angular_velocity =, friction =,
---   restitution =, law =, touches = }
+-- body = sim.rigid { shape =, mass =, position =, rotation =, velocity =, angular_velocity =,
+--   friction =, restitution =, law =, touches = }
 -- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
 -- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
 --   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
@@ -732,6 +732,9 @@ local function copy(value, depth)
   return result
 end
 
+-- Plugins that were renamed: old name -> new name. The old names are aliases of the plugins.
+local OLD_PLUGINS = { ["force.solid"] = "force.fem" }
+
 -- part = sim.KIND.NAME { ... }
 -- KIND is a kind of plugin: force, field, integrator, collider, motion, law, constraint, contact. NAME is
 -- any plugin that `sim list` shows, with the parameters that `sim describe NAME` shows. A parameter may be marked there as
@@ -748,9 +751,6 @@ end
 --   particles   list of ids; default: all. Constraints on single particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
--- Plugins that were renamed: old name -> new name. The old names are aliases of the plugins.
-local OLD_PLUGINS = { ["force.solid"] = "force.fem" }
-
 local function constructors(kind)
   return setmetatable({}, {
     __metatable = "sim." .. kind,

@@ -20,7 +20,7 @@ struct ErrorGoal {
   double dt = 0;                               // s, that must be taken; 0 = any
 };
 
-// What a method would take to keep the error, as its trials tell.
+// The cost at which a method would keep the error, by its trials.
 struct GoalCandidate {
   std::string label;
   double cost = HUGE_VAL;  // evaluations of the whole run; infinite: it does not keep it
@@ -38,7 +38,7 @@ struct GoalChoice {
   double dt = 0, tolerance = 0;           // s; 0 for methods without one
   std::vector<GoalCandidate> candidates;  // cheapest first
 
-  // Of the chosen run, from a run with half its step, or a tenth of its tolerance.
+  // The error of the chosen run, from a run with half its step, or a tenth of its tolerance.
   double error = std::nan(""), largest = std::nan("");  // rms, and of any particle
   double cost = 0;                // evaluations, implicit equations at a fixed price, see cost_of()
   double cost_of_ten = HUGE_VAL;  // the cheapest that keeps ten times the error

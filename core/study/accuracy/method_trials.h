@@ -11,7 +11,7 @@
 
 namespace sim::study {
 
-// What a run showed at equal intervals of time, and what it took.
+// The states of a run at equal intervals of time, and its cost.
 struct SeenRun {
   std::vector<std::vector<double>> points;  // what the problem compares, at k time / intervals
   double cost = 0;                          // in evaluations of f, see cost_of()
@@ -79,7 +79,7 @@ class MethodTrials {
   bool refine(const std::function<bool()>& go_on);  // false: told to end
   bool can_refine() const;
 
-  // Of the finest run: infinite before two of them agree to a tenth of the size.
+  // The error of the finest run: infinite before two of them agree to a tenth of the size.
   double error() const { return std::max(error_, doubt_); }
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one

@@ -46,7 +46,8 @@ struct ContactPoint {
   int collider = -1;  // what does not move
 
   bool has_law() const { return sides[0].law || sides[1].law; }
-  // Of both sides: the larger restitution, the geometric mean of friction; at speeds in m/s.
+  // The combined laws of both sides: the larger restitution, the geometric mean of friction; at
+  // speeds in m/s.
   double restitution_at(double approach) const;
   double friction_at(double slip) const;
 };
@@ -72,10 +73,10 @@ class ContactSolver {
   // follows.
   void prepare(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
 
-  // What bounces in a step of h, in the order of time, also what earlier impulses bring to touch:
-  // each by the laws of its sides. At one moment pair by pair in their order, again
-  // and again, until none comes nearer. So a push runs along a row of balls, as in Newton's cradle,
-  // whatever is between them.
+  // Impacts in a step of length h, in order of their time of impact, those caused by earlier
+  // impulses among them: each by the laws of its sides. Simultaneous impacts are solved pair by
+  // pair in their order, repeatedly, until none approaches. So an impulse runs along a row of
+  // balls, as in Newton's cradle, whatever is between them.
   void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
                          double h);
 
