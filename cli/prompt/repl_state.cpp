@@ -5,8 +5,8 @@
 #include "cli/prompt/repl_actions.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
-#include "core/report/summary.h"
 #include "core/output/tables.h"
+#include "core/report/summary.h"
 
 namespace sim::cli::actions {
 namespace {

@@ -1,8 +1,8 @@
 /* The C interface of sim, C99: scenes, runs, studies and pictures behind opaque handles.
  *
  * Rules of the whole interface:
- * - A function that can fail returns a code, 0 for success, and takes a sim_error* that is filled in
- *   on failure; it may be null. No function ends the program, throws or installs signal handlers.
+ * - A function that can fail returns a code, 0 for success, and takes a sim_error* that is filled
+ * in on failure; it may be null. No function ends the program, throws or installs signal handlers.
  * - Null handles and indices out of range are errors (SIM_USAGE), never undefined.
  * - There is no state besides the handles. One handle belongs to one thread at a time; different
  *   handles may be used in different threads at once.
@@ -67,15 +67,16 @@ typedef struct sim_options {
   uint64_t seed;                /* of random numbers in the scene */
 } sim_options;
 
-#define SIM_OPTIONS {sizeof(sim_options), 0, 0, 0, 0, 0, 0, 0.0, 0, 0, 0}
+#define SIM_OPTIONS \
+  { sizeof(sim_options), 0, 0, 0, 0, 0, 0, 0.0, 0, 0, 0 }
 
 /* SIM_MAJOR * 1000 + SIM_MINOR of the library, and the version of the program, "0.2.0". */
 int sim_interface_version(void);
 const char* sim_version(void);
 void sim_free(void* block); /* of what this library gave away; null is legal */
 
-/* --- Scenes. A scene from a file, found as the command line finds it; or from its text, `name` being
- * what errors call it and `require` looks beside. Null on failure; options may be null. */
+/* --- Scenes. A scene from a file, found as the command line finds it; or from its text, `name`
+ * being what errors call it and `require` looks beside. Null on failure; options may be null. */
 sim_scene* sim_open(const char* name, const sim_options* options, sim_error* error);
 sim_scene* sim_open_text(const char* text, const char* name, const sim_options* options,
                          sim_error* error);
@@ -87,7 +88,7 @@ typedef int (*sim_field)(void* user, double t, const double* x, double* dxdt, si
 sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t n, double duration,
                           const sim_options* options, sim_error* error);
 
-int sim_systems(const sim_scene* scene);                     /* how many; 0 for null */
+int sim_systems(const sim_scene* scene);                      /* how many; 0 for null */
 char* sim_describe(const sim_scene* scene, sim_error* error); /* JSON: systems, parameters, file */
 /* JSON of plugins, an array: kind, name, parameters with type, unit, default, doc. Null for `name`:
  * all of them. */
@@ -95,19 +96,19 @@ char* sim_describe_plugins(const char* name, const sim_options* options, sim_err
 char* sim_scenes(sim_error* error); /* JSON: names of the scenes that sim_open finds */
 
 /* --- Steps and time. */
-/* So many steps of each system; `taken`, if not null, is how many of the last one. SIM_DIVERGED where
- * a step cannot be taken; the state is then that before it. */
+/* So many steps of each system; `taken`, if not null, is how many of the last one. SIM_DIVERGED
+ * where a step cannot be taken; the state is then that before it. */
 int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error);
 /* A judged run of `time` s from here, at whose end stands a verdict; not above 0: to the end of the
- * scene's duration. The last step is shorter where it has to be. `verify`: 0 not by a second run with
- * half the step, 1 where that takes less than a second, 2 always. A run that diverges is no error:
- * the verdict says so. Stopped by `watch`: SIM_STOPPED, with the verdict "suspect". */
+ * scene's duration. The last step is shorter where it has to be. `verify`: 0 not by a second run
+ * with half the step, 1 where that takes less than a second, 2 always. A run that diverges is no
+ * error: the verdict says so. Stopped by `watch`: SIM_STOPPED, with the verdict "suspect". */
 int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* user,
             sim_error* error);
-int sim_reset(sim_scene* scene, sim_error* error); /* to t = 0 with the initial bits */
-double sim_time(const sim_scene* scene, int system);      /* s; not a number for what is not there */
-double sim_step_size(const sim_scene* scene, int system); /* s; likewise */
-double sim_duration(const sim_scene* scene, int system);  /* s; likewise */
+int sim_reset(sim_scene* scene, sim_error* error);   /* to t = 0 with the initial bits */
+double sim_time(const sim_scene* scene, int system); /* s; not a number for what is not there */
+double sim_step_size(const sim_scene* scene, int system);   /* s; likewise */
+double sim_duration(const sim_scene* scene, int system);    /* s; likewise */
 int64_t sim_step_count(const sim_scene* scene, int system); /* -1 for what is not there */
 /* Changes with every call that may have moved or changed what a sim_part points to. */
 uint64_t sim_generation(const sim_scene* scene);
@@ -139,7 +140,7 @@ int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_e
 uint64_t sim_hash(const sim_scene* scene, int system); /* of the bits of the state; 0: not there */
 
 typedef struct sim_spring {
-  int to; /* the particle at its other end */
+  int to;                                /* the particle at its other end */
   double stiffness, rest, length, force; /* N/m, m, m, N: positive when stretched */
   char family[64];
 } sim_spring;
@@ -176,9 +177,9 @@ char* sim_verdict_json(const sim_scene* scene, sim_error* error); /* as `sim SCE
 const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number */
 
 /* --- Studies: tradeoff, stability, order, rest, and those that plugins bring (minimal, extremes).
- * JSON as `sim STUDY SCENE --json` has it; in a world {"systems": [..]}. `asked`: "NAME=VALUE" texts
- * that end with a null pointer, may be null: budget, of, time, integrators, at, and parameters of
- * plugins. `text`: null, or the scene itself, `scene` being its name then. */
+ * JSON as `sim STUDY SCENE --json` has it; in a world {"systems": [..]}. `asked`: "NAME=VALUE"
+ * texts that end with a null pointer, may be null: budget, of, time, integrators, at, and
+ * parameters of plugins. `text`: null, or the scene itself, `scene` being its name then. */
 char* sim_study(const char* study, const char* scene, const char* text, const char* const* asked,
                 const sim_options* options, sim_watch watch, void* user, sim_error* error);
 

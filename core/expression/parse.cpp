@@ -20,11 +20,11 @@ struct Function {
   Op op;
 };
 constexpr Function kFunctions[] = {
-    {"sqrt", Op::kSqrt}, {"exp", Op::kExp}, {"log", Op::kLog},       {"sin", Op::kSin},
-    {"cos", Op::kCos},   {"tan", Op::kTan}, {"sinh", Op::kSinh},     {"cosh", Op::kCosh},
-    {"tanh", Op::kTanh}, {"abs", Op::kAbs}, {"sign", Op::kSign},     {"step", Op::kStep},
-    {"min", Op::kMin},   {"max", Op::kMax}, {"select", Op::kSelect}, {"floor", Op::kFloor},
-    {"pow", Op::kPower},  {"if", Op::kSelect}};
+    {"sqrt", Op::kSqrt}, {"exp", Op::kExp},  {"log", Op::kLog},       {"sin", Op::kSin},
+    {"cos", Op::kCos},   {"tan", Op::kTan},  {"sinh", Op::kSinh},     {"cosh", Op::kCosh},
+    {"tanh", Op::kTanh}, {"abs", Op::kAbs},  {"sign", Op::kSign},     {"step", Op::kStep},
+    {"min", Op::kMin},   {"max", Op::kMax},  {"select", Op::kSelect}, {"floor", Op::kFloor},
+    {"pow", Op::kPower}, {"if", Op::kSelect}};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -77,7 +77,7 @@ class Parser {
     const char c = peek();
     if (ended()) fail("it ends where a number, a name or '(' is expected");
     const bool begins = is_digit(c) || is_letter(c) || c == '(' || c == '.';
-    const std::string remedy = begins                         ? "write * between factors"
+    const std::string remedy = begins ? "write * between factors"
                                : c == '<' || c == '>' || c == '='
                                    ? "compare two sums: a < b, a <= b, a > b or a >= b"
                                : text_.substr(at_, 2) == "**" ? "write ^ for powers"

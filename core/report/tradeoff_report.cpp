@@ -9,8 +9,8 @@
 namespace sim::report {
 
 using study::Curve;
-using study::Tried;
 using study::Point;
+using study::Tried;
 using study::WorkPrecision;
 using PlaceOf = study::Place;
 
