@@ -1,8 +1,10 @@
 // Laws of contact against closed forms and an independent integration, on every path.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
 #include "core/particles/contact_law.h"
+#include "core/study/contract/contract.h"
 #include "core/study/energy_balance.h"
 #include "tests/lua/scene_text.h"
 
@@ -275,6 +277,42 @@ TEST_CASE("contact by any law gives no energy") {
       }
       CHECK(before > 1);
     }
+}
+
+TEST_CASE("laws keep what their interface promises, and one that does not is found") {
+  Registry registry({SIM_PLUGIN_DIR});
+  const auto failed = [&](const PluginInfo& plugin) {
+    study::Contract contract;
+    study::check_contract(registry, plugin, contract);
+    CHECK(contract.checks.size() > 6);
+    std::set<std::string> names;
+    for (const auto& check : contract.checks)
+      if (check.outcome == study::Outcome::kFailed) names.insert(check.name);
+    return names;
+  };
+  for (const char* name : {"coulomb", "stribeck", "viscoelastic"})
+    CHECK(failed(registry.get<ContactLaw>(name)).empty());
+
+  struct Bad final : ContactLaw {
+    int fault;
+    explicit Bad(int which) : fault(which) {}
+    double restitution(double v) const override { return fault == 0 ? 1.1 : v > 1e4 ? 0 : 0.5; }
+    double friction(double v) const override {
+      if (fault == 1) return v > 0 ? 0.3 : 0;
+      if (fault == 2) return v > 1 ? 0.3 : 0.5;
+      return fault == 3 ? 0.3 + 0.1 / (1 + v) : 0.3;
+    }
+    bool constant() const override { return fault != 1 && fault != 2; }
+  };
+  const std::string faults[] = {"restitution is 0 .. 1, friction at least 0",
+                                "is 0 at rest only where it is 0 at all speeds", "does not jump",
+                                "says whether it depends on the speed"};
+  for (int fault = 0; fault < 4; ++fault) {
+    Plugin<ContactLaw> plugin{{.name = "bad"},
+                              [fault](const Params&) { return std::make_unique<Bad>(fault); }};
+    plugin.kind = kind_of<ContactLaw>;
+    CHECK(failed(plugin) == std::set<std::string>{faults[fault]});
+  }
 }
 
 TEST_CASE("laws are refused where they contradict what is said beside them") {
