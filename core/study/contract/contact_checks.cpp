@@ -12,14 +12,14 @@
 namespace sim::study::contract {
 namespace {
 
-constexpr double kStep = 0.05;  // s
+constexpr double kContactStep = 0.05;  // s
 
 SystemSpec still_scene() {
   SystemSpec spec;
   spec.name = "contact";
   spec.particles.emplace();
   spec.integrator = "symplectic_euler";
-  spec.dt = kStep;
+  spec.dt = kContactStep;
   return spec;
 }
 
@@ -73,7 +73,7 @@ class Touched {
     const auto v = layout.axes(start_.data(), 3);
     const auto q = layout.axes(free_.data());
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = 0; i < layout.n(); ++i) q[axis][i] += kStep * v[axis][i];
+      for (int i = 0; i < layout.n(); ++i) q[axis][i] += kContactStep * v[axis][i];
     end_.resize(free_.size());
   }
 
@@ -82,7 +82,7 @@ class Touched {
 
   StepCorrection::Outcome apply() {
     std::ranges::copy(free_, end_.begin());
-    return contact().apply({0, kStep, start_.data(), end_.data()});
+    return contact().apply({0, kContactStep, start_.data(), end_.data()});
   }
   const std::vector<double>& start() const { return start_; }
   const std::vector<double>& free() const { return free_; }

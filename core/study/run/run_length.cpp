@@ -20,8 +20,8 @@ void shorten(const RunLength& length, Track& track) {
 }
 
 void shorten(double end, Track& track) {
-  constexpr double kRounding = 1e-9;  // of a step
-  const bool beyond = track.end() > end + kRounding * track.system().h();
+  constexpr double kRoundedSteps = 1e-9;  // of a step
+  const bool beyond = track.end() > end + kRoundedSteps * track.system().h();
   if (beyond && end > track.system().t()) track.end_at(end);
 }
 
