@@ -11,12 +11,12 @@
 namespace sim::cli {
 namespace {
 
-constexpr const char* kTolerances[] = {"tol", "rtol", "atol"};
+constexpr const char* kToleranceNames[] = {"tol", "rtol", "atol"};
 
 using study::GoalCandidate;
 using study::GoalChoice;
 
-std::string with_unit(const GoalChoice& choice, double value, int digits) {
+std::string goal_amount(const GoalChoice& choice, double value, int digits) {
   return brief(value, digits) + (choice.unit.empty() ? "" : " " + choice.unit);
 }
 
@@ -26,12 +26,12 @@ std::string judged_text_of(const RunRequest& request, const GoalChoice& choice) 
          ", at all times";
 }
 
-std::string step_text(const GoalChoice& choice) {
+std::string goal_step_text(const GoalChoice& choice) {
   return choice.tolerance > 0 ? "tol " + brief(choice.tolerance, 3) : brief(choice.dt, 4) + " s";
 }
 
 // "sim SCENE -i verlet -d 0.00625 -T 2": makes the same run without any search.
-std::string command_text(const GoalChoice& choice, const RunRequest& request) {
+std::string goal_command(const GoalChoice& choice, const RunRequest& request) {
   std::string text = command_for(request.scene) + " -i " + choice.method->label;
   if (choice.tolerance > 0) text += " --tol " + shortest(choice.tolerance);
   text += " -d " + shortest(choice.dt);
@@ -87,7 +87,7 @@ void check_error_request(const RunRequest& request) {
     refuse("sim export", "nothing is run", kOne);
   if (request.steps)
     refuse("--steps", "how long a step is is not known before it is chosen", "give --time instead");
-  for (const char* name : kTolerances)
+  for (const char* name : kToleranceNames)
     if (request.scene.integrator.given.contains(name))
       refuse("--tol", "the tolerance is what is chosen", kOne);
   if (request.of.size() > 1)
@@ -103,7 +103,7 @@ std::optional<study::Budget> asked_of(const SystemSpec& spec, const RunRequest& 
   const bool steps = request.resume || request.replay || request.from_rest || request.engine ||
                      request.steps || !request.export_to.empty() || request.export_file;
   if (!spec.error || steps || request.of.size() > 1 ||
-      std::ranges::any_of(kTolerances, [&](const char* name) {
+      std::ranges::any_of(kToleranceNames, [&](const char* name) {
         return request.scene.integrator.given.contains(name);
       }))
     return {};
@@ -169,7 +169,7 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
 std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRequest& request) {
   if (!made) return {};
   const GoalChoice& choice = *made;
-  const std::string asked = "at most " + with_unit(choice, choice.allowed, 3) + " (" +
+  const std::string asked = "at most " + goal_amount(choice, choice.allowed, 3) + " (" +
                             percent(choice.allowed / choice.size, 1, 2) + " of the " +
                             (request.of.empty() ? "size" : "range") + "), " +
                             judged_text_of(request, choice);
@@ -184,12 +184,12 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
           : "the cheapest of " + counted(static_cast<long>(choice.candidates.size()), "method") +
                 " tried" + (others.empty() ? "" : "; over its cost: " + others);
   text += label("chosen",
-                wrapped(choice.method->label + ", " + step_text(choice) + ": " + why, 12, 12));
-  std::string measured = with_unit(choice, choice.error, 2) + " from " +
+                wrapped(choice.method->label + ", " + goal_step_text(choice) + ": " + why, 12, 12));
+  std::string measured = goal_amount(choice, choice.error, 2) + " from " +
                          (choice.tolerance > 0 ? "a tenth of the tolerance" : "half the step") +
                          " over the whole run";
   if (request.of.empty() && !choice.unit.empty())
-    measured += ", of a particle at most " + with_unit(choice, choice.largest, 2);
+    measured += ", of a particle at most " + goal_amount(choice, choice.largest, 2);
   if (!choice.kept) measured += "; " + horizon_text(choice);
   text += label("measured", wrapped(measured, 12, 12));
   std::string cost = brief(choice.cost, 3) + " evaluations";
@@ -232,7 +232,7 @@ std::string error_choice_json(const std::optional<GoalChoice>& made, const RunRe
       .number("trials", choice.trials)
       .integer("mended", choice.mended)
       .number("window", choice.window)
-      .text("command", command_text(choice, request))
+      .text("command", goal_command(choice, request))
       .json("candidates", json_array(candidates))
       .str();
 }
@@ -254,7 +254,7 @@ void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& r
   if (choice.kept || request.until_horizon) return;
   throw Error(ErrorKind::kCheck,
               {"check failed", choice.system + ", error",
-               with_unit(choice, choice.allowed, 3) + " is " + horizon_text(choice),
+               goal_amount(choice, choice.allowed, 3) + " is " + horizon_text(choice),
                choice.chaotic ? "add --until-horizon, or judge a quantity with --of"
                               : "allow a larger error, or add --until-horizon"});
 }

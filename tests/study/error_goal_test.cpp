@@ -46,7 +46,8 @@ double largest_rms(const std::vector<std::vector<double>>& a,
 
 // x' = sigma (y - x) and so on: Lorenz (1963).
 sim::SystemSpec make_chaos() {
-  sim::SystemSpec spec{.name = "lorenz"};
+  sim::SystemSpec spec;
+  spec.name = "lorenz";
   const sim::OdeFunction f = [](double, std::span<const double> x, std::span<double> dxdt) {
     dxdt[0] = 10 * (x[1] - x[0]);
     dxdt[1] = x[0] * (28 - x[2]) - x[1];

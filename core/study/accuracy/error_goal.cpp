@@ -18,22 +18,23 @@ constexpr const char* kWorthTrying[] = {
     "verlet", "pefrl",  "rk4",      "tsit5", "dop853", "implicit_midpoint",
     "imex",   "trbdf2", "esdirk43", "bdf"};
 
-constexpr double kParticles = 64;       // costs are of systems of so many, or fewer
-constexpr double kPilot = 1e5;          // evaluations of the run up to which all of it is tried
+constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
+constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
 constexpr double kFree = 1e6;           // that all trials may take, however short the run
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kAim = 0.7;            // of the error allowed
 constexpr double kCheckCost = 4;        // times that of the choice may take its check
-constexpr double kAgree = 2;            // times the sum of both errors two families may differ
+constexpr double kFamiliesAgree = 2;    // times the sum of both errors two families may differ
+constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
 constexpr int kMostMendings = 3;
-constexpr double kMostTimes = 64;  // steps more at once
+constexpr double kMostTimesFiner = 64;  // steps more at once
 
-bool splits(const Candidate& method) {
+bool is_splitting(const Candidate& method) {
   return method.info.symplectic || method.info.needs_second_order;
 }
 
 bool other_family(const Candidate& a, const Candidate& b) {
-  return a.info.implicit != b.info.implicit || splits(a) != splits(b);
+  return a.info.implicit != b.info.implicit || is_splitting(a) != is_splitting(b);
 }
 
 class Chooser {
@@ -84,7 +85,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   result_.time = goal.time;
   result_.size = scene_size(system);
   result_.allowed = goal.budget.of(result_.size);
-  weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kParticles);
+  weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kTrialParticles);
   step_ = goal.dt > 0 ? goal.dt : system.h();
   corrected_ = acts_between_steps(system);
   result_.window = window_of(system);
@@ -95,7 +96,7 @@ double Chooser::window_of(Simulation& system) const {
   const double steps = result_.time / system.h();
   const double cost = weight_ * steps * std::max(1, system.integrator_info().evaluations);
   double share = 1;
-  while (cost * share > kPilot && share > kShortest) share /= 2;
+  while (cost * share > kTrialCost && share > kShortest) share /= 2;
   return share * result_.time;
 }
 
@@ -184,6 +185,7 @@ MethodTrials* Chooser::cheapest() {
   MethodTrials* best = nullptr;
   double least = HUGE_VAL;
   for (MethodTrials& each : trials_) {
+    if (each.error() > kMeaningful * result_.size) continue;
     const double cost = each.predict(kAim * in_window()).cost;
     if (cost < least) {
       least = cost;
@@ -228,7 +230,8 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
 // Two families that differ by more than both say: neither is believed until both are refined.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   const double off = error_course(problem_, chosen.finest(), check.finest()).most;
-  if (off <= kAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window()) return true;
+  if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
+    return true;
   chosen.doubt(std::max(0.0, off - check.error()));
   check.doubt(std::max(0.0, off - chosen.error()));
   return false;
@@ -326,7 +329,7 @@ void Chooser::run_whole(MethodTrials& chosen) {
     const double more = std::isfinite(error)
                             ? std::pow(error / (kAim * result_.allowed), 1 / exponent)
                             : refinement.factor();
-    fineness *= std::clamp(more, 1.2, kMostTimes);
+    fineness *= std::clamp(more, 1.2, kMostTimesFiner);
     result_.mended = attempt + 1;
   }
 }

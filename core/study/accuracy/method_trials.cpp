@@ -11,10 +11,9 @@ namespace {
 
 constexpr std::int64_t kSights = 120;       // of a run, at most; and at least:
 constexpr std::int64_t kFewestSights = 20;  // a divisor of it
-constexpr double kMostNumbers = 4e6;        // kept of a run
+constexpr double kMostSeenNumbers = 4e6;    // kept of a run
 constexpr double kImplicitStep = 50;        // evaluations that one is worth before it is tried
 constexpr double kLeastExponent = 0.3;
-constexpr double kMeaningful = 0.1;  // of the size: two runs that differ by more tell nothing
 constexpr double kFinestTolerance = 1e-13;
 
 std::int64_t sights(const Problem& problem, const Simulation& system, std::int64_t steps) {
@@ -22,7 +21,7 @@ std::int64_t sights(const Problem& problem, const Simulation& system, std::int64
   const double numbers =
       problem.of ? 1 : static_cast<double>(std::max<std::size_t>(1, system.state().size()));
   std::int64_t most = kSights;
-  while (most > kFewestSights && static_cast<double>(most) * numbers > kMostNumbers)
+  while (most > kFewestSights && static_cast<double>(most) * numbers > kMostSeenNumbers)
     most = most > 60 ? 60 : kFewestSights;
   return std::gcd(steps, most);
 }

@@ -79,7 +79,7 @@ class MethodTrials {
   bool refine(const std::function<bool()>& go_on);  // false: told to end
   bool can_refine() const;
 
-  // The error of the finest run: infinite before two of them agree to a tenth of the size.
+  // The error of the finest run is infinite before there are two.
   double error() const { return std::max(error_, doubt_); }
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one
