@@ -205,10 +205,10 @@ return sim.scene {
 namespace {
 
 // About the origin and at rest: the base class moves it, gives it friction and a thickness.
-class CLASS final : public sim::Solid {
+class CLASS final : public sim::SdfCollider {
  public:
   explicit CLASS(const sim::Params& params)
-      : Solid(params, params.vector("center")), radius_(params.number("radius")) {}
+      : SdfCollider(params, params.vector("center")), radius_(params.number("radius")) {}
 
  private:
   // m to the surface, < 0 inside, and its gradient, which is defined everywhere.

@@ -46,7 +46,7 @@ struct Seen {
   Point normal;
 };
 
-// The surface as Solid::touch() sees it.
+// The surface as SdfCollider::query() sees it.
 template <PrimitiveSurface::Form kForm>
 struct Surface {
   Point center, velocity, normal;
