@@ -22,16 +22,18 @@ std::pair<std::uint64_t, std::vector<std::string>> run_text(const std::string& t
 constexpr const char* kKick =
     "local p = sim.particles {}\np:add {0, 0, 0}\np:METHOD(0, sim.motion.line { velocity = {0, 1, "
     "0} })\np:add {0, -1, 0}\nlocal s = sim.force.spring { stiffness = 5 }\ns:tie(0, 1)\n"
-    "return sim.scene { particles = p, forces = { s }, dt = 0.01, integrator = 'rk4' }";
+    "return sim.scene { particles = p, forces = { s }, dt = 0.01, integrator = 'rk4', duration = 1 "
+    "}";
 constexpr const char* kBody =
     "local shape = sim.box { half = {0.1, 0.2, 0.3} }\nreturn sim.scene { bodies = { sim.rigid { "
     "shape = shape, mass = 1, ROTATION = {0.1, 0.2, 0.3}, ANGULAR = {1, 2, 3} },\n sim.rigid { "
     "shape "
     "= shape, mass = 1, position = {5, 0, 0}, ROTATION = {1, 0, 0} } },\n"
-    "forces = {}, dt = 0.01, integrator = 'rk4' }";
+    "forces = {}, dt = 0.01, integrator = 'rk4', duration = 1 }";
 constexpr const char* kCells =
     "local block = sim.grid { 2, 2, 2, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1} }\n"
-    "return sim.scene { particles = block, dt = 0.001, integrator = 'verlet', forces = {\n"
+    "return sim.scene { particles = block, dt = 0.001, integrator = 'verlet', duration = 1, forces "
+    "= {\n"
     "sim.force.FORCE { young = 10, cells = sim.cells { grid = block } } } }";
 
 std::string with(std::string text, const std::string& word, const std::string& by) {
@@ -74,7 +76,8 @@ TEST_CASE("old names of the scene language mean the new ones and are noted once"
 
 TEST_CASE("an old name beside the new one is an error") {
   const auto error = text_error(
-      "return sim.scene { forces = {}, dt = 0.01, integrator = 'rk4', bodies = { sim.rigid { mass "
+      "return sim.scene { forces = {}, dt = 0.01, integrator = 'rk4', duration = 1, bodies = { "
+      "sim.rigid { mass "
       "= 1,"
       " shape = sim.sphere { radius = 1 }, spin = {0, 0, 1}, angular_velocity = {0, 0, 1} } } }");
   REQUIRE(error);
@@ -83,7 +86,8 @@ TEST_CASE("an old name beside the new one is an error") {
 
 TEST_CASE("a body tells its state by the new names and the old ones") {
   const SceneSpec spec = load_text(
-      "return sim.scene { forces = {}, dt = 0.01, integrator = 'rk4', bodies = { sim.rigid { mass "
+      "return sim.scene { forces = {}, dt = 0.01, integrator = 'rk4', duration = 1, bodies = { "
+      "sim.rigid { mass "
       "= 1,"
       " shape = sim.sphere { radius = 1 }, rotation = {0, 1, 0}, angular_velocity = {0, 0, 3} } "
       "},\n"

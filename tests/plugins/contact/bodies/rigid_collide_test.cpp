@@ -49,7 +49,7 @@ TEST_CASE("a box slides on a box that leans as on a plane", "[rigid]") {
     return -scene.system.body_state(0).center.dot(Vec3(std::cos(0.4), std::sin(0.4), 0));
   };
   const std::string box =
-      "sim.collider.box { half = {9, 1, 9}, rotation = {0, 0, 0.4}, center = { 1.05 * "
+      "sim.collider.box { half = {9, 1, 9}, turn = {0, 0, 0.4}, center = { 1.05 * "
       "math.sin(0.4), "
       "-1.05 * math.cos(0.4), 0 }, thickness = 0.05";
   for (const double mu : {0.3, 0.5}) {
