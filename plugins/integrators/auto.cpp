@@ -106,7 +106,8 @@ class Automatic final : public sim::Integrator {
     const double last = static_cast<int>(kMultistep);
     const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
     const bool known = choice != kNone && choice == memory[0] &&
-                       (splits_ || (choice != kVerlet && choice != kPefrl));
+                       (splits_ || (choice != kVerlet && choice != kPefrl)) &&
+                       (flat_ || choice != kMultistep);
     const bool lengths = memory[1] > 0;
     const auto counts = memory.subspan(2, 4);
     if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))

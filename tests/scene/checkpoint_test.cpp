@@ -275,7 +275,7 @@ TEST_CASE("an integrator takes only a memory that it can have written") {
     std::vector<std::vector<double>> wrong{{1}, {99, 1, 1, 1, 1, 1, 1}, saved.memory};
     wrong.back().push_back(0);
     if (std::string(integrator) == "auto")
-      for (const double choice : {0.0, 0.5, 7.0, -1.0, 1e300}) {
+      for (const double choice : {0.0, 0.5, 7.0, 8.0, -1.0, 1e300}) {
         wrong.push_back(saved.memory);
         wrong.back()[0] = choice;
       }
