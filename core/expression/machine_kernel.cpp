@@ -1,5 +1,3 @@
-#include <limits>
-
 #include "core/expression/machine.h"
 
 #undef SIM_THIS_FILE
@@ -22,6 +20,7 @@ SIM_INLINE Doubles sign_of(Doubles a) {
   const Doubles above = a > splat<double>(0) ? splat<double>(1) : a;  // 0 and not a number stay
   return a < splat<double>(0) ? splat<double>(-1) : above;
 }
+SIM_INLINE Doubles positive_of(Doubles a) { return a > splat<double>(0) ? a : not_a_number(); }
 SIM_INLINE Doubles select_of(Doubles a, Doubles b, Doubles c) {
   const Doubles chosen = a != splat<double>(0) ? b : c;
   return a == a ? chosen : a;
@@ -42,69 +41,74 @@ SIM_INLINE void each(double* to, int count, const double* a, const double* b, co
   for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i), load(b + i), load(c + i)));
 }
 
+// The operations, each with its number of operands x, y, z: PLAIN are those of the language, which
+// numbers have as well as vectors; VECTOR are functions of vectors alone.
+#define SIM_OPERATIONS(PLAIN, VECTOR)     \
+  PLAIN(1, kCopy, x)                      \
+  PLAIN(1, kNegate, -x)                   \
+  VECTOR(1, kAbs, magnitude(x))           \
+  VECTOR(1, kSign, sign_of(x))            \
+  VECTOR(1, kStep, step_of(x))            \
+  VECTOR(1, kFloor, floor_of(x))          \
+  VECTOR(1, kPositive, positive_of(x))    \
+  VECTOR(1, kSqrt, square_root(x))        \
+  VECTOR(1, kExp, exp_of(x))              \
+  VECTOR(1, kLog, log_of(x))              \
+  VECTOR(1, kSin, sine_cosine(x).sine)    \
+  VECTOR(1, kCos, sine_cosine(x).cosine)  \
+  VECTOR(1, kTan, tan_of(x))              \
+  VECTOR(1, kSinh, sinh_of(x))            \
+  VECTOR(1, kCosh, cosh_of(x))            \
+  VECTOR(1, kTanh, tanh_of(x))            \
+  PLAIN(2, kAdd, x + y)                   \
+  PLAIN(2, kSubtract, x - y)              \
+  PLAIN(2, kMultiply, x* y)               \
+  PLAIN(2, kDivide, x / y)                \
+  VECTOR(2, kMin, min_of(x, y))           \
+  VECTOR(2, kMax, max_of(x, y))           \
+  VECTOR(2, kPower, exp_of(y* log_of(x))) \
+  VECTOR(3, kSelect, select_of(x, y, z))  \
+  PLAIN(3, kProductPlus, x* y + z)        \
+  PLAIN(3, kProductMinus, x* y - z)       \
+  PLAIN(3, kMinusProduct, z - x * y)      \
+  PLAIN(3, kSumPlus, (x + y) + z)         \
+  PLAIN(3, kSumMinus, (x + y) - z)        \
+  PLAIN(3, kDifferencePlus, (x - y) + z)  \
+  PLAIN(3, kDifferenceMinus, (x - y) - z) \
+  PLAIN(3, kProductTimes, (x * y) * z)    \
+  PLAIN(3, kSumTimes, (x + y) * z)        \
+  PLAIN(3, kDifferenceTimes, (x - y) * z)
+
 void run_code(std::span<const Instruction> code, double* const* slots, int count) {
   for (const Instruction& now : code) {
     double* const to = slots[now.to];
     const double *const a = slots[now.operand[0]], *const b = slots[now.operand[1]],
                         *const c = slots[now.operand[2]];
-#define SIM_UNARY(op, f)                                                           \
-  case Op::op:                                                                     \
-    each(                                                                          \
-        to, count, a, [](Doubles x) __attribute__((always_inline)) { return f; }); \
-    break;
-#define SIM_BINARY(op, f)                                                                        \
-  case Op::op:                                                                                   \
-    each(                                                                                        \
-        to, count, a, b, [](Doubles x, Doubles y) __attribute__((always_inline)) { return f; }); \
-    break;
-#define SIM_TERNARY(op, f)                                                                 \
-  case Op::op:                                                                             \
-    each(                                                                                  \
-        to, count, a, b, c,                                                                \
-        [](Doubles x, Doubles y, Doubles z) __attribute__((always_inline)) { return f; }); \
+#define SIM_OPERANDS_1 a
+#define SIM_PARAMETERS_1 Doubles x
+#define SIM_OPERANDS_2 a, b
+#define SIM_PARAMETERS_2 Doubles x, Doubles y
+#define SIM_OPERANDS_3 a, b, c
+#define SIM_PARAMETERS_3 Doubles x, Doubles y, Doubles z
+#define SIM_ALL(n, op, f)                                                     \
+  case Op::op:                                                                \
+    each(                                                                     \
+        to, count, SIM_OPERANDS_##n,                                          \
+        [](SIM_PARAMETERS_##n) __attribute__((always_inline)) { return f; }); \
     break;
     switch (now.op) {
-      SIM_UNARY(kCopy, x)
-      SIM_UNARY(kNegate, -x)
-      SIM_UNARY(kAbs, magnitude(x))
-      SIM_UNARY(kSign, sign_of(x))
-      SIM_UNARY(kStep, step_of(x))
-      SIM_UNARY(kFloor, floor_of(x))
-      SIM_UNARY(kPositive, x > splat<double>(0) ? x : not_a_number())
-      SIM_UNARY(kSqrt, square_root(x))
-      SIM_UNARY(kExp, exp_of(x))
-      SIM_UNARY(kLog, log_of(x))
-      SIM_UNARY(kSin, sine_cosine(x).sine)
-      SIM_UNARY(kCos, sine_cosine(x).cosine)
-      SIM_UNARY(kTan, tan_of(x))
-      SIM_UNARY(kSinh, sinh_of(x))
-      SIM_UNARY(kCosh, cosh_of(x))
-      SIM_UNARY(kTanh, tanh_of(x))
-      SIM_BINARY(kAdd, x + y)
-      SIM_BINARY(kSubtract, x - y)
-      SIM_BINARY(kMultiply, x * y)
-      SIM_BINARY(kDivide, x / y)
-      SIM_BINARY(kMin, min_of(x, y))
-      SIM_BINARY(kMax, max_of(x, y))
-      SIM_BINARY(kPower, exp_of(y * log_of(x)))
-      SIM_TERNARY(kSelect, select_of(x, y, z))
-      SIM_TERNARY(kProductPlus, x * y + z)
-      SIM_TERNARY(kProductMinus, x * y - z)
-      SIM_TERNARY(kMinusProduct, z - x * y)
-      SIM_TERNARY(kSumPlus, (x + y) + z)
-      SIM_TERNARY(kSumMinus, (x + y) - z)
-      SIM_TERNARY(kDifferencePlus, (x - y) + z)
-      SIM_TERNARY(kDifferenceMinus, (x - y) - z)
-      SIM_TERNARY(kProductTimes, (x * y) * z)
-      SIM_TERNARY(kSumTimes, (x + y) * z)
-      SIM_TERNARY(kDifferenceTimes, (x - y) * z)
+      SIM_OPERATIONS(SIM_ALL, SIM_ALL)
       case Op::kNumber:
       case Op::kInput:
         break;
     }
-#undef SIM_UNARY
-#undef SIM_BINARY
-#undef SIM_TERNARY
+#undef SIM_ALL
+#undef SIM_OPERANDS_1
+#undef SIM_PARAMETERS_1
+#undef SIM_OPERANDS_2
+#undef SIM_PARAMETERS_2
+#undef SIM_OPERANDS_3
+#undef SIM_PARAMETERS_3
   }
 }
 
@@ -112,52 +116,21 @@ void run_numbers(std::span<const Instruction> code, double* slots) {
   for (const Instruction& now : code) {
     const double a = slots[now.operand[0]], b = slots[now.operand[1]], c = slots[now.operand[2]];
     double& to = slots[now.to];
-#define SIM_PLAIN(op, f) \
-  case Op::op:           \
-    to = f;              \
-    break;
-#define SIM_VECTOR(op, f)                                                           \
-  case Op::op: {                                                                    \
-    const Doubles x = splat<double>(a), y = splat<double>(b), z = splat<double>(c); \
-    static_cast<void>(y), static_cast<void>(z);                                     \
-    to = (f)[0];                                                                    \
-    break;                                                                          \
+#define SIM_PLAIN(n, op, f)                            \
+  case Op::op: {                                       \
+    [[maybe_unused]] const double x = a, y = b, z = c; \
+    to = f;                                            \
+    break;                                             \
+  }
+#define SIM_VECTOR(n, op, f)                                                   \
+  case Op::op: {                                                               \
+    [[maybe_unused]] const Doubles x = splat<double>(a), y = splat<double>(b), \
+                                   z = splat<double>(c);                       \
+    to = (f)[0];                                                               \
+    break;                                                                     \
   }
     switch (now.op) {
-      SIM_PLAIN(kCopy, a)
-      SIM_PLAIN(kNegate, -a)
-      SIM_VECTOR(kAbs, magnitude(x))
-      SIM_VECTOR(kSign, sign_of(x))
-      SIM_VECTOR(kStep, step_of(x))
-      SIM_VECTOR(kFloor, floor_of(x))
-      SIM_PLAIN(kPositive, a > 0 ? a : std::numeric_limits<double>::quiet_NaN())
-      SIM_VECTOR(kSqrt, square_root(x))
-      SIM_VECTOR(kExp, exp_of(x))
-      SIM_VECTOR(kLog, log_of(x))
-      SIM_VECTOR(kSin, sine_cosine(x).sine)
-      SIM_VECTOR(kCos, sine_cosine(x).cosine)
-      SIM_VECTOR(kTan, tan_of(x))
-      SIM_VECTOR(kSinh, sinh_of(x))
-      SIM_VECTOR(kCosh, cosh_of(x))
-      SIM_VECTOR(kTanh, tanh_of(x))
-      SIM_PLAIN(kAdd, a + b)
-      SIM_PLAIN(kSubtract, a - b)
-      SIM_PLAIN(kMultiply, a * b)
-      SIM_PLAIN(kDivide, a / b)
-      SIM_VECTOR(kMin, min_of(x, y))
-      SIM_VECTOR(kMax, max_of(x, y))
-      SIM_VECTOR(kPower, exp_of(y * log_of(x)))
-      SIM_VECTOR(kSelect, select_of(x, y, z))
-      SIM_PLAIN(kProductPlus, a * b + c)
-      SIM_PLAIN(kProductMinus, a * b - c)
-      SIM_PLAIN(kMinusProduct, c - a * b)
-      SIM_PLAIN(kSumPlus, (a + b) + c)
-      SIM_PLAIN(kSumMinus, (a + b) - c)
-      SIM_PLAIN(kDifferencePlus, (a - b) + c)
-      SIM_PLAIN(kDifferenceMinus, (a - b) - c)
-      SIM_PLAIN(kProductTimes, (a * b) * c)
-      SIM_PLAIN(kSumTimes, (a + b) * c)
-      SIM_PLAIN(kDifferenceTimes, (a - b) * c)
+      SIM_OPERATIONS(SIM_PLAIN, SIM_VECTOR)
       case Op::kNumber:
       case Op::kInput:
         break;
@@ -166,6 +139,7 @@ void run_numbers(std::span<const Instruction> code, double* slots) {
 #undef SIM_VECTOR
   }
 }
+#undef SIM_OPERATIONS
 
 }  // namespace
 }  // namespace sim::SIM_TARGET
