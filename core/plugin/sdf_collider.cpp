@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/plugin/surface_params.h"
 
 namespace sim {
 
@@ -110,15 +111,8 @@ ContactMaterial surface_from(const Params& params) {
 }
 
 ParamList surface_params() {
-  return {{.name = "friction",
-           .default_value = 0.0,
-           .doc = "Coulomb's coefficient: how much of the normal force may act against slip",
-           .min = 0},
-          {.name = "restitution",
-           .default_value = 0.0,
-           .doc = "share of the normal velocity that a bounce gives back",
-           .min = 0,
-           .max = 1},
+  return {friction_param(),
+          restitution_param(),
           {.name = "law",
            .type = ParamType::kLaw,
            .doc = "how it bounces and rubs, in place of friction and restitution"}};

@@ -1,6 +1,7 @@
 // Coulomb's friction and Newton's restitution: the law of colliders and bodies that name none.
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
+#include "core/plugin/surface_params.h"
 
 namespace {
 
@@ -27,14 +28,6 @@ SIM_PLUGIN(ContactLaw, "coulomb") {
                   "what colliders and bodies say by friction = and restitution =",
        .source = "Coulomb (1785), Theorie des machines simples; Newton (1687), Principia, scholium "
                  "to the laws of motion",
-       .params = {{.name = "friction",
-                   .default_value = 0.0,
-                   .doc = "share of the normal force that may act against slip",
-                   .min = 0},
-                  {.name = "restitution",
-                   .default_value = 0.0,
-                   .doc = "share of the normal velocity that a bounce gives back",
-                   .min = 0,
-                   .max = 1}}},
+       .params = {sim::friction_param(), sim::restitution_param()}},
       [](const sim::Params& params) { return std::make_unique<Coulomb>(params); }});
 }

@@ -2,6 +2,7 @@
 #include "core/math/exponential.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
+#include "core/plugin/surface_params.h"
 
 namespace {
 
@@ -51,11 +52,7 @@ SIM_PLUGIN(ContactLaw, "stribeck") {
                    .unit = "m/s",
                    .doc = "> 0: slip at which the difference has fallen to 37 %",
                    .min = 0},
-                  {.name = "restitution",
-                   .default_value = 0.0,
-                   .doc = "share of the normal velocity that a bounce gives back",
-                   .min = 0,
-                   .max = 1}},
+                  sim::restitution_param()},
        .example = {{"static", 0.6}, {"kinetic", 0.4}}},
       [](const sim::Params& params) { return std::make_unique<Stribeck>(params); }});
 }

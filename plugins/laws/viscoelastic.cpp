@@ -2,10 +2,11 @@
 #include "core/math/power.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
+#include "core/plugin/surface_params.h"
 
 namespace {
 
-// Of u = beta^(1/2) v^(1/10), a Pade approximant of the series in u that Hertz's force with the
+// The Pade approximant in u = beta^(1/2) v^(1/10) of the series that Hertz's force with the
 // dissipation of Kuwabara & Kono has: 1 - 1.15345 u^2 + 0.79827 u^4 + ..., eq. 20 of the source.
 double restitution_of(double u) {
   constexpr double c1 = 0.501086, b1 = 0.501086, b2 = 1.15345, b3 = 0.577977, b4 = 0.532178;
@@ -55,18 +56,17 @@ SIM_PLUGIN(ContactLaw, "viscoelastic") {
            "Mueller & Poeschel (2011), Collision of viscoelastic spheres: compact expressions "
            "for the coefficient of normal restitution, Phys. Rev. E 84, 021302, of Hertz's "
            "force with the dissipation of Kuwabara & Kono (1987), Jpn. J. Appl. Phys. 26, 1230",
-       .params =
-           {{.name = "restitution",
-             .doc = "share of the normal velocity that a blow at `speed` gives back",
-             .required = true,
-             .min = 0,
-             .max = 1},
-            {.name = "speed",
-             .default_value = 1.0,
-             .unit = "m/s",
-             .doc = "> 0: of the blow whose restitution is given",
-             .min = 0},
-            {.name = "friction", .default_value = 0.0, .doc = "Coulomb's coefficient", .min = 0}},
+       .params = {{.name = "restitution",
+                   .doc = "share of the normal velocity that a blow at `speed` gives back",
+                   .required = true,
+                   .min = 0,
+                   .max = 1},
+                  {.name = "speed",
+                   .default_value = 1.0,
+                   .unit = "m/s",
+                   .doc = "> 0: of the blow whose restitution is given",
+                   .min = 0},
+                  sim::friction_param()},
        .example = {{"restitution", 0.8}}},
       [](const sim::Params& params) { return std::make_unique<Viscoelastic>(params); }});
 }
