@@ -19,10 +19,8 @@ constexpr std::int64_t kTelling = 100;  // steps, after which an unstable one sh
 void Measured::ask(std::uint64_t who, const std::string& colour) {
   std::vector<std::string> known = sim::Look::colours();
   known.insert(known.begin(), "plain");
-  for (const SystemSpec& system : scene_.spec.systems) {
-    const std::vector<std::string> names = names_of_field(system);
-    known.insert(known.end(), names.begin(), names.end());
-  }
+  const std::vector<std::string> names = names_of_fields(scene_.spec);
+  known.insert(known.end(), names.begin(), names.end());
   if (std::ranges::find(known, colour) == known.end())
     throw Error(ErrorKind::kUsage, {"unknown colour '" + colour.substr(0, 40) + "'", "",
                                     "there is none of that name", "known: " + join(known, ", ")});

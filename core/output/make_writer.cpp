@@ -1,5 +1,7 @@
 #include "core/output/make_writer.h"
 
+#include <algorithm>
+
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -36,14 +38,10 @@ std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry) {
 }
 
 Look look_of(const SceneSpec& scene, const LookSpec& asked) {
-  std::vector<std::string> names;
-  const LookSpec* own = nullptr;
-  for (const SystemSpec& system : scene.systems) {
-    const auto more = names_of_field(system);
-    names.insert(names.end(), more.begin(), more.end());
-    if (!own && !system.look.empty()) own = &system.look;
-  }
-  return make_look(own ? *own : LookSpec{}, asked, names);
+  const auto own = std::ranges::find_if(
+      scene.systems, [](const SystemSpec& system) { return !system.look.empty(); });
+  return make_look(own != scene.systems.end() ? own->look : LookSpec{}, asked,
+                   names_of_fields(scene));
 }
 
 }  // namespace sim

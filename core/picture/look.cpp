@@ -119,6 +119,15 @@ std::vector<std::string> names_of_field(const SystemSpec& system) {
   return names;
 }
 
+std::vector<std::string> names_of_fields(const SceneSpec& scene) {
+  std::vector<std::string> names;
+  for (const SystemSpec& system : scene.systems) {
+    const std::vector<std::string> more = names_of_field(system);
+    names.insert(names.end(), more.begin(), more.end());
+  }
+  return names;
+}
+
 Look make_look(const LookSpec& scene, const LookSpec& asked,
                const std::vector<std::string>& names) {
   Look look;

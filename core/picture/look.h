@@ -40,5 +40,6 @@ Look make_look(const LookSpec& scene, const LookSpec& asked = {},
 
 // The names that the field of a system gives to its numbers.
 std::vector<std::string> names_of_field(const SystemSpec& system);
+std::vector<std::string> names_of_fields(const SceneSpec& scene);  // system by system
 
 }  // namespace sim

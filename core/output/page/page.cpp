@@ -313,9 +313,16 @@ std::string Page::energy_json(std::size_t m) const {
 
 bool Page::measured() const {
   Moment room;
-  return std::ranges::count(models_.front().names, scale_.name) > 0 ||
-         std::ranges::any_of(moments_.at(0, room),
-                             [](const Frame& frame) { return !frame.values.empty(); });
+  const Moment& first = moments_.at(0, room);
+  for (std::size_t m = 0; m < models_.size(); ++m)
+    if (!values_of(m, first, scale_).empty()) return true;
+  return false;
+}
+
+// The numbers of a lattice, or those that somebody measured.
+std::vector<double> Page::values_of(std::size_t m, const Moment& moment,
+                                    const ColourScale& scale) const {
+  return models_[m].lattice() ? quantity(models_[m], moment[m], scale.name) : moment[m].values;
 }
 
 // Where they are in each moment, once if they rest. The ground is drawn as such, and who is in a
@@ -365,8 +372,7 @@ std::string Page::solids_json(std::size_t m) const {
 // In 255ths of the scale.
 void Page::append_values(std::size_t m, const Moment& moment, const ColourScale& scale,
                          std::string& out) const {
-  const std::vector<double> values =
-      models_[m].lattice() ? quantity(models_[m], moment[m], scale.name) : moment[m].values;
+  const std::vector<double> values = values_of(m, moment, scale);
   for (int i = 0; i < models_[m].particles; ++i) {
     const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / scale.most;
     const double share = scale.both_signs ? 0.5 + 0.5 * value : value;

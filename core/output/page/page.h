@@ -52,6 +52,8 @@ class Page {
   std::vector<float> points_of(std::size_t m, const Moment& moment) const;
   Box box_of(std::size_t m) const;
   void append_positions(std::size_t m, const Box& box, Deflater& data) const;
+  std::vector<double> values_of(std::size_t m, const Moment& moment,
+                                const ColourScale& scale) const;
   void append_values(std::size_t m, const Moment& moment, const ColourScale& scale,
                      std::string& out) const;
   bool measured() const;  // colours are values that the frames bring
