@@ -365,7 +365,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     usage_error("bad command line", error.get_name(), error.what(), "see sim --help");
   }
-  check_words(app_.remaining(true), shown_words(app_),
+  check_words(app_.remaining(true), command_spec(app_),
               nearest_verb(app_, study_names_, texts_.scene));
   for (const CLI::Option* option : app_.get_options())
     for (const std::string& result : option->results())
@@ -374,7 +374,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   if (texts_.version) return {Message{version_line() + "\n"}, {}, {}};
   if (texts_.man) return {Message{manual()}, {}, {}};
   if (!texts_.completion.empty())
-    return {Message{shell_completion(shown_words(app_), texts_.completion)}, {}, {}};
+    return {Message{shell_completion(command_spec(app_), texts_.completion)}, {}, {}};
 
   CommandLine line;
   line.plugin_path.assign(texts_.plugin_path.begin(), texts_.plugin_path.end());

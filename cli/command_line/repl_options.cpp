@@ -105,7 +105,7 @@ ReplCommandLine parse_repl_command_line(int argc, const char* const* argv) {
     return line;
   }
   if (!completion.empty()) {
-    line.message = shell_completion(shown_words(app), completion);
+    line.message = shell_completion(command_spec(app), completion);
     return line;
   }
   SceneRequest& request = line.session.scene;

@@ -8,10 +8,10 @@
 namespace sim::cli {
 namespace {
 
-// What the values of an option are.
+// The kind of value that an option takes.
 enum class Values { kNone, kAny, kFiles, kFolders, kIntegrators };
 
-Values values_of(const ShownOption& option) {
+Values values_of(const OptionSpec& option) {
   if (option.type.empty()) return Values::kNone;
   const auto named = [&](const char* name) {
     return std::ranges::find(option.names, name) != option.names.end();
@@ -28,29 +28,29 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
-std::vector<std::string> names_of(const ShownCommand& command) {
+std::vector<std::string> names_of(const CommandSpec& command) {
   std::vector<std::string> names;
-  for (const ShownOption& option : command.options)
+  for (const OptionSpec& option : command.options)
     names.insert(names.end(), option.names.begin(), option.names.end());
   return names;
 }
 
-std::vector<std::string> verbs_of(const ShownCommand& program) {
+std::vector<std::string> verbs_of(const CommandSpec& program) {
   std::vector<std::string> verbs;
-  for (const ShownCommand& verb : program.verbs) verbs.push_back(verb.name);
+  for (const CommandSpec& verb : program.verbs) verbs.push_back(verb.name);
   return verbs;
 }
 
 // Every option of the program and its verbs whose values are of this kind, once.
-std::vector<std::string> names_with(const ShownCommand& program, Values values) {
+std::vector<std::string> names_with(const CommandSpec& program, Values values) {
   std::vector<std::string> names;
-  const auto add = [&](const ShownCommand& command) {
-    for (const ShownOption& option : command.options)
+  const auto add = [&](const CommandSpec& command) {
+    for (const OptionSpec& option : command.options)
       if (values_of(option) == values)
         names.insert(names.end(), option.names.begin(), option.names.end());
   };
   add(program);
-  for (const ShownCommand& verb : program.verbs) add(verb);
+  for (const CommandSpec& verb : program.verbs) add(verb);
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
   return names;
@@ -60,7 +60,7 @@ std::vector<std::string> names_with(const ShownCommand& program, Values values) 
 constexpr const char* kScenes = "$(sim list scenes --names 2>/dev/null)";
 constexpr const char* kIntegrators = "$(sim list integrators --names 2>/dev/null)";
 
-std::string bash(const ShownCommand& program) {
+std::string bash(const CommandSpec& program) {
   const std::vector<std::string> verbs = verbs_of(program);
   std::string text = "# bash completion for " + program.name + "\n_" + program.name +
                      "() {\n"
@@ -81,7 +81,7 @@ std::string bash(const ShownCommand& program) {
   rule(Values::kFolders, "COMPREPLY=($(compgen -d -- \"$cur\")); ");
   rule(Values::kAny, "");
   text += "  esac\n  options='" + join(names_of(program), " ") + "'\n  case $verb in\n";
-  for (const ShownCommand& verb : program.verbs)
+  for (const CommandSpec& verb : program.verbs)
     text += "    " + verb.name + ") options+=' " + join(names_of(verb), " ") + "' ;;\n";
   text +=
       "  esac\n  if [[ $cur == -* ]]; then\n"
@@ -95,7 +95,7 @@ std::string bash(const ShownCommand& program) {
 }
 
 // One line of _arguments.
-std::string zsh_option(const ShownOption& option) {
+std::string zsh_option(const OptionSpec& option) {
   std::string doc = option.doc;
   for (const char* special : {"[", "]", ":"})
     for (std::size_t at = doc.find(special); at != std::string::npos;
@@ -125,31 +125,31 @@ std::string zsh_option(const ShownOption& option) {
   return text;
 }
 
-std::string zsh(const ShownCommand& program) {
+std::string zsh(const CommandSpec& program) {
   std::string text = "#compdef " + program.name + "\n_" + program.name +
                      "() {\n"
                      "  local -a verbs scenes\n  scenes=(" +
                      std::string(kScenes) + ")\n  verbs=(";
-  for (const ShownCommand& verb : program.verbs)
+  for (const CommandSpec& verb : program.verbs)
     text += "\n    " + quoted(verb.name + ":" + verb.doc);
   text += ")\n  _" + program.name + "_words() { ";
   if (!program.verbs.empty()) text += "_describe verb verbs; ";
   text += "compadd -a scenes; _files }\n  case ${words[2]} in\n";
-  const auto arguments = [&](const ShownCommand* verb) {
+  const auto arguments = [&](const CommandSpec* verb) {
     std::string lines = "_arguments -s";
-    for (const ShownOption& option : program.options) lines += zsh_option(option);
+    for (const OptionSpec& option : program.options) lines += zsh_option(option);
     if (verb)
-      for (const ShownOption& option : verb->options)
+      for (const OptionSpec& option : verb->options)
         if (option.names.front() != "-h") lines += zsh_option(option);
     return lines + " \\\n      '*:word:_" + program.name + "_words' ;;\n";
   };
-  for (const ShownCommand& verb : program.verbs)
+  for (const CommandSpec& verb : program.verbs)
     text += "    " + verb.name + ") " + arguments(&verb);
   return text + "    *) " + arguments(nullptr) + "  esac\n}\n_" + program.name + " \"$@\"\n";
 }
 
 std::string fish_option(const std::string& program, const std::string& verb,
-                        const ShownOption& option) {
+                        const OptionSpec& option) {
   std::string text = "complete -c " + program;
   if (!verb.empty()) text += " -n '__fish_seen_subcommand_from " + verb + "'";
   for (const std::string& name : option.names)
@@ -173,22 +173,22 @@ std::string fish_option(const std::string& program, const std::string& verb,
   return text + " -d " + quoted(option.doc) + "\n";
 }
 
-std::string fish(const ShownCommand& program) {
+std::string fish(const CommandSpec& program) {
   std::string text = "# fish completion for " + program.name + "\n";
-  for (const ShownCommand& verb : program.verbs)
+  for (const CommandSpec& verb : program.verbs)
     text += "complete -c " + program.name + " -n __fish_use_subcommand -a " + verb.name + " -d " +
             quoted(verb.doc) + "\n";
   text += "complete -c " + program.name + " -a '(sim list scenes --names 2>/dev/null)'\n";
-  for (const ShownOption& option : program.options) text += fish_option(program.name, "", option);
-  for (const ShownCommand& verb : program.verbs)
-    for (const ShownOption& option : verb.options)
+  for (const OptionSpec& option : program.options) text += fish_option(program.name, "", option);
+  for (const CommandSpec& verb : program.verbs)
+    for (const OptionSpec& option : verb.options)
       if (option.names.front() != "-h") text += fish_option(program.name, verb.name, option);
   return text;
 }
 
 }  // namespace
 
-std::string shell_completion(const ShownCommand& program, const std::string& shell) {
+std::string shell_completion(const CommandSpec& program, const std::string& shell) {
   if (shell == "bash") return bash(program);
   if (shell == "zsh") return zsh(program);
   if (shell == "fish") return fish(program);

@@ -37,7 +37,7 @@ void check_for_verb(const std::string& word, const std::string& near) {
   usage_error("unknown verb", "'" + word + "'", "no verb or study has that name", near);
 }
 
-void check_words(const std::vector<std::string>& words, const ShownCommand& program,
+void check_words(const std::vector<std::string>& words, const CommandSpec& program,
                  const std::string& near_verb) {
   for (const std::string& word : words) {
     if (word == "--") continue;
@@ -45,13 +45,13 @@ void check_words(const std::vector<std::string>& words, const ShownCommand& prog
       usage_error("unexpected argument", "'" + word + "'", "no further argument is expected",
                   "see sim --help");
     std::vector<std::string> known;
-    const auto add = [&](const ShownCommand& command) {
-      for (const ShownOption& option : command.options)
+    const auto add = [&](const CommandSpec& command) {
+      for (const OptionSpec& option : command.options)
         std::ranges::copy_if(option.names, std::back_inserter(known),
                              [](const std::string& name) { return name.starts_with("--"); });
     };
     add(program);
-    for (const ShownCommand& verb : program.verbs) add(verb);
+    for (const CommandSpec& verb : program.verbs) add(verb);
     const std::string name = word.substr(0, word.find('=')), near = nearest(name, known);
     usage_error("unknown option", name, "sim has no such option",
                 !near.empty()        ? "did you mean '" + near + "'?"

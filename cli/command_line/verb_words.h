@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/command_line/shown_words.h"
+#include "cli/command_line/command_spec.h"
 #include "cli/verbs/new_plugin.h"
 
 namespace sim::cli {
@@ -20,7 +20,7 @@ void check_for_verb(const std::string& word, const std::string& near);
 
 // Throws Error{kUsage} for a word that no option or argument wanted, with the nearest option, or
 // else the nearest verb.
-void check_words(const std::vector<std::string>& words, const ShownCommand& program,
+void check_words(const std::vector<std::string>& words, const CommandSpec& program,
                  const std::string& near_verb);
 
 // The request of `sim plugin`, from its three words.

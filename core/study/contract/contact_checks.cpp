@@ -62,9 +62,10 @@ SystemSpec two_bodies(const std::string& plugin) {
 }
 
 // The end of a step of that scene, before and after its contact.
-class Touched {
+class ContactStep {
  public:
-  Touched(Registry& registry, const PluginInfo& plugin, const std::map<std::string, Value>& given)
+  ContactStep(Registry& registry, const PluginInfo& plugin,
+              const std::map<std::string, Value>& given)
       : system_(scene(registry, plugin, given)),
         particles_(dynamic_cast<ParticleSystem&>(system_->ode())),
         start_(system_->state().begin(), system_->state().end()),
@@ -106,7 +107,7 @@ class Touched {
   std::vector<double> start_, free_, end_;
 };
 
-void check_steps(Touched& scene, Examiner& examiner) {
+void check_steps(ContactStep& scene, Examiner& examiner) {
   using Outcome = StepCorrection::Outcome;
   StepCorrection& contact = scene.contact();
   const std::vector<double> start = scene.start(), memory = contact.memory();
@@ -148,14 +149,14 @@ void check_steps(Touched& scene, Examiner& examiner) {
 void check_contact(Registry& registry, const Plugin<StepCorrection>& plugin, Contract& contract) {
   Examiner examiner(plugin, contract);
   examiner.group("corrects steps", [&] {
-    Touched scene(registry, plugin, example_values(plugin));
+    ContactStep scene(registry, plugin, example_values(plugin));
     check_steps(scene, examiner);
   });
   examiner.bounds([&](const Params& params) {
     std::map<std::string, Value> given;
     for (const Param& param : plugin.params)
       if (params.has(param.name)) given[param.name] = params.value(param.name);
-    Touched scene(registry, plugin, given);
+    ContactStep scene(registry, plugin, given);
     scene.apply();
     return scene.end();
   });

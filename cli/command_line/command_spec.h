@@ -10,18 +10,18 @@ class App;
 
 namespace sim::cli {
 
-struct ShownOption {
+struct OptionSpec {
   std::vector<std::string> names;  // "-i", "--integrator"
   std::string type;                // of its value, "FILE"; "" = it takes none
   std::string doc;                 // one line
 };
 
-struct ShownCommand {
+struct CommandSpec {
   std::string name, doc;
-  std::vector<ShownOption> options;
-  std::vector<ShownCommand> verbs;
+  std::vector<OptionSpec> options;
+  std::vector<CommandSpec> verbs;
 };
 
-ShownCommand shown_words(const CLI::App& app);
+CommandSpec command_spec(const CLI::App& app);
 
 }  // namespace sim::cli
