@@ -96,8 +96,8 @@ void check_error_request(const RunRequest& request) {
 
 namespace {
 
-// What is asked of a system: on the command line, or by the scene where nothing else asks for steps
-// of its own.
+// The error that is asked of a system: by the command line, or by the scene where nothing else asks
+// for steps of its own.
 std::optional<study::Budget> asked_of(const SystemSpec& spec, const RunRequest& request) {
   if (request.error) return request.error;
   const bool steps = request.resume || request.replay || request.from_rest || request.engine ||

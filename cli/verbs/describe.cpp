@@ -182,8 +182,8 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
       .str();
 }
 
-// What the scene language says of "sim.grid", "grid" or "particles:pin"; nothing if it has no such
-// name.
+// The documentation of "sim.grid", "grid" or "particles:pin" in the scene language; nothing if it
+// has no such name.
 std::optional<std::string> language_doc(const std::string& name, const Docs& docs) {
   const std::size_t before = name.find_last_of(".:");
   const auto doc = docs.find(before == std::string::npos ? name : name.substr(before + 1));

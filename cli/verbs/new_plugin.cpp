@@ -40,7 +40,8 @@ bool legal_name(const std::string& name) {
          std::ranges::all_of(name, [&](char c) { return lower(c) || (c >= '0' && c <= '9'); });
 }
 
-// What g++ needs besides the files, here and now; a folder that is written keeps no path of it.
+// The options that g++ needs here besides the files; a folder that is written keeps none of their
+// paths.
 std::string compiler_flags() {
   const DevelopmentFiles files = development_files();
   return "-std=c++20 -O2 -ffp-contract=off -shared -fPIC -I " + files.headers.string() + " -L " +

@@ -51,7 +51,7 @@ unsigned char* sim_picture(sim_scene* scene, int width, int height, const char* 
     Look look = look_of(scene->loaded.spec, asked);
     const std::vector<Model> models = models_of(*scene);
     const Moment moment = moment_of(*scene);
-    // What needs a whole run has no colour here.
+    // Quantities of a whole run have no colour here.
     if (quantity(models[0], moment[0], look.colour).empty()) look.colour = "none";
     Gallery gallery(models, {&moment, 1}, look);
     const std::string bytes = png(gallery.draw(0));

@@ -36,8 +36,8 @@ enum {
   SIM_STOPPED = 9 /* a callback asked for it; the handle may be used further */
 };
 
-/* What went wrong, where (FILE:LINE, or an argument), why, and what to do about it. Texts that are
- * too long are cut at a character. */
+/* An error: what went wrong, where (FILE:LINE, or an argument), why, and what to do about it. Texts
+ * that are too long are cut at a character. */
 typedef struct sim_error {
   int code;
   char what[256], where[512], why[1280], remedy[1024];

@@ -47,7 +47,7 @@ class Source final : public SceneSource {
   Registry& registry_;
 };
 
-// What the caller says of the study; each word is taken once, and none may be left.
+// The options of a study; each is taken once, and none may be left.
 class Words {
  public:
   explicit Words(const char* const* texts) {

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-// What the field says of its Jacobian.
+// The entries of the Jacobian that the field knows.
 class FieldEntries final : public JacobianEntries {
  public:
   FieldEntries(const Field& field, std::size_t size) : field_(&field), size_(size) {}

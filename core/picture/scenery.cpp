@@ -75,7 +75,7 @@ std::vector<Vec3> trail_of(const Model& model, const Moments& moments, std::size
   return points;
 }
 
-// Of one number of all cells.
+// The least and the largest value of one name over all cells.
 std::array<double, 2> range_of(const Frame& frame, std::size_t name, std::size_t names) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (std::size_t i = name; i < frame.components.size(); i += names) {

@@ -69,7 +69,7 @@ std::string growth_text(const WorkPrecision& study) {
          brief(mean, 2) + " of itself (x" + brief(most, 2) + " at most)";
 }
 
-// Of a method without a point that is stable.
+// Says why a method has no stable point.
 std::string hopeless_text(const Curve& curve) {
   if (curve.points.empty())
     return "not tried: " + std::to_string(study::kIntervals) + " steps take too long";

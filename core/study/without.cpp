@@ -9,7 +9,7 @@
 namespace sim::study {
 namespace {
 
-// What --without may name of a part: its plugin, or the family of springs.
+// The names by which --without knows a part: its plugin, or the family of springs.
 std::vector<std::string> names_of(const PartSpec& part) {
   std::vector<std::string> names{part.plugin};
   if (const auto family = part.given.find("family"); family != part.given.end())

@@ -114,7 +114,7 @@ LatticeEdge edge_of(const sim::Params& params, const std::vector<std::string>& n
   return edge;
 }
 
-// What the formulas of a cell read, in this order: its names, t, neighbours.
+// A field of formulas, which read these inputs in this order: names of the cell, t, neighbours.
 class FormulaField final : public sim::Field {
  public:
   explicit FormulaField(const sim::Params& params)
@@ -345,7 +345,7 @@ class FormulaField final : public sim::Field {
   std::vector<int> places_;  // in its values, cell by cell
   std::vector<std::ptrdiff_t> places_of_cells_;
 
-  // What an evaluation works in.
+  // The work space of an evaluation.
   mutable Lattice lattice_;
   mutable sim::ProgramRun slopes_run_, jacobian_run_;
   mutable std::vector<double> slots_, jacobian_slots_;

@@ -113,7 +113,7 @@ local Particles = {}
 local meant = { x = true, y = true, z = true, t = true, r = true, m = true, rest = true, pi = true,
   vx = true, vy = true, vz = true }
 
--- What particles carry: a column of numbers for each name, which formulas of forces read.
+-- Particles carry a column of numbers for each name, which formulas of forces read.
 local function carry(record, options, known, set)
   local numbers
   for key, value in next, options do

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What libsim exports: the listed symbols and no other, under its soname; and that programs compiled
+# The library exports the listed symbols and no other, under its soname, and programs compiled
 # against the last release still run, by abidiff (Debian: abigail-tools). `abi.sh LIBRARY [--write]`;
 # the latter writes the file of a release.
 set -euo pipefail

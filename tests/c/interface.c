@@ -36,7 +36,7 @@ static sim_scene* open_or_tell(const char* name, const sim_options* options) {
   return scene;
 }
 
-/* What programs of 1.0 were compiled with, where pointers have 8 bytes. */
+/* The layouts that programs of 1.0 were compiled with, where pointers have 8 bytes. */
 static void structures_are_those_of_1_0(void) {
   if (sizeof(void*) != 8) return;
   CHECK(sizeof(sim_error) == 3076 && offsetof(sim_error, remedy) == 2052);

@@ -1,4 +1,4 @@
-// What Tab completes in a shell, and that all of it is what --help shows.
+// Completion in a shell offers all that --help shows.
 #include <catch2/catch.hpp>
 
 #include "tests/cli/program.h"
@@ -12,7 +12,7 @@ namespace {
 const std::vector<std::pair<std::string, std::string>> kPath = {
     {"PATH", std::string(SIM_LIB_DIR) + "/../bin:/usr/bin:/bin"}};
 
-// What bash offers for the last of these words.
+// The words that bash offers for the last of these.
 std::string offered(const std::string& program, const std::string& words) {
   const TemporaryFolder folder;
   const std::string script = program == "sim" ? SIM_BINARY : SIM_REPL_BINARY;

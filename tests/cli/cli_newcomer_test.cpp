@@ -1,4 +1,4 @@
-// What somebody types who does not know the program yet.
+// Commands of somebody who does not know the program yet.
 #include <catch2/catch.hpp>
 
 #include "tests/cli/program.h"

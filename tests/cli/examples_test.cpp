@@ -1,4 +1,4 @@
-// What help texts, README.md and docs/ show can be typed, and gives what a reader expects.
+// Commands of help texts, README.md and docs/ can be typed, and give what a reader expects.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -88,7 +88,7 @@ bool in_path(const std::string& program) {
   return false;
 }
 
-// Of another package, and not here.
+// True for a program of another package that is not here.
 bool lacks_program(const std::string& command) {
   const auto has = [&](const char* part) { return command.find(part) != std::string::npos; };
   const std::string parts = run_sim({"doctor"}).out;

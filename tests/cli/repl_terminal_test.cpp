@@ -162,7 +162,7 @@ TEST_CASE("repl: history from one session to the next") {
   CHECK(tmux.shows("\n\"second entry\"\n"));
 }
 
-// As the sessions of earlier versions wrote them: the time of each entry before its lines.
+// Earlier versions wrote the time of each entry before its lines.
 TEST_CASE("repl: histories of earlier sessions are read and kept") {
   need_program("tmux", "tmux");
   TemporaryFolder folder;

@@ -90,8 +90,8 @@ for program in program/cloth ./cloth; do
   ! grep -E 'find library=lib(simlab|lua)' libraries || fail "$program needs the laboratory"
 done
 
-# What is public is there with all that it includes, and nothing else is.
-# Those of kernels are read in one alone, that of HDF5 needs the library.
+# Public headers are there with all that they include, and no others are.
+# Headers of kernels are read in one alone, that of HDF5 needs the library.
 grep -vE '^core/simd/|/hdf5.h' "$source/core/public_headers.txt" | sed 's/.*/#include "&"/' >public.cpp
 # shellcheck disable=SC2046
 "$cxx" -std=c++20 -fsyntax-only public.cpp $(pkg-config --cflags sim) 2>public.log ||

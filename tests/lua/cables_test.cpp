@@ -62,7 +62,7 @@ TEST_CASE("implicit methods hold a cable with large steps", "[cables]") {
 }
 
 TEST_CASE("a strut lets a bead go and pushes it back", "[cables]") {
-  // As the cable, with gravity upwards: the bead moves by the same law to the other side.
+  // The strut is the cable with gravity upwards: the bead moves by the same law to the other side.
   TextRun run(bead(-1), "rk4", 1e-4);
   run.run_to(0.1);
   // Pressed by its throw towards the hook, about the equilibrium at -1 + m g / k.

@@ -353,7 +353,8 @@ TEST_CASE("a formula of pairs without a cutoff acts between all of them", "[expr
     }
     CHECK((a[i] - sum / kMasses[i]).norm() < 1e-12 * sum.norm());
   }
-  // As ties by hand between all of them do, with exact derivatives in an implicit method, too.
+  // Ties by hand between all of them do the same, with exact derivatives in an implicit method,
+  // too.
   std::string ties =
       "sim.force.expression { 'k*charge1*charge2/r - G*m1*m2/r', k = 3, G = 0.7,\n"
       "  ties = { {0,1}, {0,2}, {0,3}, {1,2}, {1,3}, {2,3} } }";

@@ -195,7 +195,7 @@ TEST_CASE("torn_curtain.lua leaves no face over a gap, and every joule is booked
   run.run_to(0.8);
   CHECK(run.system.torn().size() >= 3);
   CHECK(run.system.settings().broken_energy > 0);
-  // What is torn has no springs, what is not has all it had.
+  // Torn pairs have no springs, all others have those that they had.
   for (const auto& [a, b] : run.system.torn())
     for (const Link& link : run.system.links(a)) CHECK(link.to != b);
   long left = 0;

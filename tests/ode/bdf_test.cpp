@@ -22,7 +22,7 @@ const std::array<Numbers, 5> kFormula{{{1, -1},
                                        {25.0 / 12, -4, 3, -4.0 / 3, 0.25},
                                        {137.0 / 60, -5, 5, -10.0 / 3, 1.25, -0.2}}};
 
-// What memory() says, of one number.
+// The contents of memory() for one number.
 struct History {
   double t = 0.2, h = 0, next_h = 0;
   int order = 1, next_order = 1, wait = 9;
@@ -103,7 +103,7 @@ Step step_from(const History& before, double atol, double max_step = HUGE_VAL, i
 double harmonic(int n) { return n == 0 ? 0 : harmonic(n - 1) + 1.0 / n; }
 double factorial(int n) { return n == 0 ? 1 : n * factorial(n - 1); }
 
-// Of order q, from the predicted polynomial.
+// Checks a step of order q from the predicted polynomial.
 void check_step(const History& predicted, int q, const Step& step) {
   const DrivenSystem system({kRate});
   const History& after = step.after;

@@ -167,7 +167,7 @@ bool close(const double* a, const Numbers& b, double part = 1e-11) {
   return true;
 }
 
-// Of nine numbers, more than the lanes of a norm.
+// Nine numbers are more than the lanes of a norm.
 const Numbers kRates{-1, -0.5, 0.25, -2, -0.1, 0.5, -1.5, -0.7, -3};
 Array beginning() {
   Array x(kRates.size());

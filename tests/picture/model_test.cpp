@@ -280,7 +280,7 @@ TEST_CASE("a lattice of one direction is a curve a name") {
   REQUIRE(model.families.size() == 2);
   CHECK((model.families[0].name == "u" && model.families[1].name == "v"));
   CHECK(model.families[1].ends == std::vector<std::array<int, 2>>{{5, 6}, {6, 7}, {7, 8}, {8, 9}});
-  // As long as 1, and half as high at the start: values reach from -400 to 400.
+  // Curves are 1 long, and half as high at the start: values reach from -400 to 400.
   for (int i = 0; i < 5; ++i) {
     CHECK((frame.at(i) - sim::Vec3(i / 4.0, 100.0 * i / 1600, 0)).norm() < 1e-15);
     CHECK((frame.at(5 + i) - sim::Vec3(i / 4.0, -100.0 * i / 1600, 0)).norm() < 1e-15);

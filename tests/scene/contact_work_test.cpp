@@ -1,5 +1,5 @@
-// What contact takes of the energy, of every method: its books are those of the moment that the
-// positions and velocities of the method belong to.
+// The energy that contact takes, by every method, is booked at the moment that the positions and
+// velocities of the method belong to.
 #include <cmath>
 
 #include "core/study/energy_balance.h"
@@ -87,7 +87,7 @@ TEST_CASE("a lift gives what it lifts the work m g u t, by every method and corr
   }
 }
 
-// What rests gains nothing and loses nothing, however it is kept where it is.
+// A scene at rest gains nothing and loses nothing, however it is kept where it is.
 TEST_CASE("contact of surfaces and a pressed fluid at rest take no energy, by every method") {
   Registry registry({SIM_PLUGIN_DIR});
   const SceneSpec squares = test::load_text(

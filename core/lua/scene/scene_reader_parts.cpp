@@ -136,7 +136,7 @@ GridSpec read_grid(const LuaTable& record, const SourceLocation& place) {
   return grid;
 }
 
-// What particles carry: by name, of all of the grid and then of the list.
+// The numbers that particles carry, by name: of all of the grid and then of the list.
 std::map<std::string, std::vector<double>> read_numbers(const LuaTable& record, lua_State* L,
                                                         lua_Integer first, lua_Integer count) {
   std::map<std::string, std::vector<double>> numbers;

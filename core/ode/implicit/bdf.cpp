@@ -299,7 +299,7 @@ void Bdf::choose_next(double error) {
 Advance Bdf::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/, const double* x,
                      double* x_next) {
   const double length = now_.past[0];
-  // What was recalled has to be of this time.
+  // A history that was recalled has to be of this time.
   if (fresh_ || !(now_.t - length <= t + h && t <= now_.t + 0.01 * (h + length)))
     begin(system, t, h, x);
   fresh_ = false;

@@ -345,7 +345,8 @@ class SparseFactors final : public MatrixSolver {
   Eigen::VectorXd right_, solution_;
 };
 
-// Of a sparse factorisation, from what fills up in the symmetric one with the same entries.
+// The operations of a sparse factorisation, from the fill-in of the symmetric one with these
+// entries.
 double sparse_operations(const Sparsity& sparsity) {
   const SparseMatrix<double> one = pattern_of(sparsity);
   SparseMatrix<double> both = SparseMatrix<double>(one.transpose()) + one;

@@ -40,7 +40,7 @@ double ConstrainedContact::make(Stepper& stepper, const Substep& substep, bool a
   const auto& impacts = rattle_.impacts();
   if (impacts.empty()) return 1;
   touched_ = true;
-  // What lies on surfaces is pressed on first, for it changes where others go.
+  // Resting contacts come first, for they change where other particles go.
   if (std::ranges::any_of(impacts, &Impact::known)) {
     if (!rattle_.solve_substep(substep, -1, false)) return kFails;
     rattle_.find_impacts(substep.ends());

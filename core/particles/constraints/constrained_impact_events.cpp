@@ -68,7 +68,7 @@ void ConstrainedImpactEvents::begin(double t, double h, const double* x) {
   find_resting(x);
 }
 
-// What lies on a surface, does not move off it, and is not about to.
+// Finds resting contacts: particles on a surface that do not leave it and are not about to.
 void ConstrainedImpactEvents::find_resting(const double* x) {
   resting_.clear();
   pressed_.clear();
@@ -135,7 +135,7 @@ void ConstrainedImpactEvents::add_power(std::span<RestingContact> resting, doubl
   }
 }
 
-// What ends on a surface needs no shorter step.
+// A particle that ends on a surface needs no shorter step.
 bool ConstrainedImpactEvents::at_end(double gap, const Vec3& place) const {
   return gap >= -kPenetrationTolerance * position_scale(place) &&
          gap <= kGapTolerance * position_scale(place);
@@ -174,7 +174,7 @@ double ConstrainedImpactEvents::first(double t, double h, const double* x, const
   return earliest.s;
 }
 
-// What meets surfaces within a piece, beside what lies on them and what meets them at its end.
+// Finds impacts within a substep, besides resting contacts and impacts at its end.
 void ConstrainedImpactEvents::find_others(const UnilateralRattle::SubstepStates& ends) {
   rattle_.find_impacts(ends);
   const ParticleView after = particles_->view(ends.t + ends.r, ends.to);
@@ -205,7 +205,7 @@ Events::Outcome ConstrainedImpactEvents::end(double t, double h, const double* x
   return Outcome::kNotAllowed;
 }
 
-// What lies has drifted off its surface by what the method is off.
+// Resting particles have drifted off their surfaces by the error of the method.
 bool ConstrainedImpactEvents::correct_drift(const UnilateralRattle::Substep& substep) {
   const double end = substep.t + substep.r;
   contacts_.clear();

@@ -102,7 +102,7 @@ double ContactAccelerations::surplus(std::size_t k) const {
   return contact.active ? weight * contact.force : -contact.gap;
 }
 
-// What lies on surfaces and does not leave them.
+// Finds the resting contacts that do not open.
 void ContactAccelerations::find(const ParticleView& now) {
   resting_.clear();
   for (int i = 0; i < count_; ++i) {

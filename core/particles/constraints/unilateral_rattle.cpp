@@ -168,7 +168,7 @@ bool UnilateralRattle::correct_drift(const Substep& substep,
   bool pulls = true;
   for (ContactForce& contact : contacts_) contact.bilateral = contact.active;
   if (!project_contacts(substep, true)) {
-    // What pushes may contradict rods by what the method is off.
+    // Contact forces may contradict rods by the error of the method.
     pulls = false;
     for (ContactForce& contact : contacts_) contact.bilateral = false;
     if (!project_contacts(substep, true)) return refuse(" m");
@@ -176,7 +176,7 @@ bool UnilateralRattle::correct_drift(const Substep& substep,
   double* const memory = substep.to + constraint_system_->internal_begin();
   constraint_system_->constraints().follow(particles_->view(end, substep.to), memory);
   if (!rows_.evaluate(particles_->view(end, substep.to), memory)) return false;
-  // Of what was inside alone the velocities are what they are: it hits.
+  // Particles that were only inside keep their velocities: they hit.
   velocity_contacts_.assign(resting.begin(), resting.end());
   const auto q = particles_->layout().axes(substep.to);
   for (ContactForce& contact : velocity_contacts_) {

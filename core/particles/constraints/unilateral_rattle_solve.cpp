@@ -101,8 +101,8 @@ double UnilateralRattle::friction_of(const ContactForce& contact, const Substep&
   return surface.friction_at(tangential(slip, sample.normal).norm());
 }
 
-// What friction does in the piece: by the velocities at its end, were all impulses given there.
-// Half of it acts along the surfaces of the start.
+// Friction in the substep is predicted from the velocities at its end, were all impulses given
+// there. Half of it acts along the surfaces of the start.
 void UnilateralRattle::predict_friction(const Substep& substep) {
   const Layout& layout = particles_->layout();
   const double end = substep.t + substep.r;
@@ -147,8 +147,8 @@ void UnilateralRattle::predict_friction(const Substep& substep) {
   }
 }
 
-// What other particles the pushes have put into a surface; not those that hit it by themselves, for
-// which the step is cut where they do.
+// Adds particles that contact forces have put into a surface; not those that hit it by themselves,
+// for which the step is cut at the impact.
 bool UnilateralRattle::add_penetrating(const Substep& substep) {
   const double end = substep.t + substep.r;
   const std::size_t before = contacts_.size();
@@ -286,7 +286,7 @@ bool UnilateralRattle::solve_end_velocities(const Substep& substep) {
     if (!contact.bilateral && sample.gap > kContactTolerance * position_scale(x)) continue;
     contact.friction = friction_of(contact, substep);
     contact.normal = sample.normal, contact.surface_velocity = sample.velocity;
-    // Of both halves together friction is what it may be.
+    // Friction of both halves together obeys Coulomb's law.
     if (substep.r > 0 && contact.friction > 0)
       contact.extra_friction = contact.friction * std::max(0.0, contact.force) / substep.r +
                                contact.friction * contact.pressed - contact.friction_impulse.norm();

@@ -204,7 +204,7 @@ void ParticleContactPass::resolve_one(double t, const RestingContactStep& step, 
   put_vector(step.v, i, velocity);
 }
 
-// What happened to those of eight particles whose bits are set, in their order.
+// Books the contacts of those of eight particles whose bits are set, in their order.
 void ParticleContactPass::enter(const RestingContactStep& step, int i, unsigned bits,
                                 const RestingContactBlock& block) {
   if (bits == 0) return;

@@ -59,7 +59,7 @@ void ErrorEstimator::follow(const Simulation& run) {
   auto settings = std::make_shared<Settings>(run.settings());
   settings->method = now.settings->method;
   settings->h = now.settings->h;
-  // What it broke by itself stays broken, and what a hand cut is.
+  // Springs that the refined run broke stay broken, and so do those that a hand cut.
   std::vector<int> broken;
   std::ranges::set_union(settings->broken, now.settings->broken, std::back_inserter(broken));
   settings->broken = std::move(broken);

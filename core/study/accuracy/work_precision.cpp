@@ -154,7 +154,7 @@ void choose(WorkPrecision& study) {
   recommend(study);
 }
 
-// What costs little more and is closer is the better choice.
+// A choice that costs little more and is closer is the better one.
 void recommend(WorkPrecision& study) {
   constexpr double kLittleMore = 1.05;
   study.cheapest = study.recommended = {};
@@ -174,7 +174,7 @@ void recommend(WorkPrecision& study) {
 
 namespace {
 
-// What a rounding at the start has grown to at a point of the reference.
+// The size that a rounding at the start has grown to at a point of the reference.
 double grown_rounding(const WorkPrecision& study, std::size_t k) {
   const auto each = static_cast<std::size_t>(std::max(1, study.reference.intervals() / kIntervals));
   const std::size_t measured = (k + each - 1) / each;

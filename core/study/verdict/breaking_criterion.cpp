@@ -1,4 +1,4 @@
-// What broke.
+// Springs and ties that broke.
 #include "core/base/text.h"
 #include "core/study/verdict/criterion.h"
 

@@ -1,4 +1,4 @@
-// What colliders did, and what else changes the ends of steps.
+// Contact with colliders, and the corrections that change the ends of steps.
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +24,7 @@ class ContactCriterion final : public Criterion {
 
   void look(const Energy* /*energy*/) override {}
 
-  // What they took is one figure; the last of those that acted says it.
+  // Their dissipation is one figure; the last of those that acted says it.
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
     std::vector<std::size_t> acted;
     for (const auto& correction : system_->corrections()) {

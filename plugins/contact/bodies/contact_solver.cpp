@@ -214,7 +214,7 @@ double ContactSolver::sweep(std::span<SolverBody> solver_bodies,
   return change;
 }
 
-// What pushes keeps doing so, and what sticks sticks: linear equations, singular where more points
+// Active contacts stay active and sticking ones stick: linear equations, singular where more points
 // hold a body than are needed, but consistent.
 void ContactSolver::solve_sticking(std::span<SolverBody> solver_bodies,
                                    std::span<ContactPoint> contacts, double tolerance) {

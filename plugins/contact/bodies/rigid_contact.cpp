@@ -59,7 +59,7 @@ double RigidContact::solve(double h) {
   return change > kSettled * scale ? change : 0;
 }
 
-// What impulses of contact alone would move, as constraints let it move.
+// Projects the motion that impulses of contact alone would cause onto the constraints.
 void RigidContact::project_moves() {
   moved_bodies_ = solver_bodies_;
   for (SolverBody& each : moved_bodies_)
@@ -72,7 +72,7 @@ void RigidContact::project_moves() {
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
-// What overlaps is moved apart in the metric of the masses, again until it does not.
+// Bodies that overlap are moved apart in the metric of the masses, again until they do not.
 void RigidContact::separate(double t) {
   const auto now = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
@@ -145,7 +145,7 @@ void RigidContact::store(double* x_next) {
         q[axis][id] += solver_body.translation[axis], v[axis][id] = solver_body.velocity[axis];
       continue;
     }
-    // Of a body that was turned the angular momentum stays, not the spin.
+    // A body that was turned keeps its angular momentum, not its angular velocity.
     RigidState now = free;
     now.axes = turned_over(free.axes, solver_body.rotation);
     const RigidBody& body = body_collision_.body(static_cast<int>(i));

@@ -88,7 +88,7 @@ bool SurfaceContact::advance_constrained(Particles& particles, double t_end) {
   return hits_.empty();
 }
 
-// What meets all the same goes a shorter way, and more so until nothing meets.
+// Islands that still collide advance a smaller share of their step, until nothing collides.
 bool SurfaceContact::advance_shortened(Particles& particles) {
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {

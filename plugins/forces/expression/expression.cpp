@@ -136,7 +136,7 @@ bool reads_distance(const sim::Params& params, const Carried& carried) {
     if (params.free_numbers().contains("r")) return false;
     sim::parse(params.text("energy"), "", names, graph);
   } catch (const sim::Error&) {
-    // What is wrong, whoever reads it says: as a pair's if it came as far as r.
+    // Whoever reads the formula says what is wrong: as a pair's if it came as far as r.
   }
   return names.used.contains("r");
 }

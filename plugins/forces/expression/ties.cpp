@@ -156,7 +156,7 @@ class OfTies final : public sim::Force, public sim::Breakable {
 
   bool whole(int tie) const { return broken_.empty() || !broken_[static_cast<std::size_t>(tie)]; }
 
-  // What each tie bears: strain for now, which bind() makes a length, and N.
+  // The limits of each tie: strain for now, which bind() makes a length, and N.
   void take_limits(const sim::Params& params, const sim::Elements& ties) {
     const sim::ElementValues strain(ties, params, "break_strain"),
         force(ties, params, "break_force");

@@ -56,7 +56,7 @@ class Fluid final : public sim::Force {
   }
   bool depends_on_velocity() const override { return forces_.viscous(); }
 
-  // What passes through it, and what it passes through.
+  // Notes name what passes through the fluid, and what the fluid passes through.
   std::vector<std::string> notes(const sim::SceneNames& names) const override {
     std::vector<std::string> notes;
     if (const std::string uncoupled_particles = names.particles(forces_.uncoupled_particles());

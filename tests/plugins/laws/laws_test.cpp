@@ -24,7 +24,7 @@ std::shared_ptr<const ContactLaw> make_law(const std::string& name,
   return plugin.make(Params(plugin.title(), plugin.params, given, {}));
 }
 
-// What slides on level ground with Stribeck's friction and a first speed of 1 m/s: with
+// The speed of a slide on level ground with Stribeck's friction and a first speed of 1 m/s: with
 // w = e^(v / speed), w' = -(g / speed) (kinetic w + static - kinetic).
 double speed_at(double t) {
   const double ratio = (kStatic - kKinetic) / kKinetic;
@@ -64,7 +64,7 @@ std::string particle(double angle, const std::string& plane, double speed, doubl
          "integrator = 'rk4', dt = 0.01, duration = 1 }\n";
 }
 
-// What is wrong with the way of a run at 0.2 s, while it slides, m.
+// The error of the way of a run at 0.2 s, while it slides, m.
 double off(const std::string& text, const std::string& method, double dt) {
   TextRun run(text, method, dt);
   run.run_to(0.2);
