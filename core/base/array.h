@@ -1,4 +1,5 @@
-// An array of numbers on a cache line, zeroed, of fixed size; a large one on huge pages.
+// An array of numbers on a cache line, zeroed, of fixed size; a large one on huge pages. Nothing is
+// allocated in a step: arrays like this take the place of an arena or a pool allocator.
 #pragma once
 
 #include <cstddef>

@@ -120,9 +120,10 @@ void add_solid(Picture& picture, const RenderShape& solid, const Viewpoint& view
     case RenderShape::Form::kPlane: {
       // The one that is the ground is there already.
       if (solid.axes[1].dot(viewpoint.up) > 0.999999) return;
-      const Vec3 middle = viewpoint.origin -
-                          (viewpoint.origin - solid.center).dot(solid.axes[1]) * solid.axes[1] -
-                          offset;
+      // The foot of the perpendicular from the middle of the picture.
+      const Vec3 from_middle = viewpoint.origin - solid.center - offset;
+      const Vec3 middle =
+          viewpoint.origin - from_middle.dot(solid.axes[1]) * solid.axes[1] - offset;
       const double size = 1.1 / viewpoint.scale;
       const Vec3 u = size * solid.axes[0], v = -size * solid.axes[2];
       mesh.quad(mesh.point(middle - u - v, solid.axes[1]),
