@@ -75,7 +75,7 @@ def choose(task):
     """Some points of a file that do not overlap and compile with libclang."""
     name, count, seed = task
     path, dice, by_rule, chosen = SOURCE / name, random.Random(f'{seed} {name}'), collections.defaultdict(list), []
-    unit = points.Unit(str(path), flags(), including(path, path.read_bytes()))
+    unit = points.Unit(str(path), [*flags(), f'-I{path.parent}'], including(path, path.read_bytes()))
     for point in unit.points():
         by_rule[point.rule].append(point)
     for _ in range(40 * count if by_rule else 0):
