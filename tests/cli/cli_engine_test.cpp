@@ -311,7 +311,8 @@ TEST_CASE("wrong options of engines are told") {
   refused({"-i", "verlet", "--engine", "lammps", "--ranks", "65"}, 2, "64 particles");
   refused({"-i", "verlet", "--engine", "lammps", "--ranks", "2", "--launch", "lmp"}, 2, "--launch");
   refused({"-i", "verlet", "--engine", "lammps", "--launch", " "}, 2, "no words");
-  refused({"-i", "verlet", "--engine", "lammps", "--launch", "nowhere -n 2"}, 5, "no nowhere");
+  refused({"-i", "verlet", "--engine", "lammps", "--launch", "nowhere -n 2"}, 5,
+          "missing program: --launch: there is no nowhere in PATH; name one that is there");
   refused({"-i", "verlet", "--engine", "lammps", "--launch", "/bin/false"}, 5, "lammps failed");
   refused({"export", "net.lua"}, 2, "a scene and a folder");
   refused({"export", "net.lua", "--format", "gro", "out"}, 2, "known: lammps");

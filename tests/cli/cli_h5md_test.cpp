@@ -318,6 +318,22 @@ TEST_CASE("H5MD files that are damaged or made to harm are refused") {
   REQUIRE(here.sim({"import", "a.h5", "--out", "n.lua"}).code == 0);
   CHECK(here.sim({"n.lua", "-n", "1", "-q"}).code == 0);
   CHECK_THAT(read_text(here("n.lua")), Contains("systems[\"x__ _ os.exit_7_ --_\"]"));
+
+  // A method of any characters stays one string, in which those that end it or hide are lines.
+  std::string plain = "verlet";
+  for (char c = 1; c < 127; ++c) plain += c < ' ' || c == '"' || c == '\\' ? '_' : c;
+  plain += "_ _ }) os.exit(7) --";
+  const Outcome method = here.python(
+      "import h5py, numpy as np\nf = h5py.File('a.h5', 'w')\n"
+      "f.create_group('h5md').attrs['version'] = [1, 1]\n"
+      "f['particles/all/position'] = np.zeros((1, 3))\n"
+      "f.create_group('parameters/sim/all').attrs['integrator'] = np.bytes_(\n"
+      "    b'verlet' + bytes(range(1, 128)) + b' \" }) os.exit(7) --')\n");
+  INFO(method.err);
+  REQUIRE(method.code == 0);
+  REQUIRE(here.sim({"import", "a.h5", "--out", "m.lua"}).code == 0);
+  CHECK_THAT(read_text(here("m.lua")), Contains("integrator = \"" + plain + "\""));
+  CHECK_THAT(here.sim({"m.lua", "-n", "1", "-q"}).err, Contains("unknown integrator"));
 }
 
 TEST_CASE("no damage to an H5MD file ends the program otherwise than in words") {

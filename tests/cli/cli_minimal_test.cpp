@@ -80,3 +80,23 @@ TEST_CASE("sim minimal drops what the result does not need, and its command runs
   CHECK(run_sim({scene, "--without", "week"}).err.find("did you mean 'weak'?") !=
         std::string::npos);
 }
+
+TEST_CASE("sim minimal offers the method that comes next in cost, down to the simplest") {
+  // Fewer evaluations a step, or as many with a lower order; a symplectic one first of equals.
+  const std::pair<const char*, const char*> next[] = {{"pefrl", "yoshida4"},
+                                                      {"rk3", "midpoint"},
+                                                      {"trapezoid", "verlet"},
+                                                      {"verlet", "symplectic_euler"},
+                                                      {"euler", ""}};
+  for (const auto& [method, simpler] : next) {
+    INFO(method);
+    const Outcome outcome = run_sim(
+        {"minimal", "scenes/cloth.lua", "-i", method, "-T", "0.01", "-d", "0.001", "--json"});
+    REQUIRE(outcome.code == 0);
+    std::string offered;
+    const Json study = JsonReader(outcome.out).read();
+    for (const Json& part : study.at("parts").list)
+      if (part.at("option").text.starts_with("-i ")) offered += part.at("option").text.substr(3);
+    CHECK(offered == simpler);
+  }
+}

@@ -119,6 +119,8 @@ TEST_CASE("what sim-petsc would not mean in the same way is refused") {
   refused({"scenes/gas.lua", "-i", "rk4"}, 3, "force 'pair'");
   refused({"--ranks", "65"}, 2, "64 particles");
   refused({"--launch", "/bin/false"}, 5, "petsc failed");
+  refused({"--launch", "nowhere -n 2"}, 5,
+          "missing program: --launch: there is no nowhere in PATH; name one that is there");
   const TemporaryFolder bare;
   here.options.program = bare_program(bare.path());
   refused({}, 5, "install libpetsc-real-dev and build again");

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/simd/simd_targets.h"
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
 #include "tests/support/temporary.h"
@@ -90,6 +91,23 @@ TEST_CASE("a plugin that crashes takes no program with it that tries it first") 
   CHECK(run_sim({"scenes/circle.lua", "-q", "--load", fixture("attraction"), "--probe"}).code == 0);
   // Without, the signal ends the program: what was to be shown.
   CHECK(run_sim({"scenes/circle.lua", "--load", fixture("crash_opened")}).code == 128 + 11);
+}
+
+TEST_CASE("sim test finds no fault with plugins of the project, on any instruction set") {
+  for (const std::string name : {"forces/drag", "integrators/midpoint", "colliders/sphere"}) {
+    INFO(name);
+    const Outcome outcome = run_sim({"test", SIM_PLUGIN_DIR "/" + name + ".so", "--json"});
+    CHECK(outcome.code == 0);
+    const Json report = read_json(outcome.out);
+    CHECK(report.at("ok").flag);
+    std::string bits;
+    for (const Json& check : report.at("checks").list) {
+      CHECK(check.at("outcome").text != "FAILED");
+      if (check.at("check").text == "the same bits on every instruction set")
+        bits = check.at("outcome").text;
+    }
+    CHECK(bits == (sim::simd_levels().size() > 1 ? "ok" : "skipped"));
+  }
 }
 
 TEST_CASE("sim test tells which check failed, as text and as JSON") {

@@ -56,6 +56,17 @@ TEST_CASE("signals that come together end a run once, with its checkpoint", "[cl
   }
 }
 
+// nohup, and whoever else starts a run that is to outlive its terminal.
+TEST_CASE("a hang-up that was ignored before the run began stays ignored", "[cli][signals]") {
+  for (const std::string rest : {"", "--dump=x.csv"}) {
+    const Desk desk;
+    const Outcome outcome = desk.shell("trap '' HUP; run " + rest +
+                                       "; begun; kill -HUP $!; sleep 0.1; kill -TERM $!; wait $!");
+    CHECK(outcome.code == 128 + SIGTERM);
+    CHECK(desk.good_checkpoint());
+  }
+}
+
 TEST_CASE("GNU timeout, which signals the process and its group, loses nothing", "[cli][signals]") {
   for (int k = 0; k < 15; ++k) {
     const Desk desk;

@@ -85,6 +85,18 @@ TEST_CASE("repl: a terminal that cannot do anything still works") {
   terminal.wait_for("\nnever");
 }
 
+TEST_CASE("repl: after steps each system of a world has a line of its own, the first too") {
+  TemporaryFolder folder;
+  PlainTerminal terminal(SIM_REPL_BINARY, {"scenes/sample.lua"}, folder.path().string());
+  terminal.wait_for(" s> ");
+  terminal.type(".step 3\r");
+  const std::vector<std::string> lines = lines_of(terminal.wait_for(" s> "));
+  REQUIRE(lines.size() == 5);  // as typed, three systems, the prompt
+  CHECK(lines[1] == "circle  step 3  t = 0.03 s  trapezoid, dt = 0.01 s");
+  CHECK(lines[2].starts_with("cloth  step 3  t = 0.015 s  energy "));
+  CHECK(lines[3].starts_with("pendulum  step 3  t = 0.015 s  energy "));
+}
+
 TEST_CASE("repl: lines that go on, completion, paste") {
   need_program("tmux", "tmux");
   TemporaryFolder folder;

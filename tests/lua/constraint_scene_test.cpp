@@ -124,6 +124,30 @@ TEST_CASE("a bead that comes to a kink of its wire stops there, with words", "[l
   }
 }
 
+// Roundings of places far from the origin are coarser than what the nearest place is found to.
+TEST_CASE("a bead slides on a wire far from the origin", "[lua][constraints]") {
+  for (const char* const method : {"rk4", "verlet"}) {
+    INFO(method);
+    TextRun scene(
+        "local p = sim.particles { mass = 2 }\np:add {1e6 + 1, 0, 0}\n"
+        "return sim.scene { particles = p, forces = { sim.force.gravity {} }, constraints = {\n"
+        "  sim.constraint.on_curve { particles = {0}, from = -7, to = 7,\n"
+        "  curve = function(s) return { 1e6 + math.cos(s), math.sin(s), 0 } end } },\n"
+        "  integrator = 'rk4', dt = 0.005, duration = 1 }\n",
+        method, 0.005);
+    double lowest = 0;
+    for (int i = 0; i < 200; ++i) {
+      REQUIRE(scene.system.step());
+      const Vec3 x = scene.system.position(0) - Vec3(1e6, 0, 0), v = scene.system.velocity(0);
+      CHECK(x.norm() == Approx(1).margin(1e-8));
+      CHECK(std::fabs(x.dot(v)) < 1e-6);
+      CHECK(0.5 * v.squaredNorm() + 9.81 * x.y() == Approx(0).margin(2e-3));
+      lowest = std::min(lowest, x.y());
+    }
+    CHECK(lowest < -0.99);
+  }
+}
+
 TEST_CASE("feedback instead of putting back keeps the order, and lets a little through",
           "[lua][constraints]") {
   const auto run = [](const std::string& more, double dt) {

@@ -89,3 +89,31 @@ TEST_CASE("a surface that carries a particle gives it the work that it takes", "
     CHECK(belt.taken == Approx(-1).epsilon(2e-3));
   }
 }
+
+// It goes along as long as A (2 pi / T)^2 < g, up and down.
+TEST_CASE("what lies on a surface that swings stays on it, also where it goes away",
+          "[lua][colliders]") {
+  const double amplitude = 0.05, period = 0.9, rate = 2 * M_PI / period;
+  char text[600];
+  std::snprintf(text, sizeof text,
+                "local p = sim.particles { mass = 2 }\n"
+                "p:add({0, 0, 0}, { velocity = {0.3, %.17g, 0} })\n"
+                "return sim.scene { particles = p, forces = { sim.force.gravity {} }, colliders = "
+                "{\n sim.collider.plane { motion = sim.motion.swing { amplitude = {0, %.17g, 0}, "
+                "period = %.17g } } },\n"
+                "accuracy = 'event', integrator = 'rk4', dt = 0.01, duration = 1 }\n",
+                amplitude * rate, amplitude, period);
+  for (const char* const method : kMethods) {
+    TextRun scene(text, method, 0.01);
+    double off = 0;
+    for (int i = 0; i < 100; ++i) {
+      REQUIRE(scene.system.step());
+      const double t = scene.system.t();
+      const Vec3 x = scene.system.position(0), v = scene.system.velocity(0);
+      off = std::max(off, (x - Vec3(0.3 * t, amplitude * std::sin(rate * t), 0)).norm());
+      off = std::max(off, (v - Vec3(0.3, amplitude * rate * std::cos(rate * t), 0)).norm());
+    }
+    INFO(method);
+    CHECK(off < 1e-5);
+  }
+}

@@ -282,3 +282,50 @@ TEST_CASE("a chain that lands on a sphere and slides off is of order 2") {
     CHECK(std::log2(error[0] / error[1]) / 3 > 1.8);
   }
 }
+
+// Upright rods of weights m g on a floor, or on a ball: each rod carries what is above it,
+// whichever particle is first.
+TEST_CASE("rods that stand on a collider are pressed by what they carry", "[scene][constraints]") {
+  for (const bool upwards : {true, false})
+    for (const std::string collider :
+         {"sim.collider.plane {}", "sim.collider.sphere { radius = 2, center = {0, -2, 0} }"}) {
+      INFO(collider << (upwards ? ", first below" : ", first above"));
+      const std::string points = upwards ? "{0, 0, 0}, {0, 0.5, 0}, {0, 1, 0}, {0, 1.5, 0}"
+                                         : "{0, 1.5, 0}, {0, 1, 0}, {0, 0.5, 0}, {0, 0, 0}";
+      const HeldRun run(held_scene(points, "{0, 1}, {1, 2}, {2, 3}", collider), "rk4", 0.001);
+      const std::vector<ConstraintForce> forces = run.forces();
+      REQUIRE(forces.size() == 3);
+      for (std::size_t rod = 0; rod < 3; ++rod) {
+        const double carried = upwards ? 3.0 - static_cast<double>(rod) : rod + 1.0;
+        CHECK(forces[rod].tension == Approx(-2 * kG * carried).epsilon(1e-9));
+      }
+    }
+}
+
+// Rods that fall flat, both ends at once: each bounces where and when it lands, in one step.
+TEST_CASE("rods that land at several moments of one step bounce as single particles do",
+          "[scene][constraints]") {
+  const double e = 0.5, until = 0.4;
+  const double heights[] = {0.3, 0.305, 0.31};  // 0.2473, 0.2493 and 0.2514 s
+  for (const int rods : {1, 2, 3}) {
+    std::string points, ties;
+    for (int rod = 0; rod < rods; ++rod) {
+      for (const double z : {0.0, 0.5})
+        points += "{" + std::to_string(rod) + ", " + std::to_string(heights[rod]) + ", " +
+                  std::to_string(z) + "}, ";
+      ties += "{" + std::to_string(2 * rod) + ", " + std::to_string(2 * rod + 1) + "}, ";
+    }
+    for (const char* const method : {"implicit_midpoint", "trbdf2", "verlet", "rk4", "dopri5"}) {
+      INFO(method << ", " << rods << " rods");
+      HeldRun run(held_scene(points, ties, kFloor), method, 0.02);
+      run.run_to(until);
+      for (int i = 0; i < 2 * rods; ++i) {
+        const double landed = std::sqrt(2 * heights[i / 2] / kG), after = until - landed;
+        const double speed = e * kG * landed;
+        CHECK(run.system.position(i).y() ==
+              Approx(speed * after - 0.5 * kG * after * after).margin(1e-6));
+        CHECK(run.system.velocity(i).y() == Approx(speed - kG * after).margin(1e-6));
+      }
+    }
+  }
+}

@@ -170,6 +170,27 @@ TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
   }
 }
 
+// Two particles of 0.25 kg on a spring of 400 N/m swing at sqrt(3200) 1/s; each state of the run
+// has the spring at rest, those of the shadow in between have not.
+TEST_CASE("a strain between the states of an adaptive run is seen, of any pair of particles") {
+  const double rate = std::sqrt(3200.0), amplitude = 0.2 * 0.25;
+  for (const std::size_t first : {0, 1}) {
+    std::vector<sim::Vec3> points{{0, 0, 0}, {0.25, 0, 0}};
+    if (first == 1) points.insert(points.begin(), {0, 9, 0});
+    sim::SystemSpec spec = make_chain(points, {}, 0);
+    spec.forces.back().elements = {};
+    spec.forces.back().elements.add({static_cast<int>(first), static_cast<int>(first) + 1},
+                                    {{"rest", 0.25}});
+    spec.particles->list[first + 1].velocity.x() = rate * amplitude;
+    const Judged found = judged(spec, {.integrator = "dopri5", .dt = M_PI / rate}, 40);
+    INFO(first);
+    CHECK(found.deviation.strain.a == static_cast<int>(first));
+    CHECK(found.deviation.strain.b == static_cast<int>(first) + 1);
+    CHECK(std::fabs(found.deviation.strain.strain) == Approx(0.2).epsilon(0.05));
+    CHECK(std::fabs(found.verdict.figures.strain.strain) == Approx(0.2).epsilon(0.05));
+  }
+}
+
 TEST_CASE("a phase that is lost slowly is found although every step is good") {
   const Judged found = judged(make_elastic_pendulum(), {.integrator = "verlet", .dt = 0.01}, 40000);
   CHECK(found.verdict.figures.step_error < 1e-3);

@@ -240,6 +240,16 @@ def test_no_screen():
         assert "leave out --window" in done.stderr, done.stderr
 
 
+def test_old_screen(display):
+    """One whose OpenGL is too old, as Mesa says it is when asked to."""
+    environment = dict(display.environment, MESA_GL_VERSION_OVERRIDE="2.1")
+    done = subprocess.run([PROGRAM, "view", "--window"], env=environment, check=False,
+                          capture_output=True, text=True, timeout=60)
+    assert done.returncode == 5, done
+    assert done.stderr.startswith("sim: error: no window: "), done.stderr
+    assert "the screen has no OpenGL 3.3" in done.stderr, done.stderr
+
+
 if __name__ == "__main__":
     need_view(PROGRAM, "window", "GLFW, libepoxy and Dear ImGui",
               "libglfw3-dev libepoxy-dev libimgui-dev libgl1-mesa-dri")
@@ -249,7 +259,7 @@ if __name__ == "__main__":
     test_no_screen()
     screen = Display()
     try:
-        for test in (test_silhouettes, test_touch, test_scene_anew, test_large):
+        for test in (test_old_screen, test_silhouettes, test_touch, test_scene_anew, test_large):
             test(screen)
             print(test.__name__, "ok", flush=True)
     finally:

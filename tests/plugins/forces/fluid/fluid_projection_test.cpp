@@ -243,6 +243,20 @@ TEST_CASE("water that keeps its density does so, whatever its threads", "[scene]
   CHECK(mean > 1e-5);
 }
 
+TEST_CASE("pinned water stays where it is, in a wall too", "[scene][fluid]") {
+  Registry registry = sim_test::make_registry();
+  SystemSpec spec = make_tank({.nx = 5, .ny = 8, .solver = "dfsph"}, registry);
+  const Vec3 places[] = {{-0.03, 0.05, 0}, {0.05, -0.01, 0}, {0.15, 0.05, 0}};
+  for (const Vec3& place : places) {
+    spec.particles->pinned.push_back(static_cast<int>(spec.particles->list.size()));
+    spec.particles->list.push_back({place, Vec3::Zero(), spec.particles->list[0].mass});
+  }
+  Simulation water(spec, registry);
+  for (int step = 0; step < 20; ++step) REQUIRE(water.step());
+  for (std::size_t k = 0; k < 3; ++k) CHECK(water.position(spec.particles->pinned[k]) == places[k]);
+  CHECK(water.velocity(0).norm() > 1e-3);  // the rest moves
+}
+
 TEST_CASE("water that keeps its density goes on from a snapshot with the same bits") {
   // It turns slowly: lists are kept for many steps, and those of the other are of another time.
   Registry registry = sim_test::make_registry();

@@ -1,0 +1,107 @@
+// Charts as SVG: where marks stand, and that no word crosses another.
+#include "core/output/svg.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <regex>
+
+namespace {
+
+// The room of words at 13 px, by the measure that charts are laid out with: 7.9 px a letter.
+struct Words {
+  std::string text;
+  double x, y, half_width;  // px, their midst
+};
+
+std::vector<std::vector<double>> numbers_of(const std::string& svg, const std::string& pattern) {
+  std::vector<std::vector<double>> found;
+  const std::regex regex(pattern);
+  for (std::sregex_iterator it(svg.begin(), svg.end(), regex), end; it != end; ++it) {
+    std::vector<double>& row = found.emplace_back();
+    for (std::size_t k = 1; k < it->size(); ++k) row.push_back(std::stod((*it)[k].str()));
+  }
+  return found;
+}
+
+// Names of curves begin where they stand; the name of a ring has its midst there.
+std::vector<Words> words_of(const std::string& svg) {
+  std::vector<Words> found;
+  const std::regex regex("<text x=\"([^\"]*)\" y=\"([^\"]*)\"([^>]*)>([^<]*)</text>");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), regex), end; it != end; ++it) {
+    const std::string style = (*it)[3];
+    if (style.find("paint-order") == std::string::npos) continue;
+    const double half = 0.5 * 7.9 * static_cast<double>((*it)[4].length());
+    const bool middle = style.find("middle") != std::string::npos;
+    found.push_back(
+        {(*it)[4], std::stod((*it)[1]) + (middle ? 0 : half), std::stod((*it)[2]) - 4.5, half});
+  }
+  return found;
+}
+
+// px^2
+double overlap(const Words& a, const Words& b) {
+  const double w = a.half_width + b.half_width - std::fabs(a.x - b.x);
+  const double h = 13 - std::fabs(a.y - b.y);
+  return w > 0 && h > 0 ? w * h : 0;
+}
+
+sim::Chart chart_of(int curves) {
+  sim::Chart chart;
+  for (int c = 0; c < curves; ++c) {
+    sim::ChartCurve& curve = chart.curves.emplace_back();
+    curve.name = "method " + std::to_string(c) + (c % 2 ? " of order four" : "");
+    curve.strong = c != 1;
+    for (int k = 0; k < 6; ++k)
+      curve.points.emplace_back(std::pow(10, 0.5 * k), std::pow(10, -0.3 * k * (1 + 0.1 * c)));
+  }
+  return chart;
+}
+
+}  // namespace
+
+TEST_CASE("a chart has its points where their logarithms stand between its decades", "[output]") {
+  const std::string svg = sim::svg(chart_of(1));
+  // The first and the last point span 2.5 decades across and 1.5 down.
+  const auto discs = numbers_of(svg, "<circle cx=\"([^\"]*)\" cy=\"([^\"]*)\"");
+  REQUIRE(discs.size() == 6);
+  const double wide = discs[5][0] - discs[0][0], high = discs[5][1] - discs[0][1];
+  CHECK((wide > 400 && high > 300));
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double share = static_cast<double>(k) / 5;
+    CHECK(discs[k][0] == Approx(discs[0][0] + share * wide).margin(0.011));
+    CHECK(discs[k][1] == Approx(discs[0][1] + share * high).margin(0.011));
+  }
+  // Lines of decades: 1, 10, 100 across; 1, 0.1 up.
+  const auto lines = numbers_of(svg,
+                                "<line x1=\"([^\"]*)\" y1=\"([^\"]*)\" x2=\"([^\"]*)\" "
+                                "y2=\"([^\"]*)\" stroke=\"#e5e7eb\"/>");
+  REQUIRE(lines.size() == 5);
+  for (std::size_t k = 0; k < 3; ++k)
+    CHECK(lines[k][0] == Approx(discs[0][0] + static_cast<double>(k) / 2.5 * wide).margin(0.011));
+  for (std::size_t k = 3; k < 5; ++k)
+    CHECK(lines[k][1] ==
+          Approx(discs[0][1] + (4.0 - static_cast<double>(k)) / 1.5 * high).margin(0.011));
+}
+
+TEST_CASE("names on a chart cross no others, wherever the ring is", "[output]") {
+  for (const int curves : {1, 4, 7}) {
+    sim::Chart chart = chart_of(curves);
+    for (int i = 0; i <= 12; ++i)
+      for (int j = 0; j <= 12; ++j) {
+        chart.ring =
+            sim::ChartRing{std::pow(10, 2.5 * i / 12), std::pow(10, -2.4 * j / 12), "best"};
+        const std::string svg = sim::svg(chart);
+        const std::vector<Words> words = words_of(svg);
+        REQUIRE(words.size() == static_cast<std::size_t>(curves) + 1);
+        INFO(curves << " curves, ring " << i << " " << j);
+        CHECK(words.back().text == "best");
+        double most = 0;
+        for (std::size_t a = 0; a < words.size(); ++a)
+          for (std::size_t b = 0; b < a; ++b) most = std::max(most, overlap(words[a], words[b]));
+        CHECK(most < 40);
+        for (const Words& each : words)
+          CHECK((each.x - each.half_width > 0 && each.x + each.half_width < 900));
+      }
+  }
+}
