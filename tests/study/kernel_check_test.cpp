@@ -3,6 +3,8 @@
 #include <random>
 
 #include "core/lua/scene/scene_file.h"
+#include "core/particles/particle_system.h"
+#include "core/study/verdict/reference_forces.h"
 #include "core/study/verdict/verdict.h"
 #include "tests/support/scenes.h"
 
@@ -92,6 +94,59 @@ TEST_CASE("a spring that a kernel evaluates wrongly by 1e-9 is named by its fami
     INFO(verdict.reason);
     CHECK(verdict.trust == Trust::kSuspect);
     CHECK(says(verdict, "the force of springs 'wrong' on particle 7 is ("));
+  }
+}
+
+TEST_CASE("a potential that is wrong by 1e-9 is named by its force") {
+  sim::Registry registry = registry_with_wrong_kernels();
+  for (const std::string name : {"wrong_weight", "wrong_energy"}) {
+    sim::SystemSpec spec = make_net(9, 0);
+    sim::PartSpec force = make_part(name);
+    if (name == "wrong_energy") {
+      force = make_springs("link", 100);
+      force.plugin = name;
+      force.given["rest"] = 0.5;
+      for (int i = 1; i < 9; ++i) force.elements.add({i - 1, i});
+    }
+    spec.forces.push_back(force);
+    const Verdict verdict = verdict_of(spec, registry);
+    INFO(verdict.reason);
+    CHECK(verdict.trust == Trust::kSuspect);
+    CHECK(says(verdict, "the potential energy of force '" + name));
+    CHECK(says(verdict, " of the kernel is "));
+  }
+}
+
+TEST_CASE("plain potentials are sums over particles and springs, of each force its own") {
+  sim::Registry registry = make_registry();
+  for (const int n : {1, 9, 1024, 1025}) {
+    INFO(n);
+    const sim::SystemSpec spec = make_net(n, 3 * n);
+    sim::Simulation simulation(spec, registry);
+    const auto& particles = dynamic_cast<const sim::ParticleSystem&>(simulation.ode());
+    const sim::study::ReferenceForces plain(spec, particles,
+                                            particles.view(0, simulation.state().data()), {});
+    REQUIRE(plain.known());
+    double weights = 0, springs = 0;
+    for (const sim::ParticleSpec& each : spec.particles->list)
+      weights += each.mass * kGravity * each.position.y();
+    const sim::Elements& ties = spec.forces.back().elements;
+    ties.for_each([&](const sim::Element& tie) {
+      const auto at = [&](std::size_t end) {
+        return spec.particles->list[static_cast<std::size_t>(tie.ids[end])].position;
+      };
+      const double k = ties.values.at("stiffness")[static_cast<std::size_t>(tie.index)];
+      const double r = ties.values.at("rest")[static_cast<std::size_t>(tie.index)];
+      springs += 0.5 * k * std::pow((at(0) - at(1)).norm() - r, 2);
+    });
+    std::vector<double> expected{weights, 0};  // gravity and drag
+    if (n <= 1024) expected.push_back(springs);
+    REQUIRE(plain.potentials().size() == expected.size());
+    for (std::size_t f = 0; f < expected.size(); ++f) {
+      CHECK(plain.potentials()[f].force == particles.forces()[f]);
+      CHECK(plain.potentials()[f].energy == Approx(expected[f]).epsilon(1e-12).margin(1e-12));
+      CHECK(plain.potentials()[f].scale >= std::fabs(expected[f]));
+    }
   }
 }
 

@@ -1,0 +1,84 @@
+// Frames of a live page, read back as their description says: words, positions, values.
+#include "core/output/page/live_page.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+
+#include "tests/cli/json_check.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+template <class T>
+T number_at(const std::string& bytes, std::size_t at) {
+  T value;
+  REQUIRE(at + sizeof value <= bytes.size());
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("a frame of a live page has the positions of all systems, and values where it says so",
+          "[output]") {
+  using sim_test::Json;
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SystemSpec specs[] = {sim_test::make_cloth(3), sim_test::make_cloth(4)};
+  std::vector<sim::Model> models;
+  sim::Moment moment;
+  for (const sim::SystemSpec& spec : specs) {
+    sim::Simulation system(spec, registry);
+    for (int n = 0; n < 20; ++n) REQUIRE(system.step());
+    models.push_back(sim::make_model(spec, system));
+    moment.push_back(sim::take_frame(system));
+    for (int i = 0; i < system.particles(); ++i)
+      moment.back().values.push_back(0.25 * (i + 1) + (models.size() == 2 ? 1 : 0));
+  }
+  const std::vector<sim::Moment> preview{moment};
+  sim::LivePage page({.models = models, .preview = preview}, false);
+  for (const std::string measured : {"", "error", "energy", ""}) {
+    INFO(measured);
+    sim::ViewState state;
+    state.measured = measured;
+    const std::string bytes = page.frame(moment, state);
+    const auto length = number_at<std::uint32_t>(bytes, 0);
+    CHECK(length % 4 == 0);
+    const Json words = sim_test::JsonReader(bytes.substr(4, length)).read();
+    CHECK(words.has("values") == !measured.empty());
+    const double most = measured.empty() ? 0 : words.at("values").at("most").number;
+    std::size_t at = 4 + length;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      const auto n = static_cast<std::size_t>(models[m].particles);
+      float low[3];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        low[axis] = number_at<float>(bytes, at + 4 * axis);
+      const double quantum = number_at<float>(bytes, at + 12);
+      at += 16;
+      std::vector<sim::Vec3> shown(n);
+      for (std::size_t i = 0; i < n; ++i, at += 6)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          shown[i][static_cast<int>(axis)] =
+              low[axis] + quantum * (number_at<std::int16_t>(bytes, at + 2 * axis) + 32768.0);
+      // The ways from the first to the others, with y up, all to one scale.
+      const auto way = [&](std::size_t i) {
+        return moment[m].at(static_cast<int>(i)) - moment[m].at(0);
+      };
+      const double scale = (shown[n - 1] - shown[0]).norm() / way(n - 1).norm();
+      CHECK((scale > 0.5 && scale < 2));
+      for (std::size_t i = 0; i < n; ++i) {
+        const sim::Vec3 found = shown[i] - shown[0];
+        CHECK(found.y() == Approx(scale * way(i).y()).margin(4 * quantum));
+        CHECK(found.norm() == Approx(scale * way(i).norm()).margin(4 * quantum));
+      }
+      for (std::size_t i = 0; i < n && !measured.empty(); ++i, ++at) {
+        if (measured != "error") continue;
+        const double share = moment[m].values[i] / most;
+        CHECK(static_cast<unsigned char>(bytes.at(at)) == std::floor(255 * share + 0.5));
+      }
+      at = (at + 3) / 4 * 4;
+    }
+    CHECK(bytes.size() == at);
+    if (measured == "error") CHECK(most >= 2.25);
+  }
+}
