@@ -19,7 +19,7 @@ std::string limit_warning(Simulation& system) {
   if (system.integrator_info().adaptive || std::isnan(integrator.amplification(0.1, 0))) return "";
   constexpr int kProducts = 40;
   const study::StepShare share =
-      study::step_share(integrator, study::fastest_vibration(system, kProducts), system.h());
+      study::step_share(integrator, study::limiting_vibration(system, kProducts), system.h());
   if (!(share.share > 1)) return "";
   const std::string name = system.method().name();
   if (std::isinf(share.share))

@@ -125,6 +125,10 @@ std::string scene_text(const LoadedScene& scene, const std::string& name) {
   for (const Simulation& system : scene.systems)
     rows.push_back({system.name(), system_facts(system)});
   text += aligned(rows);
+  for (const Simulation& system : scene.systems)
+    for (const std::string& note : system.integrator().notes())
+      text += "\nmethod  " + wrapped((scene.spec.world ? system.name() + ": " : "") + note, 8, 8) +
+              '\n';
   if (scene.spec.args.empty()) {
     text += "\nno parameters\n";
   } else {
@@ -161,6 +165,9 @@ std::string scene_json(const LoadedScene& scene, const std::string& name) {
     JsonObject switches;
     for (const auto& [name_of, on] : system.switches()) switches.flag(name_of, on);
     object.json("switches", switches.str());
+    std::vector<std::string> notes;
+    for (const std::string& note : system.integrator().notes()) notes.push_back(json_string(note));
+    if (!notes.empty()) object.json("notes", json_array(notes));
     systems.push_back(object.text("integrator", system.method().name())
                           .number("dt", system.h())
                           .number("duration", system.duration())

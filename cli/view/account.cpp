@@ -123,7 +123,7 @@ std::int64_t EnergyAccount::last_good() const {
 double stable_share(Simulation& system) {
   const IntegratorInfo info = system.integrator_info();
   if (info.adaptive || !system.second_order()) return std::nan("");
-  const study::Vibration fastest = study::fastest_vibration(system);
+  const study::Vibration fastest = study::limiting_vibration(system);
   return study::step_share(system.integrator(), fastest, system.h()).share;
 }
 

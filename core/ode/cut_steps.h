@@ -19,6 +19,7 @@ class CutSteps final : public Integrator {
   void prepare(OdeSystem& system) override;
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override;
+  void set_step_size(double h) override { method_->set_step_size(h); }
   void restart(double t, double h, const double* x) override { method_->restart(t, h, x); }
   std::vector<double> memory() const override { return method_->memory(); }
   void recall(std::span<const double> memory) override { method_->recall(memory); }
@@ -27,6 +28,7 @@ class CutSteps final : public Integrator {
   double amplification(double h_omega, double h_gamma) const override {
     return method_->amplification(h_omega, h_gamma);
   }
+  OdeSystem* limiting_part() const override { return method_->limiting_part(); }
 
  private:
   std::unique_ptr<Integrator> method_;

@@ -30,6 +30,10 @@ class Integrator {
   // Takes all memory that advance() will use; called once, before the first restart().
   virtual void prepare(OdeSystem& system) = 0;
 
+  // Steps will be of this size, or pieces of such: after prepare() and where the step of a run is
+  // changed, before the restart() that follows.
+  virtual void set_step_size(double /*h*/) {}
+
   // Takes steps of size h from the state x at t, at least one and at most `most`, as many as cost
   // less together: x_next := the state after them, with the bits of that many single steps. x and
   // x_next are different arrays of system.size() doubles; x keeps its bits, so the last good state
@@ -62,6 +66,9 @@ class Integrator {
   virtual double amplification(double /*h_omega*/, double /*h_gamma*/) const {
     return std::numeric_limits<double>::quiet_NaN();
   }
+
+  // The part of f whose fastest mode limits the step by that radius; null: all of f.
+  virtual OdeSystem* limiting_part() const { return nullptr; }
 };
 
 }  // namespace sim

@@ -12,6 +12,7 @@
 #include "core/base/array.h"
 #include "core/ode/embedded_stepper.h"
 #include "core/ode/events.h"
+#include "core/ode/implicit/implicit_explicit.h"
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
@@ -71,6 +72,12 @@ class OdeSystem {
   // Implicit methods leave their equations to the system. By default Newton's method with a dense
   // Jacobian; throws Error when X has too many numbers for that.
   virtual std::unique_ptr<StageSolver> stage_solver(const StageOptions& options);
+
+  // The stepper of methods that are implicit in stiff forces alone; null without that structure.
+  virtual std::unique_ptr<ImplicitExplicitStepper> implicit_explicit_stepper(
+      const ImplicitExplicitPlan& /*plan*/) {
+    return nullptr;
+  }
 
   // df/dX; by differences unless the system knows better. The system outlives it.
   virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }

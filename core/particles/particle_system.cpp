@@ -15,6 +15,7 @@
 #include "core/particles/explicit/splitting_stepper.h"
 #include "core/particles/implicit/block_triangular_solver.h"
 #include "core/particles/implicit/event_solver.h"
+#include "core/particles/implicit/imex_stepper.h"
 #include "core/particles/implicit/implicit_contact.h"
 #include "core/particles/implicit/local_global_solver.h"
 #include "core/particles/implicit/newton_solver.h"
@@ -411,9 +412,36 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
     const bool touches = constraint_system_ && constraint_system_->joins_contact();
     return OdeSystem::stage_solver(touches ? sparing(options) : options);
   }
+  return particle_solver(options, step_contact());
+}
+
+ImplicitContact* ParticleSystem::step_contact() {
   if (!contacts().empty() && !implicit_contact_)
     implicit_contact_ = std::make_unique<ImplicitContact>(*this);
-  return particle_solver(options, implicit_contact_.get());
+  return implicit_contact_.get();
+}
+
+std::optional<bool> ParticleSystem::stiff(const Force& force) const {
+  for (const auto& [of, stiff] : stiff_)
+    if (of == &force) return stiff;
+  return {};
+}
+
+std::unique_ptr<ImplicitExplicitStepper> ParticleSystem::implicit_explicit_stepper(
+    const ImplicitExplicitPlan& plan) {
+  forget_events();
+  if (internal_follows_particles()) return nullptr;
+  if (constraint_system_)
+    refuse_constraints("a method that is implicit in stiff forces alone has no part for them",
+                       "use verlet, rk4 or trbdf2");
+  for (Force* const force : forces())
+    if (force->breakable() && stiff(*force) == true)
+      throw Error(ErrorKind::kScene,
+                  {"integrator does not fit", "",
+                   "'" + name_of(*force) + "' has stiff = true, and what is stiff cannot break",
+                   "leave out stiff, or use trbdf2"});
+  return std::make_unique<ImexStepper>(
+      *this, *this, [this](const Force& force) { return stiff(force); }, step_contact(), plan);
 }
 
 // A dense matrix takes as many evaluations of f as there are numbers, and these are dear where

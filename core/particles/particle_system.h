@@ -1,6 +1,8 @@
 // Particles as a system X' = f(t, X): which stepper or solver a plan gets.
 #pragma once
 
+#include <optional>
+
 #include "core/ode/ode_system.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "core/particles/particles.h"
@@ -61,6 +63,12 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) override;
   std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
+  std::unique_ptr<ImplicitExplicitStepper> implicit_explicit_stepper(
+      const ImplicitExplicitPlan& plan) override;
+  // The scene's own choice for the force: to be implicit, or explicit, in methods that choose.
+  void set_stiff(const Force& force, bool stiff) { stiff_.emplace_back(&force, stiff); }
+  std::optional<bool> stiff(const Force& force) const;
+  ImplicitContact* step_contact();  // of implicit methods; null without colliders
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
@@ -77,6 +85,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // The reordering of systems with large nets that have only springs and affine forces; else null.
   const std::shared_ptr<const Reordering>& reordering();
 
+  std::vector<std::pair<const Force*, bool>> stiff_;
   std::vector<std::string> notes_;                // besides those of its parts
   std::unique_ptr<ParticleImpactEvents> events_;  // where steps are cut
   std::unique_ptr<ConstrainedImpactEvents>

@@ -27,8 +27,9 @@ struct PartSpec {
   Elements elements = {};
   std::optional<std::vector<int>> particles = {};  // ascending: on these alone; none: on all
   SourceLocation place = {};
-  std::string switch_name = {};  // empty: it cannot be turned on and off
-  bool on = true;                // at the start
+  std::string switch_name = {};    // empty: it cannot be turned on and off
+  bool on = true;                  // at the start
+  std::optional<bool> stiff = {};  // of a force: implicit, or explicit, in methods that choose
 };
 
 // State of a first-order scene: points of space (dimension 3) or a flat list (dimension 1).

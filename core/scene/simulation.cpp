@@ -19,7 +19,6 @@
 
 namespace sim {
 namespace {
-
 // Small scenes are faster on one thread: threads wait for each other some times a step, and on a
 // busy machine that costs far more than it saves.
 constexpr int kParticlesPerThread = 2048;
@@ -154,9 +153,11 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   particles = compiled.get();
   particles->name_forces(std::move(names));
   const SceneNames names_in_scene = names_of(spec);
-  for (std::size_t k = 0; k < parts.size(); ++k)
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (spec.forces[k].stiff) particles->set_stiff(*parts[k], *spec.forces[k].stiff);
     for (std::string& note : notes_of(*parts[k], spec.forces[k], names_in_scene))
       particles->add_note(std::move(note));
+  }
   for (const PrescribedSpec& lead : spec.particles->prescribed)
     at_source(lead.place, [&] {
       const Vec3 now = particles->view(0, x.data()).position(lead.particle);
@@ -219,6 +220,7 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const SourceLocat
     if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);
+    method->set_step_size(wanted.h);
     if (!corrections.empty() && method->info().adaptive) {
       const std::string without = corrections.back()->remedy();
       throw Error(ErrorKind::kScene,

@@ -240,6 +240,7 @@ void Simulation::set_dt(double new_h) {
   s.t0 = t();
   s.n0 = s.step_count;
   s.settings = std::move(wanted);
+  s.integrator->set_step_size(new_h);
   s.restart();
 }
 

@@ -23,8 +23,8 @@ struct FieldsOf<Elements> {
 template <>
 struct FieldsOf<PartSpec> {
   static constexpr StructField list[] = {
-      {"plugin"},      {"given"},         {"elements"}, {"particles"}, {"place", kDescribes},
-      {"switch_name"}, {"on", kDescribes}};
+      {"plugin"},      {"given"},          {"elements"}, {"particles"}, {"place", kDescribes},
+      {"switch_name"}, {"on", kDescribes}, {"stiff"}};
 };
 
 template <>

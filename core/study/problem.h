@@ -72,6 +72,7 @@ class StepMap {
   bool step(double t, double h, const double* x, double* x_next);
 
   const Integrator& integrator() const { return *integrator_; }
+  void set_step_size(double h) { integrator_->set_step_size(h); }  // of the run, for such methods
 
  private:
   OdeSystem* system_;

@@ -751,6 +751,8 @@ local OLD_PLUGINS = { ["force.solid"] = "force.fem" }
 --   particles   list of ids; default: all. Constraints on single particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
+-- The method imex, implicit in stiff forces alone, finds these by itself, unless a force says:
+--   stiff       true or false: all of it is implicit, or explicit
 local function constructors(kind)
   return setmetatable({}, {
     __metatable = "sim." .. kind,

@@ -23,7 +23,7 @@ compare() {
 sim=$1 other=$2 emulator=${3:-}
 for scene in "$scenes"/*.lua; do compare "$scene" -n 5; done
 for method in euler trapezoid rk4 dopri5 symplectic_euler verlet pefrl implicit_euler \
-  implicit_midpoint trbdf2 bdf2 projective_dynamics; do
+  implicit_midpoint imex trbdf2 bdf2 projective_dynamics; do
   compare "$scenes/cloth.lua" "$method" 1e-4 -s n=17 -n 20
 done
 for method in rk4 verlet; do

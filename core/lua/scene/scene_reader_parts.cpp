@@ -25,10 +25,12 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
          ((plugin.pointwise || plugin.elements.arity == 1) && key == "particles");
 }
 
-// Whether it takes the key `on`, which is for the scene and no parameter.
-bool can_be_off(const PluginInfo& plugin) {
-  return (plugin.kind == kind_of<Force> || plugin.kind == kind_of<Collider>)&&std::ranges::count(
-             plugin.params, "on", &Param::name) == 0;
+// Whether it takes the key `on` or `stiff`, which are for the scene and no parameters.
+bool takes_key(const PluginInfo& plugin, const std::string& key) {
+  const bool force = plugin.kind == kind_of<Force>;
+  const bool has_it =
+      (key == "on" && (force || plugin.kind == kind_of<Collider>)) || (key == "stiff" && force);
+  return has_it && std::ranges::count(plugin.params, key, &Param::name) == 0;
 }
 
 // A parameter as a plain value; which type it should have is for the plugin's declaration to say,
@@ -303,11 +305,15 @@ PartSpec SceneReader::part(lua_State* L, int index, const PluginInfo& plugin, in
     if (lua_type(L, -2) == LUA_TSTRING) {
       name.assign(lua_tostring(L, -2), lua_rawlen(L, -2));
       if (names_particles(plugin, name)) continue;
-      if (name == "on" && can_be_off(plugin)) {
+      if (takes_key(plugin, name)) {
         if (!lua_isboolean(L, -1))
-          scene_error(spec.place, "bad on of " + owner,
+          scene_error(spec.place, "bad " + name + " of " + owner,
                       "expected true or false, got " + show(L, -1));
-        spec.on = lua_toboolean(L, -1);
+        const bool said = lua_toboolean(L, -1);
+        if (name == "on")
+          spec.on = said;
+        else
+          spec.stiff = said;
         continue;
       }
     } else {

@@ -18,7 +18,7 @@ GenericSplittingStepper::GenericSplittingStepper(Particles& particles, const Spl
       closes_(plan.closes() && particles.other_forces().empty() &&
               (contact_inside_ || particles.contacts().empty())),
       a_(half_.size()),
-      memory_(particles.internal_size()) {
+      internal_drift_(particles) {
   // Where there are constraints, contact acts around steps.
   if (!particles.contacts().empty() && !constraint_system)
     contact_pass_.emplace(particles, plan.order == 1);
@@ -31,7 +31,6 @@ GenericSplittingStepper::GenericSplittingStepper(Particles& particles, const Spl
     keeps_.emplace_back(one_.size());
     gains_.emplace_back(one_.size());
   }
-  for (Array& k : k_) k = Array(particles.internal_size());
 }
 
 // A kick of length tau under the damping of each particle.
@@ -66,21 +65,7 @@ void GenericSplittingStepper::drift(double t, double tau, double* state) {
     for (int axis = 0; axis < 3; ++axis)
       for (int i = begin; i < end; ++i) q[axis][i] += tau * v[axis][i];
   });
-
-  const std::size_t size = particles_->internal_size();
-  if (size == 0) return;
-  double* const m = state + layout.size();
-  constexpr double kPlace[] = {0, 0.5, 0.5, 1};
-  for (int stage = 0; stage < 4; ++stage) {
-    for (std::size_t i = 0; i < size; ++i)
-      memory_[i] = stage == 0 ? m[i] : m[i] + kPlace[stage] * tau * k_[stage - 1][i];
-    ParticleView view;
-    view.t = t + kPlace[stage] * tau;
-    view.internal = memory_.span();
-    particles_->derive(view, k_[stage].data());
-  }
-  for (std::size_t i = 0; i < size; ++i)
-    m[i] += tau / 6 * (k_[0][i] + 2 * k_[1][i] + 2 * k_[2][i] + k_[3][i]);
+  internal_drift_.drift(t, tau, state);
 }
 
 // A drift takes those that are led to where their paths are then.

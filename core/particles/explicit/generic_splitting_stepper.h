@@ -10,6 +10,7 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "core/particles/explicit/contact_pass.h"
+#include "core/particles/explicit/internal_drift.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -50,9 +51,9 @@ class GenericSplittingStepper final : public Stepper {
   bool closes_;         // the last acceleration of a step is the first of the next
   bool known_ = false;  // ... and is in a_
   double h_ = 0;
-  Array a_, v_half_;                          // accelerations; velocities in the middle of a kick
-  std::vector<Array> keeps_, gains_;          // of each kick and its first half, of every particle
-  Array k_[4], memory_;                       // of memories
+  Array a_, v_half_;                  // accelerations; velocities in the middle of a kick
+  std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
+  InternalDrift internal_drift_;
   std::optional<ConstraintSolver> solver_;    // where there are constraints
   std::vector<std::vector<double>> weights_;  // of each kick: gain / (tau m), 1/kg
   bool held_ = false;                         // the last factors are those of the first drift

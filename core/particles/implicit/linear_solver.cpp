@@ -67,7 +67,7 @@ std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const
 }  // namespace
 
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
-                                                 const StageOptions& options) {
+                                                 const StageOptions& options, bool bounded) {
   using Solver = StageOptions::Solver;
   // In exact arithmetic as many iterations as unknowns would do.
   const Layout& layout = matrix.layout();
@@ -83,7 +83,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, cons
     return std::make_unique<Gmres>(layout, most);
   }
   auto solver = make_unrestricted(matrix, system, options, most);
-  if (system.contacts().empty()) return solver;
+  if (!bounded) return solver;
   return std::make_unique<Restricted>(matrix, most, std::move(solver));
 }
 

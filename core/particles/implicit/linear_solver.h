@@ -93,9 +93,9 @@ class SparseLdlt final : public LinearSolver {
   std::vector<double> x_;
 };
 
-// A solver that suits the system, or the one that the options demand. Throws Error{kScene} when
-// that does not fit.
+// A solver that suits the system, or the one that the options demand. `bounded`: planes may
+// restrict the matrix. Throws Error{kScene} when that does not fit.
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
-                                                 const StageOptions& options);
+                                                 const StageOptions& options, bool bounded);
 
 }  // namespace sim

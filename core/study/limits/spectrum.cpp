@@ -9,6 +9,7 @@
 #include "core/base/array.h"
 #include "core/base/noise.h"
 #include "core/math/arnoldi.h"
+#include "core/ode/fastest_mode.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
 
@@ -364,6 +365,13 @@ Vibration fastest_vibration(Simulation& system, int products) {
   const Ritz ritz = fastest_pairs(action, products);
   if (ritz.pairs.values.empty()) return {std::nan(""), std::nan("")};
   return vibration(ritz.pairs.values[ritz.first], second, second ? action.damping(ritz.vector) : 0);
+}
+
+Vibration limiting_vibration(Simulation& system, int products) {
+  OdeSystem* const part = system.integrator().limiting_part();
+  if (!part) return fastest_vibration(system, products);
+  const FastestMode mode = fastest_mode(*part, system.t(), system.state().data());
+  return {mode.rate, std::max(0.0, mode.damping)};
 }
 
 Spectrum spectrum(Simulation& system, int products) {

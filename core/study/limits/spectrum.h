@@ -52,6 +52,10 @@ Spectrum spectrum(Simulation& system, int products = 80);
 // a cloth; never above it).
 Vibration fastest_vibration(Simulation& system, int products = 6);
 
+// The vibration that limits the steps of its integrator: the same, or the fastest mode of the part
+// of f that the method takes explicitly, where that is not all of it.
+Vibration limiting_vibration(Simulation& system, int products = 6);
+
 // How far the fastest mode moves each particle, the most as 1; of a flat state one number.
 std::vector<double> fastest_mode(Simulation& system);
 

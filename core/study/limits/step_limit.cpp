@@ -184,6 +184,7 @@ MeasuredRadius::MeasuredRadius(Standstill& place, const Spectrum& spectrum,
       above_(x_.size()),
       below_(x_.size()) {
   constexpr double kDisturbance = 1e-5, kRounding = 1e-15, kSolver = 1e-3;
+  map_.set_step_size(place.system().h());
   const double size_of_x = largest_number(place.state());
   double scale = std::min(shortest_spring(place.system()), std::max(size_of_x, 1e-300));
   if (scale == 0) scale = 1;

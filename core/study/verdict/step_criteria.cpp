@@ -73,6 +73,7 @@ class LimitCriterion final : public Criterion {
 StepShare LimitCriterion::share_of_decay(double affordable) const {
   if (system_->constraint_system()) return {};  // what holds is not in these
   const Integrator& integrator = system_->integrator();
+  if (integrator.limiting_part()) return {};  // and what is implicit is
   const VelocityDecay decay =
       velocity_decay(*system_, std::clamp(static_cast<int>(affordable), 4, 6));
   const double h = system_->h();
@@ -110,8 +111,8 @@ void LimitCriterion::measure() {
   StepShare found = share_of({omega_bound(*system_), smallest_damping(*system_)});
   const bool at_most = found.share <= kUndampedShare && affordable < 3;
   if (!at_most) {
-    found = share_of(fastest_vibration(*system_, std::clamp(static_cast<int>(affordable), 4, 6)));
-    if (found.share > 0.7) found = share_of(fastest_vibration(*system_, 40));
+    found = share_of(limiting_vibration(*system_, std::clamp(static_cast<int>(affordable), 4, 6)));
+    if (found.share > 0.7) found = share_of(limiting_vibration(*system_, 40));
   }
   bool decays = false;
   if (const StepShare decaying = share_of_decay(affordable); decaying.share > found.share) {
