@@ -67,6 +67,12 @@ struct AllowedError {
   bool in_metres = false;
 };
 
+// Islands, the particles that elements join, take no steps once they have rested.
+struct SleepSpec {
+  double energy = 0;   // J, > 0: the kinetic energy of an island at rest stays below it
+  double after = 0.5;  // s, > 0: for so long
+};
+
 // One system. Either `particles` with forces (second order) or `first_order`.
 struct SystemSpec {
   std::string name;
@@ -85,6 +91,7 @@ struct SystemSpec {
   double dt = 0;                      // s, > 0
   double duration = 0;                // s, >= 0
   std::optional<AllowedError> error;  // method and step of a run are then chosen to keep it
+  std::optional<SleepSpec> sleep;     // none: all take all steps
   SourceLocation place;
   // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
   // positions of the particles) at time t.

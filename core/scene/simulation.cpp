@@ -16,6 +16,7 @@
 #include "core/scene/part_text.h"
 #include "core/scene/plugin_guard.h"
 #include "core/scene/simulation_impl.h"
+#include "core/scene/sleep.h"
 
 namespace sim {
 namespace {
@@ -292,6 +293,12 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
   s.make_integrator(*settings, spec.place);
+  if (spec.sleep) {
+    if (!s.particles)
+      throw Error(ErrorKind::kScene, {"sleep does not fit", spec.place,
+                                      "a first-order scene has no particles that rest", ""});
+    s.sleep = std::make_unique<Sleep>(spec, registry, options.threads, *s.particles);
+  }
   reset();
 }
 
@@ -303,6 +310,9 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
+  if (s.sleep) most = 1;
+  if (const double end = s.t(s.step_count + 1); s.some_sleep(end))
+    return s.step_awake(end, true) ? 1 : 0;
   if (s.thread_count_tuner) s.thread_count_tuner->begin();
   s.begin_contact(t());
   if (!s.corrections.empty() || s.breaking.any()) most = 1;
@@ -329,6 +339,7 @@ int Simulation::steps(std::int64_t most) {
   s.step_count += now.taken;
   s.end_contact(t());
   if (s.thread_count_tuner) s.thread_count_tuner->end(now.taken);
+  s.fall_asleep();
   return now.taken;
 }
 
@@ -337,6 +348,7 @@ bool Simulation::step_to(double end) {
   Impl& s = *impl_;
   const double short_h = end - t();
   const bool adaptive = integrator_info().adaptive;
+  if (s.some_sleep(end)) return s.step_awake(end, false);
   s.begin_contact(t());
   if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
   const StepStatus status =
@@ -355,10 +367,13 @@ bool Simulation::step_to(double end) {
   s.t0 = end;
   s.end_contact(end);
   if (!adaptive) s.restart();
+  s.fall_asleep();
   return true;
 }
 
 void Simulation::stop_when(std::function<bool()> stop) {
+  impl_->stop = stop;
+  if (impl_->sleep) impl_->sleep->forget_scene();
   impl_->system->stop_when(std::move(stop));
 }
 
@@ -373,6 +388,7 @@ void Simulation::reset() {
   impl_->step_count = impl_->n0 = 0;
   impl_->t0 = 0;
   for (const auto& correction : impl_->corrections) correction->reset();
+  if (impl_->sleep) impl_->sleep->reset();
   if (impl_->particles)
     impl_->place_particles();
   else

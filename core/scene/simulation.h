@@ -28,6 +28,13 @@ struct RunOptions {
   Threads threads{};
 };
 
+// The islands of a scene that take no steps because they rest.
+struct SleepAccount {
+  int islands = 0, asleep = 0;
+  double since = 0;  // s, when the last of those asleep fell asleep
+  double taken = 0;  // J, of kinetic energy, by falling asleep so far
+};
+
 struct Energy {
   double kinetic = 0, potential = 0;  // J
   double total() const { return kinetic + potential; }
@@ -75,6 +82,7 @@ class Simulation {
   Vec3 velocity(int i) const;
   int components() const;            // numbers of a first-order state
   double component(int i) const;     // first-order states, in the order of FirstOrderSpec::state
+  SleepAccount sleep() const;        // zeros where the scene asks for none
   ContactWork contact_work() const;  // J, of all steps so far, whatever was restored between them
   std::vector<RenderShape> shapes() const;  // of colliders that are on and of bodies, as now
   int bodies() const;

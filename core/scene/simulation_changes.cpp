@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 #include "core/particles/springs/springs.h"
 #include "core/scene/simulation_impl.h"
+#include "core/scene/sleep.h"
 
 namespace sim {
 namespace {
@@ -64,14 +65,22 @@ Snapshot Simulation::snapshot() const {
 
 Snapshot Simulation::snapshot_without_state() const {
   const Impl& s = *impl_;
-  // Behind the memory of the method that of each correction, and its size.
-  std::vector<double> memory = s.integrator->memory();
-  for (const auto& correction : s.corrections) {
-    if (!correction->has_memory()) continue;
-    const std::vector<double> own = correction->memory();
+  // Behind the memory of the method that of each correction, and its size; or all that of the
+  // awake ones, where islands sleep. Then the sleep's, likewise.
+  std::vector<double> memory;
+  const auto add = [&](const std::vector<double>& own) {
     memory.insert(memory.end(), own.begin(), own.end());
     memory.push_back(static_cast<double>(own.size()));
+  };
+  if (s.sleep && s.sleep->any()) {
+    if (const Simulation* const awake = s.sleep->present_scene())
+      memory = awake->snapshot_without_state().memory;
+  } else {
+    memory = s.integrator->memory();
+    for (const auto& correction : s.corrections)
+      if (correction->has_memory()) add(correction->memory());
   }
+  if (s.sleep) add(s.sleep->memory());
   return {s.settings, s.step_count, s.n0, s.t0, {}, std::move(memory)};
 }
 
@@ -86,15 +95,26 @@ void Simulation::restore(const Snapshot& snapshot) {
   std::ranges::copy(snapshot.x, s.x.data());
   s.restart();
   std::span<const double> memory = snapshot.memory;
-  for (const auto& correction : s.corrections | std::views::reverse) {
-    if (!correction->has_memory()) continue;
+  const auto take = [&] {
     const double said = memory.empty() ? 0 : memory.back();
     if (!memory.empty()) memory = memory.first(memory.size() - 1);
     const bool fits = said > 0 && said <= static_cast<double>(memory.size());
-    const auto own = fits ? static_cast<std::size_t>(said) : std::size_t{0};
-    correction->recall(memory.last(own));
-    memory = memory.first(memory.size() - own);
+    const auto own = memory.last(fits ? static_cast<std::size_t>(said) : std::size_t{0});
+    memory = memory.first(memory.size() - own.size());
+    return own;
+  };
+  if (s.sleep && !s.sleep->recall(take(), s.x.data())) s.sleep->reset();
+  if (s.sleep && s.sleep->any()) {
+    if (memory.empty()) return;
+    Simulation* const awake = s.sleep->awake_scene(snapshot_without_state(), s.x.data());
+    if (!awake) return;
+    Snapshot own = awake->snapshot();
+    own.memory.assign(memory.begin(), memory.end());
+    awake->restore(own);
+    return;
   }
+  for (const auto& correction : s.corrections | std::views::reverse)
+    if (correction->has_memory()) correction->recall(take());
   if (!memory.empty()) s.integrator->recall(memory);
 }
 
@@ -114,6 +134,10 @@ void Simulation::Impl::change(const std::function<void()>& make) {
   restart();
 }
 
+void Simulation::Impl::wake(int particle) {
+  if (sleep) sleep->wake(particle);
+}
+
 void Simulation::Impl::check_not_led(int i) const {
   if (particles && std::ranges::count(particles->prescribed().ids(), i) > 0)
     refuse_change("no change of particle " + std::to_string(i), "it follows a prescribed path", "");
@@ -124,6 +148,7 @@ void Simulation::set_position(int i, const Vec3& x) {
   check_finite(x, "position");
   Impl& s = *impl_;
   s.check_not_led(i);
+  s.wake(i);
   // A position of -0 of a particle becomes 0: adding 0 to it would change its bits.
   s.change([&] {
     for (int axis = 0; axis < 3; ++axis)
@@ -140,6 +165,7 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   if (pinned(i) && !std::ranges::binary_search(s.settings->held, i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
                   "unpin it first");
+  s.wake(i);
   s.change([&] {
     for (int axis = 0; axis < 3; ++axis) s.number("velocity", i, axis) = v[axis] + 0.0;
   });
@@ -164,6 +190,7 @@ void Simulation::set_pinned(int i, bool hold) {
   if (!s.particles) refuse_change("nothing to pin", "a first-order scene has no masses", "");
   s.check_not_led(i);
   if (pinned(i) == hold) return;
+  s.wake(i);
   auto wanted = std::make_shared<Settings>(*s.settings);
   if (hold)
     wanted->pinned.insert(std::ranges::lower_bound(wanted->pinned, i), i);
@@ -182,6 +209,7 @@ void Simulation::set_held(int i, bool hold) {
   if (!s.particles) refuse_change("nothing to hold", "a first-order scene has no masses", "");
   s.check_not_led(i);
   if (std::ranges::binary_search(s.settings->held, i) == hold) return;
+  s.wake(i);
   auto wanted = std::make_shared<Settings>(*s.settings);
   if (hold)
     wanted->held.insert(std::ranges::lower_bound(wanted->held, i), i);
@@ -205,6 +233,7 @@ void Simulation::set_switch(const std::string& name, bool on) {
   std::erase(wanted->off, name);
   if (!on) wanted->off.insert(std::ranges::lower_bound(wanted->off, name), name);
   if (wanted->off == s.settings->off) return;
+  if (s.sleep) s.sleep->wake_all();
   s.adopt(std::move(wanted));
   s.restart();
 }

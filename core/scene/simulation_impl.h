@@ -20,6 +20,7 @@
 namespace sim {
 
 class ImpactEvents;
+class Sleep;
 
 struct Simulation::Impl {
   std::string name;
@@ -46,6 +47,8 @@ struct Simulation::Impl {
   ContactWork contact_work;
   std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
   Breaking breaking;                                         // ties that may break
+  std::unique_ptr<Sleep> sleep;                              // where the scene asks for it
+  std::function<bool()> stop;                                // of long steps
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
@@ -73,6 +76,13 @@ struct Simulation::Impl {
   Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
   // x_next := what corrections make of the step from t; false where one of them fails.
   bool correct(double t, double h);
+  // Where islands sleep: a step of the awake ones to `end`, of the length of all steps or another;
+  // false where it fails. After any step: islands that rest fall asleep.
+  bool step_awake(double end, bool whole);
+  void wake(int particle);
+  bool some_sleep(double end);  // before a step to `end`, when all have woken that have to
+  void begin_awake();
+  void fall_asleep();
   // Around each correction: the books of a method of first order, late_work().
   void begin_books();
   double late_books(double t, double h) const;  // J, since then

@@ -10,6 +10,7 @@
 #include "core/scene/body_attachments.h"
 #include "core/scene/plugin_guard.h"
 #include "core/scene/simulation_impl.h"
+#include "core/scene/sleep.h"
 
 namespace sim {
 
@@ -223,6 +224,7 @@ void Simulation::Impl::end_contact(double t) {
 
 void Simulation::Impl::restart() {
   if (ImpactEvents* const events = impact_events()) events->reported_work().forget_ahead();
+  if (sleep) sleep->forget_scene();
   integrator->restart(t(step_count), settings->h, x.data());
 }
 

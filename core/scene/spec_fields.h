@@ -84,6 +84,11 @@ struct FieldsOf<FirstOrderSpec> {
 };
 
 template <>
+struct FieldsOf<SleepSpec> {
+  static constexpr StructField list[] = {{"energy"}, {"after"}};
+};
+
+template <>
 struct FieldsOf<SystemSpec> {
   static constexpr StructField list[] = {{"name", kDescribes},
                                          {"particles"},
@@ -102,6 +107,7 @@ struct FieldsOf<SystemSpec> {
                                          {"dt", kDescribes},
                                          {"duration", kDescribes},
                                          {"error", kDescribes},
+                                         {"sleep"},
                                          {"place", kDescribes},
                                          {"exact", kDescribes},
                                          {"one_thread", kDescribes},

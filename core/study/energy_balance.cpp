@@ -18,6 +18,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   confined_ = acts_between_steps(system);
   broken_before_ = system.settings().broken_energy;
+  slept_before_ = system.sleep().taken;
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
@@ -166,7 +167,7 @@ bool EnergyBalance::recall(std::span<const double> memory) {
     memory = memory.first(memory.size() - 2);
   }
   if (!work_.recall(memory)) return false;
-  broken_before_ = 0;
+  broken_before_ = slept_before_ = 0;
   before_ = taken();
   return true;
 }
@@ -183,8 +184,9 @@ ContactWork EnergyBalance::contact() const {
 }
 
 double EnergyBalance::taken() const {
-  const double by_contact =
-      contact().lost - contact().given + (system_->settings().broken_energy - broken_before_);
+  const double by_contact = contact().lost - contact().given +
+                            (system_->settings().broken_energy - broken_before_) +
+                            (system_->sleep().taken - slept_before_);
   if (!damped_) return by_contact;
   const double work = since_ == 0 ? work_.value() : work_.with(system_->t(), power());
   const double by_potential = working_.empty() ? 0 : potential() - start_potential_;

@@ -11,8 +11,8 @@
 namespace sim::study {
 
 // E(t) + W(t) - E(0), where W is what drag, damped springs and all forces that are not conservative
-// have taken, the integral of their power, and what contact and ties that broke have taken, less
-// what moving colliders have given; 0 for the exact motion.
+// have taken, the integral of their power, and what contact, ties that broke and islands that fell
+// asleep have taken, less what moving colliders have given; 0 for the exact motion.
 class EnergyBalance {
  public:
   // Looks at the present state of a second-order system, which it outlives. steps: of the run, if
@@ -64,6 +64,7 @@ class EnergyBalance {
   WorkIntegral work_;
   ContactWork contact_before_;  // less what there was at the start, J
   double broken_before_ = 0;    // J, in ties that were broken at the start
+  double slept_before_ = 0;     // J, that falling asleep had taken then
   double before_ = 0;           // W of an earlier part of the run, J
   double error_ = 0, in_play_ = 0, rise_ = 0;
 };

@@ -821,6 +821,9 @@ end
 --                sim.integrator.NAME{...} with its parameters
 --   dt           step size in s, > 0; for an adaptive integrator the time between states
 --   duration     s, >= 0: how long a run lasts unless it is told otherwise
+--   sleep        optional: particles that ties, cells or surfaces join take no steps once their kinetic
+--                energy has stayed below this, in J, for half a second, until something comes near or
+--                changes them; or { energy = J, after = s }. Not with rigid bodies, fluids or pairs
 --   exact        optional function(t) that returns the exact solution at time t (s), in the form of
 --                `state`; for particles the list of their positions
 --   observe      optional { NAME = function(s) return NUMBER end, ... }: quantities of your own, for

@@ -18,7 +18,7 @@ namespace {
 const std::vector<std::string> kSceneKeys = {
     "name",        "particles", "bodies",   "forces", "surfaces", "colliders", "accuracy",
     "constraints", "contact",   "switches", "state",  "field",    "exact",     "observe",
-    "integrator",  "dt",        "duration", "error",  "look"};
+    "integrator",  "dt",        "duration", "error",  "sleep",    "look"};
 
 bool plain_word(const std::string& name, const char* also) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -184,7 +184,8 @@ SystemSpec SceneReader::system(lua_State* L, int scene, const SourceLocation& pl
     scene_error(place, "bad duration", "expected a time >= 0 s, got " + show(L, -1));
   lua_pop(L, 4);
   if (push_field(L, scene, "error") != LUA_TNIL) spec.error = allowed_error(L, place);
-  lua_pop(L, 1);
+  if (push_field(L, scene, "sleep") != LUA_TNIL) spec.sleep = sleep(L, place);
+  lua_pop(L, 2);
 
   // Either particles with forces or a state with a field.
   const bool second = has("particles") || has("bodies") || has("forces") || has("surfaces") ||
@@ -245,6 +246,29 @@ AllowedError SceneReader::allowed_error(lua_State* L, const SourceLocation& plac
   }
   scene_error(place, "bad error", "expected a share or an amount above 0, got " + show(L, -1),
               "write error = \"1%\", \"1 mm\" or 1e-3, in m");
+}
+
+// A number of J, or { energy = .., after = .. }; on top of the stack.
+SleepSpec SceneReader::sleep(lua_State* L, const SourceLocation& place) const {
+  SleepSpec spec;
+  const auto positive = [&](const std::string& what) {
+    const double value = read_number(L, -1, place, what);
+    if (!(value > 0))
+      scene_error(place, "bad " + what, "expected a number > 0, got " + show(L, -1),
+                  "write sleep = 1e-6, in J, or sleep = { energy = 1e-6, after = 0.5 }");
+    return value;
+  };
+  if (lua_type(L, -1) != LUA_TTABLE) {
+    spec.energy = positive("sleep");
+    return spec;
+  }
+  const int table = lua_absindex(L, -1);
+  read_keys(L, table, {"energy", "after"}, place, "sleep");
+  push_field(L, table, "energy");
+  spec.energy = positive("energy of sleep");
+  if (push_field(L, table, "after") != LUA_TNIL) spec.after = positive("after of sleep");
+  lua_pop(L, 2);
+  return spec;
 }
 
 // A name, or a sim.integrator.NAME{...}; on top of the stack.

@@ -26,6 +26,7 @@ class SceneReader {
   SystemSpec system(lua_State* L, int scene, const SourceLocation& place) const;
   void integrator(lua_State* L, SystemSpec& spec) const;
   AllowedError allowed_error(lua_State* L, const SourceLocation& place) const;
+  SleepSpec sleep(lua_State* L, const SourceLocation& place) const;
   template <class Visit>
   void each_part(lua_State* L, const std::string& kind, const SourceLocation& place,
                  Visit visit) const;

@@ -60,6 +60,7 @@ std::unique_ptr<Criterion> watch_single_steps(const Watched& run);
 std::unique_ptr<Criterion> watch_momentum(const Watched& run);
 std::unique_ptr<Criterion> watch_contact(const Watched& run);
 std::unique_ptr<Criterion> watch_breaking(const Watched& run);
+std::unique_ptr<Criterion> watch_sleep(const Watched& run);
 std::unique_ptr<Criterion> watch_crossings(const Watched& run);
 std::unique_ptr<Criterion> watch_constraints(const Watched& run);
 std::unique_ptr<Criterion> watch_forces(const Watched& run);

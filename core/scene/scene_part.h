@@ -1,0 +1,16 @@
+// A scene of some of the particles of another one.
+#pragma once
+
+#include <span>
+
+#include "core/scene/scene_spec.h"
+
+namespace sim {
+
+// The scene that is left of `whole` with the particles of `ids`, ascending, under new numbers: the
+// elements, surfaces, pins and numbers of these alone. No element of a force or constraint joins
+// one of them to another particle, and there are no bodies. Parts of which nothing is left are left
+// out. The pairs of a grid stay pairs of a grid where all of its particles are there.
+SystemSpec scene_part(const SystemSpec& whole, std::span<const int> ids);
+
+}  // namespace sim

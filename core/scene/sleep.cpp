@@ -1,0 +1,429 @@
+#include "core/scene/sleep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/base/text.h"
+#include "core/particles/elements/triangle_mesh.h"
+#include "core/particles/force.h"
+#include "core/scene/scene_part.h"
+
+namespace sim {
+namespace {
+
+constexpr double kAwake = -1;  // in place of the time since when an island rests
+
+[[noreturn]] void refuse_sleep(const SourceLocation& place, const std::string& why,
+                               const std::string& remedy) {
+  throw Error(ErrorKind::kScene, {"sleep does not fit", place, why, remedy});
+}
+
+class Joined {
+ public:
+  explicit Joined(int n) : parent_(static_cast<std::size_t>(n)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int root(int i) {
+    while (parent(i) != i) i = parent(i) = parent(parent(i));
+    return i;
+  }
+  // The lower number stays the root.
+  void join(int a, int b) {
+    const auto [low, high] = std::minmax({root(a), root(b)});
+    parent(high) = low;
+  }
+  void join(std::span<const int> ids) {
+    for (const int id : ids) join(ids.front(), id);
+  }
+
+ private:
+  int& parent(int i) { return parent_[static_cast<std::size_t>(i)]; }
+  std::vector<int> parent_;
+};
+
+// A force without elements acts on each particle by itself, or on surfaces, which are then one.
+void join_force(const PartSpec& part, const PluginInfo& plugin, Joined& joined) {
+  part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
+  bool on_surface = false;
+  for (const auto& [name, value] : part.given)
+    if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&value)) {
+      joined.join((*mesh)->ids());
+      on_surface = true;
+    }
+  const bool alone = plugin.pointwise && plugin.elements.arity == 0;
+  if (part.elements.empty() && !on_surface && !alone)
+    refuse_sleep(part.place, plugin.title() + " may join any particles, so that none rests alone",
+                 "leave sleep out, or give it ties or a surface");
+}
+
+void join_constraint(const PartSpec& part, const PluginInfo& plugin, Joined& joined) {
+  if (part.elements.empty())
+    refuse_sleep(part.place, plugin.title() + " has no elements of its own", "leave sleep out");
+  part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
+}
+
+// m: the largest length among the values of a contact, within which it acts.
+double reach_of(const ContactSpec& spec, Registry& registry) {
+  const auto& plugin = registry.get<StepCorrection>(spec.plugin, spec.place);
+  const Params params(plugin.title(), plugin.params, spec.given, spec.place);
+  double reach = 0;
+  for (const Param& param : plugin.params)
+    if (param.unit == "m" && params.has(param.name))
+      reach = std::max(reach, params.number(param.name));
+  return reach;
+}
+
+}  // namespace
+
+Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, ParticleSystem& particles)
+    : spec_(spec), registry_(&registry), threads_(threads), particles_(&particles) {
+  const SleepSpec& wish = *spec.sleep;
+  if (!(wish.energy > 0) || !std::isfinite(wish.energy))
+    refuse_sleep(spec.place, "its energy is " + shortest(wish.energy), "give a number of J > 0");
+  if (!(wish.after > 0) || !std::isfinite(wish.after))
+    refuse_sleep(spec.place, "after is " + shortest(wish.after), "give a number of seconds > 0");
+  if (!spec.bodies.empty())
+    refuse_sleep(spec.place, "this scene has rigid bodies, which do not sleep", "leave sleep out");
+  if (particles.size() > particles.layout().size())
+    refuse_sleep(spec.place, "this scene has forces or constraints with internal variables",
+                 "leave sleep out");
+  for (Force* const force : particles.forces())
+    if (force->breakable())
+      refuse_sleep(spec.place, "'" + particles.name_of(*force) + "' has ties that may break",
+                   "leave sleep out, or break_strain and break_force");
+  const int n = spec.particles->count();
+  Joined joined(n);
+  for (const PartSpec& part : spec.forces)
+    join_force(part, registry.get<Force>(part.plugin, part.place), joined);
+  for (const PartSpec& part : spec.constraints)
+    join_constraint(part, registry.get<Constraint>(part.plugin, part.place), joined);
+  reach_ = spec.contact ? reach_of(*spec.contact, registry) : -1;
+
+  island_.resize(static_cast<std::size_t>(n));
+  std::vector<int> sizes;
+  for (int i = 0; i < n; ++i) {
+    const int root = joined.root(i);
+    auto& island = island_[static_cast<std::size_t>(i)];
+    island = root == i ? static_cast<int>(sizes.size()) : island_[static_cast<std::size_t>(root)];
+    if (root == i) sizes.push_back(0);
+    ++sizes[static_cast<std::size_t>(island)];
+  }
+  first_.assign(sizes.size() + 1, 0);
+  std::partial_sum(sizes.begin(), sizes.end(), first_.begin() + 1);
+  members_.resize(static_cast<std::size_t>(n));
+  std::vector<int> next = first_;
+  for (int i = 0; i < n; ++i)
+    members_[static_cast<std::size_t>(
+        next[static_cast<std::size_t>(island_[static_cast<std::size_t>(i)])]++)] = i;
+  since_.resize(sizes.size());
+  sleeps_.resize(sizes.size());
+  look_.resize(sizes.size());
+  boxes_.resize(sizes.size());
+  then_ = Array(Layout(n, 3).size());
+  now_ = Array(Layout(n, 3).size());
+  reset();
+}
+
+Sleep::~Sleep() = default;
+
+SleepAccount Sleep::account() const {
+  SleepAccount account{static_cast<int>(islands()), asleep_, 0, taken_};
+  for (std::size_t island = 0; island < islands(); ++island)
+    if (sleeps_[island]) account.since = std::max(account.since, since_[island]);
+  return account;
+}
+
+void Sleep::reset() {
+  wake_all();
+  taken_ = 0;
+}
+
+void Sleep::wake_all() {
+  for (std::size_t island = 0; island < islands(); ++island) {
+    rouse(island);
+    since_[island] = kAwake;
+  }
+}
+
+void Sleep::wake(int particle) {
+  rouse(static_cast<std::size_t>(island_[static_cast<std::size_t>(particle)]));
+}
+
+void Sleep::rouse(std::size_t island) {
+  scene_.reset();
+  if (!sleeps_[island]) return;
+  sleeps_[island] = 0;
+  since_[island] = kAwake;
+  --asleep_;
+}
+
+std::span<const int> Sleep::members(std::size_t island) const {
+  return std::span(members_).subspan(static_cast<std::size_t>(first_[island]),
+                                     static_cast<std::size_t>(first_[island + 1] - first_[island]));
+}
+
+// The box of its particles now and, with the velocities of now, some seconds ahead.
+Sleep::Box Sleep::box(std::size_t island, const ParticleView& view, double ahead) const {
+  const double most = std::numeric_limits<double>::infinity();
+  Box box{Vec3(most, most, most), Vec3(-most, -most, -most)};
+  for (const int i : members(island))
+    for (const double s : {0.0, ahead}) {
+      const Vec3 at = view.position(i) + s * view.velocity(i);
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(box.low[axis], at[axis]);
+        box.high[axis] = std::max(box.high[axis], at[axis]);
+      }
+    }
+  return box;
+}
+
+bool Sleep::near(const Box& a, const Box& b) const {
+  const double apart = 2 * reach_;
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.low[axis] > b.high[axis] + apart || b.low[axis] > a.high[axis] + apart) return false;
+  return true;
+}
+
+// A gap closes no faster than max_speed(): until then no particle has to be asked again.
+bool Sleep::touches_moving(std::size_t island, const ParticleView& view, double until) {
+  const Contacts& contacts = particles_->contacts();
+  const double horizon = until + spec_.sleep->after;
+  look_[island] = horizon;
+  if (!contacts.move()) return false;
+  for (Collider* const collider : contacts.all()) {
+    if (!collider->moves()) continue;
+    double gap = std::numeric_limits<double>::infinity();
+    for (const int i : members(island)) {
+      const Vec3 at = view.position(i);
+      const SurfaceSample sample = collider->query(until, at);
+      gap = std::min(gap, sample.gap);
+      if (sample.gap <= 2 * Contacts::slack(at) && sample.velocity != Vec3::Zero()) return true;
+    }
+    const double speed = collider->sampled() ? std::numeric_limits<double>::infinity()
+                                             : collider->max_speed(until, horizon);
+    if (speed > 0) look_[island] = std::min(look_[island], until + std::max(gap, 0.0) / speed);
+  }
+  return false;
+}
+
+void Sleep::accelerations(double t, const double* x) {
+  const std::array<double*, 3> a = Layout(particles_->layout().n(), 3).axes(now_.data());
+  particles_->accelerate(particles_->view(t, x), a.data());
+}
+
+// J that other forces than at the start would have given by the time after which it may fall
+// asleep: sum m |a - a_then|^2 after^2 / 2.
+double Sleep::gain(std::size_t island) const {
+  const Layout layout(particles_->layout().n(), 3);
+  const std::span<const double> masses = particles_->masses();
+  double sum = 0;
+  for (const int i : members(island)) {
+    const double mass = masses[static_cast<std::size_t>(i)];
+    if (!std::isfinite(mass)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double change =
+          layout.block(now_.data(), axis)[i] - layout.block(then_.data(), axis)[i];
+      sum += mass * change * change;
+    }
+  }
+  return 0.5 * sum * spec_.sleep->after * spec_.sleep->after;
+}
+
+void Sleep::remember(std::size_t island) {
+  const Layout layout(particles_->layout().n(), 3);
+  for (const int i : members(island))
+    for (int axis = 0; axis < 3; ++axis)
+      layout.block(then_.data(), axis)[i] = layout.block(now_.data(), axis)[i];
+}
+
+bool Sleep::wake_disturbed(double t, double h, const double* x) {
+  const int before = asleep_;
+  if (before == 0) return false;
+  const ParticleView view = particles_->view(t, x);
+  if (particles_->contacts().sampled()) particles_->contacts().prepare_interval(t, t + h);
+  const auto wake_where = [&](const auto& disturbed) {
+    for (std::size_t island = 0; island < islands(); ++island)
+      if (sleeps_[island] && disturbed(island)) rouse(island);
+  };
+
+  if (!particles_->prescribed().empty()) {
+    const auto v = Layout(view.n, 3).axes(now_.data());
+    particles_->prescribed().velocities(t + h, v);
+    for (const int i : particles_->prescribed().ids())
+      if (v[0][i] != 0 || v[1][i] != 0 || v[2][i] != 0) wake(i);
+  }
+  if (reach_ >= 0)
+    for (std::size_t mover = 0; mover < islands(); ++mover) {
+      if (sleeps_[mover]) continue;
+      const Box way = box(mover, view, 2 * h);
+      wake_where([&](std::size_t island) { return near(way, boxes_[island]); });
+    }
+  if (particles_->contacts().move())
+    wake_where([&](std::size_t island) {
+      return look_[island] <= t + h && touches_moving(island, view, t + h);
+    });
+  // Forces that depend on time, once in every `after`.
+  const double after = spec_.sleep->after;
+  if (std::floor((t + h) / after) != std::floor(t / after)) {
+    accelerations(t + h, x);
+    wake_where([&](std::size_t island) { return !(gain(island) <= spec_.sleep->energy); });
+  }
+  return asleep_ != before;
+}
+
+// Islands that are near each other rest together or not at all.
+std::vector<std::uint8_t> Sleep::ready(double t, const ParticleView& view) {
+  std::vector<std::uint8_t> ready(islands());
+  std::vector<int> awake;
+  bool any = false;
+  for (std::size_t island = 0; island < islands(); ++island) {
+    if (sleeps_[island]) continue;
+    awake.push_back(static_cast<int>(island));
+    ready[island] = since_[island] >= 0 && t - since_[island] >= spec_.sleep->after &&
+                    !touches_moving(island, view, t);
+    any = any || ready[island];
+  }
+  if (!any || reach_ < 0) return ready;
+  std::vector<Box> boxes;
+  for (const int island : awake) boxes.push_back(box(static_cast<std::size_t>(island), view, 0));
+  std::vector<std::size_t> order(awake.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return boxes[k].low.x(); });
+  Joined joined(static_cast<int>(awake.size()));
+  for (std::size_t a = 0; a < order.size(); ++a)
+    for (std::size_t b = a + 1; b < order.size(); ++b) {
+      if (boxes[order[b]].low.x() > boxes[order[a]].high.x() + 2 * reach_) break;
+      if (near(boxes[order[a]], boxes[order[b]]))
+        joined.join(static_cast<int>(order[a]), static_cast<int>(order[b]));
+    }
+  std::vector<std::uint8_t> all(awake.size(), 1);
+  const auto root = [&](std::size_t k) {
+    return static_cast<std::size_t>(joined.root(static_cast<int>(k)));
+  };
+  for (std::size_t k = 0; k < awake.size(); ++k)
+    all[root(k)] &= ready[static_cast<std::size_t>(awake[k])];
+  for (std::size_t k = 0; k < awake.size(); ++k)
+    ready[static_cast<std::size_t>(awake[k])] = all[root(k)];
+  return ready;
+}
+
+bool Sleep::settle(double t, double* x) {
+  const ParticleView view = particles_->view(t, x);
+  bool some = false;
+  for (std::size_t island = 0; island < islands(); ++island) {
+    if (sleeps_[island]) continue;
+    const bool rests = kinetic(island, view) < spec_.sleep->energy;
+    if (!rests) since_[island] = kAwake;
+    if (rests && since_[island] < 0) since_[island] = t;
+    some = some || (rests && t - since_[island] >= spec_.sleep->after);
+  }
+  if (!some) return false;
+  const std::vector<std::uint8_t> falls = ready(t, view);
+  if (std::ranges::count(falls, 1) == 0) return false;
+  for (std::size_t island = 0; island < islands(); ++island) {
+    if (!falls[island]) continue;
+    taken_ += kinetic(island, view);
+    for (const int i : members(island))
+      for (int axis = 0; axis < 3; ++axis) particles_->layout().block(x, 3 + axis)[i] = 0;
+    sleeps_[island] = 1;
+    since_[island] = t;
+    boxes_[island] = box(island, view, 0);
+    ++asleep_;
+  }
+  accelerations(t, x);
+  for (std::size_t island = 0; island < islands(); ++island)
+    if (falls[island]) remember(island);
+  scene_.reset();
+  return true;
+}
+
+// J; without bound where a pinned particle moves.
+double Sleep::kinetic(std::size_t island, const ParticleView& view) const {
+  const std::span<const double> masses = particles_->masses();
+  double twice = 0;
+  for (const int i : members(island)) {
+    const double square = view.velocity(i).squaredNorm();
+    const double mass = masses[static_cast<std::size_t>(i)];
+    if (square > 0) twice += mass * square;
+  }
+  return 0.5 * twice;
+}
+
+Simulation* Sleep::awake_scene(const Snapshot& now, const double* x) {
+  if (scene_) return scene_.get();
+  ids_.clear();
+  for (std::size_t i = 0; i < island_.size(); ++i)
+    if (!sleeps_[static_cast<std::size_t>(island_[i])]) ids_.push_back(static_cast<int>(i));
+  if (ids_.empty()) return nullptr;
+  SystemSpec part = scene_part(spec_, ids_);
+  const Settings& all = *now.settings;
+  scene_ = std::make_unique<Simulation>(part, *registry_,
+                                        RunOptions{all.method.choice(), all.h, threads_});
+  auto settings = std::make_shared<Settings>(all);
+  const auto number = [&](std::vector<int>& ids) {
+    std::vector<int> left;
+    for (const int id : ids)
+      if (const auto at = std::ranges::lower_bound(ids_, id); at != ids_.end() && *at == id)
+        left.push_back(static_cast<int>(at - ids_.begin()));
+    ids = std::move(left);
+  };
+  number(settings->pinned);
+  number(settings->held);
+  const Layout few(static_cast<int>(ids_.size()));
+  std::vector<double> state(scene_->state().begin(), scene_->state().end());
+  for (int block = 0; block < 6; ++block)
+    for (std::size_t i = 0; i < ids_.size(); ++i)
+      few.block(state.data(), block)[i] = particles_->layout().block(x, block)[ids_[i]];
+  scene_->restore({settings, now.step, now.n0, now.t0, std::move(state), {}});
+  return scene_.get();
+}
+
+void Sleep::scatter(double* x) const {
+  const Layout few(static_cast<int>(ids_.size()));
+  const double* const from = scene_->state().data();
+  for (int block = 0; block < 6; ++block) {
+    const double* const own = few.block(from, block);
+    double* const all = particles_->layout().block(x, block);
+    for (std::size_t i = 0; i < ids_.size(); ++i) all[ids_[i]] = own[i];
+  }
+}
+
+std::vector<double> Sleep::memory() const {
+  std::vector<double> numbers(since_);
+  numbers.insert(numbers.end(), sleeps_.begin(), sleeps_.end());
+  numbers.push_back(taken_);
+  return numbers;
+}
+
+// The accelerations of an island depend on its own particles and the time alone.
+bool Sleep::recall(std::span<const double> memory, const double* x) {
+  if (memory.size() != 2 * islands() + 1) return false;
+  std::vector<double> times;
+  for (std::size_t island = 0; island < islands(); ++island) {
+    const double since = memory[island], sleeps = memory[islands() + island];
+    if ((sleeps != 0 && sleeps != 1) || (sleeps == 1 && since < 0)) return false;
+  }
+  wake_all();
+  taken_ = memory.back();
+  for (std::size_t island = 0; island < islands(); ++island) {
+    since_[island] = memory[island];
+    sleeps_[island] = memory[islands() + island] == 1;
+    if (!sleeps_[island]) continue;
+    ++asleep_;
+    look_[island] = 0;
+    boxes_[island] = box(island, particles_->view(0, x), 0);
+    times.push_back(since_[island]);
+  }
+  std::ranges::sort(times);
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  for (const double time : times) {
+    accelerations(time, x);
+    for (std::size_t island = 0; island < islands(); ++island)
+      if (sleeps_[island] && since_[island] == time) remember(island);
+  }
+  return true;
+}
+
+}  // namespace sim

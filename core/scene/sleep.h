@@ -1,0 +1,89 @@
+// Islands of particles that take no steps because they rest.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/math/vec3.h"
+#include "core/particles/particle_system.h"
+#include "core/scene/simulation.h"
+
+namespace sim {
+
+// Elements of forces and constraints join particles to islands. One falls asleep, with all that are
+// near enough to touch it, when the kinetic energy of each has stayed below SleepSpec::energy for
+// SleepSpec::after: its velocities become 0. The awake ones are a scene of their own, of these
+// particles alone, so that methods, contact and threads are the same as ever, and the sleeping
+// ones cost nothing. An island wakes when one that is awake comes near, a collider moves into it,
+// or the forces on it are no longer those of the moment when it fell asleep.
+class Sleep {
+ public:
+  // registry outlives it; particles: of the whole scene, likewise. Throws Error{kScene} where
+  // forces or parts of the scene leave no islands, or remember.
+  Sleep(const SystemSpec& spec, Registry& registry, Threads threads, ParticleSystem& particles);
+  ~Sleep();
+
+  bool any() const { return asleep_ > 0; }
+  SleepAccount account() const;
+  void reset();  // all wake, and nothing has been taken
+
+  void wake(int particle);  // and all of its island
+  void wake_all();
+  // Settings or states were changed: the awake ones begin anew before the next step.
+  void forget_scene() { scene_.reset(); }
+
+  // Before a step of h from x at t: wakes islands that are disturbed. True where there were some.
+  bool wake_disturbed(double t, double h, const double* x);
+  // The scene of all that is awake, at this snapshot of the whole scene, whose state is x; null:
+  // nothing is awake.
+  Simulation* awake_scene(const Snapshot& now, const double* x);
+  Simulation* present_scene() const { return scene_.get(); }  // null: it begins anew
+  void scatter(double* x) const;  // the state of that scene among that of all
+  int id_of(int awake) const { return ids_[static_cast<std::size_t>(awake)]; }
+
+  // After a step to x at t: islands that have rested fall asleep, and their velocities in x become
+  // 0. True where some did.
+  bool settle(double t, double* x);
+
+  // All that the next steps depend on, as finite numbers; false where they are of another scene.
+  std::vector<double> memory() const;
+  bool recall(std::span<const double> memory, const double* x);
+
+ private:
+  struct Box {
+    Vec3 low, high;
+  };
+  std::size_t islands() const { return first_.size() - 1; }
+  std::span<const int> members(std::size_t island) const;
+  Box box(std::size_t island, const ParticleView& view, double ahead) const;
+  bool near(const Box& a, const Box& b) const;
+  double kinetic(std::size_t island, const ParticleView& view) const;
+  std::vector<std::uint8_t> ready(double t, const ParticleView& view);
+  bool touches_moving(std::size_t island, const ParticleView& view, double until);
+  void accelerations(double t, const double* x);
+  double gain(std::size_t island) const;
+  void remember(std::size_t island);
+  void rouse(std::size_t island);
+
+  SystemSpec spec_;
+  Registry* registry_;
+  Threads threads_;
+  ParticleSystem* particles_;
+  double reach_ = 0;           // m, of contact; < 0: there is none, and islands never touch
+  std::vector<int> first_;     // of each island, in members_; and the end
+  std::vector<int> members_;   // particles, ascending in each island
+  std::vector<int> island_;    // of each particle
+  std::vector<double> since_;  // s, of each island: below the energy, or asleep; < 0: neither
+  std::vector<std::uint8_t> sleeps_;  // of each island
+  std::vector<double> look_;  // s, of each that sleeps: no moving collider reaches it before
+  std::vector<Box> boxes_;    // of each that sleeps
+  Array then_, now_;          // accelerations when each fell asleep, and at the last look
+  int asleep_ = 0;
+  double taken_ = 0;
+  std::vector<int> ids_;  // of the particles that are awake, ascending
+  std::unique_ptr<Simulation> scene_;
+};
+
+}  // namespace sim
