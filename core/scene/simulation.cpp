@@ -310,9 +310,9 @@ bool Simulation::step() { return steps(1) == 1; }
 
 int Simulation::steps(std::int64_t most) {
   Impl& s = *impl_;
-  if (s.sleep) most = 1;
-  if (const double end = s.t(s.step_count + 1); s.some_sleep(end))
-    return s.step_awake(end, true) ? 1 : 0;
+  const double from = t();
+  if (s.sleep) most = s.steps_to_look(most);
+  if (s.some_sleep(s.t(s.step_count + 1))) return s.advance_awake(most);
   if (s.thread_count_tuner) s.thread_count_tuner->begin();
   s.begin_contact(t());
   if (!s.corrections.empty() || s.breaking.any()) most = 1;
@@ -339,7 +339,7 @@ int Simulation::steps(std::int64_t most) {
   s.step_count += now.taken;
   s.end_contact(t());
   if (s.thread_count_tuner) s.thread_count_tuner->end(now.taken);
-  s.fall_asleep();
+  s.look_for_rest(from);
   return now.taken;
 }
 
@@ -348,7 +348,8 @@ bool Simulation::step_to(double end) {
   Impl& s = *impl_;
   const double short_h = end - t();
   const bool adaptive = integrator_info().adaptive;
-  if (s.some_sleep(end)) return s.step_awake(end, false);
+  const double from = t();
+  if (s.some_sleep(end)) return s.advance_awake(1, end) == 1;
   s.begin_contact(t());
   if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
   const StepStatus status =
@@ -367,7 +368,7 @@ bool Simulation::step_to(double end) {
   s.t0 = end;
   s.end_contact(end);
   if (!adaptive) s.restart();
-  s.fall_asleep();
+  s.look_for_rest(from);
   return true;
 }
 

@@ -76,13 +76,14 @@ struct Simulation::Impl {
   Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
   // x_next := what corrections make of the step from t; false where one of them fails.
   bool correct(double t, double h);
-  // Where islands sleep: a step of the awake ones to `end`, of the length of all steps or another;
-  // false where it fails. After any step: islands that rest fall asleep.
-  bool step_awake(double end, bool whole);
-  void wake(int particle);
-  bool some_sleep(double end);  // before a step to `end`, when all have woken that have to
+  // Steps where the scene lets islands sleep: up to `most` of the awake ones, at least one, or a
+  // single one to another `end`; how many were taken.
+  int advance_awake(std::int64_t most, std::optional<double> end = {});
+  bool some_sleep(double end);  // before a step to `end`: wakes the disturbed ones
+  std::int64_t steps_to_look(std::int64_t most) const;
+  void look_for_rest(double from);  // after steps
   void begin_awake();
-  void fall_asleep();
+  void wake(int particle);
   // Around each correction: the books of a method of first order, late_work().
   void begin_books();
   double late_books(double t, double h) const;  // J, since then

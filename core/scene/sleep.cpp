@@ -13,6 +13,7 @@
 namespace sim {
 namespace {
 
+constexpr int kLooks = 16;     // within SleepSpec::after
 constexpr double kAwake = -1;  // in place of the time since when an island rests
 
 [[noreturn]] void refuse_sleep(const SourceLocation& place, const std::string& why,
@@ -89,6 +90,8 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
   if (particles.size() > particles.layout().size())
     refuse_sleep(spec.place, "this scene has forces or constraints with internal variables",
                  "leave sleep out");
+  if (particles.constraint_system() && particles.constraint_system()->constraints().move())
+    refuse_sleep(spec.place, "this scene has constraints that move", "leave sleep out");
   for (Force* const force : particles.forces())
     if (force->breakable())
       refuse_sleep(spec.place, "'" + particles.name_of(*force) + "' has ties that may break",
@@ -102,25 +105,19 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
   reach_ = spec.contact ? reach_of(*spec.contact, registry) : -1;
 
   island_.resize(static_cast<std::size_t>(n));
-  std::vector<int> sizes;
+  std::vector<std::vector<int>> members;
   for (int i = 0; i < n; ++i) {
     const int root = joined.root(i);
-    auto& island = island_[static_cast<std::size_t>(i)];
-    island = root == i ? static_cast<int>(sizes.size()) : island_[static_cast<std::size_t>(root)];
-    if (root == i) sizes.push_back(0);
-    ++sizes[static_cast<std::size_t>(island)];
+    int& island = island_[static_cast<std::size_t>(i)];
+    island = root == i ? static_cast<int>(members.size()) : island_[static_cast<std::size_t>(root)];
+    if (root == i) members.emplace_back();
+    members[static_cast<std::size_t>(island)].push_back(i);
   }
-  first_.assign(sizes.size() + 1, 0);
-  std::partial_sum(sizes.begin(), sizes.end(), first_.begin() + 1);
-  members_.resize(static_cast<std::size_t>(n));
-  std::vector<int> next = first_;
-  for (int i = 0; i < n; ++i)
-    members_[static_cast<std::size_t>(
-        next[static_cast<std::size_t>(island_[static_cast<std::size_t>(i)])]++)] = i;
-  since_.resize(sizes.size());
-  sleeps_.resize(sizes.size());
-  look_.resize(sizes.size());
-  boxes_.resize(sizes.size());
+  for (const std::vector<int>& ids : members) members_.emplace_back(ids);
+  since_.resize(islands());
+  sleeps_.resize(islands());
+  free_until_.resize(islands());
+  boxes_.resize(islands());
   then_ = Array(Layout(n, 3).size());
   now_ = Array(Layout(n, 3).size());
   reset();
@@ -159,16 +156,11 @@ void Sleep::rouse(std::size_t island) {
   --asleep_;
 }
 
-std::span<const int> Sleep::members(std::size_t island) const {
-  return std::span(members_).subspan(static_cast<std::size_t>(first_[island]),
-                                     static_cast<std::size_t>(first_[island + 1] - first_[island]));
-}
-
 // The box of its particles now and, with the velocities of now, some seconds ahead.
 Sleep::Box Sleep::box(std::size_t island, const ParticleView& view, double ahead) const {
   const double most = std::numeric_limits<double>::infinity();
   Box box{Vec3(most, most, most), Vec3(-most, -most, -most)};
-  for (const int i : members(island))
+  members_[island].for_each([&](int i) {
     for (const double s : {0.0, ahead}) {
       const Vec3 at = view.position(i) + s * view.velocity(i);
       for (int axis = 0; axis < 3; ++axis) {
@@ -176,6 +168,7 @@ Sleep::Box Sleep::box(std::size_t island, const ParticleView& view, double ahead
         box.high[axis] = std::max(box.high[axis], at[axis]);
       }
     }
+  });
   return box;
 }
 
@@ -190,20 +183,24 @@ bool Sleep::near(const Box& a, const Box& b) const {
 bool Sleep::touches_moving(std::size_t island, const ParticleView& view, double until) {
   const Contacts& contacts = particles_->contacts();
   const double horizon = until + spec_.sleep->after;
-  look_[island] = horizon;
+  free_until_[island] = horizon;
   if (!contacts.move()) return false;
   for (Collider* const collider : contacts.all()) {
     if (!collider->moves()) continue;
     double gap = std::numeric_limits<double>::infinity();
-    for (const int i : members(island)) {
+    bool touches = false;
+    members_[island].for_each([&](int i) {
       const Vec3 at = view.position(i);
       const SurfaceSample sample = collider->query(until, at);
       gap = std::min(gap, sample.gap);
-      if (sample.gap <= 2 * Contacts::slack(at) && sample.velocity != Vec3::Zero()) return true;
-    }
+      touches =
+          touches || (sample.gap <= 2 * Contacts::slack(at) && sample.velocity != Vec3::Zero());
+    });
+    if (touches) return true;
     const double speed = collider->sampled() ? std::numeric_limits<double>::infinity()
                                              : collider->max_speed(until, horizon);
-    if (speed > 0) look_[island] = std::min(look_[island], until + std::max(gap, 0.0) / speed);
+    if (speed > 0)
+      free_until_[island] = std::min(free_until_[island], until + std::max(gap, 0.0) / speed);
   }
   return false;
 }
@@ -219,28 +216,46 @@ double Sleep::gain(std::size_t island) const {
   const Layout layout(particles_->layout().n(), 3);
   const std::span<const double> masses = particles_->masses();
   double sum = 0;
-  for (const int i : members(island)) {
+  members_[island].for_each([&](int i) {
     const double mass = masses[static_cast<std::size_t>(i)];
-    if (!std::isfinite(mass)) continue;
+    if (!std::isfinite(mass)) return;
     for (int axis = 0; axis < 3; ++axis) {
       const double change =
           layout.block(now_.data(), axis)[i] - layout.block(then_.data(), axis)[i];
       sum += mass * change * change;
     }
-  }
+  });
   return 0.5 * sum * spec_.sleep->after * spec_.sleep->after;
 }
 
 void Sleep::remember(std::size_t island) {
   const Layout layout(particles_->layout().n(), 3);
-  for (const int i : members(island))
+  members_[island].for_each([&](int i) {
     for (int axis = 0; axis < 3; ++axis)
       layout.block(then_.data(), axis)[i] = layout.block(now_.data(), axis)[i];
+  });
 }
 
-bool Sleep::wake_disturbed(double t, double h, const double* x) {
-  const int before = asleep_;
-  if (before == 0) return false;
+// The golden ratio spreads the times: k + frac(k phi) / 2, in a 16th of `after`.
+double Sleep::moment(std::int64_t look) const {
+  constexpr double kPhi = 0.6180339887498949;
+  const auto k = static_cast<double>(look);
+  return spec_.sleep->after / kLooks * (k + 0.5 * (k * kPhi - std::floor(k * kPhi)));
+}
+
+std::int64_t Sleep::looks_until(double t) const {
+  auto count = static_cast<std::int64_t>(std::max(0.0, t / spec_.sleep->after * kLooks - 1));
+  while (moment(count) <= t) ++count;
+  return count;
+}
+
+bool Sleep::may_be_disturbed() const {
+  return any() &&
+         (reach_ >= 0 || particles_->contacts().move() || !particles_->prescribed().empty());
+}
+
+void Sleep::wake_disturbed(double t, double h, const double* x) {
+  if (!may_be_disturbed()) return;
   const ParticleView view = particles_->view(t, x);
   if (particles_->contacts().sampled()) particles_->contacts().prepare_interval(t, t + h);
   const auto wake_where = [&](const auto& disturbed) {
@@ -262,15 +277,8 @@ bool Sleep::wake_disturbed(double t, double h, const double* x) {
     }
   if (particles_->contacts().move())
     wake_where([&](std::size_t island) {
-      return look_[island] <= t + h && touches_moving(island, view, t + h);
+      return free_until_[island] <= t + h && touches_moving(island, view, t + h);
     });
-  // Forces that depend on time, once in every `after`.
-  const double after = spec_.sleep->after;
-  if (std::floor((t + h) / after) != std::floor(t / after)) {
-    accelerations(t + h, x);
-    wake_where([&](std::size_t island) { return !(gain(island) <= spec_.sleep->energy); });
-  }
-  return asleep_ != before;
 }
 
 // Islands that are near each other rest together or not at all.
@@ -309,24 +317,37 @@ std::vector<std::uint8_t> Sleep::ready(double t, const ParticleView& view) {
   return ready;
 }
 
-bool Sleep::settle(double t, double* x) {
+void Sleep::wake_changed(double t, const double* x) {
+  accelerations(t, x);
+  for (std::size_t island = 0; island < islands(); ++island)
+    if (sleeps_[island] && !(gain(island) <= spec_.sleep->energy)) rouse(island);
+}
+
+// Springs and affine forces do not depend on time; others are looked at once in every `after`, for
+// that takes as long as a step of all.
+void Sleep::look(double from, double t, double* x) {
+  const std::int64_t before = looks_until(from), now = looks_until(t);
+  if (now == before) return;
+  if (any() && !particles_->other_forces().empty() && now / kLooks > before / kLooks)
+    wake_changed(t, x);
   const ParticleView view = particles_->view(t, x);
   bool some = false;
   for (std::size_t island = 0; island < islands(); ++island) {
     if (sleeps_[island]) continue;
-    const bool rests = kinetic(island, view) < spec_.sleep->energy;
+    const bool rests = members_[island].kinetic_energy(view) < spec_.sleep->energy;
     if (!rests) since_[island] = kAwake;
     if (rests && since_[island] < 0) since_[island] = t;
     some = some || (rests && t - since_[island] >= spec_.sleep->after);
   }
-  if (!some) return false;
+  if (!some) return;
   const std::vector<std::uint8_t> falls = ready(t, view);
-  if (std::ranges::count(falls, 1) == 0) return false;
+  if (std::ranges::count(falls, 1) == 0) return;
   for (std::size_t island = 0; island < islands(); ++island) {
     if (!falls[island]) continue;
-    taken_ += kinetic(island, view);
-    for (const int i : members(island))
+    taken_ += members_[island].kinetic_energy(view);
+    members_[island].for_each([&](int i) {
       for (int axis = 0; axis < 3; ++axis) particles_->layout().block(x, 3 + axis)[i] = 0;
+    });
     sleeps_[island] = 1;
     since_[island] = t;
     boxes_[island] = box(island, view, 0);
@@ -336,58 +357,37 @@ bool Sleep::settle(double t, double* x) {
   for (std::size_t island = 0; island < islands(); ++island)
     if (falls[island]) remember(island);
   scene_.reset();
-  return true;
-}
-
-// J; without bound where a pinned particle moves.
-double Sleep::kinetic(std::size_t island, const ParticleView& view) const {
-  const std::span<const double> masses = particles_->masses();
-  double twice = 0;
-  for (const int i : members(island)) {
-    const double square = view.velocity(i).squaredNorm();
-    const double mass = masses[static_cast<std::size_t>(i)];
-    if (square > 0) twice += mass * square;
-  }
-  return 0.5 * twice;
 }
 
 Simulation* Sleep::awake_scene(const Snapshot& now, const double* x) {
   if (scene_) return scene_.get();
-  ids_.clear();
+  std::vector<int> ids;
   for (std::size_t i = 0; i < island_.size(); ++i)
-    if (!sleeps_[static_cast<std::size_t>(island_[i])]) ids_.push_back(static_cast<int>(i));
-  if (ids_.empty()) return nullptr;
-  SystemSpec part = scene_part(spec_, ids_);
+    if (!sleeps_[static_cast<std::size_t>(island_[i])]) ids.push_back(static_cast<int>(i));
+  if (ids.empty()) return nullptr;
+  awake_ = Subset(ids);
+  const SystemSpec part = scene_part(spec_, ids);
   const Settings& all = *now.settings;
   scene_ = std::make_unique<Simulation>(part, *registry_,
                                         RunOptions{all.method.choice(), all.h, threads_});
   auto settings = std::make_shared<Settings>(all);
-  const auto number = [&](std::vector<int>& ids) {
+  const auto number = [&](std::vector<int>& of_all) {
     std::vector<int> left;
-    for (const int id : ids)
-      if (const auto at = std::ranges::lower_bound(ids_, id); at != ids_.end() && *at == id)
-        left.push_back(static_cast<int>(at - ids_.begin()));
-    ids = std::move(left);
+    for (const int id : of_all)
+      if (const auto at = std::ranges::lower_bound(ids, id); at != ids.end() && *at == id)
+        left.push_back(static_cast<int>(at - ids.begin()));
+    of_all = std::move(left);
   };
   number(settings->pinned);
   number(settings->held);
-  const Layout few(static_cast<int>(ids_.size()));
   std::vector<double> state(scene_->state().begin(), scene_->state().end());
-  for (int block = 0; block < 6; ++block)
-    for (std::size_t i = 0; i < ids_.size(); ++i)
-      few.block(state.data(), block)[i] = particles_->layout().block(x, block)[ids_[i]];
+  awake_.gather(particles_->layout(), x, state.data());
   scene_->restore({settings, now.step, now.n0, now.t0, std::move(state), {}});
   return scene_.get();
 }
 
 void Sleep::scatter(double* x) const {
-  const Layout few(static_cast<int>(ids_.size()));
-  const double* const from = scene_->state().data();
-  for (int block = 0; block < 6; ++block) {
-    const double* const own = few.block(from, block);
-    double* const all = particles_->layout().block(x, block);
-    for (std::size_t i = 0; i < ids_.size(); ++i) all[ids_[i]] = own[i];
-  }
+  awake_.scatter(scene_->state().data(), particles_->layout(), x);
 }
 
 std::vector<double> Sleep::memory() const {
@@ -412,7 +412,7 @@ bool Sleep::recall(std::span<const double> memory, const double* x) {
     sleeps_[island] = memory[islands() + island] == 1;
     if (!sleeps_[island]) continue;
     ++asleep_;
-    look_[island] = 0;
+    free_until_[island] = 0;
     boxes_[island] = box(island, particles_->view(0, x), 0);
     times.push_back(since_[island]);
   }

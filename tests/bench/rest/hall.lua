@@ -29,5 +29,5 @@ for cloth = 0, count - 1 do
 end
 local scene = { name = "hall", particles = particles, forces = { structural, shear },
   integrator = "verlet", dt = 0.002, duration = 10 }
-if sleep > 0 then scene.sleep = { energy = sleep, after = 0.1 } end
+if sleep > 0 then scene.sleep = sleep end
 return sim.scene(scene)
