@@ -25,11 +25,11 @@ Environment find_environment(const Folders& plugin_path) {
 }
 
 Registry open_registry(const Environment& environment, const Folders& libraries, bool probe) {
-  if (environment.plugin_folders.empty() && libraries.empty())
+  if (environment.plugin_folders.empty() && libraries.empty() && linked_plugins().empty())
     throw Error(ErrorKind::kIo,
                 {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
                  "there is none beside the program", "install it again, or give --plugin-path"});
-  return Registry(environment.plugin_folders, libraries, probe);
+  return Registry(environment.plugin_folders, libraries, probe, linked_plugins());
 }
 
 DevelopmentFiles development_files() {

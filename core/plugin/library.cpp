@@ -96,6 +96,10 @@ PluginCard read_card(const std::filesystem::path& file) {
     if (in.bad()) refuse_for_now(file, EIO);
     refuse(file, "it has no plugin card", "write SIM_PLUGIN(Kind, names) { ... } in it");
   }
+  return checked_card(card, file);
+}
+
+PluginCard checked_card(PluginCard card, const std::filesystem::path& file) {
   if (card.magic != kPluginMagic) refuse(file, "its plugin card has a wrong magic number");
   card.names[sizeof card.names - 1] = 0;
   card.build[sizeof card.build - 1] = 0;
@@ -131,6 +135,16 @@ std::vector<CardName> card_names(const PluginCard& card) {
 
 Seal check_seal(const std::filesystem::path& file) { return seal_of(bytes_of(file)); }
 
+void enroll_plugins(const std::filesystem::path& file, void (*enroll)(Registrar&),
+                    Registrar& registrar) {
+  try {
+    enroll(registrar);
+  } catch (...) {
+    const auto why = thrown_by_others();
+    refuse(file, "its registration failed" + (why ? ": " + *why : ""));
+  }
+}
+
 std::uint64_t open_library(const std::filesystem::path& file, Registrar& registrar) {
   const std::string bytes = bytes_of(file);
   if (seal_of(bytes) == Seal::kBroken)
@@ -144,15 +158,10 @@ std::uint64_t open_library(const std::filesystem::path& file, Registrar& registr
     const char* const reason = dlerror();
     refuse(file, reason ? reason : "it cannot be opened");
   }
-  using Register = void (*)(Registrar&);
-  const auto call = reinterpret_cast<Register>(dlsym(library, "sim_plugin_register"));
-  if (!call) refuse(file, "it does not export sim_plugin_register", "use the macro SIM_PLUGIN");
-  try {
-    call(registrar);
-  } catch (...) {
-    const auto why = thrown_by_others();
-    refuse(file, "its registration failed" + (why ? ": " + *why : ""));
-  }
+  using Enroll = void (*)(Registrar&);
+  const auto enroll = reinterpret_cast<Enroll>(dlsym(library, "sim_plugin_register"));
+  if (!enroll) refuse(file, "it does not export sim_plugin_register", "use the macro SIM_PLUGIN");
+  enroll_plugins(file, enroll, registrar);
   return content_hash(bytes);
 }
 

@@ -15,6 +15,9 @@ namespace sim {
 // was made for another ABI.
 PluginCard read_card(const std::filesystem::path& file);
 
+// The card, if it is one of this kernel's; throws likewise. `file` is where it stands.
+PluginCard checked_card(PluginCard card, const std::filesystem::path& file);
+
 // The plugins that a card names, the aliases of each behind its name.
 struct CardName {
   std::string name;
@@ -25,6 +28,10 @@ std::vector<CardName> card_names(const PluginCard& card);
 // The state of a file by the checksum that sim_add_plugin appends.
 enum class Seal { kNone, kWhole, kBroken };
 Seal check_seal(const std::filesystem::path& file);
+
+// Lets plugins register. Throws Error{kPlugin} for whatever they throw.
+void enroll_plugins(const std::filesystem::path& file, void (*enroll)(Registrar&),
+                    Registrar& registrar);
 
 // Opens the library and lets it register; returns content_hash() of the file. The library stays
 // open for the life of the process, for objects of its classes may outlive any owner. Throws

@@ -71,11 +71,22 @@ extern template void Registrar::add(Plugin<StepCorrection>);
 }  // namespace sim
 
 // SIM_PLUGIN(Force, "gravity") { registrar.add(sim::ForcePlugin{...}); }
-#define SIM_PLUGIN(KIND, NAMES)                                                                  \
-  extern "C"                                                                                     \
-      __attribute__((section(".sim_plugin"), used,                                               \
-                     visibility("default"))) constinit const ::sim::PluginCard sim_plugin_card = \
-          ::sim::make_card<::sim::KIND>(NAMES);                                                  \
-  extern "C" __attribute__((visibility("default"))) void sim_plugin_register(                    \
-      ::sim::Registrar& registrar);                                                              \
-  void sim_plugin_register(::sim::Registrar& registrar)
+// In a program that links several (core/plugin/linked_plugins.h), SIM_PLUGIN_NAME, an identifier,
+// tells the symbols of one from those of the others. Without it they are the exports of a library.
+#ifdef SIM_PLUGIN_NAME
+#define SIM_PLUGIN_JOIN(SYMBOL, NAME) SYMBOL##_##NAME
+#define SIM_PLUGIN_NAMED(SYMBOL, NAME) SIM_PLUGIN_JOIN(SYMBOL, NAME)
+#define SIM_PLUGIN_SYMBOL(SYMBOL) SIM_PLUGIN_NAMED(SYMBOL, SIM_PLUGIN_NAME)
+#define SIM_PLUGIN_CARD visibility("hidden")
+#define SIM_PLUGIN_EXPORT visibility("hidden")
+#else
+#define SIM_PLUGIN_SYMBOL(SYMBOL) SYMBOL
+#define SIM_PLUGIN_CARD section(".sim_plugin"), used, visibility("default")
+#define SIM_PLUGIN_EXPORT visibility("default")
+#endif
+#define SIM_PLUGIN(KIND, NAMES)                                                                    \
+  extern "C" __attribute__((SIM_PLUGIN_CARD)) constinit const ::sim::PluginCard SIM_PLUGIN_SYMBOL( \
+      sim_plugin_card) = ::sim::make_card<::sim::KIND>(NAMES);                                     \
+  extern "C" __attribute__((SIM_PLUGIN_EXPORT)) void SIM_PLUGIN_SYMBOL(sim_plugin_register)(       \
+      ::sim::Registrar & registrar);                                                               \
+  void SIM_PLUGIN_SYMBOL(sim_plugin_register)(::sim::Registrar & registrar)

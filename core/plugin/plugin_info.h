@@ -36,7 +36,7 @@ struct PluginInfo {
 
   std::vector<std::string> aliases = {};  // the rest is filled in by the registry
   PluginKind kind = {};
-  std::string file = {};  // the library it came from
+  std::string file = {};  // the library it came from, or "the program"
 
   // "force 'gravity'", as errors name it.
   std::string title() const;

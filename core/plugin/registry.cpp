@@ -16,6 +16,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// The "file" of what is linked in, as errors and descriptions name it.
+constexpr const char* kProgram = "the program";
+
 // A name that two libraries have. Unlike a broken library it stops everything: the kernel does not
 // guess which of the two was meant.
 struct Taken : Error {
@@ -48,11 +51,13 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 }  // namespace
 
 struct Registry::Impl {
-  // A library in the search path: what its card promises, and whether it has been opened.
+  // A library in the search path, or what would be one but is linked in: what its card promises,
+  // and whether it has been opened.
   struct Library {
     fs::path file, canonical;
     PluginKind kind;
     std::vector<CardName> names;
+    void (*enroll)(Registrar&) = nullptr;  // linked in: there is no file
     bool opened = false;
     std::uint64_t hash = 0;  // of its content, once it is open
   };
@@ -110,7 +115,15 @@ struct Registry::Impl {
     if (known != libraries.end()) return *known;
 
     const PluginCard card = read_card(file);
-    Library library{file, canonical, kPluginKinds[card.kind], card_names(card)};
+    return note({file, canonical, kPluginKinds[card.kind], card_names(card)});
+  }
+
+  void enter(const LinkedPlugin& linked) {
+    const PluginCard card = checked_card(*linked.card, kProgram);
+    note({kProgram, {}, kPluginKinds[card.kind], card_names(card), linked.enroll});
+  }
+
+  Library& note(Library library) {
     Shelf& shelf = of(library.kind);
     std::set<std::string> own;
     for (const CardName& entry : library.names) {
@@ -120,8 +133,9 @@ struct Registry::Impl {
         const auto taken = shelf.canonical.find(word);
         const bool known_name = taken != shelf.canonical.end();
         if (!known_name && own.insert(word).second) continue;
-        const fs::path& other = known_name ? libraries[shelf.owner[taken->second]].file : file;
-        throw Taken(ErrorKind::kPlugin, {"plugin", file.string(),
+        const fs::path& other =
+            known_name ? libraries[shelf.owner[taken->second]].file : library.file;
+        throw Taken(ErrorKind::kPlugin, {"plugin", library.file.string(),
                                          "the " + std::string(library.kind.name) + " name '" +
                                              word + "' is taken by " + other.string(),
                                          "give one of them another name, or take it away"});
@@ -137,9 +151,13 @@ struct Registry::Impl {
 
   void open(Library& library) {
     if (library.opened) return;
-    if (probe) probe_library(library.file);
     Collector collector(*this, library);
-    library.hash = open_library(library.file, collector);
+    if (library.enroll) {
+      enroll_plugins(library.file, library.enroll, collector);
+    } else {
+      if (probe) probe_library(library.file);
+      library.hash = open_library(library.file, collector);
+    }
     for (const CardName& entry : library.names)
       if (!collector.registered.count(entry.name))
         throw Error(ErrorKind::kPlugin,
@@ -179,9 +197,10 @@ struct Registry::Impl {
 };
 
 Registry::Registry(const std::vector<fs::path>& directories, const std::vector<fs::path>& libraries,
-                   bool probe)
+                   bool probe, std::span<const LinkedPlugin> linked)
     : impl_(std::make_unique<Impl>()) {
   impl_->probe = probe;
+  for (const LinkedPlugin& plugin : linked) impl_->enter(plugin);
   // A broken library must not keep the others from being used: it is told when it is asked for.
   for (const fs::path& directory : directories)
     for (const fs::path& file : libraries_below(directory)) {
@@ -226,14 +245,14 @@ std::vector<const PluginInfo*> Registry::find(const std::string& name) {
 std::vector<fs::path> Registry::libraries(bool opened) const {
   std::vector<fs::path> files;
   for (const Impl::Library& library : impl_->libraries)
-    if (library.opened || !opened) files.push_back(library.file);
+    if (!library.enroll && (library.opened || !opened)) files.push_back(library.file);
   return files;
 }
 
 std::vector<InputFile> Registry::inputs() const {
   std::vector<InputFile> files;
   for (const Impl::Library& library : impl_->libraries)
-    if (library.opened && library.kind.in_scenes)
+    if (!library.enroll && library.opened && library.kind.in_scenes)
       files.push_back({std::string(library.kind.name) + " '" + library.names.front().name + "'",
                        fs::absolute(library.file).string(), library.hash});
   return files;

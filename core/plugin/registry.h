@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/base/input_file.h"
+#include "core/plugin/linked_plugins.h"
 #include "core/plugin/method.h"
 #include "core/plugin/plugin_info.h"
 
@@ -17,9 +19,10 @@ class Registry {
   // Directories are searched in order; each has a folder for each kind, or holds the libraries.
   // Nothing of them is opened yet; the `libraries` are, at once. A directory that cannot be read is
   // an error, and so is a name that two libraries have. Methods refer to their registry: it stays.
-  // `probe`: each library is tried first, see probe_library().
+  // `probe`: each library is tried first, see probe_library(). `linked` are known besides.
   explicit Registry(const std::vector<std::filesystem::path>& directories,
-                    const std::vector<std::filesystem::path>& libraries = {}, bool probe = false);
+                    const std::vector<std::filesystem::path>& libraries = {}, bool probe = false,
+                    std::span<const LinkedPlugin> linked = {});
   ~Registry();
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;

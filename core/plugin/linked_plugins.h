@@ -1,0 +1,21 @@
+// Plugins that are part of a program, instead of libraries that it opens.
+#pragma once
+
+#include <span>
+
+namespace sim {
+
+struct PluginCard;
+class Registrar;
+
+// The two exports of a plugin's library, as symbols of the program.
+struct LinkedPlugin {
+  const PluginCard* card;
+  void (*enroll)(Registrar& registrar);
+};
+
+// Those that sim_link_plugin() of CMake linked into the program or library that calls this; the
+// list is made there.
+std::span<const LinkedPlugin> linked_plugins();
+
+}  // namespace sim
