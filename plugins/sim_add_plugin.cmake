@@ -30,7 +30,8 @@ endfunction()
 # sim_list_plugins(TARGET NAME...): puts names on the list of a target, which is written at the end of
 # its folder. A target without plugins has an empty one.
 function(sim_list_plugins target)
-  get_property(listed TARGET ${target} PROPERTY SIM_LINKED_PLUGINS SET)
+  get_property(listed TARGET ${target} PROPERTY SIM_LISTS_PLUGINS)
+  set_property(TARGET ${target} PROPERTY SIM_LISTS_PLUGINS ON)
   set_property(TARGET ${target} APPEND PROPERTY SIM_LINKED_PLUGINS ${ARGN})
   if(NOT listed)
     cmake_language(EVAL CODE "cmake_language(DEFER CALL sim_write_plugin_list ${target})")
@@ -38,7 +39,7 @@ function(sim_list_plugins target)
 endfunction()
 
 function(sim_write_plugin_list target)
-  get_target_property(names ${target} SIM_LINKED_PLUGINS)
+  get_property(names TARGET ${target} PROPERTY SIM_LINKED_PLUGINS)
   set(declarations)
   set(entries)
   foreach(name ${names})
