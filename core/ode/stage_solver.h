@@ -19,6 +19,7 @@ struct StageOptions {
   double atol = 0, rtol = 0;
   double reach = 1;          // the step ends at  r + reach (Y - r)  where it ends at no stage
   int newton_steps = 10000;  // at most; 1: one linearised step, taken as it is
+  bool long_steps = false;   // steps are long beside the motion: a factorisation pays
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
   // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.
   enum class Method { kNewton, kLocalGlobal } method = Method::kNewton;

@@ -89,6 +89,10 @@ class Force {
   // order, and those of one pair (i, j) add up. Without, differences of accumulate() are taken.
   virtual bool has_jacobian() const { return false; }
   virtual void jacobian(const ParticleView& /*view*/, JacobianSink& /*sink*/) const {}
+  // Appends the pairs of particles whose blocks jacobian() may add, in any order, whatever the
+  // state, also of what is torn: a sparse factorisation is planned for them. False where they
+  // change with the state, as the pairs within a cutoff do. Asked after bind().
+  virtual bool couplings(std::vector<std::array<int, 2>>& /*pairs*/) const { return false; }
 
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }

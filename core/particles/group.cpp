@@ -83,6 +83,10 @@ class Group final : public Force {
       for (int i = range.begin; i < range.end; ++i) sink.velocity(i, i, block);
   }
 
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    return !gathered_ || force_->couplings(pairs);
+  }
+
   double potential(const ParticleView& view, Tile tile) const override {
     double sum = 0;
     for_each_range(tile, [&](Tile part) { sum += force_->potential(view, part); });

@@ -66,11 +66,15 @@ void explain(Rest& rest, bool moves_away, int refused, bool idle) {
   }
 }
 
+// How much longer the next step may be after one that took so many iterations of Newton's method:
+// few are a sign that forces hardly change in it.
+double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iterations <= 8 ? 4 : 2; }
+
 }  // namespace
 
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kSteps = 200, kIdle = 4;
-  constexpr double kGrow = 2, kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
+  constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   if (!simulation.second_order())
     throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
@@ -78,7 +82,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
                                     "run it for long instead"});
   OdeSystem& system = simulation.ode();
   const std::size_t size = system.size();
-  const auto solver = system.stage_solver({.tolerance = 1e-12});
+  const auto solver = system.stage_solver({.tolerance = 1e-12, .long_steps = true});
   Snapshot snapshot = simulation.snapshot();
   Array x(size), next(size), best(size), at(size), slope(size);
   std::ranges::copy(snapshot.x, x.data());
@@ -100,6 +104,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
       break;
     }
     std::ranges::copy(x.span(), next.data());
+    const std::int64_t before = solver->effort().newton;
     const StepStatus status = solver->solve(simulation.t(), h, x.data(), next.data());
     if (status != StepStatus::kDone) {
       h *= kShrink;
@@ -112,12 +117,16 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     std::swap(x, next);
     const double now = largest_acceleration(simulation, x.data(), at, slope);
     scale = std::max(scale, now);
+    fprintf(stderr, "h %g its %ld lin %ld fact %ld evals %ld now %g least %g scale %g\n", h,
+            (long)(solver->effort().newton - before), (long)solver->effort().linear,
+            (long)solver->effort().factorisations, (long)solver->effort().evaluations, now, least,
+            scale);
     idle = now < 0.9 * least || least > kNearly * scale ? 0 : idle + 1;
     if (now < least) {
       least = now;
       std::ranges::copy(x.span(), best.data());
     }
-    h *= kGrow;
+    h *= growth(solver->effort().newton - before);
     ++rest.effort.steps;
   }
   std::copy(best.data(), best.data() + size, snapshot.x.begin());

@@ -139,6 +139,13 @@ class Bending final : public sim::Force {
     }
   }
 
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    for (int i = 0; i + 1 < static_cast<int>(rows_.size()); ++i)
+      for (const Entry& entry : row(i))
+        if (i < entry.j) pairs.push_back({i, entry.j});
+    return true;
+  }
+
   // Patch by patch, for the sum over Q would be a small difference of large numbers.
   double potential(const sim::ParticleView& p, sim::Tile tile) const override {
     double sum = 0;

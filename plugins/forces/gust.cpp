@@ -25,6 +25,7 @@ class Gust final : public sim::Force {
   }
   bool depends_on_velocity() const override { return false; }
   bool has_jacobian() const override { return true; }  // c w depends on no particle
+  bool couplings(std::vector<std::array<int, 2>>& /*pairs*/) const override { return true; }
 
   int internal_size() const override { return 3; }
   void start(std::span<double> w) const override {

@@ -1,4 +1,5 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
+#include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/element_forces.h"
 #include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
@@ -52,6 +53,11 @@ class Pressure final : public sim::Force {
         sink.position(i, ids[2], by_c);
       }
     }
+  }
+
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    sim::add_element_couplings(surface_->ids(), 3, pairs);
+    return true;
   }
 
   // -p V with the volume V = sum of a.(b x c) / 6 of a closed surface. The force of an open one has

@@ -61,6 +61,10 @@ class Spring final : public sim::Force, public sim::Breakable {
   void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     if (dashpots_) dashpots_->jacobian(view, sink);
   }
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    if (dashpots_) dashpots_->couplings(pairs);
+    return true;
+  }
 
   const sim::Springs* springs() const override { return &*springs_; }
 

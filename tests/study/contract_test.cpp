@@ -59,6 +59,7 @@ TEST_CASE("each broken promise of a force is found, and no other") {
   CHECK(broken("good").empty());
   CHECK(broken("wrong_potential") == Names{"F = -dU/dx"});
   CHECK(broken("wrong_jacobian") == Names{"Jacobian against differences"});
+  CHECK(broken("silent") == Names{"couplings() names every pair"});
   CHECK(broken("liar").contains("depends_on_velocity is honest"));
   CHECK(broken("impure").contains("the same bits again"));
   CHECK(broken("of_tiles").contains("the same bits in other tiles"));

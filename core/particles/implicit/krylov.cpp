@@ -81,13 +81,29 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   return result;
 }
 
-Gmres::Gmres(const Layout& layout, int most_iterations)
-    : most_(most_iterations), r_(layout.size()), z_(layout.size()) {
+Gmres::Gmres(const Layout& layout, int most_iterations, std::unique_ptr<SparseLdlt> factors,
+             double stiff)
+    : most_(most_iterations),
+      factors_(std::move(factors)),
+      stiff_(stiff),
+      r_(layout.size()),
+      z_(layout.size()) {
   for (int j = 0; j <= kRestart; ++j) basis_.emplace_back(layout.size());
+}
+
+void Gmres::precondition(StageMatrix& matrix, const double* r) {
+  if (factored_)
+    factors_->divide(r, z_.data());
+  else
+    matrix.precondition(r, z_.data());
 }
 
 LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
   LinearResult result;
+  // Factors know of no planes that restrict A.
+  const bool factors = factors_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
+  factored_ = factors && factors_->prepare(matrix);
+  result.factorisations = factors;
   std::fill_n(d, r_.size(), 0.0);
   std::copy_n(b, r_.size(), r_.data());
   double norm = std::sqrt(dot(r_, r_));
@@ -102,7 +118,7 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
            !matrix.stopped()) {
       double* const h = h_[used];
       Array& next = basis_[static_cast<std::size_t>(used) + 1];
-      matrix.precondition(basis_[static_cast<std::size_t>(used)].data(), z_.data());
+      precondition(matrix, basis_[static_cast<std::size_t>(used)].data());
       matrix.apply(z_.data(), next.data());
       for (int i = 0; i <= used; ++i) {
         h[i] = dot(next, basis_[static_cast<std::size_t>(i)]);
@@ -136,7 +152,7 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
       g[j] = y / h_[j][j];
       add(r_, g[j], basis_[static_cast<std::size_t>(j)]);
     }
-    matrix.precondition(r_.data(), z_.data());
+    precondition(matrix, r_.data());
     for (std::size_t i = 0; i < z_.size(); ++i) d[i] += z_[i];
     // r := b - A d
     matrix.apply(d, z_.data());

@@ -1,5 +1,8 @@
 #include "core/particles/implicit/linear_solver.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "core/base/error.h"
 
 namespace sim {
@@ -8,12 +11,21 @@ namespace {
 constexpr int kDirectUpTo = 8;     // particles; more are faster with conjugate gradients
 constexpr int kDirectAtAll = 512;  // particles whose factor may stand by: more take long to analyse
 constexpr int kPatience = 500;     // iterations until the factor is faster, whatever the size
+constexpr double kStiff = 300;     // stiffness of A from which on factors precondition GMRES
+// Products of a factorisation that may stand by, and of one for steps that are all stiff.
+constexpr double kProductsStandingBy = 1e8, kProductsOfLongSteps = 1e11;
+
+std::vector<std::array<int, 2>> spring_pairs(const StageMatrix& matrix) {
+  std::vector<std::array<int, 2>> pairs;
+  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.push_back({a, b}); });
+  return pairs;
+}
 
 // Conjugate gradients, and the factor where they do not get there.
 class Either final : public LinearSolver {
  public:
   Either(const StageMatrix& matrix, std::span<const double> masses)
-      : iterative_(matrix.layout(), kPatience), direct_(matrix, masses) {}
+      : iterative_(matrix.layout(), kPatience), direct_(matrix, masses, spring_pairs(matrix)) {}
 
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
     const LinearResult first = iterative_.solve(matrix, b, d, eta);
@@ -58,30 +70,43 @@ std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const
   const Layout& layout = matrix.layout();
   const bool small = layout.n() <= kDirectUpTo;
   if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
-    return std::make_unique<SparseLdlt>(matrix, system.masses());
+    return std::make_unique<SparseLdlt>(matrix, system.masses(), spring_pairs(matrix));
   if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
     return std::make_unique<Either>(matrix, system.masses());
   return std::make_unique<ConjugateGradient>(matrix, system, most);
+}
+
+std::unique_ptr<LinearSolver> make_unsymmetric(const StageMatrix& matrix, const Particles& system,
+                                               const StageOptions& options, int most) {
+  using Solver = StageOptions::Solver;
+  const bool demanded = options.solver == Solver::kDirect;
+  auto pairs = matrix.others().couplings();
+  if (!pairs && demanded)
+    throw Error(ErrorKind::kScene,
+                {"integrator does not fit", "",
+                 "the sparse factorisation is for forces that always couple the same particles, "
+                 "and this system has another, '" +
+                     system.name_of(*system.other_forces().front()) + "'",
+                 "use solver = \"auto\""});
+  const double affordable = options.long_steps ? kProductsOfLongSteps : kProductsStandingBy;
+  std::unique_ptr<SparseLdlt> factors;
+  if (pairs && options.solver != Solver::kIterative) {
+    std::ranges::copy(spring_pairs(matrix), std::back_inserter(*pairs));
+    if (demanded || factor_products(system.masses(), *pairs) <= affordable)
+      factors = std::make_unique<SparseLdlt>(matrix, system.masses(), *pairs);
+  }
+  return std::make_unique<Gmres>(matrix.layout(), most, std::move(factors),
+                                 demanded || options.long_steps ? 0 : kStiff);
 }
 
 }  // namespace
 
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options, bool bounded) {
-  using Solver = StageOptions::Solver;
   // In exact arithmetic as many iterations as unknowns would do.
   const Layout& layout = matrix.layout();
   const int most = 100 + 6 * layout.n();
-  if (!matrix.symmetric()) {
-    if (options.solver == Solver::kDirect)
-      throw Error(ErrorKind::kScene,
-                  {"integrator does not fit", "",
-                   "the sparse factorisation is for springs, gravity and drag, and this system has "
-                   "another force, '" +
-                       system.name_of(*system.other_forces().front()) + "'",
-                   "use solver = \"auto\""});
-    return std::make_unique<Gmres>(layout, most);
-  }
+  if (!matrix.symmetric()) return make_unsymmetric(matrix, system, options, most);
   auto solver = make_unrestricted(matrix, system, options, most);
   if (!bounded) return solver;
   return std::make_unique<Restricted>(matrix, most, std::move(solver));

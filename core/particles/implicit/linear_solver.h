@@ -54,27 +54,12 @@ class ConjugateGradient final : public LinearSolver {
   std::optional<Multigrid> multilevel_;
 };
 
-// For matrices that are not symmetric: GMRES(30), preconditioned likewise from the right.
-// Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
-class Gmres final : public LinearSolver {
- public:
-  Gmres(const Layout& layout, int most_iterations);
-  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
-
- private:
-  static constexpr int kRestart = 30;
-  int most_;
-  std::vector<Array> basis_;
-  Array r_, z_;
-  double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations
-};
-
-// Sparse L D L^T with the fill-reducing order of Amestoy, Davis & Duff (1996); the pattern
-// is analysed once. Pinned particles have no rows.
+// Sparse L D L^T of the symmetric part of A, with the fill-reducing order of Amestoy, Davis & Duff
+// (1996); the pattern is analysed once. Pinned particles have no rows.
 class SparseLdlt final : public LinearSolver {
  public:
-  // masses of the particles in kg, infinity where pinned.
-  SparseLdlt(const StageMatrix& matrix, std::span<const double> masses);
+  // masses of the particles in kg, infinity where pinned; the pairs that springs and others couple.
+  SparseLdlt(const StageMatrix& matrix, std::span<const double> masses, ParticlePairs pairs);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
   bool prepare(const StageMatrix& matrix) override;
   void divide(const double* r, double* z) override;
@@ -85,12 +70,35 @@ class SparseLdlt final : public LinearSolver {
   };
   Target target(int low, int high) const;
   void assemble(const StageMatrix& matrix);
+  void add_symmetric_part(std::span<const PluginForceJacobian::Block> blocks, double factor);
 
   Layout layout_;
   std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned
   std::optional<SparseSymmetric> upper_;
   std::vector<Target> diagonal_, springs_;  // of particles; of springs in the order of for_each
   std::vector<double> x_;
+};
+
+// For matrices that are not symmetric: GMRES(30), preconditioned from the right with the 3 x 3
+// blocks on the diagonal, or with the factors of the symmetric part, where there are any and A is
+// stiff. Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
+class Gmres final : public LinearSolver {
+ public:
+  Gmres(const Layout& layout, int most_iterations, std::unique_ptr<SparseLdlt> factors,
+        double stiff);
+  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
+
+ private:
+  static constexpr int kRestart = 30;
+  void precondition(StageMatrix& matrix, const double* r);  // z_ := about A^-1 r
+
+  int most_;
+  std::unique_ptr<SparseLdlt> factors_;  // null: none
+  double stiff_;                         // stiffness of A from which on they are used
+  bool factored_ = false;
+  std::vector<Array> basis_;
+  Array r_, z_;
+  double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations
 };
 
 // A solver that suits the system, or the one that the options demand. `bounded`: planes may

@@ -29,8 +29,8 @@ LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& opti
             if (a < b) visit(a, b, k);
           });
   };
-  std::vector<std::pair<int, int>> pairs;
-  each_spring([&](int a, int b, double) { pairs.emplace_back(a, b); });
+  std::vector<std::array<int, 2>> pairs;
+  each_spring([&](int a, int b, double) { pairs.push_back({a, b}); });
   row_of_ = elimination_rows(system.masses(), pairs);
   const auto row = [&](int i) { return row_of_[static_cast<std::size_t>(i)]; };
   const auto free = static_cast<int>(row_of_.size()) - system.pinned_count();

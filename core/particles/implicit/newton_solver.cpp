@@ -270,17 +270,21 @@ void NewtonSolver::find_definite_direction(double eta) {
   for (double& value : equation_.direction().span()) value = -value;
 }
 
-// With forces that have no Phi.
+// With forces that have no Phi: the residual has to fall. A whole step that turns what is stiff
+// lets it rise and the next one falls below, so that a few whole steps are tried before one is
+// shortened.
 StepStatus NewtonSolver::reduce() {
+  constexpr int kPatience = 4;  // whole steps that find no smaller residual
+  constexpr int kMostTurns = 50;
   linearise(kExact);
-  double now = norm(), previous = now;
+  double now = norm(), previous = now, lowest = now;
   const double first = now;
   std::ranges::copy(equation_.start().span(), guess_.data());
   std::ranges::copy(equation_.gradient().span(), first_gradient_.data());
+  std::ranges::copy(equation_.start().span(), best_.data());
   bool searched = false;
   double eta = 0.1;
-  constexpr int kMostTurns = 50;
-  for (int step = 0, turns = 0;; ++step) {
+  for (int step = 0, turns = 0, since = 0;; ++step) {
     if (!std::isfinite(now)) return StepStatus::kNotFinite;
     const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
     if (now <= goal) break;
@@ -297,11 +301,26 @@ StepStatus NewtonSolver::reduce() {
     now = norm();
     // What lets go of a particle may make the residual larger.
     searched = !(now <= 0.5 * previous) && !(equation_.turned() && ++turns < kMostTurns);
-    if (searched && !search_residual(previous)) return StepStatus::kNotConverged;
+    since = now < lowest ? 0 : since + 1;
+    const bool whole = !equation_.bounds() && std::isfinite(now) && since <= kPatience;
+    if (searched && !whole) {
+      if (since > 1) {
+        equation_.start_at(best_);
+        evaluate();
+        linearise(kExact);
+        now = previous = norm();
+        find_direction(std::max(1e-3 * eta, 0.5 * goal / now));
+      }
+      if (!search_residual(previous)) return StepStatus::kNotConverged;
+      since = 0;
+    }
     equation_.start_here();
     if (norm() <= goal) continue;
     linearise(kExact);
     now = norm();
+    if (since > 0) continue;
+    lowest = now;
+    std::ranges::copy(equation_.start().span(), best_.data());
   }
   return ended(first, now);
 }

@@ -50,6 +50,14 @@ PluginForceJacobian::PluginForceJacobian(const Particles& particles)
   sums_ = Array(half_.size());
 }
 
+std::optional<std::vector<std::array<int, 2>>> PluginForceJacobian::couplings() const {
+  std::vector<std::array<int, 2>> pairs;
+  if (!without_.empty()) return {};
+  for (const Force* force : with_blocks_)
+    if (!force->couplings(pairs)) return {};
+  return pairs;
+}
+
 void PluginForceJacobian::at(const ParticleView& view) {
   view_ = view;
   position_.clear();

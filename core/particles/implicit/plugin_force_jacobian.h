@@ -1,7 +1,9 @@
 // The Jacobian of plugin forces, which are neither affine nor springs.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +26,8 @@ class PluginForceJacobian {
 
   bool empty() const { return with_blocks_.empty() && without_.empty(); }
   std::span<Force* const> without_blocks() const { return without_; }
+  // The pairs that blocks may couple, whatever the state; none where some force has no such pairs.
+  std::optional<std::vector<std::array<int, 2>>> couplings() const;
   std::int64_t evaluations() const { return evaluations_; }  // of these, so far
 
   // Chooses the point; the arrays of the view must stay as they are until the last add().

@@ -71,8 +71,32 @@ void SparseSymmetric::solve(std::span<double> x) const {
   matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
 }
 
-std::vector<int> elimination_rows(std::span<const double> masses,
-                                  std::span<const std::pair<int, int>> pairs) {
+double factor_products(std::span<const double> masses, ParticlePairs pairs) {
+  // The factors of the graph of particles, of which every entry stands for a block.
+  class Counts : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
+                                              Eigen::NaturalOrdering<int>> {
+   public:
+    double squares() const { return (m_nonZerosPerCol.cast<double>().array() + 1).square().sum(); }
+  };
+  const std::vector<int> rows = elimination_rows(masses, pairs);
+  std::vector<Eigen::Triplet<double>> entries;
+  int free = 0;
+  for (const int row : rows)
+    if (row >= 0) entries.emplace_back(row, row, 1.0), ++free;
+  for (const auto& [a, b] : pairs) {
+    const auto [low, high] =
+        std::minmax(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
+    if (low >= 0) entries.emplace_back(low, high, 1.0);
+  }
+  if (free == 0) return 0;
+  Eigen::SparseMatrix<double> graph(free, free);
+  graph.setFromTriplets(entries.begin(), entries.end());
+  Counts counts;
+  counts.analyzePattern(graph);
+  return 27 * counts.squares();
+}
+
+std::vector<int> elimination_rows(std::span<const double> masses, ParticlePairs pairs) {
   std::vector<int> rows(masses.size(), -1);
   int free = 0;
   for (std::size_t i = 0; i < masses.size(); ++i)

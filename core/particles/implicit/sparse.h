@@ -1,6 +1,7 @@
 // Sparse symmetric matrices of which only the numbers change.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <utility>
@@ -28,9 +29,14 @@ class SparseSymmetric {
   std::unique_ptr<Matrices> matrices_;
 };
 
-// For each particle its row in an order of little fill, -1 where pinned (of infinite mass). Pairs
-// are the entries off the diagonal. Amestoy, Davis & Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
-std::vector<int> elimination_rows(std::span<const double> masses,
-                                  std::span<const std::pair<int, int>> pairs);
+// A symmetric pattern of particles: pairs are the entries off the diagonal, in 3 x 3 blocks.
+using ParticlePairs = std::span<const std::array<int, 2>>;
+
+// How many products the factors of such a matrix take, in the order of elimination_rows().
+double factor_products(std::span<const double> masses, ParticlePairs pairs);
+
+// For each particle its row in an order of little fill, -1 where pinned (of infinite mass).
+// Amestoy, Davis & Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
+std::vector<int> elimination_rows(std::span<const double> masses, ParticlePairs pairs);
 
 }  // namespace sim

@@ -6,18 +6,17 @@
 
 namespace sim {
 
-SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses)
+SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses,
+                       ParticlePairs pairs)
     : layout_(matrix.layout()) {
   // The order of elimination, found on the graph of particles rather than of their coordinates.
-  std::vector<std::pair<int, int>> pairs;
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
   row_of_ = elimination_rows(masses, pairs);
   int free = 0;
   for (int& row : row_of_)
     if (row >= 0) row *= 3, ++free;
-  const auto rows_of = [&](const std::pair<int, int>& pair) {
-    return std::minmax({row_of_[static_cast<std::size_t>(pair.first)],
-                        row_of_[static_cast<std::size_t>(pair.second)]});
+  const auto rows_of = [&](const std::array<int, 2>& pair) {
+    return std::minmax(
+        {row_of_[static_cast<std::size_t>(pair[0])], row_of_[static_cast<std::size_t>(pair[1])]});
   };
 
   // The pattern of the upper half, in that order.
@@ -33,10 +32,10 @@ SparseLdlt::SparseLdlt(const StageMatrix& matrix, std::span<const double> masses
     if (const auto [low, high] = rows_of(pair); low >= 0) add_block(low, high);
   upper_.emplace(3 * free, entries);
   for (const int row : row_of_) diagonal_.push_back(row < 0 ? Target{} : target(row, row));
-  for (const auto& pair : pairs) {
-    const auto [low, high] = rows_of(pair);
+  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) {
+    const auto [low, high] = rows_of({a, b});
     springs_.push_back(low < 0 ? Target{} : target(low, high));
-  }
+  });
   x_.resize(3 * static_cast<std::size_t>(free));
 }
 
@@ -66,6 +65,24 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
             scale * (stiffness.across * d[row] * d[col] + (row == col ? stiffness.along : 0.0));
   });
   SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
+  add_symmetric_part(matrix.others().position_blocks(), scale);
+  add_symmetric_part(matrix.others().velocity_blocks(), -matrix.tau());
+}
+
+// Off the diagonal: what is on it has the matrix itself. A block and that of the pair the other way
+// round each give a half of theirs.
+void SparseLdlt::add_symmetric_part(std::span<const PluginForceJacobian::Block> blocks,
+                                    double factor) {
+  const std::span<double> values = upper_->values();
+  for (const auto& [i, j, value] : blocks) {
+    const int at = row_of_[static_cast<std::size_t>(i)], by = row_of_[static_cast<std::size_t>(j)];
+    if (i == j || at < 0 || by < 0) continue;
+    const Target to = target(std::min(at, by), std::max(at, by));
+    for (int col = 0; col < 3; ++col)
+      for (int row = 0; row < 3; ++row)
+        values[to.column[col] + row] +=
+            0.5 * factor * (at < by ? value(row, col) : value(col, row));
+  }
 }
 
 LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {

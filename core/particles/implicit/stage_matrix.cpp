@@ -241,6 +241,16 @@ double StageMatrix::largest() const {
   return most;
 }
 
+double StageMatrix::stiffness_ratio() const {
+  double most = 1;
+  for (const int entry : {0, 3, 5}) {
+    const double* const d = system_->layout().block(blocks_.data(), entry);
+    for (int i = 0; i < half_.n(); ++i)
+      if (bit(system_->motion().free, i)) most = std::max(most, d[i] / shift(i));
+  }
+  return most;
+}
+
 double StageMatrix::majorant(const double* p) const {
   const auto v = half_.axes(p);
   const auto at = [&](int i) { return Vec3(v[0][i], v[1][i], v[2][i]); };

@@ -50,7 +50,8 @@ class StageMatrix {
   Mat3 diagonal(int i) const;  // the block of D
   double shift(int i) const;   // M + tau c
   const double* shifts() const { return Layout(half_.n(), 1).block(shift_.data(), 0); }
-  double largest() const;  // entry of D on its diagonal
+  double largest() const;          // entry of D on its diagonal
+  double stiffness_ratio() const;  // the largest entry of D over its shift M + tau c
 
   // The geometric stiffness of compressed springs: none, or together with others at a particle at
   // most `share` of half its shift. A is positive definite where share < 1, and exact where it is

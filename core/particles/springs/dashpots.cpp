@@ -94,6 +94,13 @@ void Dashpots::accumulate(const ParticleView& view, Tile tile, ForceSink sink) c
     });
 }
 
+void Dashpots::couplings(std::vector<std::array<int, 2>>& pairs) const {
+  for (int i = 0; i < pairs_.particles(); ++i)
+    pairs_.with_broken_at(i, [&](int to, double, double) {
+      if (i < to) pairs.push_back({i, to});
+    });
+}
+
 void Dashpots::jacobian(const ParticleView& view, JacobianSink& sink) const {
   for (int i = 0; i < view.n; ++i) {
     Mat3 of_position = Mat3::Zero(), of_velocity = Mat3::Zero();

@@ -1,6 +1,7 @@
 // Damping along springs: dashpots between the same pairs of particles.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -49,6 +50,7 @@ class Dashpots {
   // With p = x or v:  df_a / dp_a = -B,  df_a / dp_b = B,
   //   B_x = c (rho I + d (w - 2 rho d)^T / |d|^2),  B_v = c d d^T / |d|^2
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
+  void couplings(std::vector<std::array<int, 2>>& pairs) const;  // as those of a force
 
  private:
   bool acts(const Vec3& d, double rest) const {

@@ -90,6 +90,7 @@ class Springs {
 
   std::span<const SpringRun> runs() const { return runs_; }
   const Net& net() const { return net_; }  // those in no run
+  int particles() const { return n_; }
   long count() const { return count_; }
   SpringSense sense() const { return sense_; }  // of all
 
@@ -101,10 +102,15 @@ class Springs {
 
   // Calls visit(to, k, rest) for every spring at particle i.
   template <class V>
-  void at(int i, V visit_any) const {
-    const auto visit = [&](int to, double k, double rest) {
-      if (places_.empty() || k > 0) visit_any(to, k, rest);
-    };
+  void at(int i, V visit) const {
+    with_broken_at(i, [&](int to, double k, double rest) {
+      if (places_.empty() || k > 0) visit(to, k, rest);
+    });
+  }
+
+  // The same with those that are broken, of k = 0.
+  template <class V>
+  void with_broken_at(int i, V visit) const {
     for (const SpringRun& run : runs_) {
       if (i + run.stride < n_ && run.owns(i)) visit(i + run.stride, run.k_of(i), run.rest_of(i));
       const int a = i - run.stride;

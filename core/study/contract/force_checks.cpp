@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <set>
 #include <type_traits>
 
 #include "core/base/thread_pool.h"
@@ -238,6 +240,30 @@ void check_jacobian(Cloud& cloud, Examiner& examiner, const std::string& with = 
   examiner.check(name, worst < kAgree, share(worst, "derivative"));
 }
 
+// Every block that it adds, in a few states, is one of a pair that couplings() names.
+void check_couplings(Cloud& cloud, Examiner& examiner) {
+  std::vector<std::array<int, 2>> pairs;
+  if (!cloud.force().has_jacobian() || !cloud.force().couplings(pairs)) return;
+  struct Unnamed final : JacobianSink {
+    std::set<std::array<int, 2>> named;
+    std::optional<std::array<int, 2>> found;
+    void position(int i, int j, const Mat3&) override {
+      if (i != j && !named.contains({std::min(i, j), std::max(i, j)})) found = {i, j};
+    }
+    void velocity(int i, int j, const Mat3& block) override { position(i, j, block); }
+  } sink;
+  for (const auto& [a, b] : pairs) sink.named.insert({std::min(a, b), std::max(a, b)});
+  for (const int state : {0, 1, 2}) {
+    cloud.place(state, 1);
+    cloud.in_tiles(cloud.n());
+    cloud.force().jacobian(cloud.view(), sink);
+  }
+  examiner.check("couplings() names every pair", !sink.found,
+                 sink.found ? "it does not name " + std::to_string((*sink.found)[0]) + " and " +
+                                  std::to_string((*sink.found)[1])
+                            : std::to_string(sink.named.size()) + " pairs");
+}
+
 void check_velocity(Cloud& cloud, Examiner& examiner) {
   constexpr const char* kName = "depends_on_velocity is honest";
   if (cloud.force().affine() || cloud.force().springs())
@@ -356,6 +382,7 @@ void check_force(const ForcePlugin& plugin, Contract& contract) {
     Cloud cloud(plugin, params, kFew, 1);
     check_potential(cloud, examiner);
     check_jacobian(cloud, examiner);
+    check_couplings(cloud, examiner);
     check_velocity(cloud, examiner);
     check_memory(cloud, examiner);
     check_momentum(cloud, examiner);

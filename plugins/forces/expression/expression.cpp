@@ -82,6 +82,8 @@ class OfParticles final : public sim::Force {
     });
   }
 
+  bool couplings(std::vector<std::array<int, 2>>& /*pairs*/) const override { return true; }
+
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     double sum = 0;
     if (!has_energy_) return sum;

@@ -7,6 +7,7 @@
 #include "core/base/thread_pool.h"
 #include "core/particles/breakable.h"
 #include "core/particles/elements/distances.h"
+#include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/incidence.h"
 #include "parts.h"
 
@@ -93,6 +94,11 @@ class OfTies final : public sim::Force, public sim::Breakable {
             sink.position(end[1], end[0], k);
           }
         });
+  }
+
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    sim::add_element_couplings(ends_, 2, pairs);
+    return true;
   }
 
   sim::Breakable* breakable() override { return broken_.empty() ? nullptr : this; }

@@ -25,6 +25,10 @@ class Solid final : public sim::Force {
   void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {
     cells_.jacobian(view, sink);
   }
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    cells_.couplings(pairs);
+    return true;
+  }
 
  private:
   sim::FemForces cells_;

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/particles/elements/cells.h"
+#include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/incidence.h"
 
 namespace sim {
@@ -140,6 +141,10 @@ double FemForces::potential(const ParticleView& view, Tile tile) const {
 }
 
 // df_a/dx_b = -sum over the points of w (dP/dF : (. grad N_b^T)) grad N_a.
+void FemForces::couplings(std::vector<std::array<int, 2>>& pairs) const {
+  add_element_couplings(ids_, nodes_, pairs);
+}
+
 void FemForces::jacobian(const ParticleView& view, JacobianSink& sink) const {
   for (int cell = 0; cell < cell_count(); ++cell) {
     Mat3 blocks[10][10];

@@ -40,6 +40,7 @@ class FemForces {
   void add(Tile tile, ForceSink sink) const;
   double potential(const ParticleView& view, Tile tile) const;
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
+  void couplings(std::vector<std::array<int, 2>>& pairs) const;  // as those of a force
 
  private:
   int cell_count() const { return static_cast<int>(ids_.size()) / nodes_; }

@@ -1,6 +1,7 @@
 // Wind: the force of moving air on a surface, or on particles that each show it an area.
 #include <optional>
 
+#include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/torn_faces.h"
 #include "core/plugin/plugin.h"
 #include "wind_forces.h"
@@ -71,6 +72,10 @@ class WindOnSurface final : public Wind {
         }
     }
   }
+  bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
+    sim::add_element_couplings(surface_->ids(), 3, pairs);
+    return true;
+  }
 
  private:
   std::shared_ptr<const sim::TriangleMesh> surface_;
@@ -105,6 +110,7 @@ class WindOnParticles final : public Wind {
       sink.velocity(i, i, -1.0 * by_w);
     }
   }
+  bool couplings(std::vector<std::array<int, 2>>& /*pairs*/) const override { return true; }
 
  private:
   double c_;
