@@ -16,40 +16,17 @@ constexpr double kRinging = 100;   // omega times a part of a stage, as far as s
 constexpr int kMostSubsteps = 64;  // of a stage
 constexpr double kNoCut = -1;      // no spring is stiff
 
-// The factor is cheaper than conjugate gradients where it is nearly as sparse as the graph: its
-// columns are counted along the tree of elimination (Liu 1990, SIAM J. Matrix Anal. Appl. 11).
+// The factor is cheaper than conjugate gradients where it is nearly as sparse as the graph.
 bool factor_is_sparse(const Particles& system) {
-  constexpr double kWorth = 100;  // squares of the lengths of columns, for each spring
-  std::vector<std::pair<int, int>> pairs;
+  constexpr double kWorth = 2700;  // products, for each spring
+  std::vector<std::array<int, 2>> pairs;
   for (const Force* const force : system.forces())
     if (const Springs* const springs = force->springs())
       for (int a = 0; a < system.layout().n(); ++a)
         springs->at(a, [&](int b, double, double) {
-          if (a < b) pairs.emplace_back(a, b);
+          if (a < b) pairs.push_back({a, b});
         });
-  const std::vector<int> rows = elimination_rows(system.masses(), pairs);
-  std::vector<std::vector<int>> before(rows.size());  // of each row, smaller ones it is tied to
-  for (const auto& [a, b] : pairs) {
-    const auto [low, high] =
-        std::minmax(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
-    if (low >= 0) before[static_cast<std::size_t>(high)].push_back(low);
-  }
-  std::vector<int> parent(rows.size(), -1), mark(rows.size(), -1);
-  std::vector<double> length(rows.size());
-  double work = 0;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    mark[row] = static_cast<int>(row);
-    for (const int start : before[row])
-      for (auto i = static_cast<std::size_t>(start); mark[i] != static_cast<int>(row);
-           i = static_cast<std::size_t>(parent[i])) {
-        if (parent[i] < 0) parent[i] = static_cast<int>(row);
-        mark[i] = static_cast<int>(row);
-        work += 2 * length[i] + 1;
-        length[i] += 1;
-      }
-    if (work > kWorth * static_cast<double>(pairs.size())) return false;
-  }
-  return true;
+  return factor_products(system.masses(), pairs) <= kWorth * static_cast<double>(pairs.size());
 }
 
 }  // namespace
