@@ -76,8 +76,9 @@ std::string integrator_section(std::vector<ListRow> rows) {
   const auto line = [&](const std::string& title, const std::string& order,
                         const std::string& evaluations, const std::string& oscillation,
                         const std::string& decay, const std::string& kind) {
-    return "  " + left(title, width) + right(order, 7) + right(evaluations, 6) +
-           right(oscillation, 9) + right(decay, 10) + "  " + kind + '\n';
+    const std::string facts = "  " + left(title, width) + right(order, 7) + right(evaluations, 6) +
+                              right(oscillation, 9) + right(decay, 10) + "  ";
+    return facts + wrapped(kind, facts.size(), facts.size()) + '\n';
   };
   std::string text = "integrators\n";
   text += line("", "", "f per", "", "stable up to", "");
