@@ -105,9 +105,9 @@ class RowSums final : public JacobianSink {
 };
 
 // The largest eigenvalue of M^-1/2 A M^-1/2 for the derivatives A of the forces along directions in
-// block `from` of a state, to about 1 % (Arnoldi 1951).
+// block `from` of a state, to about 3 % (Arnoldi 1951).
 double largest_eigenvalue(Particles& system, ParticleJacobian& jacobian, int from) {
-  constexpr int kProducts = 40;
+  constexpr int kProducts = 20;
   const Layout& layout = system.layout();
   const std::span<const double> masses = system.masses();
   const auto root = [&](int i) {  // of the mass; 0 where pinned
