@@ -1,5 +1,7 @@
 #include "core/lua/lua_state.h"
 
+#include <locale.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -133,7 +135,8 @@ void raise(lua_State* L, ErrorKind kind, const ErrorText& text) {
 }
 
 LuaState::LuaState(const LuaLimits& limits, bool (*interrupted)(), LuaOverrun overrun)
-    : budget_(limits, interrupted) {
+    : budget_(limits, interrupted), locale_(newlocale(LC_ALL_MASK, "C", nullptr)) {
+  if (!locale_) throw std::bad_alloc();
   lua_ = lua_newstate(LuaBudget::allocate, &budget_);
   if (!lua_) throw std::bad_alloc();
   *static_cast<LuaState**>(lua_getextraspace(lua_)) = this;
@@ -188,6 +191,23 @@ int LuaState::handle_message(lua_State* L) {
   return 1;
 }
 
+namespace {
+
+// Numbers are read and written, and texts compared, as in C's own locale, whatever that of the
+// program is.
+class PlainLocale {
+ public:
+  explicit PlainLocale(locale_t plain) : before_(uselocale(plain)) {}
+  ~PlainLocale() { uselocale(before_); }
+  PlainLocale(const PlainLocale&) = delete;
+  PlainLocale& operator=(const PlainLocale&) = delete;
+
+ private:
+  locale_t before_;
+};
+
+}  // namespace
+
 void LuaState::run(const SourceLocation& place, void (*body)(void*, lua_State*), void* data) {
   struct Call {
     void (*body)(void*, lua_State*);
@@ -207,6 +227,7 @@ void LuaState::run(const SourceLocation& place, void (*body)(void*, lua_State*),
   };
 
   const std::lock_guard lock(mutex_);
+  const PlainLocale plain(locale_.get());
   caught_.reset();
   budget_.begin(lua_);
   // Not empty inside a function that Lua has called, as at the prompt.

@@ -1,6 +1,8 @@
 // A Lua state with a budget, entered only through protect().
 #pragma once
 
+#include <locale.h>
+
 #include <lua.hpp>
 #include <memory>
 #include <mutex>
@@ -8,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "core/base/error.h"
@@ -53,7 +56,14 @@ class LuaState {
   static int handle_message(lua_State* L);
   void run(const SourceLocation& place, void (*body)(void*, lua_State*), void* data);
 
+  // C's own locale.
+  struct FreeLocale {
+    void operator()(locale_t locale) const { freelocale(locale); }
+  };
+  using Locale = std::unique_ptr<std::remove_pointer_t<locale_t>, FreeLocale>;
+
   LuaBudget budget_;
+  Locale locale_;
   std::optional<Caught> caught_;
   std::recursive_mutex mutex_;  // functions may be released inside protect()
   lua_State* lua_ = nullptr;

@@ -14,8 +14,8 @@ struct LinkedPlugin {
   void (*enroll)(Registrar& registrar);
 };
 
-// Those that sim_link_plugin() of CMake linked into the program or library that calls this; the
-// list is made there.
+// The list of plugins that sim_link_plugin() of CMake links into the program or library that calls
+// this; CMake writes it.
 std::span<const LinkedPlugin> linked_plugins();
 
 }  // namespace sim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/elementary.h"
 #include "core/output/format.h"
 #include "core/report/study_words.h"
 
@@ -91,7 +92,8 @@ std::string steps_text(const OrderStudy& result, const MethodOrder& each) {
                                                      : last->dt / point.dt)
                               : 0;
     if (last && point.finished && !below && ratio > 1)
-      text += right(brief(std::log(last->rms / point.rms) / std::log(ratio), 3), kNumber);
+      text +=
+          right(brief(elementary::log(last->rms / point.rms) / elementary::log(ratio), 3), kNumber);
     text += '\n';
     last = point.finished ? &point : nullptr;
   }

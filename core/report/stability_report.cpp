@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/elementary.h"
 #include "core/output/format.h"
 #include "core/report/study_words.h"
 
@@ -75,7 +76,7 @@ std::string hopeless_text(const Stability& result) {
                     2);
     if (each.radius && *each.radius > 1)
       text += "\n  at " + brief(result.dt) + " s the fastest mode grows e times every " +
-              brief(result.dt / std::log(*each.radius), 3) + " s";
+              brief(result.dt / elementary::log(*each.radius), 3) + " s";
     text += '\n';
   }
   return text;

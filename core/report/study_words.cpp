@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/elementary.h"
 #include "core/output/format.h"
 
 namespace sim::report {
@@ -14,7 +15,7 @@ std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::strin
 
 std::string judged_text(const std::string& of, double figure, double error) {
   constexpr double kDigits = 8;
-  const double known = error > 0 ? std::log10(std::abs(figure) / error) + 1.5 : kDigits;
+  const double known = error > 0 ? elementary::log10(std::abs(figure) / error) + 1.5 : kDigits;
   const int digits = static_cast<int>(std::clamp(known, 1.0, kDigits));
   return of + (std::isfinite(figure) ? " = " + brief(figure, digits) : "") + " (known to " +
          brief(error, 1) + ")";

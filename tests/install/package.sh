@@ -13,7 +13,7 @@ trap 'rm -rf -- "$place"' EXIT
 cd "$place"
 cpack --config "$build/CPackConfig.cmake" -G DEB >cpack.log 2>&1 || { cat cpack.log; exit 1; }
 dpkg-deb -x sim_*.deb root
-for library in libc6 liblua5.4-0 libstdc++6; do
+for library in libc6 libstdc++6 zlib1g; do
   dpkg-deb -f sim_*.deb Depends | grep -qF "$library " || fail "it does not depend on $library"
 done
 

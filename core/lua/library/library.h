@@ -1,5 +1,6 @@
 // Functions of Lua's standard library that could run for ever inside, or outlive an error: here
-// they do the same and charge what they do to the budget.
+// they do the same and charge what they do to the budget. Functions whose bits depend on the
+// machine have their own bits here.
 #pragma once
 
 #include "core/lua/lua_state.h"
@@ -11,6 +12,8 @@ void bound_basics(lua_State* L);      // xpcall, setmetatable (which refuses __g
 void bound_strings(lua_State* L);     // find, match, gmatch, gsub, rep, pack, byte; utf8
 void bound_tables(lua_State* L);      // insert, remove, move, concat, unpack, sort
 void bound_coroutines(lua_State* L);  // create, wrap, resume, close
+
+void exact_mathematics(lua_State* L);  // sin, cos, tan, asin, acos, atan, exp, log; log10, pow, ..
 
 // Counts work in units of an instruction; raises an error of Lua at the end of the budget.
 inline void charge(lua_State* L, std::uint64_t units) { LuaBudget::of(L).charge(L, units); }

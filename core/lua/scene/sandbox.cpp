@@ -99,6 +99,7 @@ void open_sandbox(lua_State* L, std::uint64_t seed) {
   bound_strings(L);
   bound_tables(L);
   bound_coroutines(L);
+  exact_mathematics(L);
 
   // The library's generator, repeatable.
   lua_getglobal(L, LUA_MATHLIBNAME);

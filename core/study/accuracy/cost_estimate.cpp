@@ -1,4 +1,5 @@
 #include "core/study/accuracy/cost_estimate.h"
+#include "core/math/elementary.h"
 
 #include <algorithm>
 #include <chrono>
@@ -39,7 +40,7 @@ double CostEstimate::step(const Candidate& method) const {
 }
 
 double CostEstimate::steps_to(const Candidate& method, double error) const {
-  return time * rate * std::pow(error, -1.0 / std::max(1, method.info.order));
+  return time * rate * elementary::pow(error, -1.0 / std::max(1, method.info.order));
 }
 
 double CostEstimate::steps(const Candidate& method, std::span<const std::int64_t> counts,
@@ -102,7 +103,7 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
     if (!runs[1].finished) continue;
     const double size = problem.of ? std::max(1e-3, std::abs(ends[1].front())) : scene_size(system);
     const double off = std::clamp(distance(ends[0], ends[1]).rms / size, 1e-14, 1.0);
-    pace.rate = std::pow(off, 1.0 / fixed->info.order) * static_cast<double>(steps) / part;
+    pace.rate = elementary::pow(off, 1.0 / fixed->info.order) * static_cast<double>(steps) / part;
     const double measured =
         runs[1].seconds / std::max<double>(1, static_cast<double>(runs[1].effort.evaluations));
     pace.seconds = std::max(measured, 1e-9);

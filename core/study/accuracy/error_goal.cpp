@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/math/elementary.h"
 #include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/limits/step_limit.h"
@@ -293,7 +294,7 @@ void Chooser::run_whole(MethodTrials& chosen) {
     const SeenRun fine = seen_run(problem_, method, refined(plan, corrected_), result_.time,
                                   watch(", the refined run", 0.7));
     if (told_) return;
-    const double falls = std::pow(refinement.factor(), -exponent);
+    const double falls = elementary::pow(refinement.factor(), -exponent);
     ErrorCourse course = error_course(problem_, run, fine);
     double horizon = HUGE_VAL;
     for (double& each : course.rms) each /= 1 - falls;
@@ -322,12 +323,13 @@ void Chooser::run_whole(MethodTrials& chosen) {
       if (result_.chaotic) return;
     }
     if (previous > 0 && std::isfinite(previous_error) && error > 0 && fineness > previous)
-      exponent = std::clamp(std::log(previous_error / error) / std::log(fineness / previous), 0.3,
-                            refinement.error());
+      exponent =
+          std::clamp(elementary::log(previous_error / error) / elementary::log(fineness / previous),
+                     0.3, refinement.error());
     previous = fineness;
     previous_error = error;
     const double more = std::isfinite(error)
-                            ? std::pow(error / (kAim * result_.allowed), 1 / exponent)
+                            ? elementary::pow(error / (kAim * result_.allowed), 1 / exponent)
                             : refinement.factor();
     fineness *= std::clamp(more, 1.2, kMostTimesFiner);
     result_.mended = attempt + 1;

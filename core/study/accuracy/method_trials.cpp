@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/math/elementary.h"
 #include "core/study/accuracy/perturbation_growth.h"
 
 namespace sim::study {
@@ -150,11 +151,11 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
   if (runs_ > 1) {
     const ErrorCourse course = error_course(*problem_, finest_, next);
     const double claimed = refinement_.error();
-    const double ratio = std::log(difference_ / course.most) / std::log(factor);
+    const double ratio = elementary::log(difference_ / course.most) / elementary::log(factor);
     if (std::isfinite(difference_) && course.most > 0)
       exponent_ = std::clamp(ratio, kLeastExponent, claimed);
     difference_ = course.most;
-    const double falls = std::pow(factor, -exponent_);
+    const double falls = elementary::pow(factor, -exponent_);
     coarse_error_ = course.most / (1 - falls);
     course_ = course.rms;
     for (double& each : course_) each /= 1 - falls;
@@ -162,7 +163,7 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
   }
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
                    ? next.cost * std::clamp(next.cost / cost_, 1.0, factor)
-                   : next.cost * std::pow(factor, refinement_.cost());
+                   : next.cost * elementary::pow(factor, refinement_.cost());
   if (!next.finished) next_cost_ = std::max(next_cost_, factor * next.cost);
   cost_ = next.cost;
   fineness_ = finer;
@@ -181,21 +182,21 @@ double MethodTrials::kept_share(double allowed) const {
 CostPrediction MethodTrials::predict(double allowed) const {
   if (only_) {
     if (runs_ < 2 || !(std::max(coarse_error_, doubt_) <= allowed)) return {};
-    return {first_, cost_ / std::pow(refinement_.factor(), refinement_.cost())};
+    return {first_, cost_ / elementary::pow(refinement_.factor(), refinement_.cost())};
   }
   if (!std::isfinite(error()) || doubt_ > allowed) return {};
   const double times =
-      error_ > 0 ? std::pow(error_ / allowed, 1 / exponent_) : 1 / refinement_.factor();
+      error_ > 0 ? elementary::pow(error_ / allowed, 1 / exponent_) : 1 / refinement_.factor();
   const double fineness = std::max(first_, fineness_ * times);
-  const double slope = std::log(next_cost_ / cost_) / std::log(refinement_.factor());
-  return {fineness, cost_ * std::pow(fineness / fineness_, slope)};
+  const double slope = elementary::log(next_cost_ / cost_) / elementary::log(refinement_.factor());
+  return {fineness, cost_ * elementary::pow(fineness / fineness_, slope)};
 }
 
 double MethodTrials::least_cost(double allowed) const {
   if (!std::isfinite(error_)) return next_cost_ / refinement_.factor();
   if (error_ <= allowed) return predict(allowed).cost;
-  const double times = std::pow(error_ / allowed, 1 / refinement_.error());
-  return cost_ * std::pow(times, refinement_.cost());
+  const double times = elementary::pow(error_ / allowed, 1 / refinement_.error());
+  return cost_ * elementary::pow(times, refinement_.cost());
 }
 
 }  // namespace sim::study

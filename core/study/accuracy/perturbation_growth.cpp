@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/hash.h"
+#include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
 
 namespace sim::study {
@@ -22,7 +23,8 @@ double normal(std::uint64_t run, std::uint64_t index) {
     for (const std::uint64_t word : {run, index, which}) hash.add(word);
     return (static_cast<double>(hash.value() >> 11) + 0.5) / 9007199254740992.0;
   };
-  return std::sqrt(-2 * std::log(uniform(0))) * std::cos(2 * std::numbers::pi * uniform(1));
+  return std::sqrt(-2 * elementary::log(uniform(0))) *
+         elementary::cos(2 * std::numbers::pi * uniform(1));
 }
 
 // The places in X of the coordinates that are free to move.

@@ -7,6 +7,7 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/math/elementary.h"
 #include "core/study/accuracy/extrapolation.h"
 #include "core/study/accuracy/perturbation_growth.h"
 
@@ -41,7 +42,7 @@ double largest(const std::vector<double>& values) {
 // How good the agreement is on the way, in digits; where motions part only the first part counts.
 double digits(const std::vector<double>& error) {
   double sum = 0;
-  for (const double each : error) sum -= std::log10(std::max(each, kUnitRoundoff));
+  for (const double each : error) sum -= elementary::log10(std::max(each, kUnitRoundoff));
   return error.empty() ? -HUGE_VAL : sum / static_cast<double>(error.size());
 }
 

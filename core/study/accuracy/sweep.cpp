@@ -6,6 +6,7 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/math/elementary.h"
 
 namespace sim::study {
 namespace {
@@ -29,7 +30,7 @@ ObservedOrder fit(const std::vector<double>& x, const std::vector<double>& y) {
     rest += off * off;
   }
   result.standard_error = std::sqrt(rest / (n - 2) / sxx);
-  result.constant = std::exp(my - result.slope * mx);
+  result.constant = elementary::exp(my - result.slope * mx);
   result.points = static_cast<int>(x.size());
   return result;
 }
@@ -160,12 +161,12 @@ std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
   for (const Point& point : points) {
     const bool fits =
         point.finished && point.rms > 10 * yardstick.floor() && point.rms < 1e-2 * yardstick.size;
-    const double step = std::log(
+    const double step = elementary::log(
         point.tolerance > 0 ? yardstick.time / static_cast<double>(point.steps) : point.dt);
     // Tolerances below a limit of the step all take the same steps.
     if (!fits || (!x.empty() && x.back() == step)) continue;
     x.push_back(step);
-    y.push_back(std::log(point.rms));
+    y.push_back(elementary::log(point.rms));
   }
   std::size_t best_begin = 0, best_length = 0;
   for (std::size_t begin = 0; begin + 2 < x.size(); ++begin) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/elementary.h"
 #include "core/study/accuracy/cost_estimate.h"
 #include "core/study/limits/step_limit.h"
 
@@ -59,7 +60,7 @@ bool sweep(const Problem& problem, const Yardstick& yardstick, double most_evalu
   };
   if (by_tolerance) {
     for (int digits = 2;; ++digits) {
-      const double tolerance = std::pow(10.0, -digits);
+      const double tolerance = elementary::pow(10.0, -digits);
       if (tolerance < std::max(kLastOfCurve, 0.99 * method.least_tolerance)) break;
       if (!run(kIntervals, tolerance)) return curve.late;
       if (finest()) break;

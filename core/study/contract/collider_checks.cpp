@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/base/text.h"
+#include "core/math/elementary.h"
 #include "core/particles/collider.h"
 #include "core/particles/rigid_motion.h"
 #include "core/study/contract/examiner.h"
@@ -93,10 +94,10 @@ void check_distance(Collider& collider, Examiner& examiner) {
 class Circling final : public RigidMotion {
  public:
   Pose at(double t, const Vec3& center) const override {
-    return {.center = center + Vec3(std::sin(t), std::cos(2 * t), 0),
-            .velocity = {std::cos(t), -2 * std::sin(2 * t), 0},
-            .sine = std::sin(0.5 * t),
-            .cosine = std::cos(0.5 * t),
+    return {.center = center + Vec3(elementary::sin(t), elementary::cos(2 * t), 0),
+            .velocity = {elementary::cos(t), -2 * elementary::sin(2 * t), 0},
+            .sine = elementary::sin(0.5 * t),
+            .cosine = elementary::cos(0.5 * t),
             .rate = 0.5};
   }
   double max_speed() const override { return 3; }

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/base/thread_pool.h"
+#include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
 #include "core/study/contract/examiner.h"
 
@@ -148,7 +149,7 @@ void check_order(const Method& method, Examiner& examiner) {
   double observed = -HUGE_VAL;
   for (std::size_t i = 0; i + 1 < differences.size(); ++i)
     if (differences[i + 1] > kRounding)
-      observed = std::max(observed, std::log2(differences[i] / differences[i + 1]));
+      observed = std::max(observed, elementary::log2(differences[i] / differences[i + 1]));
   if (observed == -HUGE_VAL) return examiner.skipped(kName, "the errors are roundings");
   char text[80];
   std::snprintf(text, sizeof text, "observed %.2f, said %d", observed, info.order);

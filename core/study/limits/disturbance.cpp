@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/noise.h"
+#include "core/math/elementary.h"
 
 namespace sim::study {
 namespace {
@@ -78,11 +79,12 @@ double Disturbance::operator()(double h) {
     std::swap(x_, next_);
     const double size = size_of(x_);
     if (!std::isfinite(size)) return HUGE_VAL;
-    if (size > kTooLarge * first) return std::pow(size / first, 1.0 / step) / std::exp(own_ * h);
+    if (size > kTooLarge * first)
+      return elementary::pow(size / first, 1.0 / step) / elementary::exp(own_ * h);
     if (step > kSteps / 4 && step <= kSteps / 2) early = std::max(early, size);
     if (step > kSteps * 3 / 4) late = std::max(late, size);
   }
-  return early > 0 ? std::pow(late / early, 2.0 / kSteps) / std::exp(own_ * h) : 1;
+  return early > 0 ? elementary::pow(late / early, 2.0 / kSteps) / elementary::exp(own_ * h) : 1;
 }
 
 double limit_by_disturbance(Disturbance& growth, double limit) {

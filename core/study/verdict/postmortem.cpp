@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"
 #include "core/study/limits/spectrum.h"
@@ -97,7 +98,8 @@ void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watc
   system.stop_when({});
   result.step = system.step_count();
   if (result.spring && result.step > result.since)
-    result.growth = std::pow(last / first, 1 / static_cast<double>(result.step - result.since));
+    result.growth =
+        elementary::pow(last / first, 1 / static_cast<double>(result.step - result.since));
 }
 
 double size_of(const Problem& problem) {
@@ -115,7 +117,7 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
   constexpr int kAttempts = 8;
   double dt = result.dt / 2, work = 0;
   if (limit > 0 && limit < HUGE_VAL) dt = std::min(dt, 0.8 * limit);
-  const double digit = std::pow(10, std::floor(std::log10(dt)) - 1);
+  const double digit = elementary::pow(10, std::floor(elementary::log10(dt)) - 1);
   dt = std::floor(dt / digit) * digit;
   for (int attempt = 0; attempt < kAttempts; ++attempt, dt /= 2) {
     if (!affordable(problem, time, dt, work)) {

@@ -5,6 +5,7 @@
 
 #include "core/base/array.h"
 #include "core/base/text.h"
+#include "core/math/elementary.h"
 #include "core/particles/step_correction.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/limits/spectrum.h"
@@ -123,7 +124,7 @@ void LimitCriterion::measure() {
     worst_ = found;
     at_most_ = at_most || decays;
   }
-  const double growth = static_cast<double>(steps_) * std::log(found.radius);
+  const double growth = static_cast<double>(steps_) * elementary::log(found.radius);
   if (!(growth <= growth_)) growth_ = growth;
 }
 

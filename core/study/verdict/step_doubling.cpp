@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/noise.h"
+#include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/verdict/criterion.h"
@@ -247,9 +248,9 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, bool sprea
   }
   // err = C tol, or C h^p: the difference to the shadow is err (1 - finer^-p).
   const IntegratorInfo info = run_->integrator_info();
-  const double factor = info.adaptive
-                            ? kSharper / (kSharper - 1)
-                            : 1 / (1 - std::pow(plan.steps_per_step, -std::max(1, info.order)));
+  const double factor =
+      info.adaptive ? kSharper / (kSharper - 1)
+                    : 1 / (1 - elementary::pow(plan.steps_per_step, -std::max(1, info.order)));
   for (std::size_t k = 1; k < frames_.size(); ++k)
     compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
   compare_broken(shadow, result);
@@ -308,8 +309,8 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
         largest_distance(shadow.path()[k].x, other.path()[k].x, run_->flat()) / apart;
     // The rate is that of growth, until the distance is as large as the scene lets it be.
     if (most * apart < 0.01 * size)
-      result.rate = std::exp(
-          std::min(kMostRate, std::log(growth) / (frames_[k + 1].at.t - frames_.front().at.t)));
+      result.rate = elementary::exp(std::min(
+          kMostRate, elementary::log(growth) / (frames_[k + 1].at.t - frames_.front().at.t)));
     most = std::max(most, growth);
     growths.push_back(growth);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collide.h"
+#include "core/math/elementary.h"
 
 namespace sim {
 namespace {
@@ -53,7 +54,8 @@ std::optional<ColliderShape> ColliderShape::of(const Collider& collider) {
   const double size = shape->radius + shape->length + shape->half.norm();
   double least = HUGE_VAL, most = -HUGE_VAL;
   for (int k = 0; k < kLooks; ++k) {
-    const Vec3 way(std::sin(1.0 + 3 * k), std::sin(2.0 + 5 * k), std::sin(3.0 + 7 * k));
+    const Vec3 way(elementary::sin(1.0 + 3 * k), elementary::sin(2.0 + 5 * k),
+                   elementary::sin(3.0 + 7 * k));
     const Vec3 x = placed.center + (1.5 + 0.1 * k) * size / way.norm() * way;
     const double differs = gap_from(placed, x).gap - collider.query(0, x).gap;
     least = std::min(least, differs), most = std::max(most, differs);

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/math/elementary.h"
 #include "core/math/sine.h"
 
 namespace sim {
@@ -110,8 +111,8 @@ bool is_inside(const RigidShape& mesh, const Vec3& p) {
     const Vec3 b = mesh.points[static_cast<std::size_t>(t[1])] - p;
     const Vec3 c = mesh.points[static_cast<std::size_t>(t[2])] - p;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    half_angles +=
-        std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    half_angles += elementary::atan2(a.dot(b.cross(c)),
+                                     la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   return half_angles > std::numbers::pi;
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/text.h"
+#include "core/math/elementary.h"
 
 namespace sim {
 namespace {
@@ -30,8 +31,8 @@ double largest_eigenvalue(const FluidLaw& law) {
         for (int k = -deep; k <= deep; ++k) {
           const double u = 1 - 0.5 * a * std::sqrt(i * i + j * j + k * k) / law.smoothing;
           if (u > 0)
-            sum +=
-                5 * law.scale / hh * u * u * u * a * i * std::sin(std::numbers::pi / 32 * wave * i);
+            sum += 5 * law.scale / hh * u * u * u * a * i *
+                   elementary::sin(std::numbers::pi / 32 * wave * i);
         }
     largest = std::max(largest, sum * sum);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/math/elementary.h"
 
 namespace sim::study {
 namespace {
@@ -36,7 +37,7 @@ SystemSpec hanging_particle(double stiffness, double mass, double offset) {
 double moved(const ExtremeCell& cell, double t) {
   const double half = 0.5 * std::sqrt(cell.stiffness / cell.mass) * t;
   if (half < 1e-4) return 0.5 * kGravity * t * t;
-  const double sine = std::sin(half);
+  const double sine = elementary::sin(half);
   return 2 * cell.mass * kGravity / cell.stiffness * sine * sine;
 }
 
@@ -82,7 +83,8 @@ void run_cell(Registry& registry, const MethodChoice& integrator, ExtremeCell& c
 
 std::vector<double> powers(int from, int to, int stride) {
   std::vector<double> values;
-  for (int power = from; power <= to; power += stride) values.push_back(std::pow(10.0, power));
+  for (int power = from; power <= to; power += stride)
+    values.push_back(elementary::pow(10.0, power));
   return values;
 }
 
