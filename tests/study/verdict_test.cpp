@@ -365,6 +365,29 @@ TEST_CASE("a solid at rest without forces is at rest, though its energy is round
   CHECK(words.find("trusted: hardly anything moves") == 0);
 }
 
+// A jelly of 5 kPa and 1000 kg/m^3 of 0.6 m height bears 5.9 kPa at its foot.
+TEST_CASE("a body that its own weight crushes is not trusted, a stiff one is") {
+  const auto judged = [](double young) {
+    const sim::SceneSpec scene = sim::test::load_text(
+        "local block = sim.grid { 4, 4, 4, origin = {0, 0.001, 0}, du = {0.2, 0, 0},\n"
+        "  dv = {0, 0.2, 0}, dw = {0, 0, 0.2} }\n"
+        "return sim.scene { particles = block, forces = { sim.force.gravity {}, sim.force.fem {\n"
+        "  cells = sim.cells { grid = block }, poisson = 0.3, density = 1000, young = " +
+        std::to_string(young) +
+        " }, sim.force.drag { k = 5 } },\n"
+        "  colliders = { sim.collider.plane { normal = {0, 1, 0} } },\n"
+        "  integrator = 'verlet', dt = 2e-4, duration = 1 }");
+    return verdict_of(scene.systems.front(), "verlet", 2e-4, 1);
+  };
+  const Verdict soft = judged(5e3), stiff = judged(1e6);
+  INFO(text(soft));
+  CHECK(soft.trust == Trust::kSuspect);
+  INFO(text(stiff));
+  CHECK(stiff.reason.find("cells stretched by ") != std::string::npos);
+  CHECK(stiff.figures.cells.least > 0.95);
+  CHECK(stiff.figures.cells.volume > 0.95);
+}
+
 // x'' = sin(w t) from rest: v = (1 - cos(w t)) / w, so that its power has frequencies up to 2 w.
 TEST_CASE("the work of a force of time is known as well as the steps allow, and no dearer") {
   sim::SystemSpec spec = make_falling(1, 0);

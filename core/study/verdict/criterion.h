@@ -56,6 +56,7 @@ std::unique_ptr<Criterion> watch_exact(const Watched& run);
 std::unique_ptr<Criterion> watch_energy(const Watched& run);
 std::unique_ptr<Criterion> watch_limit(const Watched& run);
 std::unique_ptr<Criterion> watch_strain(const Watched& run);
+std::unique_ptr<Criterion> watch_cells(const Watched& run);
 std::unique_ptr<Criterion> watch_single_steps(const Watched& run);
 std::unique_ptr<Criterion> watch_momentum(const Watched& run);
 std::unique_ptr<Criterion> watch_contact(const Watched& run);

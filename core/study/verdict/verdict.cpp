@@ -62,9 +62,10 @@ Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps,
   }
   start_size_ = largest(system);
   const Watched run{spec, system, steps, registry, balance_.get()};
-  for (const auto watch : {watch_kernels, watch_forces, watch_exact, watch_energy, watch_limit,
-                           watch_strain, watch_single_steps, watch_momentum, watch_contact,
-                           watch_constraints, watch_crossings, watch_breaking, watch_sleep})
+  for (const auto watch :
+       {watch_kernels, watch_forces, watch_exact, watch_energy, watch_limit, watch_strain,
+        watch_cells, watch_single_steps, watch_momentum, watch_contact, watch_constraints,
+        watch_crossings, watch_breaking, watch_sleep})
     if (auto criterion = watch(run)) criteria_.push_back(std::move(criterion));
 }
 

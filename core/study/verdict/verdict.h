@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/particles/constraints/constraint_force.h"
+#include "core/particles/continuum_force.h"
 #include "core/study/energy_balance.h"
 #include "core/study/problem.h"
 #include "core/study/verdict/step_doubling.h"
@@ -32,6 +33,7 @@ struct Figures {
   bool at_most = false;              // dt_share comes from the bound on omega
   double growth = std::nan("");      // of the fastest mode over the whole run, natural logarithm
   StrainedSpring strain;             // the worst seen
+  CellQuality cells;                 // of bodies that forces fill with cells, likewise
   double step_error = std::nan("");  // m, of one step, by doubling it
   double momentum = std::nan("");    // change over the momentum in play, where it must hold
   ConstraintDrift constraints;       // the worst seen

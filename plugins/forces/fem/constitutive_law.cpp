@@ -48,9 +48,9 @@ Mat3 rotation_of(const Mat3& F) {
   return ((L * L + I) * F + 2 * L * cofactors - 2.0 * (F * C)) / below;
 }
 
-Mat3 strain_of(const Mat3& F) { return 0.5 * (transposed(F) * F - Mat3::Identity()); }
-
 }  // namespace
+
+Mat3 green_strain(const Mat3& F) { return 0.5 * (transposed(F) * F - Mat3::Identity()); }
 
 ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poisson) {
   const double mu = young / (2 * (1 + poisson));
@@ -62,7 +62,7 @@ ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poi
 double energy_density(const ConstitutiveLaw& law, const Mat3& F) {
   switch (law.model) {
     case ConstitutiveLaw::Model::kStVk: {
-      const Mat3 E = strain_of(F);
+      const Mat3 E = green_strain(F);
       return law.mu * contracted(E, E) + 0.5 * law.lambda * trace_of(E) * trace_of(E);
     }
     case ConstitutiveLaw::Model::kCorotated: {
@@ -82,7 +82,7 @@ double energy_density(const ConstitutiveLaw& law, const Mat3& F) {
 StressSlope::StressSlope(const ConstitutiveLaw& law, const Mat3& F) : law_(law), F_(F) {
   switch (law.model) {
     case ConstitutiveLaw::Model::kStVk: {
-      const Mat3 E = strain_of(F);
+      const Mat3 E = green_strain(F);
       S_ = 2 * law.mu * E + law.lambda * trace_of(E) * Mat3::Identity();
       return;
     }

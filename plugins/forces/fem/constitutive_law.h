@@ -23,6 +23,8 @@ struct ConstitutiveLaw {
 // for neo_hookean 4/3 and lambda + 5/6 mu of Lame's constants (ibid., section 3.4).
 ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poisson);
 
+Mat3 green_strain(const Mat3& F);  // (F^T F - 1) / 2
+
 double energy_density(const ConstitutiveLaw& law, const Mat3& F);  // J/m^3
 
 // How the first stress P = d(energy density)/dF of a deformation F changes with it.

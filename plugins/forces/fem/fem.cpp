@@ -4,7 +4,7 @@
 
 namespace {
 
-class Solid final : public sim::Force {
+class Solid final : public sim::ContinuumForce {
  public:
   Solid(const sim::ConstitutiveLaw& law, const sim::Elements& elements)
       : cells_(law, elements.ids, elements.arity == 10 ? 10 : 4) {}
@@ -20,6 +20,9 @@ class Solid final : public sim::Force {
   bool conservative() const override { return true; }
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     return cells_.potential(view, tile);
+  }
+  sim::CellQuality cell_quality(const sim::ParticleView& view) const override {
+    return cells_.quality(view);
   }
   bool has_jacobian() const override { return true; }
   void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {

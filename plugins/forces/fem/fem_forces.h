@@ -9,7 +9,7 @@
 #include "constitutive_law.h"
 #include "core/base/array.h"
 #include "core/base/thread_pool.h"
-#include "core/particles/force.h"
+#include "core/particles/continuum_force.h"
 
 namespace sim {
 
@@ -41,6 +41,7 @@ class FemForces {
   double potential(const ParticleView& view, Tile tile) const;
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
   void couplings(std::vector<std::array<int, 2>>& pairs) const;  // as those of a force
+  CellQuality quality(const ParticleView& view) const;
 
  private:
   int cell_count() const { return static_cast<int>(ids_.size()) / nodes_; }

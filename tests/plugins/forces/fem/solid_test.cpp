@@ -6,6 +6,7 @@
 #include "core/ode/jacobian.h"
 #include "core/particles/elements/cells.h"
 #include "plugins/forces/fem/constitutive_law.h"
+#include "plugins/forces/fem/fem_forces.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -432,4 +433,68 @@ TEST_CASE("density gives the particles of a body its mass") {
   sim::SystemSpec flat = make_body({.step = {0.5, 0, 0.5}, .density = 1});
   flat.particles->weights.clear();
   CHECK_THROWS_WITH(sim::Simulation(flat, registry), Catch::Contains("bad tetrahedron 1"));
+}
+
+namespace {
+
+// Two cells of a unit cube's corner and its mirror behind the face 1 2 3, moved by `map`.
+sim::CellQuality quality_of(const std::function<sim::Vec3(const sim::Vec3&)>& map) {
+  const std::vector<sim::Vec3> rest{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+  sim::FemForces cells(sim::solid_law(sim::ConstitutiveLaw::Model::kNeoHookean, 1, 0.3),
+                       {0, 1, 2, 3, 4, 3, 2, 1}, 4);
+  const auto with_view = [&](const std::vector<sim::Vec3>& places, const auto& use) {
+    sim::Array x(5), y(5), z(5);
+    for (std::size_t i = 0; i < 5; ++i) {
+      x[i] = places[i][0];
+      y[i] = places[i][1];
+      z[i] = places[i][2];
+    }
+    use(sim::ParticleView{.n = 5, .x = x.data(), .y = y.data(), .z = z.data()});
+  };
+  with_view(rest, [&](const sim::ParticleView& view) { cells.bind(view); });
+  std::vector<sim::Vec3> moved;
+  for (const sim::Vec3& each : rest) moved.push_back(map(each));
+  sim::CellQuality found;
+  with_view(moved, [&](const sim::ParticleView& view) { found = cells.quality(view); });
+  return found;
+}
+
+}  // namespace
+
+// Simple shear x + s y has the stretches sqrt(1 + s^2 / 4) +- s / 2, and E = ((0, s), (s, s^2))
+// / 2.
+TEST_CASE("the quality of cells is that of their deformation", "[fem]") {
+  using sim::Vec3;
+  const double s = 0.6, root = std::sqrt(1 + s * s / 4);
+  const auto shear = quality_of([&](const Vec3& x) { return Vec3(x[0] + s * x[1], x[1], x[2]); });
+  CHECK(shear.cells == 2);
+  CHECK(shear.inverted == 0);
+  CHECK(shear.volume == Approx(1).epsilon(1e-14));
+  CHECK(shear.most == Approx(root + s / 2).epsilon(1e-13));
+  CHECK(shear.least == Approx(root - s / 2).epsilon(1e-13));
+  const double a = shear.most * shear.most, b = shear.least * shear.least;
+  CHECK(std::sin(shear.angle) == Approx((a - b) / (a + b)).epsilon(1e-13));
+  CHECK(shear.strain_jump < 1e-14);
+
+  // A turn is no deformation.
+  const auto turned = quality_of([](const Vec3& x) { return Vec3(-x[1] + 3, x[0], x[2]); });
+  CHECK(turned.most == Approx(1).epsilon(1e-14));
+  CHECK(turned.angle < 1e-7);
+
+  // One cell stays, the corner of the other is pushed through its face.
+  const auto pushed = quality_of([](const Vec3& x) { return x[0] * x[1] > 0 ? 0.2 * x : x; });
+  CHECK(pushed.inverted == 1);
+  CHECK(pushed.smallest == 1);
+  // The height over the face 1 2 3 goes from 2 / sqrt(3) to (0.6 - 1) / sqrt(3).
+  CHECK(pushed.volume == Approx(-0.2).epsilon(1e-13));
+  CHECK(pushed.jumps >= 0);
+
+  // Half the height: F = 1 - n n^T / 2 in the second cell, which is twice as large as the first, at
+  // rest. The mean around the shared corners is 2/3 of its E, so that the first differs by that.
+  const auto half =
+      quality_of([](const Vec3& x) { return x[0] * x[1] > 0 ? Vec3(2, 2, 2) / 3 : x; });
+  CHECK(half.volume == Approx(0.5).epsilon(1e-13));
+  const double along = 0.5, E = 0.5 * (along * along - 1);  // along n
+  CHECK(half.least == Approx(along).epsilon(1e-13));
+  CHECK(half.strain_jump == Approx(2 * std::abs(E) / 3).epsilon(1e-12));
 }
