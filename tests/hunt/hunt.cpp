@@ -172,6 +172,18 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
 
 void Tally::add(const Case& found) {
   ++count[static_cast<std::size_t>(found.verdict)][static_cast<std::size_t>(found.truth)];
+  if (found.verdict == Trust::kTrusted && !std::isnan(found.told)) {
+    ++told;
+    told_short += found.told < 2.0 / 3;
+  }
+  if (found.verdict == Trust::kChaotic && found.truth != Truth::kUnknown) {
+    ++chaotic;
+    late += found.late;
+  }
+}
+
+bool Tally::good() const {
+  return 1000 * trusted_but_wrong() <= 3 * judged() && 100 * right_but_doubted() <= 3 * right();
 }
 
 int Tally::judged() const {
@@ -202,7 +214,10 @@ std::ostream& operator<<(std::ostream& out, const Tally& tally) {
   }
   return out << tally.judged() << " judged: " << tally.trusted_but_wrong()
              << " trusted but wrong (off by > 5 % of the size or > 2 % of the energy), "
-             << tally.right_but_doubted() << " of " << tally.right() << " right but doubted\n";
+             << tally.right_but_doubted() << " of " << tally.right() << " right but doubted\n"
+             << "told below 2/3 of the true error: " << tally.told_short << " of " << tally.told
+             << "; right for a shorter time than told: " << tally.late << " of " << tally.chaotic
+             << '\n';
 }
 
 std::ostream& operator<<(std::ostream& out, const Case& found) {
@@ -210,7 +225,9 @@ std::ostream& operator<<(std::ostream& out, const Case& found) {
              << sim::study::trust_name(found.verdict) << ": " << found.reason
              << "\n  truth: off by " << sim::brief(100 * found.off, 3)
              << " % of the size, energy by " << sim::brief(100 * found.energy, 3)
-             << " %, a disturbance grows " << sim::brief(found.growth, 3) << " times\n";
+             << " %, a disturbance grows " << sim::brief(found.growth, 3) << " times"
+             << (std::isnan(found.told) ? "" : ", told " + sim::brief(found.told, 2) + " of it")
+             << (found.late ? ", wrong before the time told" : "") << '\n';
 }
 
 }  // namespace sim_test
