@@ -141,6 +141,14 @@ double wall_time(const std::string& option, const std::string& text) {
   return *value;
 }
 
+void allow(study::VerificationPlan& plan, const std::string& option, const std::string& text) {
+  if (!text.ends_with('%')) {
+    plan.seconds = wall_time(option, text);
+    return;
+  }
+  plan.share = positive_number(option, text.substr(0, text.size() - 1)) / 100;
+}
+
 std::string checkpoint_name(const std::string& option, const std::string& text) {
   if (text == "-") bad_value(option, text, "a checkpoint needs a file", "give the name of one");
   return text;

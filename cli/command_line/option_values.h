@@ -24,6 +24,8 @@ double positive_time(const std::string& option, const std::string& text);
 double non_negative_time(const std::string& option, const std::string& text);
 std::optional<double> seconds_of(const std::string& text);             // the same, for any number
 double wall_time(const std::string& option, const std::string& text);  // "30s", "5min", "1h": in s
+// Reads --verify-time: "30s", or "50%" of the time of the run.
+void allow(study::VerificationPlan& plan, const std::string& option, const std::string& text);
 std::string checkpoint_name(const std::string& option, const std::string& text);
 std::int64_t integer_between(const std::string& option, const std::string& text, std::int64_t low,
                              std::int64_t high);

@@ -127,9 +127,13 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
           ->disable_flag_override(),
       value("--check", t.check, "LIMITS", "exit 8 if not: verified,energy=1%,strain=20%,dt=90%"),
       app_.add_flag("--verify", t.verify,
-                    "run it again with half the step, however long that\n"
-                    "takes, on another core; else only runs below 1 s")
+                    "run it again with half the step to the end, however\n"
+                    "long that takes; else where a core is free, or the\n"
+                    "run takes less than 1 s")
           ->disable_flag_override(),
+      value("--verify-time", t.verify_time, "TIME",
+            "... and where no core is free for so long, or such a\n"
+            "share of the run's time: 1min, 50%; 1s if not given"),
       app_.add_flag("--no-verify", t.no_verify, "do not, however little it takes")
           ->disable_flag_override(),
       value("--progress", t.progress, "WHEN", "auto, on or off; auto = on a terminal"),
@@ -298,7 +302,10 @@ RunRequest Parser::run_request() const {
   request.of = t.of;
   if (t.verify && t.no_verify)
     usage_error("two wishes", "--verify and --no-verify", "only one can hold", "keep one");
-  request.verify = t.verify ? Verify::kAlways : t.no_verify ? Verify::kNever : Verify::kQuick;
+  request.verify.wish = t.verify      ? study::Verify::kAlways
+                        : t.no_verify ? study::Verify::kNever
+                                      : study::Verify::kQuick;
+  if (!t.verify_time.empty()) allow(request.verify, "--verify-time", t.verify_time);
   request.json = t.json;
   request.quiet = t.quiet;
   if (!t.check.empty()) request.checks = parse_checks("--check", t.check);

@@ -15,8 +15,8 @@ namespace sim::cli {
 struct Texts {
   std::string scene, integrator_word, dt_word;
   std::vector<std::string> integrator, dt;  // several to compare
-  std::string tol, precision, time, steps, seed, threads, debug_particle, energy, dump, observe,
-      tension, every;
+  std::string tol, precision, time, verify_time, steps, seed, threads, debug_particle, energy, dump,
+      observe, tension, every;
   std::string snap, snap_every, resume, replay, check, lua_budget, error;
   std::string progress = "auto";
   std::vector<std::string> set, off, plugin_path, load;

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/study/run/verification.h"
 
 namespace sim::cli {
 namespace {
@@ -85,11 +86,13 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   } const running{running_};
   running_ = true;
   std::vector<Track> tracks;
-  bool repeats = false, moved = false, diverged = false;
+  bool repeats = false, moved = false, diverged = false, beside = false;
   std::optional<double> cut;
   const double from = scene.systems.front().t();
   std::vector<bool> accounted;  // the work so far is known
-  const auto begin = std::chrono::steady_clock::now();
+  const auto seconds_so_far = [begin = std::chrono::steady_clock::now()] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
@@ -141,19 +144,20 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
       break;
     }
     tracks[next].sample();
+    if (!beside && judge && !until && seconds_so_far() > Track::kQuick) {
+      beside = true;
+      study::verify_beside({}, tracks, scene.systems[next].threads(), SessionSignals::any);
+    }
     if (&scene == &origin_->scene) take_looks(next);
     progress.update(tracks);
   }
   for (std::size_t i = 0; i < tracks.size(); ++i)
     if (accounted[i]) ledger_.keep(i, scene.systems[i], tracks[i].work_memory());
   if (repeats || !moved || (!judge && !diverged)) return {};
-  const double taken =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (Track& track : tracks)
-    if (!until && taken < Track::kQuick)
-      track.verify(SessionSignals::any);
-    else
-      track.leave_unverified("positions not verified");
+  if (until)
+    for (Track& track : tracks) track.leave_unverified("positions not verified");
+  else
+    study::verify({}, tracks, seconds_so_far(), SessionSignals::any);
   const Verdict verdict = overall_verdict(tracks);
   judged_ = {verdict, from, scene.systems.front().t(), cut,
              tracks.front().began_anew() ? scene.systems.front().method().name() : ""};

@@ -14,11 +14,11 @@
 #include "cli/run/run_files.h"
 #include "cli/run/run_outputs.h"
 #include "cli/run/study_progress.h"
-#include "cli/run/verification.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
 #include "cli/verbs/export_scene.h"
 #include "cli/verbs/rest.h"
+#include "core/base/duration_text.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
@@ -49,6 +49,8 @@ class Run {
   int go();
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   int take_steps(const Interrupts& interrupts);
   void take_last();
   bool step(Track& track);
@@ -59,7 +61,12 @@ class Run {
   void perform(Track& track) {
     if (replays_) replays_->perform(index_of(track), track);
   }
-  std::ostream* notes() { return request_.quiet ? nullptr : &console_.err; }
+  double seconds_so_far() const {
+    return std::chrono::duration<double>(Clock::now() - begin_).count();
+  }
+  void begin_long_run(double seconds);
+  void mention_long_step();
+  void verify();
   int conclude(int caught);
   void explain();
   void print_verdicts();
@@ -75,7 +82,9 @@ class Run {
   Report report_;
   Progress progress_;
   RunOutputs outputs_;
+  Clock::time_point begin_ = Clock::now();
   double seconds_ = 0;
+  bool long_told_ = false;                     // that it takes long
   std::string explanation_;                    // of what diverged, for people
   std::vector<std::string> explanation_json_;  // ... for machines, one a system
 };
@@ -178,16 +187,16 @@ int Run::take_steps(const Interrupts& interrupts) {
     for (const auto& choice : choices_) put(*out, error_choice_text(choice, request_));
   report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
   for (Track& track : tracks_) {
-    track.system().stop_when(SessionSignals::any);
+    track.system().stop_when([this] {
+      mention_long_step();
+      return SessionSignals::any();
+    });
     measure(track);
   }
   outputs_.look(tracks_);
 
-  const auto begin = std::chrono::steady_clock::now();
-  const auto seconds = [begin] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  bool beside = request_.verify != Verify::kAlways;
+  begin_ = Clock::now();
+  bool begun = false;
   for (const auto& each : engines_) each->start();
   Track* track = furthest_behind(tracks_);
   for (; track && !interrupts.caught() && !outputs_.deserted(); track = furthest_behind(tracks_)) {
@@ -199,13 +208,12 @@ int Run::take_steps(const Interrupts& interrupts) {
     measure(*track);
     outputs_.look(tracks_);
     progress_.update(tracks_);
-    if (!beside && seconds() > Track::kQuick) {
-      beside = true;
-      progress_.clear();
-      verify_beside(tracks_, request_.scene.threads, seconds(), notes());
+    if (!begun && seconds_so_far() > Track::kQuick) {
+      begun = true;
+      begin_long_run(seconds_so_far());
     }
   }
-  seconds_ = seconds();
+  seconds_ = seconds_so_far();
   progress_.clear();
 
   // A run that stopped early ends with the state it stopped in.
@@ -218,6 +226,55 @@ int Run::take_steps(const Interrupts& interrupts) {
     if (caught && !each.stuck()) each.mark_interrupted();
   }
   return caught;
+}
+
+// After the first second of a run: it is verified beside, and what takes long says so.
+void Run::begin_long_run(double seconds) {
+  constexpr double kLong = 10;  // s
+  const bool beside =
+      study::verify_beside(request_.verify, tracks_, request_.scene.threads, SessionSignals::any);
+  double done = 1;
+  for (const Track& track : tracks_) {
+    const auto taken = static_cast<double>(track.taken());
+    const auto left = static_cast<double>(track.steps() - track.system().step_count());
+    done = std::min(done, taken / std::max(1.0, taken + left));
+  }
+  const double whole = done > 0 ? seconds / done : HUGE_VAL;
+  if (whole * (beside ? 2 : 1) < kLong || request_.quiet) return;
+  long_told_ = true;
+  progress_.clear();
+  console_.err << "sim: note: the run takes about " << rough_time(whole);
+  if (beside)
+    console_.err << ", and " << rough_time(2 * whole)
+                 << " with its verification by half the step on another core (--no-verify leaves "
+                    "that out)";
+  console_.err << '\n' << std::flush;
+}
+
+// Methods that choose their steps may take many for one of ours.
+void Run::mention_long_step() {
+  constexpr double kLong = 10;  // s
+  if (long_told_ || request_.quiet || seconds_so_far() < kLong) return;
+  long_told_ = true;
+  const Track* const track = study::furthest_behind(tracks_);
+  if (!track) return;
+  progress_.clear();
+  console_.err << "sim: note: " << rough_time(kLong)
+               << " are over at t = " << brief(track->system().t()) << " s of "
+               << brief(track->end()) << " s: the method takes many steps within one\n"
+               << std::flush;
+}
+
+void Run::verify() {
+  const auto say = [&](double usual, double chaotic) {
+    constexpr double kLong = 10;  // s
+    if (request_.quiet || chaotic < kLong) return;
+    console_.err << "sim: note: verifying with half the step takes about " << rough_time(usual)
+                 << " more, and " << rough_time(chaotic)
+                 << " where the motion is chaotic; Ctrl-C skips it\n"
+                 << std::flush;
+  };
+  study::verify(request_.verify, tracks_, seconds_, SessionSignals::any, say);
 }
 
 // The last frames of a run that an error ended. An error that comes again was said.
@@ -308,7 +365,7 @@ void Run::print_verdicts() {
 
 // The report, then the error of a divergence, then the verdict.
 int Run::conclude(int caught) {
-  if (!caught) verify(request_.verify, tracks_, seconds_, notes());
+  if (!caught) verify();
   report_.footer(tracks_, seconds_);
   if (request_.debug_particle) {
     std::ostream& out = words(request_, console_);

@@ -8,11 +8,11 @@
 #include "cli/run/engine_run.h"
 #include "cli/run/recorder.h"
 #include "cli/run/scene.h"
-#include "cli/run/verification.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
 #include "core/output/output.h"
 #include "core/study/budget.h"
+#include "core/study/run/verification.h"
 
 namespace sim::cli {
 
@@ -40,7 +40,7 @@ struct RunRequest {
   bool export_file = false;             // it is a file, of the state the run begins with
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
-  Verify verify = Verify::kQuick;
+  study::VerificationPlan verify;
 };
 
 // The exit code: 0, 4 (diverged), 8 (a check failed), 130 / 143 (interrupted) or that of the first

@@ -9,18 +9,9 @@
 
 namespace sim::cli {
 
-std::string rough_time(double seconds) {
-  constexpr double kMinute = 60, kHour = 3600;
-  const auto told = [](double amount, const char* unit) {
-    return brief(amount, amount < 10 ? 1 : 2) + unit;
-  };
-  if (seconds < 95) return told(seconds, " s");
-  if (seconds < 95 * kMinute) return told(seconds / kMinute, " min");
-  return brief(std::round(seconds / kHour)) + " h";
-}
-
 study::Watch StudyProgress::watch() {
   return [this](std::string_view what, double done) {
+    mention_long(what, done);
     draw(what, done);
     return interrupts_.caught() == 0;
   };
@@ -42,8 +33,24 @@ void StudyProgress::draw(std::string_view what, double done) {
   drawn_ = true;
 }
 
+// After 2 s by what is done, or after 10 s.
+void StudyProgress::mention_long(std::string_view what, double done) {
+  constexpr double kEarly = 2, kLong = 10, kSomething = 0.02;
+  if (!said_ || long_told_) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  const double whole = done > kSomething ? seconds / done : 0;
+  if (seconds < kEarly || std::max(seconds, whole) < kLong) return;
+  long_told_ = true;
+  clear();
+  err_ << "sim: note: " << what << ": " << percent(std::clamp(done, 0.0, 1.0), 1, 2)
+       << " done after " << rough_time(seconds);
+  if (whole > 0) err_ << ", about " << rough_time(whole - seconds) << " more";
+  err_ << "; Ctrl-C ends it with what it has\n" << std::flush;
+}
+
 void StudyProgress::announce(double seconds) {
-  constexpr double kWorthAWord = 1;
+  constexpr double kWorthAWord = 1, kLong = 10;
+  long_told_ |= seconds >= kLong;
   if (!said_ || seconds < kWorthAWord) return;
   err_ << "sim: note: the study takes about " << rough_time(seconds)
        << "; Ctrl-C ends it with what it has\n"

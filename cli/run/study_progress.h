@@ -12,15 +12,13 @@
 #include "cli/run/run.h"
 #include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
+#include "core/base/duration_text.h"
 #include "core/report/study_words.h"
 #include "core/study/problem.h"
 
 namespace sim::cli {
 
 using report::first_cell, report::judged_text, report::quantity;
-
-// An estimated time in words: "8 s", "42 s", "3 min", "5 h".
-std::string rough_time(double seconds);
 
 class StudyProgress {
  public:
@@ -36,7 +34,8 @@ class StudyProgress {
   // To be given to a study; this object outlives it.
   study::Watch watch();
 
-  // Says how long the study takes at most, where that is worth a word.
+  // Says how long the study takes about, where that is worth a word; watch() does later, where it
+  // takes longer.
   void announce(double seconds);
 
   void clear();
@@ -47,9 +46,11 @@ class StudyProgress {
   using Clock = std::chrono::steady_clock;
 
   void draw(std::string_view what, double done);
+  void mention_long(std::string_view what, double done);
 
   std::ostream& err_;
-  bool said_, on_, drawn_ = false;
+  bool said_, on_, drawn_ = false, long_told_ = false;
+  const Clock::time_point begin_ = Clock::now();
   Clock::time_point last_{};
   Interrupts interrupts_;
 };

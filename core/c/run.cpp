@@ -8,6 +8,7 @@
 #include "core/report/summary.h"
 #include "core/study/run/follow.h"
 #include "core/study/run/run_length.h"
+#include "core/study/run/verification.h"
 
 using namespace sim;
 using namespace sim::c;
@@ -42,16 +43,6 @@ double done_of(std::span<const Track> tracks) {
   return done;
 }
 
-void verify(std::span<Track> tracks, int wish, double seconds, const std::function<bool()>& stop) {
-  for (Track& track : tracks) {
-    const bool quick = seconds < Track::kQuick || !track.system().second_order();
-    if (wish == 2 || (wish == 1 && quick))
-      track.verify(stop, true);
-    else
-      track.leave_unverified("positions not verified");
-  }
-}
-
 void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   using Clock = std::chrono::steady_clock;
   StudiedScene& loaded = scene.loaded;
@@ -70,13 +61,22 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   const char* what = "run";
   const std::function<bool()> stop = [&] { return watcher.stopped(what, done_of(tracks)); };
   const Clock::time_point begin = Clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const study::VerificationPlan plan{.wish = static_cast<study::Verify>(wish)};
+  bool early = true;
+  const auto verify_beside = [&] {
+    if (!early || seconds() < Track::kQuick) return;
+    early = false;
+    study::verify_beside(plan, tracks, loaded.systems.front().threads(),
+                         [&] { return watcher.told(); });
+  };
   {
     const Watched watched(loaded.systems, stop);
-    study::follow_all(tracks, stop);
+    study::follow_all(tracks, stop, verify_beside);
   }
-  scene.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  scene.seconds = seconds();
   what = "verification";
-  if (!watcher.told()) verify(tracks, wish, scene.seconds, stop);
+  if (!watcher.told()) study::verify(plan, tracks, scene.seconds, stop);
   std::vector<study::Verdict> verdicts;
   for (Track& track : tracks) verdicts.push_back(track.verdict());
   scene.summary = report::summary_json(loaded, tracks, scene.seconds);

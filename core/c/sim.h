@@ -101,8 +101,9 @@ char* sim_scenes(sim_error* error); /* JSON: names of the scenes that sim_open f
 int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error);
 /* A judged run of `time` s from here, at whose end stands a verdict; not above 0: to the end of the
  * scene's duration. The last step is shorter where it has to be. `verify`: 0 not by a second run
- * with half the step, 1 where that takes less than a second, 2 always. A run that diverges is no
- * error: the verdict says so. Stopped by `watch`: SIM_STOPPED, with the verdict "suspect". */
+ * with half the step; 1 where that takes a second or a core is free, until it has seen enough to
+ * doubt; 2 to the end. A run that diverges is no error: the verdict says so. Stopped by `watch`:
+ * SIM_STOPPED, with the verdict "suspect". */
 int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* user,
             sim_error* error);
 int sim_reset(sim_scene* scene, sim_error* error);   /* to t = 0 with the initial bits */

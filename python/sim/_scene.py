@@ -319,7 +319,7 @@ class Scene(System):
     def run(self, time=None, verify=None, progress=None):
         """A judged run of `time` s from now, or to the end of the scene's duration; returns the
         verdict. verify: True runs it a second time with half the step, False does not, None does
-        where that takes less than a second. progress: see sim.tradeoff(). Ctrl-C ends it."""
+        where that takes a second or a core is free, until it doubts. progress: see sim.tradeoff(). Ctrl-C ends it."""
         watching = Watching(progress)
         wish = 1 if verify is None else 2 if verify else 0
         code = watching.call(lib.sim_run, self._open(), 0.0 if time is None else time, wish,

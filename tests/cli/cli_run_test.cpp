@@ -219,7 +219,15 @@ TEST_CASE("verdicts say what was seen") {
                        "verified; add --verify") != std::string::npos);
   // The initial state is as exact as can be.
   CHECK(said({"--no-verify", "-n", "0", "--check", "verified"}).code == 0);
-  CHECK(run_sim({"s.lua", "--verify", "--no-verify"}, {.folder = folder.path()}).code == 2);
+  CHECK(said({"--verify", "--no-verify"}).code == 2);
+  CHECK(said({"--verify-time", "1min"}).err.rfind("trusted: ", 0) == 0);
+  CHECK(said({"--verify-time", "50%"}).code == 0);
+  for (const char* wrong : {"0", "-1s", "soon", "-5%", "%", "nan%", "1e999"}) {
+    const Outcome refused = said({std::string("--verify-time=") + wrong});
+    INFO(refused.err);
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("--verify-time '") != std::string::npos);
+  }
 }
 
 TEST_CASE("a run that diverged is explained, with a step that works") {

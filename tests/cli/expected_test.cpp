@@ -27,6 +27,14 @@ std::string with_names(std::string text) {
   return text;
 }
 
+// Whether a line says how long something takes, where the machine is slow.
+bool tells_of_time(const std::string& line) {
+  return line.starts_with("sim: note: ") &&
+         (line.find("Ctrl-C ends it with what it has") != std::string::npos ||
+          line.find("Ctrl-C skips it") != std::string::npos ||
+          line.find("the run takes about ") != std::string::npos);
+}
+
 std::string answer_of(const std::string& command, const std::string& input,
                       const std::filesystem::path& folder) {
   std::vector<std::string> words;
@@ -46,7 +54,8 @@ std::string answer_of(const std::string& command, const std::string& input,
                       .input = input,
                       .folder = folder});
   std::string text = outcome.out;
-  for (const std::string& line : lines_of(outcome.err)) text += "! " + line + '\n';
+  for (const std::string& line : lines_of(outcome.err))
+    if (!tells_of_time(line)) text += "! " + line + '\n';
   if (outcome.code != 0) text += "[exit " + std::to_string(outcome.code) + "]\n";
   return with_names(text);
 }

@@ -153,6 +153,102 @@ TEST_CASE("the shadow tells the error of methods of every order") {
   }
 }
 
+// Balls that bounce on a plane: flights from v e, v e^2, .., each as long as 2 v e^n / g. Contact
+// at the ends of steps has order 1, though the method has 2. One ball alone may meet the plane at
+// the same time with half the step.
+TEST_CASE("the error that is told of a run with contact is that of the order it has") {
+  constexpr double kRestitution = 0.8, kEnd = 1.7;
+  const std::vector<double> heights{1, 0.87, 0.71, 0.62, 0.53, 0.49};
+  const auto height_at = [&](double height, double t) {
+    const double speed = std::sqrt(2 * kGravity * height), fall = speed / kGravity;
+    if (t < fall) return height - 0.5 * kGravity * t * t;
+    double begin = fall, up = kRestitution * speed;
+    while (t > begin + 2 * up / kGravity) {
+      begin += 2 * up / kGravity;
+      up *= kRestitution;
+    }
+    return up * (t - begin) - 0.5 * kGravity * (t - begin) * (t - begin);
+  };
+  sim::PartSpec plane = make_part("plane", {{"normal", sim::Vec3(0, 1, 0)}});
+  plane.given["restitution"] = kRestitution;
+  sim::SystemSpec spec = make_particle({0, heights[0], 0}, {0, 0, 0}, plane);
+  for (std::size_t i = 1; i < heights.size(); ++i)
+    spec.particles->list.push_back({.position = {0.2 * double(i), heights[i], 0}, .mass = 1});
+  spec.accuracy = sim::Accuracy::kProject;
+  int runs = 0;
+  for (double h = 0.0011; h < 0.012; h *= 1.13) {
+    const auto steps = static_cast<std::int64_t>(kEnd / h);
+    const Judged found = judged(spec, {.integrator = "verlet", .dt = h}, steps);
+    sim::Registry registry = make_registry();
+    sim::Simulation again(spec, registry, {.integrator = "verlet", .dt = h});
+    double error = 0;
+    for (std::int64_t n = 0; n < steps; ++n) {
+      REQUIRE(again.step());
+      if (n % std::max<std::int64_t>(1, steps / 100) != 0) continue;
+      for (std::size_t i = 0; i < heights.size(); ++i)
+        error = std::max(error, std::abs(again.position(static_cast<int>(i))[1] -
+                                         height_at(heights[i], again.t())));
+    }
+    INFO(h << ": told " << found.deviation.error << ", true " << error);
+    CHECK(found.deviation.error > 2.0 / 3 * error);
+    CHECK(found.deviation.error < 8 * error);
+    ++runs;
+  }
+  CHECK(runs >= 19);
+}
+
+// Euler's method swings a pendulum up. The two are far apart long before the end.
+TEST_CASE("a run that is in doubt is followed no further, beside it or behind it") {
+  const sim::RunOptions options{.integrator = "euler", .dt = 0.01};
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_elastic_pendulum();
+  const auto compared = [&](bool beside, bool early) {
+    sim::Simulation system(spec, registry, options);
+    sim::study::StepDoubling shadow(spec, system, 2000, registry);
+    for (int n = 0; n <= 2000; ++n) {
+      if (n > 0) REQUIRE(system.step());
+      const sim::Energy energy = system.energy();
+      if (n % 20 == 0) shadow.look(&energy);
+      if (beside && n == 200) REQUIRE(shadow.follow_beside([] { return false; }, early));
+    }
+    RunDeviation result = shadow.compare([] { return false; }, {.early = early});
+    const sim::study::Finding found = finding_of(result, system);
+    CHECK(found.trust == Trust::kSuspect);
+    CHECK((found.words.find(" already, ") != std::string::npos) == early);
+    return result;
+  };
+  const RunDeviation whole = compared(false, false), early = compared(false, true);
+  CHECK(whole.until == HUGE_VAL);
+  CHECK(early.verified());
+  CHECK(early.until < 15);
+  CHECK(early.at_end > 0.2 * 0.8);  // of the size at the start, 1 m or so
+  CHECK(early.horizon == whole.horizon);
+  const RunDeviation beside = compared(true, true);
+  CHECK(beside.until == early.until);
+  CHECK(beside.error == early.error);
+}
+
+TEST_CASE("a comparison that is stopped tells until when positions are known") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_elastic_pendulum();
+  sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = 0.001});
+  sim::study::StepDoubling shadow(spec, system, 1000, registry);
+  for (int n = 0; n <= 1000; ++n) {
+    if (n > 0) REQUIRE(system.step());
+    const sim::Energy energy = system.energy();
+    if (n % 10 == 0) shadow.look(&energy);
+  }
+  int asked = 0;
+  const RunDeviation part = shadow.compare([&] { return ++asked > 300; });
+  CHECK(part.outcome == RunDeviation::Outcome::kStopped);
+  CHECK(part.until > 0);
+  CHECK(part.until < 1);
+  CHECK(part.error < 1e-5);
+  const sim::study::Finding found = finding_of(part, system);
+  CHECK(found.trust == Trust::kTrusted);  // so far: a track makes it unverified
+  CHECK(found.words.find(" m until t = ") != std::string::npos);
+}
+
 TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
   for (const double tol : {1e-3, 1e-6}) {
     sim::RunOptions options{.integrator = "dopri5", .dt = 0.1};

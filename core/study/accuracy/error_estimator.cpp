@@ -9,19 +9,35 @@ namespace {
 
 constexpr double kLeastTolerance = 1e-14;
 
+bool is_tolerance(const Param& param) {
+  return param.name == "tol" || param.name == "atol" || param.name == "rtol";
+}
+
 }  // namespace
 
 MethodChoice sharper(const Method& own) {
   MethodChoice choice = own.choice();
   for (const Param& param : own.plugin().params) {
-    const bool tolerance = param.name == "tol" || param.name == "atol" || param.name == "rtol";
     if (param.name == "precision") choice.given[param.name] = std::string("double");
-    if (!tolerance || !own.params().has(param.name)) continue;
+    if (!is_tolerance(param) || !own.params().has(param.name)) continue;
     const double given = own.params().number(param.name);
     const double least = std::max(kLeastTolerance, param.min);
     choice.given[param.name] = std::min(given, std::max(given / kSharper, least));
   }
   return choice;
+}
+
+std::optional<MethodChoice> looser(const Method& own) {
+  MethodChoice choice = own.choice();
+  bool any = false;
+  for (const Param& param : own.plugin().params) {
+    if (!is_tolerance(param) || !own.params().has(param.name)) continue;
+    const double looser = kSharper * own.params().number(param.name);
+    if (looser > param.max) return {};
+    choice.given[param.name] = looser;
+    any = true;
+  }
+  return any ? std::optional(choice) : std::nullopt;
 }
 
 Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,

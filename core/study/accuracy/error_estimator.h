@@ -2,6 +2,7 @@
 // each particle is while the run goes on.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,9 @@ namespace sim::study {
 // The method as exact as it takes: in double precision, with tolerances `kSharper` times smaller.
 inline constexpr double kSharper = 10;
 MethodChoice sharper(const Method& own);
+
+// The method with tolerances `kSharper` times larger; nothing where it has none, or may not.
+std::optional<MethodChoice> looser(const Method& own);
 
 // The same run with a sharper method and so many steps for each of its own, at X = x and time t.
 Simulation finer_run(const SystemSpec& spec, Registry& registry, const Settings& own,

@@ -2,7 +2,7 @@
 
 namespace sim::study {
 
-void follow(Track& track, const std::function<bool()>& stop) {
+void follow(Track& track, const std::function<bool()>& stop, const std::function<void()>& between) {
   track.sample();
   while (!track.finished()) {
     if (stop()) return track.mark_interrupted();
@@ -12,6 +12,7 @@ void follow(Track& track, const std::function<bool()>& stop) {
       return track.mark_diverged();
     }
     track.sample();
+    if (between) between();
   }
 }
 
@@ -23,13 +24,15 @@ Track* furthest_behind(std::span<Track> tracks) {
   return next;
 }
 
-void follow_all(std::span<Track> tracks, const std::function<bool()>& stop) {
-  if (tracks.size() == 1) return follow(tracks.front(), stop);
+void follow_all(std::span<Track> tracks, const std::function<bool()>& stop,
+                const std::function<void()>& between) {
+  if (tracks.size() == 1) return follow(tracks.front(), stop, between);
   for (Track& track : tracks) track.sample();
   while (Track* const track = furthest_behind(tracks)) {
     const bool stopped = stop();
     if (!stopped && track->advance(1) > 0) {
       track->sample();
+      if (between) between();
       continue;
     }
     if (stopped || track->system().divergence().status == StepStatus::kStopped) {

@@ -174,13 +174,13 @@ void Track::touched(double energy) {
   leave_unverified("positions not verified: hands were in it");
 }
 
-bool Track::verify_beside(const std::function<bool()>& stop) {
-  return shadow_ && shadow_->follow_beside(stop);
+bool Track::verify_beside(const std::function<bool()>& stop, bool early) {
+  return shadow_ && shadow_->follow_beside(stop, early);
 }
 
-void Track::verify(const std::function<bool()>& stop, bool spread) {
+void Track::verify(const std::function<bool()>& stop, ComparisonEffort effort) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
-  parting_ = shadow_->compare(stop, spread);
+  parting_ = shadow_->compare(stop, effort);
 }
 
 void Track::verified_by(study::RunDeviation parting) {

@@ -63,10 +63,12 @@ class Track {
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const ObservedDeviation> parted() const { return parting_.observed; }  // of its shadow
   Deviation deviation() const { return study::deviation(*spec_, *system_); }
-  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: Shadow.
-  bool verify_beside(const std::function<bool()>& stop);
+  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: StepDoubling.
+  bool verify_beside(const std::function<bool()>& stop, bool early = false);
   bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
-  void verify(const std::function<bool()>& stop, bool spread = false);
+  void verify(const std::function<bool()>& stop, ComparisonEffort effort = {});
+  bool verified() const { return parting_.verified(); }
+  bool compared() const { return !std::isnan(parting_.error); }  // or a part of it
   void verified_by(study::RunDeviation parting);  // was measured on a run of the same bits
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why

@@ -23,7 +23,8 @@ std::vector<double> state_of(const Simulation& system) {
 
 RefinedRun::RefinedRun(const SystemSpec& spec, Registry& registry, const Settings& own,
                        const Moment& begin, std::span<const double> x, Plan plan)
-    : system_(finer_run(spec, registry, own, plan.steps_per_step, begin.t, x)),
+    : system_(run_with_method(spec, registry, own, plan.method ? *plan.method : sharper(own.method),
+                              own.h / plan.steps_per_step, begin.t, x)),
       plan_(std::move(plan)),
       h_(own.h),
       now_(begin),

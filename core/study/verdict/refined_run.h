@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,12 +33,13 @@ std::vector<double> state_of(const Simulation& system);
 class RefinedRun {
  public:
   struct Plan {
-    double steps_per_step = 2;            // for each of the run's, with a sharper method too
-    std::int64_t stride = 0;              // steps between looks at figures and springs; 0: none
-    std::vector<Quantity> figures{};      // judged; then the stride is 1
-    bool springs = false;                 // those that come to a point are looked for
-    bool strain = false;                  // and how far they are stretched
-    bool energy = false, states = false;  // kept, in each sight
+    double steps_per_step = 2;             // for each of the run's, with a sharper method too
+    std::optional<MethodChoice> method{};  // instead of the sharper one
+    std::int64_t stride = 0;               // steps between looks at figures and springs; 0: none
+    std::vector<Quantity> figures{};       // judged; then the stride is 1
+    bool springs = false;                  // those that come to a point are looked for
+    bool strain = false;                   // and how far they are stretched
+    bool energy = false, states = false;   // kept, in each sight
 
     bool same_steps(const Plan& other) const {
       return steps_per_step == other.steps_per_step && stride == other.stride;

@@ -7,17 +7,17 @@
 
 namespace sim::study {
 
-RefinedRunThread::RefinedRunThread(RefinedRun shadow, std::function<bool()> stop)
-    : shadow_(std::move(shadow)), stop_(std::move(stop)) {
+RefinedRunThread::RefinedRunThread(RefinedRun shadow, std::function<bool()> stop, Enough enough)
+    : shadow_(std::move(shadow)), stop_(std::move(stop)), enough_(std::move(enough)) {
   start_thread(thread_, [this] { follow(); });
 }
 
 RefinedRunThread::~RefinedRunThread() { end(); }
 
-void RefinedRunThread::look(const Moment& moment) {
+void RefinedRunThread::look(const Moment& moment, std::span<const double> x) {
   {
     const std::lock_guard lock(mutex_);
-    moments_.push_back(moment);
+    moments_.emplace_back(moment, x);
   }
   changed_.notify_one();
 }
@@ -40,7 +40,7 @@ void RefinedRunThread::end() {
 
 void RefinedRunThread::follow() {
   for (std::size_t next = 0;; ++next) {
-    Moment to;
+    std::pair<Moment, std::span<const double>> to;
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [&] { return over_ || next < moments_.size(); });
@@ -48,7 +48,7 @@ void RefinedRunThread::follow() {
       to = moments_[next];
     }
     try {
-      if (shadow_.follow(to, stop_)) continue;
+      if (shadow_.follow(to.first, stop_) && !enough_(to.second, shadow_.path().back())) continue;
     } catch (const std::exception&) {
       failed_ = true;
     }

@@ -5,7 +5,9 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/study/verdict/refined_run.h"
@@ -14,12 +16,17 @@ namespace sim::study {
 
 class RefinedRunThread {
  public:
-  // No other thread uses the system of the refined run meanwhile. `stop` ends it, from any thread.
-  // Where the system gives no thread, the shadow stays at its start.
-  RefinedRunThread(RefinedRun shadow, std::function<bool()> stop);
+  // Whether the positions of a run and of its shadow are so far apart that more need not be seen.
+  using Enough = std::function<bool(std::span<const double> run, const Sight& shadow)>;
+
+  // No other thread uses the system of the refined run meanwhile. `stop` ends it, from any thread,
+  // and so does `enough`, on the thread. Where the system gives no thread, the shadow stays at its
+  // start.
+  RefinedRunThread(RefinedRun shadow, std::function<bool()> stop, Enough enough);
   ~RefinedRunThread();
 
-  void look(const Moment& moment);  // the run is there
+  // The run is there, at these positions, which stay.
+  void look(const Moment& moment, std::span<const double> x);
 
   // Ends the thread at the next moment: the shadow, which goes on from there. Not after a failure,
   // of memory say: then nothing.
@@ -31,9 +38,10 @@ class RefinedRunThread {
 
   RefinedRun shadow_;
   std::function<bool()> stop_;
+  Enough enough_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Moment> moments_;  // all that were seen
+  std::vector<std::pair<Moment, std::span<const double>>> moments_;  // all that were seen
   bool over_ = false, failed_ = false;
   std::thread thread_;  // last: it reads the others
 };

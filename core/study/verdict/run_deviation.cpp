@@ -24,7 +24,8 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
     case kNone:
       return {};
     case kStopped:
-      return {Trust::kTrusted, "not verified: stopped"};
+      if (deviation.until == HUGE_VAL) return {};
+      break;
     case kShadowFailed:
       return {Trust::kSuspect, "the same run with half the step or a tenth of the tolerance fails"};
     case kCompared:
@@ -54,15 +55,20 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
                   " s (spring " + std::to_string(deviation.pinch.a) + "-" +
                   std::to_string(deviation.pinch.b) +
                   " comes to a point there, and may leave it on either side)"};
+    const std::string until =
+        deviation.until == HUGE_VAL ? "" : " until t = " + brief(deviation.until, 2) + " s";
     return {Trust::kTrusted, (flat ? "numbers to " + brief(deviation.error, 1)
                                    : "positions to " + brief(deviation.error, 1) + " m") +
-                                 " (verified)"};
+                                 until + " (verified)"};
   }
   if (chaotic)
     return {Trust::kChaotic, std::string(flat ? "numbers" : "positions") +
                                  " are right until about t = " + brief(deviation.horizon, 2) +
                                  " s (neighbours part " + parting_rate + ")"};
   const std::string share = ", " + percent(deviation.share, 1, 2) + " of the size";
+  if (deviation.until < HUGE_VAL)
+    return {Trust::kSuspect, "off by about " + amount(deviation.at_end) +
+                                 " at t = " + brief(deviation.until, 2) + " s already" + share};
   if (2 * deviation.at_end >= deviation.error)
     return {Trust::kSuspect, "off by about " + amount(deviation.at_end) + " by the end" + share};
   return {Trust::kSuspect, "off by up to " + amount(deviation.error) + " on the way" + share};

@@ -28,6 +28,7 @@ struct RunDeviation {
   enum class Outcome { kNone, kStopped, kShadowFailed, kCompared };
 
   Outcome outcome = Outcome::kNone;
+  double until = HUGE_VAL;       // s; where the two were compared up to that time only
   double error = std::nan("");   // largest on the way, of a particle, in m, or of a number
   double at_end = std::nan("");  // the same at the last state
   double share = std::nan("");   // largest error over the scene's size at that time

@@ -6,6 +6,7 @@
 #include "core/base/noise.h"
 #include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
+#include "core/particles/step_correction.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/verdict/criterion.h"
 
@@ -17,9 +18,10 @@ constexpr int kNeighbours = 3;             // asked for what is observed, where 
 constexpr std::size_t kFewNumbers = 1000;  // of a flat state
 constexpr double kLittle = 0.01;           // of the largest number of a run
 constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
+constexpr double kInDoubt = 0.2;           // of the size: a run so far off is wrong
 
 // Largest distance of a particle, or difference of a number of a flat state.
-double largest_distance(const std::vector<double>& a, const std::vector<double>& b, bool flat) {
+double largest_distance(std::span<const double> a, std::span<const double> b, bool flat) {
   double most = 0;
   const std::size_t width = flat ? 1 : 3;
   for (std::size_t i = 0; i < a.size(); i += width) {
@@ -35,6 +37,45 @@ double largest_number(const std::vector<double>& numbers) {
   double most = 0;
   for (const double number : numbers) most = std::max(most, std::abs(number));
   return most;
+}
+
+// The largest extent of some points along an axis.
+double extent(std::span<const double> points) {
+  double size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t i = axis; i < points.size(); i += 3) {
+      low = std::min(low, points[i]);
+      high = std::max(high, points[i]);
+    }
+    size = std::max(size, high - low);
+  }
+  return size;
+}
+
+// What changed the motion at the ends of steps, so far: with order 1 what acts there alone.
+struct Acted {
+  bool any = false, with_order_one = false;
+};
+Acted contact_of(Simulation& system) {
+  const auto acts = [](const auto& correction) { return correction->account().acted; };
+  Acted acted;
+  acted.with_order_one = std::ranges::any_of(system.corrections(), acts);
+  if (const ParticleSystem* particles = particles_of(system)) {
+    const Contacts& contacts = particles->contacts();
+    for (int i = 0; !contacts.empty() && !acted.any && i < system.particles(); ++i)
+      acted.any = contacts.work_sums().touched(i);
+    acted.with_order_one |= acted.any && contacts.accuracy() == Accuracy::kProject;
+  }
+  acted.any |= acted.with_order_one || !system.settings().broken.empty();
+  return acted;
+}
+
+// Whether points are so far from those of the shadow that the run is in doubt whatever comes; of a
+// single point it is not known yet how far it will come.
+bool far_apart(std::span<const double> start, std::span<const double> run, const Sight& shadow) {
+  const double size = std::max(extent(start), extent(run));
+  return size > 0 && largest_distance(run, shadow.x, false) > kInDoubt * size;
 }
 
 }  // namespace
@@ -69,23 +110,26 @@ void StepDoubling::look(const Energy* energy, std::span<const double> observed) 
                      0,
                      {observed.begin(), observed.end()}});
   if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);
-  if (beside_) beside_->look(frames_.back().at);
+  if (beside_) beside_->look(frames_.back().at, frames_.back().seen.x);
 }
 
 // Two for each step that the method takes; more where there are so few that two are no finer look
 // at what happens. A method that chooses its steps inside ours tells by its evaluations.
 double StepDoubling::steps_per_step(double steps) const {
   constexpr double kFewest = 64, kMost = 32;
-  const IntegratorInfo info = run_->integrator_info();
-  if (info.adaptive)
+  if (run_->integrator_info().adaptive)
     return std::clamp(std::ceil(kFinestStates / steps), 1.0, double(kFinestStates));
+  const double inside = steps_inside();
+  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * steps)), 1.0, kMost);
+}
+
+double StepDoubling::steps_inside() const {
+  const IntegratorInfo info = run_->integrator_info();
   const auto taken = static_cast<double>(run_->step_count() - start_.step);
   const auto evaluations =
       static_cast<double>(run_->integrator().effort().evaluations - start_evaluations_);
-  const double inside = info.evaluations > 0 && taken > 0
-                            ? std::max(1.0, std::round(evaluations / (info.evaluations * taken)))
-                            : 1;
-  return 2 * inside * std::clamp(std::ceil(kFewest / (2 * inside * steps)), 1.0, kMost);
+  if (info.adaptive || info.evaluations <= 0 || !(taken > 0)) return 1;
+  return std::max(1.0, std::round(evaluations / (info.evaluations * taken)));
 }
 
 // Springs are looked at in every step of an adaptive run, or else as often as shows one that turns
@@ -113,13 +157,17 @@ RefinedRun StepDoubling::make_refined_run(RefinedRun::Plan plan) const {
   return {*spec_, *registry_, own, {start_.step, start_.t()}, start_.x, std::move(plan)};
 }
 
-bool StepDoubling::follow_beside(const std::function<bool()>& stop) {
+bool StepDoubling::follow_beside(const std::function<bool()>& stop, bool early) {
   if (spec_->one_thread || !run_->second_order() || !asked_.empty() || frames_.empty())
     return false;
   RefinedRun shadow = make_refined_run(plan(static_cast<double>(last_step_ - start_.step)));
   shadow.system().stop_when(stop);
-  beside_ = std::make_unique<RefinedRunThread>(std::move(shadow), stop);
-  for (std::size_t k = 1; k < frames_.size(); ++k) beside_->look(frames_[k].at);
+  const std::span<const double> start = frames_.front().seen.x;
+  beside_ = std::make_unique<RefinedRunThread>(
+      std::move(shadow), stop, [start, early](std::span<const double> run, const Sight& seen) {
+        return early && far_apart(start, run, seen);
+      });
+  for (std::size_t k = 1; k < frames_.size(); ++k) beside_->look(frames_[k].at, frames_[k].seen.x);
   return true;
 }
 
@@ -147,15 +195,7 @@ double StepDoubling::size_at(const Frame& frame) const {
     return std::max(
         {first.largest, frame.largest, usual, kLittle * *std::ranges::max_element(sizes)});
   }
-  for (const Frame* each : {&first, &frame})
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      double low = HUGE_VAL, high = -HUGE_VAL;
-      for (std::size_t i = axis; i < each->seen.x.size(); i += 3) {
-        low = std::min(low, each->seen.x[i]);
-        high = std::max(high, each->seen.x[i]);
-      }
-      size = std::max(size, high - low);
-    }
+  size = std::max(extent(first.seen.x), extent(frame.seen.x));
   if (size > 0) return size;
   for (const Frame& each : frames_)
     size = std::max(size, largest_distance(each.seen.x, first.seen.x, false));
@@ -192,7 +232,7 @@ void StepDoubling::compare_frame(const Frame& frame, double factor, const Sight&
 
 // A tie that breaks a step later breaks all the same: what counts is the end, and since when.
 void StepDoubling::compare_broken(const RefinedRun& shadow, RunDeviation& result) const {
-  for (std::size_t k = frames_.size() - 1; k > 0; --k) {
+  for (std::size_t k = shadow.path().size(); k > 0; --k) {
     if (frames_[k].seen.broken == shadow.path()[k - 1].broken) return;
     result.others_broke_at = frames_[k].at.t;
     result.horizon = std::min(result.horizon, frames_[k].at.t);
@@ -218,7 +258,7 @@ std::vector<double> StepDoubling::observe(RefinedRun& shadow, std::size_t frame)
 void StepDoubling::compare_observed(RefinedRun& shadow, RunDeviation& result) const {
   if (frames_.back().observed.empty()) return;  // none, or looked at without them
   result.observed.resize(spec_->observers.size());
-  for (std::size_t k = 1; k < frames_.size(); ++k) {
+  for (std::size_t k = 1; k <= shadow.path().size(); ++k) {
     const std::vector<double> observed = observe(shadow, k);
     for (std::size_t i = 0; i < observed.size(); ++i) {
       ObservedDeviation& parted = result.observed[i];
@@ -228,45 +268,125 @@ void StepDoubling::compare_observed(RefinedRun& shadow, RunDeviation& result) co
   }
 }
 
-bool StepDoubling::follow(RefinedRun& shadow, const std::function<bool()>& stop) const {
+bool StepDoubling::follow(RefinedRun& shadow, std::size_t frames,
+                          const std::function<bool()>& stop) const {
   shadow.system().stop_when(stop);
-  while (shadow.path().size() + 1 < frames_.size())
+  while (shadow.path().size() + 1 < frames)
     if (!shadow.follow(frames_[shadow.path().size() + 1].at, stop)) return false;
   return true;
 }
 
-RunDeviation StepDoubling::compare(const std::function<bool()>& stop, bool spread) {
+bool StepDoubling::follow_until_far(RefinedRun& shadow, const std::function<bool()>& stop) const {
+  const std::vector<double>& start = frames_.front().seen.x;
+  for (std::size_t k = shadow.path().size();; ++k) {
+    if (k > 0 && far_apart(start, frames_[k].seen.x, shadow.path()[k - 1])) return true;
+    if (k + 1 == frames_.size()) return true;
+    if (!follow(shadow, k + 2, stop)) return false;
+  }
+}
+
+RunDeviation StepDoubling::compare(const std::function<bool()>& stop, ComparisonEffort effort) {
   RunDeviation result;
   if (frames_.size() < 2) return result;
   const RefinedRun::Plan plan = this->plan(double(frames_.back().at.step - start_.step));
   RefinedRun shadow = take_shadow(plan);
-  if (!follow(shadow, stop)) {
+  result.outcome = RunDeviation::Outcome::kCompared;
+  const bool early = effort.early && run_->second_order();
+  if (!(early ? follow_until_far(shadow, stop) : follow(shadow, frames_.size(), stop))) {
     const bool stopped = stop() || shadow.system().divergence().status == StepStatus::kStopped;
     result.outcome =
         stopped ? RunDeviation::Outcome::kStopped : RunDeviation::Outcome::kShadowFailed;
-    return result;
+    if (!stopped || shadow.path().empty()) return result;
   }
-  // err = C tol, or C h^p: the difference to the shadow is err (1 - finer^-p).
-  const IntegratorInfo info = run_->integrator_info();
-  const double factor =
-      info.adaptive ? kSharper / (kSharper - 1)
-                    : 1 / (1 - elementary::pow(plan.steps_per_step, -std::max(1, info.order)));
-  for (std::size_t k = 1; k < frames_.size(); ++k)
+  const std::size_t seen = shadow.path().size();
+  if (seen + 1 < frames_.size()) result.until = frames_[seen].at.t;
+  const double factor = error_factor(shadow, stop);
+  for (std::size_t k = 1; k <= seen; ++k)
     compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
   compare_broken(shadow, result);
   compare_observed(shadow, result);
   for (const double figure : shadow.figures()) result.figures.push_back({figure});
   result.strain = shadow.strain();
   result.pinch = shadow.pinch();
-  result.outcome = RunDeviation::Outcome::kCompared;
   // A spring that is pressed to a point may leave it on either side.
   if (result.share > RunDeviation::kWrong || shadow.shortest() < Pinch::kNear)
     look_for_chaos(shadow, stop, result);
   const double known = std::max(result.error, RunDeviation::kNeighbour * size_at(frames_.front()));
   if (RunDeviation::kWrong * result.pinch.margin < known) result.pinched_at = shadow.pinched_at();
-  if (spread && result.chaotic()) ask_neighbours(stop, result);
-  look_for_pulses(shadow.system(), result);
+  if (effort.spread && result.until == HUGE_VAL && result.chaotic()) ask_neighbours(stop, result);
+  if (result.until == HUGE_VAL) look_for_pulses(shadow.system(), result);
   return result;
+}
+
+// A run with twice the step, or ten times the tolerance: how far this one is from it, and from the
+// shadow at the same states. Nothing where that cannot be, as where the coarser run is unstable.
+std::optional<StepDoubling::Differences> StepDoubling::coarser(
+    const RefinedRun& shadow, const std::function<bool()>& stop) const {
+  const bool adaptive = run_->integrator_info().adaptive;
+  RefinedRun::Plan plan{
+      .steps_per_step = adaptive ? 1 : 0.5,
+      .method = adaptive ? looser(run_->settings().method) : run_->settings().method.choice()};
+  if (!plan.method || steps_inside() > 1) return {};
+  RefinedRun run = make_refined_run(std::move(plan));
+  run.system().stop_when(stop);
+  Differences found;
+  for (std::size_t k = 1; k <= shadow.path().size(); ++k) {
+    const Frame& frame = frames_[k];
+    const std::int64_t steps = frame.at.step - start_.step;
+    const double h = run_->settings().h;
+    const bool cut = frame.at.t < start_.t() + (static_cast<double>(steps) - 1e-6) * h;
+    if (!adaptive && (steps % 2 != 0 || cut)) continue;
+    if (!run.follow(frame.at, stop)) return {};
+    const auto distance = [&](const Sight& seen) {
+      return largest_distance(frame.seen.x, seen.x, run_->flat());
+    };
+    found.coarser = std::max(found.coarser, distance(run.path().back()));
+    found.finer = std::max(found.finer, distance(shadow.path()[k - 1]));
+  }
+  const bool near = std::max(found.coarser, found.finer) < size_at(frames_.front());
+  return found.finer > 0 && near ? std::optional(found) : std::nullopt;
+}
+
+// err = C h^p, or C tol^p: a run with c h differs from this one by err (c^p - 1), and the shadow
+// with h / k by err (1 - k^-p) (Richardson 1911). p is what both say, at most the order of the
+// method: where friction or a kink decide, it is lower. A p near 0, for differences that do not
+// shrink with the step, leaves a factor of kMostFactor. In contact C changes from step to step:
+// either difference may be small by chance, so that the larger error counts, twice; and where the
+// second is much smaller, half the step of the shadow is tried as well.
+double StepDoubling::error_factor(const RefinedRun& shadow,
+                                  const std::function<bool()>& stop) const {
+  constexpr double kMostFactor = 4, kByChance = 2, kNearly = 0.75, kUnlikely = 3;
+  const IntegratorInfo info = run_->integrator_info();
+  const double finer = info.adaptive ? kSharper : shadow.plan().steps_per_step / steps_inside();
+  const double coarser = info.adaptive ? kSharper : 2;
+  const Acted contact = contact_of(*run_);
+  const double order = info.adaptive || contact.with_order_one ? 1 : std::max(1, info.order);
+  const auto factor = [&](double p) { return 1 / (1 - elementary::pow(finer, -p)); };
+  const auto ratio = [&](double p) { return (elementary::pow(coarser, p) - 1) * factor(p); };
+  if (info.precision == Precision::kSingle) return factor(order);  // rounding has no order
+
+  const std::optional<Differences> seen = this->coarser(shadow, stop);
+  if (!seen) return contact.any ? kMostFactor : factor(order);
+  const double far = seen->coarser / seen->finer;
+  double low = -elementary::log(1 - 1 / kMostFactor) / elementary::log(finer), high = order;
+  // What is nearly of its order takes steps a little too long for the theory.
+  if (far > ratio(kNearly * order)) low = high;
+  constexpr int kBisections = 30;
+  for (int i = 0; i < kBisections && low < high; ++i) {  // the ratio grows with p
+    const double p = 0.5 * (low + high);
+    (ratio(p) < far ? low : high) = p;
+  }
+  if (!contact.any) return factor(low);
+  const double told = std::min(kByChance * factor(low), kMostFactor);
+  if (!(far > kUnlikely * ratio(order)))
+    return std::max(told, kByChance * far / (elementary::pow(coarser, low) - 1));
+  RefinedRun finest = make_refined_run({.steps_per_step = 2 * shadow.plan().steps_per_step});
+  follow(finest, shadow.path().size() + 1, stop);
+  double most = seen->finer;
+  for (std::size_t k = 1; k <= finest.path().size(); ++k)
+    most =
+        std::max(most, largest_distance(frames_[k].seen.x, finest.path()[k - 1].x, run_->flat()));
+  return told * most / seen->finer;
 }
 
 RefinedRun StepDoubling::neighbour(int which) const {
@@ -301,7 +421,7 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
   const double apart =
       largest_distance(frames_.front().seen.x, positions(other.system()), run_->flat());
   if (!(apart > 0)) return;
-  follow(other, stop);
+  follow(other, shadow.path().size() + 1, stop);
   std::vector<double> growths;
   double most = 0;
   for (std::size_t k = 0; k < other.path().size(); ++k) {
@@ -326,6 +446,13 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
     if (RunDeviation::kNeighbour * growth > RunDeviation::kWrong && result.horizon == HUGE_VAL)
       result.horizon = frames_[k + 1].at.t;
   }
+  // A growth that was seen over three decades goes on to the end of the run.
+  constexpr double kExponential = 1e3;
+  const Moment& begin = frames_.front().at;
+  if (result.outcome == RunDeviation::Outcome::kCompared && result.until < HUGE_VAL &&
+      result.growth > kExponential)
+    result.growth =
+        elementary::pow(result.growth, (frames_.back().at.t - begin.t) / (result.until - begin.t));
 }
 
 // Two chaotic runs may observe the same by chance.
@@ -334,7 +461,7 @@ void StepDoubling::ask_neighbours(const std::function<bool()>& stop, RunDeviatio
   const std::vector<double>& own = frames_.back().observed;
   for (int which = 1; which <= kNeighbours; ++which) {
     RefinedRun other = neighbour(which);
-    if (!follow(other, stop)) return;
+    if (!follow(other, frames_.size(), stop)) return;
     const std::vector<double> observed = observe(other, frames_.size() - 1);
     for (std::size_t i = 0; i < own.size(); ++i) {
       double& most = result.observed[i].neighbours;

@@ -15,6 +15,13 @@
 
 namespace sim::study {
 
+struct ComparisonEffort {
+  // More neighbours, for what is observed and judged, where the motion is chaotic.
+  bool spread = false;
+  // Ends where the two are so far apart that the run is in doubt whatever comes.
+  bool early = false;
+};
+
 // Keeps states of a run while it goes on, to compare them with a shadow afterwards.
 class StepDoubling {
  public:
@@ -30,14 +37,14 @@ class StepDoubling {
 
   // From now on the shadow follows the run on a thread of its own, in a system of particles that
   // calls no Lua and of which no figures are judged; false elsewhere. The result is the same.
-  bool follow_beside(const std::function<bool()>& stop);
+  bool follow_beside(const std::function<bool()>& stop, bool early = false);
   bool is_beside() const { return beside_ != nullptr; }
 
   // Runs the shadow over the states seen, or what is left of them, and where the two part a
-  // neighbour of the run as well. Costs two to four times the run; where the motion is chaotic,
-  // `spread` wants more neighbours for what is observed and judged, and it is ten times. `stop`
-  // ends it: then the outcome is kStopped.
-  RunDeviation compare(const std::function<bool()>& stop, bool spread = false);
+  // neighbour of the run as well. Costs two to four times the run; where the motion is chaotic and
+  // its spread is wanted, ten times. `stop` ends it: then the outcome is kStopped, and the result
+  // is that of the states compared until then.
+  RunDeviation compare(const std::function<bool()>& stop, ComparisonEffort effort = {});
 
  private:
   struct Frame {
@@ -47,14 +54,24 @@ class StepDoubling {
     std::vector<double> observed;
   };
 
+  double steps_inside() const;  // that the method takes in one of ours
   // The steps of the refined run for each of a run of `steps` steps.
   double steps_per_step(double steps) const;
   RefinedRun::Plan plan(double steps) const;
   RefinedRun make_refined_run(RefinedRun::Plan plan) const;
   RefinedRun take_shadow(const RefinedRun::Plan& plan);
-  // Over the frames it has not seen yet.
-  bool follow(RefinedRun& shadow, const std::function<bool()>& stop) const;
-  // `factor`: the error over the difference to the shadow.
+  // Over the frames it has not seen yet, of the first so many.
+  bool follow(RefinedRun& shadow, std::size_t frames, const std::function<bool()>& stop) const;
+  // Likewise, and no further than where the two are far apart.
+  bool follow_until_far(RefinedRun& shadow, const std::function<bool()>& stop) const;
+  struct Differences {
+    double coarser = 0, finer = 0;  // the largest of a particle, m, or of a number
+  };
+  std::optional<Differences> coarser(const RefinedRun& shadow,
+                                     const std::function<bool()>& stop) const;
+  // The error over the difference to the shadow, by the order that a coarser run shows.
+  double error_factor(const RefinedRun& shadow, const std::function<bool()>& stop) const;
+  // `factor`: this one.
   void compare_frame(const Frame& frame, double factor, const Sight& shadow,
                      RunDeviation& result) const;
   // The observed values at a frame, to which the system of the refined run is set back.

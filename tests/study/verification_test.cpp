@@ -1,0 +1,77 @@
+// When runs are verified, and for how long.
+#include "core/study/run/verification.h"
+
+#include <catch2/catch.hpp>
+#include <thread>
+
+#include "core/study/run/follow.h"
+#include "tests/support/scenes.h"
+
+using namespace sim_test;
+using sim::study::Track;
+using sim::study::Trust;
+using sim::study::VerificationPlan;
+using sim::study::Verify;
+
+namespace {
+
+bool go_on() { return false; }
+
+// The verdict after a run that is said to have taken so many seconds.
+struct Verified {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(4);
+  sim::Simulation system{spec, registry, {.integrator = "verlet", .dt = 0.005}};
+  std::vector<Track> tracks;
+  int told = 0;
+
+  Verified() { tracks.emplace_back(spec, system, 400, Track::kNever, Track::kNever, &registry); }
+  sim::study::Verdict behind(const VerificationPlan& plan, double seconds) {
+    follow(tracks[0], go_on);
+    sim::study::verify(plan, tracks, seconds, go_on, [&](double, double) { ++told; });
+    return tracks[0].verdict();
+  }
+};
+
+bool says(const sim::study::Verdict& verdict, const std::string& words) {
+  return verdict.reason.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("short runs are verified, and none where that is not wanted") {
+  CHECK(Verified().behind({}, 0.5).trust == Trust::kTrusted);
+  const auto none = Verified().behind({.wish = Verify::kNever}, 0.5);
+  CHECK(none.trust == Trust::kUnverified);
+  CHECK(says(none, "; positions not verified"));
+}
+
+TEST_CASE("a long run is verified behind it for no longer than is allowed") {
+  const auto hardly = Verified().behind({.seconds = 1e-9}, 60);
+  CHECK(hardly.trust == Trust::kUnverified);
+  CHECK(says(hardly, "; positions not verified: --verify takes about 2 min"));
+  // It takes milliseconds here, whatever is said of the run.
+  for (const VerificationPlan& plan :
+       {VerificationPlan{.seconds = 60}, VerificationPlan{.seconds = 1e-9, .share = 1}}) {
+    Verified run;
+    const auto enough = run.behind(plan, 60);
+    CHECK(enough.trust == Trust::kTrusted);
+    CHECK(says(enough, "(verified)"));
+    CHECK(run.told == 0);
+  }
+  Verified always;
+  CHECK(always.behind({.wish = Verify::kAlways, .seconds = 1e-9}, 60).trust == Trust::kTrusted);
+  CHECK(always.told == 1);
+}
+
+TEST_CASE("a refined run takes a core that the run leaves alone") {
+  Verified all;
+  CHECK_FALSE(verify_beside({}, all.tracks, 1024, go_on));
+  CHECK_FALSE(verify_beside({.wish = Verify::kNever}, all.tracks, 1, go_on));
+  all.tracks[0].sample();
+  const bool begun = verify_beside({}, all.tracks, 1, go_on);
+  CHECK(begun == (std::thread::hardware_concurrency() > 1));
+  CHECK(all.tracks[0].verifies_beside() == begun);
+  // To its end, though no time is left behind the run.
+  if (begun) CHECK(all.behind({.seconds = 1e-9}, 60).trust == Trust::kTrusted);
+}
