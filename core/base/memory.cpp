@@ -46,7 +46,7 @@ double control_group() {
 }
 
 // What `which` leaves of what /proc counts under that name.
-double limited(__rlimit_resource which, const char* counted) {
+double limited(decltype(RLIMIT_AS) which, const char* counted) {
   rlimit limit{};
   if (getrlimit(which, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return HUGE_VAL;
   const double used = kilobytes_of("/proc/self/status", counted);

@@ -16,17 +16,20 @@
 //   #endif
 //
 // On x86-64 the compiler reads the file with SIM_TARGET fma128, avx2 and avx512 while it is here,
-// and the rest of it with sse2, which every machine has; on ARM with neon alone. Other headers of
-// the file go above these lines, since what they define must not use the instructions of a set. The
-// file's name ends in _kernel.cpp: such files stay units of their own in a build that joins others.
+// and the rest of it with sse2, which every machine has; on ARM with neon alone, on WebAssembly
+// with wasm. Other headers of the file go above these lines, since what they define must not use
+// the instructions of a set. The file's name ends in _kernel.cpp: such files stay units of their
+// own in a build that joins others.
 #ifndef SIM_TARGET
 
 #if defined(__x86_64__)
 #include <immintrin.h>
 #elif defined(__aarch64__)
 #include <arm_neon.h>
+#elif defined(__wasm_simd128__)
+#include "core/simd/wasm_fma.h"
 #else
-#error "the kernels know x86-64 and ARM (aarch64): core/simd/ needs a layer for this processor"
+#error "core/simd/ has layers for x86-64, ARM (aarch64) and WebAssembly: this processor needs one"
 #endif
 
 #include <cmath>
@@ -86,6 +89,12 @@
 
 #define SIM_TARGET sse2
 #define SIM_FMA 0
+
+#elif defined(__wasm_simd128__)
+
+#define SIM_CHOOSE(...) wasm::__VA_ARGS__
+#define SIM_TARGET wasm
+#define SIM_FMA 1
 
 #else
 

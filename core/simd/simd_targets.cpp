@@ -5,7 +5,7 @@
 namespace sim {
 
 const char* simd_name(SimdLevel level) {
-  constexpr const char* kNames[] = {"sse2", "fma", "avx2", "avx512", "neon"};
+  constexpr const char* kNames[] = {"sse2", "fma", "avx2", "avx512", "neon", "wasm"};
   return kNames[static_cast<int>(level)];
 }
 
@@ -21,6 +21,9 @@ std::span<const SimdLevel> simd_levels() {
       __builtin_cpu_supports("avx512dq"))
     count = 4;
   return std::span(kLevels).first(count);
+#elif defined(__wasm__)
+  static constexpr SimdLevel kLevels[] = {SimdLevel::kWasm};
+  return kLevels;
 #else
   static constexpr SimdLevel kLevels[] = {SimdLevel::kNeon};
   return kLevels;

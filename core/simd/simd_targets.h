@@ -9,9 +9,9 @@
 namespace sim {
 
 // fma is sse2 with a fused multiply-add.
-enum class SimdLevel { kSse2, kFma, kAvx2, kAvx512, kNeon };
+enum class SimdLevel { kSse2, kFma, kAvx2, kAvx512, kNeon, kWasm };
 
-const char* simd_name(SimdLevel level);  // "sse2", "fma", "avx2", "avx512", "neon"
+const char* simd_name(SimdLevel level);  // "sse2", "fma", "avx2", "avx512", "neon", "wasm"
 
 // The levels that this machine has, the best one last, whatever the environment says.
 std::span<const SimdLevel> simd_levels();

@@ -93,6 +93,8 @@ SIM_TARGET_END
 #else
 #if defined(__aarch64__)
 #include "core/simd/vector_neon.h"
+#elif defined(__wasm_simd128__)
+#include "core/simd/vector_wasm.h"
 #else
 #include "core/simd/vector_sse2.h"
 #endif

@@ -79,8 +79,8 @@ WindSweep::WindSweep(const WindLaw& law, const Air& air, std::span<const Triangl
   memory_ = Array(total);
   double* next = memory_.data();
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    TriangleRing& ring =
-        rings_.emplace_back(runs[i].b, runs[i].c, entries[i] - 1, runs[i].bits.data());
+    TriangleRing& ring = rings_.emplace_back(
+        TriangleRing{runs[i].b, runs[i].c, entries[i] - 1, runs[i].bits.data(), {}});
     for (double*& axis : ring.third) {
       axis = next;
       next += entries[i] + kWindBlock;
