@@ -24,24 +24,20 @@ Replays::Replays(const std::string& file) : file_(file) {
       parse_recording(read_input_file(file, kMostBytes, "give a file that --record wrote"), file);
 }
 
-void Replays::complete(SceneRequest& request) {
-  same_ = request.settings.empty() && request.off.empty() && request.without.empty() &&
-          request.integrator.name.empty() && request.integrator.given.empty() && request.dt == 0 &&
-          request.seed == 0;
+void complete(SceneRequest& request, const RecordingHeader& header, const std::string& file) {
   const auto number = [&](const std::string& word, const std::string& value) {
     const auto parsed = parse_number(value);
     if (!parsed || !(*parsed >= 0))
-      refuse_recording(file_, "its header says " + word + " '" + value + "'", "give a number");
+      refuse_recording(file, "its header says " + word + " '" + value + "'", "give a number");
     return *parsed;
   };
-  for (const auto& [word, value] : recording_.header) {
+  for (const auto& [word, value] : header) {
     if (word == "scene") {
       if (request.scene.empty()) request.scene = value;
-      same_ = same_ && request.scene == value;
     } else if (word == "set") {
       const std::size_t equals = value.find('=');
       if (equals == std::string::npos || equals == 0)
-        refuse_recording(file_, "its header says set '" + value + "'", "write set NAME=VALUE");
+        refuse_recording(file, "its header says set '" + value + "'", "write set NAME=VALUE");
       request.settings.emplace(value.substr(0, equals), value.substr(equals + 1));
     } else if (word == "off") {
       request.off.push_back(value);
@@ -58,6 +54,15 @@ void Replays::complete(SceneRequest& request) {
       request.dt = number(word, value);
     }
   }
+}
+
+void Replays::complete(SceneRequest& request) {
+  same_ = request.settings.empty() && request.off.empty() && request.without.empty() &&
+          request.integrator.name.empty() && request.integrator.given.empty() && request.dt == 0 &&
+          request.seed == 0;
+  cli::complete(request, recording_.header, file_);
+  for (const auto& [word, value] : recording_.header)
+    same_ = same_ && (word != "scene" || request.scene == value);
   if (request.scene.empty())
     refuse_recording(file_, "it names no scene", "give one: sim SCENE --replay FILE");
 }
@@ -121,8 +126,8 @@ std::string Replays::compare(const LoadedScene& scene) const {
                                   "was the scene or the recording changed?"});
 }
 
-std::vector<std::pair<std::string, std::string>> recording_header(const SceneRequest& request) {
-  std::vector<std::pair<std::string, std::string>> header{{"scene", request.scene}};
+RecordingHeader recording_header(const SceneRequest& request) {
+  RecordingHeader header{{"scene", request.scene}};
   for (const auto& [name, value] : request.settings) header.emplace_back("set", name + "=" + value);
   for (const std::string& name : request.off) header.emplace_back("off", name);
   for (const std::string& name : request.without) header.emplace_back("without", name);

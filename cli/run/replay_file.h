@@ -43,7 +43,12 @@ class Replays {
 };
 
 // The header of a recording of such a scene.
-std::vector<std::pair<std::string, std::string>> recording_header(const SceneRequest& request);
+using RecordingHeader = std::vector<std::pair<std::string, std::string>>;
+RecordingHeader recording_header(const SceneRequest& request);
+
+// Gives the request what a header says and it does not say itself. Throws Error{kScene} with the
+// name of the file for one that makes no sense.
+void complete(SceneRequest& request, const RecordingHeader& header, const std::string& file);
 
 // The method that an action names; throws Error{kUsage}.
 Method method_of(const Action& action, Registry& registry);

@@ -1,0 +1,84 @@
+// What the worker of a page calls of the module. Texts go in and out as UTF-8; one that is returned
+// is valid until the next call.
+#include <emscripten/emscripten.h>
+
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "cli/run/environment.h"
+#include "cli/run/replay_file.h"
+#include "cli/terminal/console.h"
+#include "cli/view/page_session.h"
+#include "core/base/error.h"
+
+namespace sim::cli {
+namespace {
+
+struct Page {
+  Environment environment = find_environment({});
+  Registry registry = open_registry(environment, {});
+  PageSession session{environment, registry};
+  std::string text = {};
+
+  const char* answer(std::string words) {
+    text = std::move(words);
+    return text.c_str();
+  }
+};
+
+}  // namespace
+}  // namespace sim::cli
+
+using namespace sim::cli;
+
+extern "C" {
+
+EMSCRIPTEN_KEEPALIVE Page* sim_page() { return new Page; }
+
+// A file of the module's own file system, with the header of a recording: lines as "set n=3". Why
+// it cannot be shown, or "".
+EMSCRIPTEN_KEEPALIVE const char* sim_open(Page* page, const char* file, const char* header) {
+  RecordingHeader words;
+  std::istringstream lines{std::string(header)};
+  for (std::string line; std::getline(lines, line);)
+    if (const std::size_t blank = line.find(' '); blank != std::string::npos)
+      words.emplace_back(line.substr(0, blank), line.substr(blank + 1));
+  try {
+    SceneRequest request;
+    request.scene = file;
+    complete(request, words, "the page");
+    page->session.open(request);
+    return page->answer("");
+  } catch (...) {
+    std::ostringstream words;
+    report_exception(words);
+    return page->answer(words.str());
+  }
+}
+
+EMSCRIPTEN_KEEPALIVE int sim_number(Page* page) { return page->session.number(); }
+
+EMSCRIPTEN_KEEPALIVE const char* sim_html(Page* page, const char* nonce) {
+  return page->answer(page->session.html(nonce));
+}
+
+EMSCRIPTEN_KEEPALIVE const char* sim_say(Page* page, const char* words) {
+  return page->answer(page->session.take(words));
+}
+
+EMSCRIPTEN_KEEPALIVE int sim_run(Page* page, double seconds) { return page->session.run(seconds); }
+
+// A frame, whose length sim_size() tells.
+EMSCRIPTEN_KEEPALIVE const char* sim_frame(Page* page) {
+  return page->answer(page->session.frame());
+}
+EMSCRIPTEN_KEEPALIVE int sim_size(Page* page) { return static_cast<int>(page->text.size()); }
+
+EMSCRIPTEN_KEEPALIVE const char* sim_past(Page* page) { return page->answer(page->session.past()); }
+
+EMSCRIPTEN_KEEPALIVE const char* sim_recording(Page* page) {
+  return page->answer(page->session.recording());
+}
+
+}  // extern "C"

@@ -1,0 +1,127 @@
+// The worker of a page: the kernel, stepped in real time, and the connection to the page that shows
+// it. A study has a worker of its own, so that the scene goes on.
+const FRAME = 1000 / 60, // ms between two frames
+  STEPS = 0.75 * FRAME, // of it, for steps
+  QUIET = 200, // ms between frames where nothing changes
+  IN_FLIGHT = 2; // frames that were not drawn yet
+
+let module, sim, page, port = null, number = 0, in_flight = 0, next = 0, quiet = 0, nonce = "";
+
+const bytes_of = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+const unpacked = async (text) =>
+  new Uint8Array(await new Response(new Blob([bytes_of(text)]).stream().pipeThrough(
+    new DecompressionStream("gzip"))).arrayBuffer());
+
+// The module with files, in the folder where its scenes are; what it writes goes to `out`.
+function make(files, out) {
+  const line = (text) => out(text + "\n");
+  return makeSim({
+    thisProgram: "/sim/bin/sim",
+    print: line,
+    printErr: line,
+    instantiateWasm(imports, done) {
+      WebAssembly.instantiate(module, imports).then((instance) => done(instance, module));
+      return {};
+    },
+    quit(code, status) {
+      throw status;
+    },
+    preRun: [({ FS }) => {
+      FS.mkdirTree("/proc/self");
+      FS.symlink("/sim/bin/sim", "/proc/self/exe");
+      FS.mkdirTree("/work");
+      FS.chdir("/work");
+      for (const [name, text] of Object.entries(files)) put(FS, name, text);
+    }],
+  });
+}
+function put(FS, name, text) {
+  const path = `/work/${name}`;
+  FS.mkdirTree(path.slice(0, path.lastIndexOf("/")));
+  FS.writeFile(path, text);
+}
+
+const call = (name, result, types = [], values = []) =>
+  sim.ccall(`sim_${name}`, result, ["number", ...types], [page, ...values]);
+
+function show() {
+  number = call("number", "number");
+  port = null;
+  postMessage({ html: call("html", "string", ["string"], [nonce]) });
+}
+
+function open({ scene, files, header }) {
+  for (const [name, text] of Object.entries(files)) put(sim.FS, name, text);
+  const error = call("open", "string", ["string", "string"], [scene, header]);
+  postMessage({ opened: error });
+  if (!error) show();
+}
+
+// Words of the page that shows the scene.
+function heard(words) {
+  if (words === "drawn") return void (in_flight = Math.max(0, in_flight - 1));
+  if (words === "hello") return port.postMessage(call("past", "string"));
+  const why = call("say", "string", ["string"], [words.slice(0, 4096)]);
+  if (why) port.postMessage(JSON.stringify({ error: why }));
+  if (call("number", "number") !== number) show();
+}
+
+function tick() {
+  next = Math.max(next + FRAME, performance.now());
+  if (port) {
+    const changed = call("run", "number", ["number"], [STEPS / 1000]), now = performance.now();
+    if (in_flight < IN_FLIGHT && (changed || now > quiet)) {
+      quiet = now + QUIET;
+      const at = call("frame", "number"), size = call("size", "number");
+      const frame = sim.HEAPU8.slice(at, at + size).buffer;
+      ++in_flight;
+      port.postMessage(frame, [frame]);
+    }
+  }
+  setTimeout(tick, Math.max(0, next - performance.now()));
+}
+
+// One command of sim, from its start to its end: what it wrote, and the files that it made.
+async function run({ words, files, made }) {
+  let text = "", code = 0;
+  const instance = await make(files, (line) => { text += line; });
+  try {
+    code = instance.callMain(words);
+  } catch (status) {
+    if (!("status" in status)) throw status;
+    code = status.status;
+  }
+  const found = {};
+  for (const name of made)
+    if (instance.FS.analyzePath(name).exists)
+      found[name] = instance.FS.readFile(name, { encoding: "utf8" });
+  postMessage({ ran: { code, text, files: found } });
+}
+
+async function start(message) {
+  const exact = !rounds_once(), bytes = await unpacked(message.kernel);
+  module = await WebAssembly.compile(exact ? bytes : fused(bytes, bytes_of(message.sites)));
+  nonce = message.nonce;
+  sim = await make({}, () => {});
+  page = sim.ccall("sim_page", "number");
+  postMessage({ ready: { exact, module } });
+  open(message);
+  tick();
+}
+
+onmessage = ({ data, ports }) => {
+  const failed = (error) => postMessage({ failed: String(error && error.message || error) });
+  try {
+    if (data.start) start(data.start).catch(failed);
+    else if (data.run) ({ module } = data.run), run(data.run).catch(failed);
+    else if (data.open) open(data.open);
+    else if (data.recording) postMessage({ recording: call("recording", "string") });
+    else if (data.port) {
+      port = ports[0];
+      in_flight = 0;
+      port.onmessage = (event) => heard(event.data);
+    }
+  } catch (error) {
+    failed(error);
+  }
+};
