@@ -4,6 +4,8 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION lib)
 install(DIRECTORY scripts/ DESTINATION share/sim)
+# The page for `sim export --format page`, where ./dev web has made it.
+install(FILES build/web/page.html DESTINATION share/sim/web OPTIONAL)
 # The C interface, and the package of Python over it, which looks for the library beside itself.
 install(TARGETS sim_c EXPORT sim LIBRARY DESTINATION lib)
 install(FILES core/c/sim.h DESTINATION include)

@@ -21,7 +21,11 @@ constexpr const char* kExportFooter =
     "contact, forces other than springs without damping, gravity and drag.\n"
     "h5md: the scene as it begins as one file, for h5py and MDAnalysis, and .xmf\n"
     "beside it for ParaView: sim export scenes/jelly.lua --format h5md jelly.h5;\n"
-    "--out writes whole runs. It needs a build with libhdf5-dev.\n";
+    "--out writes whole runs. It needs a build with libhdf5-dev.\n"
+    "page: the scene with the kernel in one file that opens in any browser, to be\n"
+    "touched, edited and studied without a server or a network:\n"
+    "sim export scenes/flag.lua --format page flag.html; ./dev web builds what it\n"
+    "needs. --out FILE.html is a recording.\n";
 
 constexpr const char* kImportFooter =
     "A mesh becomes a scene to edit: sim import bunny.obj --out bunny.lua; without\n"
@@ -47,12 +51,14 @@ std::vector<CLI::Option*> add_engine_options(CLI::App& app, EngineTexts& t) {
 }
 
 CLI::App* add_export(CLI::App& app, EngineTexts& t) {
-  CLI::App* verb = app.add_subcommand("export", "SCENE DIR: files for LAMMPS; or SCENE FILE.h5");
+  CLI::App* verb =
+      app.add_subcommand("export", "SCENE DIR: files for LAMMPS; SCENE FILE: .h5, a page");
   verb->fallthrough()->allow_extras();
   verb->get_formatter()->column_width(26);
   verb->add_option("SCENE", t.scene, "Lua file")->type_name("");
   verb->add_option("DIR", t.folder, "a folder, made if it is not there; or a file")->type_name("");
-  verb->add_option("--format", t.format, "lammps, or another engine (a folder), or h5md\n(a file)")
+  verb->add_option("--format", t.format,
+                   "lammps, or another engine (a folder); h5md or page\n(a file)")
       ->type_name("F");
   verb->footer(
       std::string("It takes -i, -d, --time, --steps, --every, --resume, --from-rest, --quiet,\n"
@@ -119,7 +125,13 @@ RunRequest export_request(const EngineTexts& t, RunRequest run) {
                 "as in: sim export scenes/cloth.lua -i verlet --format lammps cloth");
   run.export_to = t.folder;
   run.export_engine = t.format;
+  run.export_page = t.format == "page";
   run.export_file = t.format == "h5md";
+  if (run.export_page && ending_of(t.folder) != "html")
+    usage_error("unknown ending of a file", t.folder, "a page is .html", "name it so");
+  if (run.export_page && (run.time || run.steps || run.every || run.resume || run.from_rest))
+    usage_error("option of a run", t.folder, "--format page writes the scene, not a run",
+                "sim SCENE --out run.html writes a run");
   if (run.export_file && !is_hdf5(ending_of(t.folder)))
     usage_error("unknown ending of a file", t.folder, "H5MD is .h5", "name it so");
   if (run.export_file && (run.time || run.steps || run.every))

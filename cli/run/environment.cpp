@@ -42,6 +42,13 @@ DevelopmentFiles development_files() {
 
 fs::path helper_program(const std::string& name) { return prefix_of_program() / "lib/sim" / name; }
 
+fs::path page_with_kernel() {
+  std::error_code error;
+  const fs::path installed = prefix_of_program() / "share/sim/web/page.html";
+  const fs::path tree = fs::path(SIM_SCRIPTS_DIR).parent_path();
+  return fs::is_regular_file(installed, error) ? installed : tree / "build/web/page.html";
+}
+
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 
 std::string version_line() {

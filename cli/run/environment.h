@@ -30,6 +30,9 @@ DevelopmentFiles development_files();
 // A program that serves this one, lib/sim/NAME beside bin/; it need not be there.
 std::filesystem::path helper_program(const std::string& name);
 
+// The page that ./dev web made, for `sim export --format page`; it need not be there.
+std::filesystem::path page_with_kernel();
+
 struct BuildFacts {
   std::string version, commit, compiler;
 };

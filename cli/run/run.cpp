@@ -16,6 +16,7 @@
 #include "cli/run/study_progress.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
+#include "cli/verbs/export_page.h"
 #include "cli/verbs/export_scene.h"
 #include "cli/verbs/rest.h"
 #include "core/base/duration_text.h"
@@ -433,6 +434,7 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     const Interrupts interrupts;
     bring_to_rest(scene, request.quiet ? nullptr : &console.err);
   }
+  if (request.export_page) return export_page(request, scene, environment, plan, console);
   if (request.export_file) return export_state(request, scene, accounts, plan, registry, console);
   if (!request.export_to.empty())
     return export_scene(request, scene, accounts, plan, registry, console);

@@ -38,6 +38,7 @@ struct RunRequest {
   std::string export_to;                // a folder for its files, instead of a run
   std::string export_engine;            // that they are for
   bool export_file = false;             // it is a file, of the state the run begins with
+  bool export_page = false;             // it is a page with the kernel in it
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
   study::VerificationPlan verify;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kPreview = 0.06;  // s of work to see what is to come
 constexpr int kPreviewMoments = 12;
+constexpr double kApart = 20;         // of its size, or of a metre: too far to be looked at
 constexpr double kLongestDebt = 0.1;  // s behind the clock, more is never caught up
 constexpr double kHandRate = 60;      // moves a second
 constexpr double kMeasured = 0.5;     // s between two measurements of the speed
@@ -27,7 +28,16 @@ double seconds_since(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
 }
 
-// The moments of a run of the scene from its start, as far as a little time goes.
+// The largest coordinate of anything, m.
+double reach(const Moment& moment) {
+  double most = 0;
+  for (const Frame& frame : moment)
+    for (const double x : frame.x) most = std::max(most, std::isfinite(x) ? std::abs(x) : HUGE_VAL);
+  return most;
+}
+
+// The moments of a run of the scene from its start, as far as a little time goes, and as long as it
+// does not fly apart.
 std::vector<Moment> preview_of(const LoadedScene& scene, const SceneRequest& request,
                                Registry& registry) {
   std::vector<Simulation> systems;
@@ -43,6 +53,7 @@ std::vector<Moment> preview_of(const LoadedScene& scene, const SceneRequest& req
         if (system.steps(8) == 0) break;
       moment.push_back(take_frame(system));
     }
+    if (!moments.empty() && reach(moment) > kApart * std::max(reach(moments.front()), 1.0)) break;
     moments.push_back(std::move(moment));
   }
   return moments;

@@ -115,6 +115,12 @@ std::string page_policy(const std::string& nonce) {
          "; img-src data:; base-uri 'none'; form-action 'none'";
 }
 
+std::string kernel_page_policy(const std::string& nonce) {
+  const std::string own = "'nonce-" + nonce + "'";
+  return "default-src 'none'; script-src " + own + " 'wasm-unsafe-eval'; style-src " + own +
+         "; img-src data:; worker-src blob:; base-uri 'none'; form-action 'none'";
+}
+
 std::string Page::of_live(const std::string& live, const std::string& nonce) const {
   Page start = *this;
   Moment room;
@@ -325,8 +331,8 @@ std::vector<double> Page::values_of(std::size_t m, const Moment& moment,
   return models_[m].lattice() ? quantity(models_[m], moment[m], scale.name) : moment[m].values;
 }
 
-// Where they are in each moment, once if they rest. The ground is drawn as such, and who is in a
-// room sees through its walls.
+// Where they are in each moment, once if they rest. The ground is drawn as such, and of a room its
+// edges, for who is in it sees through its walls.
 std::string Page::solids_json(std::size_t m) const {
   constexpr double kLevel = 0.999999;
   const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};
@@ -336,7 +342,8 @@ std::string Page::solids_json(std::size_t m) const {
   for (std::size_t s = 0; s < first.size(); ++s) {
     const Form form = first[s].form;
     const bool level = form == Form::kPlane && first[s].axes[1].dot(view_.up) > kLevel;
-    if (form == Form::kNone || first[s].inside || level) continue;
+    const bool room = first[s].inside;
+    if (form == Form::kNone || level || (room && form != Form::kBox)) continue;
     std::vector<std::string> places, turns;
     for (std::size_t at = 0; at < moments_.size(); ++at) {
       const RenderShape& solid = moments_.head(at, m).solids[s];
@@ -356,6 +363,7 @@ std::string Page::solids_json(std::size_t m) const {
         .json("at", json_array(places));
     if (form != Form::kSphere) solid.json("axes", json_array(turns));
     if (first[s].body) solid.json("body", "1");
+    if (room) solid.json("room", "1");
     if (form == Form::kMesh) {
       std::vector<double> corners;
       for (const auto& t : first[s].mesh->triangles)
