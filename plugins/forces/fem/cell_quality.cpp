@@ -7,7 +7,6 @@
 namespace sim {
 namespace {
 
-double trace_of(const Mat3& m) { return m(0, 0) + m(1, 1) + m(2, 2); }
 double determinant_of(const Mat3& m) { return m.column(0).dot(m.column(1).cross(m.column(2))); }
 
 double square_of(const Mat3& m) {

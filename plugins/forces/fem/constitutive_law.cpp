@@ -16,8 +16,6 @@ double contracted(const Mat3& a, const Mat3& b) {
   return sum;
 }
 
-double trace_of(const Mat3& m) { return m(0, 0) + m(1, 1) + m(2, 2); }
-
 // cof F by rows. It is quadratic: the polar form gives its slope.
 Mat3 cofactors_of(const Mat3& F) {
   const Vec3 a = row_of(F, 0), b = row_of(F, 1), c = row_of(F, 2);

@@ -5,6 +5,8 @@
 
 namespace sim {
 
+inline double trace_of(const Mat3& m) { return m(0, 0) + m(1, 1) + m(2, 2); }
+
 // Energies a volume, with C = F^T F, J = det F, cof F = dJ/dF:
 //   stvk         mu E:E + lambda/2 tr(E)^2,  E = (C - 1) / 2
 //   corotated    mu |F - R|^2 + lambda/2 (R:F - 3)^2,  R the rotation nearest to F
