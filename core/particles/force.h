@@ -11,7 +11,7 @@
 
 #include "core/particles/force_sweep.h"
 #include "core/particles/jacobian_sink.h"
-#include "core/particles/springs/spring_sense.h"
+#include "core/particles/link.h"
 #include "core/particles/view.h"
 
 namespace sim {
@@ -29,19 +29,6 @@ class Springs;
 struct SceneNames;  // core/particles/scene_names.h
 class StepCorrection;
 class ThreadPool;
-
-// One spring-like tie of a particle to another, for adjacency listings.
-struct Link {
-  std::string family;
-  int to = 0;
-  double stiffness = 0, rest = 0;  // N/m, m
-  SpringSense sense = SpringSense::kBoth;
-
-  // N, at this length, m; below 0 it pushes.
-  double tension(double length) const {
-    return slack(sense, length, rest) ? 0 : stiffness * (length - rest);
-  }
-};
 
 // A force is a pure function of (t, X): memory that changes is a part of X.
 class Force {

@@ -117,10 +117,6 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     std::swap(x, next);
     const double now = largest_acceleration(simulation, x.data(), at, slope);
     scale = std::max(scale, now);
-    fprintf(stderr, "h %g its %ld lin %ld fact %ld evals %ld now %g least %g scale %g\n", h,
-            (long)(solver->effort().newton - before), (long)solver->effort().linear,
-            (long)solver->effort().factorisations, (long)solver->effort().evaluations, now, least,
-            scale);
     idle = now < 0.9 * least || least > kNearly * scale ? 0 : idle + 1;
     if (now < least) {
       least = now;
