@@ -2,8 +2,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/particles/particle_system.h"
 #include "core/scene/checkpoint.h"
 #include "core/scene/timeline.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -224,5 +226,43 @@ TEST_CASE("a particle put behind a plane by hand comes out in the next step at r
     REQUIRE(ball.step());
     CHECK(std::abs(ball.position(0).y()) < 1e-12);
     CHECK(ball.velocity(0).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("surfaces that do not turn are known by numbers, with the gaps of their own queries") {
+  using Form = sim::PrimitiveSurface::Form;
+  const std::string swing = ", motion = sim.motion.swing { amplitude = {0.1, 0.2, 0}, period = 2 }";
+  const std::string line = ", motion = sim.motion.line { velocity = {1, 2, 3} }";
+  const std::string spin = ", motion = sim.motion.spin { axis = {0, 0, 1}, period = 3 }";
+  const std::string plane = "plane { point = {0, -2, 0}, normal = {0.3, 1, 0.1}, thickness = 0.02";
+  const std::string ball = "sphere { center = {0, -2, 0}, radius = 0.5, thickness = 0.02";
+  const std::string bowl = "sphere { radius = 5, inside = true";
+  const struct {
+    std::string text;
+    Form form;
+  } cases[] = {
+      {plane, Form::kPlane},      {plane + line, Form::kPlane}, {plane + swing, Form::kPlane},
+      {ball, Form::kSphere},      {ball + line, Form::kSphere}, {ball + swing, Form::kSphere},
+      {ball + spin, Form::kNone}, {bowl, Form::kSphere},        {bowl + line, Form::kSphere}};
+  for (const auto& [text, form] : cases) {
+    INFO(text);
+    sim::test::TextRun run(
+        "local p = sim.particles { mass = 1 }\np:add {0, 1, 0}\nreturn sim.scene { particles = p, "
+        "forces = {}, colliders = { sim.collider." +
+            text + " } }, integrator = 'rk4', dt = 0.01, duration = 1 }\n",
+        "rk4", 0.01);
+    const auto& particles = dynamic_cast<const sim::ParticleSystem&>(run.system.ode());
+    REQUIRE(particles.contacts().all().size() == 1);
+    const sim::Collider& collider = *particles.contacts().all()[0];
+    for (const double t : {0.0, 0.3, 0.9}) {
+      const sim::PrimitiveSurface surface = collider.as_primitive(t);
+      REQUIRE(surface.form == form);
+      for (int k = 0; k < 20 && form != Form::kNone; ++k) {
+        const sim::Vec3 x(std::sin(3.0 * k), std::sin(5.0 * k + 1), std::sin(7.0 * k + 2));
+        const sim::SurfaceSample sample = collider.query(t, x);
+        CHECK(surface.gap(x) == Approx(sample.gap).margin(1e-14));
+        CHECK((surface.velocity - sample.velocity).norm() < 1e-14);
+      }
+    }
   }
 }
