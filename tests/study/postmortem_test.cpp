@@ -1,6 +1,7 @@
 // Why a run diverged, and what is said to work does.
 #include "core/study/verdict/postmortem.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -108,6 +109,32 @@ TEST_CASE("a first-order system has no springs, but a remedy") {
   CHECK_FALSE(found.spring.has_value());
   // What misses the exact solution is no remedy.
   if (found.other) CHECK(found.other->verdict.trust == Trust::kTrusted);
+}
+
+// y' = y^2 from 1 has no end beyond t = 1, whatever the step: eight are tried, from half of it.
+TEST_CASE("a post-mortem tries eight steps by halves where none works") {
+  std::vector<double> steps;  // s, from each start at t = 0
+  double before = 0;
+  sim::SystemSpec spec = make_circle();
+  spec.exact = {};
+  spec.first_order->dimension = 1;
+  spec.first_order->state = {1};
+  spec.first_order->field = make_part(
+      "lua", {{"f", sim::OdeFunction([&](double t, std::span<const double> x, std::span<double> d) {
+                 if (before == 0 && t > 0) steps.push_back(t);
+                 before = t;
+                 d[0] = x[0] * x[0];
+               })}});
+  const PostMortem found = examine(spec, "euler", 0.1, 4);
+  CHECK(found.complete);
+  CHECK_FALSE(found.smaller.has_value());
+  for (int k = 0; k < 10; ++k) {
+    INFO(k);
+    const double step = 0.05 / std::pow(2, k);
+    const auto tried = std::count_if(
+        steps.begin(), steps.end(), [step](double each) { return std::fabs(each - step) < 1e-12; });
+    CHECK((k < 8 ? tried > 0 : tried == 0));
+  }
 }
 
 TEST_CASE("a post-mortem ends when its seconds are over, also inside a step") {
