@@ -150,8 +150,9 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
     if (!choice.method)
       throw Error(ErrorKind::kDiverged,
                   {"no step found", spec.name + ", --error",
-                   "no method stays finite at the steps that can be waited for",
-                   "see what '" + command_for(request.scene) + "' says without it"});
+                   "no error of a method is known by trials that are short beside the run",
+                   "name a method with -i, or see what '" + command_for(request.scene) +
+                       "' says without it"});
     RunOptions options = run_options(request.scene, spec, registry);
     options.integrator = choice.integrator();
     options.dt = choice.dt;
@@ -243,6 +244,7 @@ study::RunDeviation parting_of(const std::optional<GoalChoice>& made, const RunR
   study::RunDeviation deviation;
   if (!choice.kept || !request.of.empty()) return deviation;
   deviation.outcome = study::RunDeviation::Outcome::kCompared;
+  deviation.rms = choice.error;
   deviation.error = deviation.at_end = choice.largest;
   deviation.share = choice.largest / choice.size;
   return deviation;

@@ -1,4 +1,6 @@
 // The steps of a simulation of which islands sleep.
+#include <algorithm>
+
 #include "core/scene/simulation_impl.h"
 #include "core/scene/sleep.h"
 
@@ -21,9 +23,11 @@ void Simulation::Impl::begin_awake() {
 
 std::int64_t Simulation::Impl::steps_to_look(std::int64_t most) const {
   if (sleep->may_be_disturbed()) return 1;
+  // Without looks, a number that is soon counted.
+  constexpr std::int64_t kMost = 4096;
   const double look = sleep->next_look(t(step_count));
   std::int64_t count = 1;
-  while (count < most && t(step_count + count) < look) ++count;
+  while (count < std::min(most, kMost) && t(step_count + count) < look) ++count;
   return count;
 }
 

@@ -134,6 +134,7 @@ SleepAccount Sleep::account() const {
 
 void Sleep::reset() {
   wake_all();
+  scene_.reset();
   taken_ = 0;
 }
 
@@ -149,8 +150,8 @@ void Sleep::wake(int particle) {
 }
 
 void Sleep::rouse(std::size_t island) {
-  scene_.reset();
   if (!sleeps_[island]) return;
+  scene_.reset();
   sleeps_[island] = 0;
   since_[island] = kAwake;
   --asleep_;
@@ -244,7 +245,10 @@ double Sleep::moment(std::int64_t look) const {
 }
 
 std::int64_t Sleep::looks_until(double t) const {
-  auto count = static_cast<std::int64_t>(std::max(0.0, t / spec_.sleep->after * kLooks - 1));
+  constexpr double kMost = 1e15;  // beyond it moments are not told apart, and there are no looks
+  const double before = t / spec_.sleep->after * kLooks - 1;
+  if (!(before < kMost)) return static_cast<std::int64_t>(kMost);
+  auto count = static_cast<std::int64_t>(std::max(0.0, before));
   while (moment(count) <= t) ++count;
   return count;
 }

@@ -321,6 +321,14 @@ TEST_CASE("sleep without a positive energy or time, or where nothing rests alone
     spec.sleep->after = bad;
     refused(spec, "after");
   }
+  // The shortest and the longest times are no errors: looks at all steps, or at none.
+  for (const double after : {1e-300, 1e-12, 1e300}) {
+    sim::SystemSpec spec = make_hall(2);
+    spec.sleep->after = after;
+    sim::Simulation system = make(spec, registry);
+    for (int taken = 0; taken < 20;) taken += system.steps(20 - taken);
+    CHECK(system.sleep().asleep == (after == 1e-12 ? 1 : 0));
+  }
   sim::SystemSpec pairs = make_hall(2);
   pairs.forces.push_back(
       make_part("pair", {{"potential", std::string("soft")}, {"k", 1.0}, {"radius", 0.1}}));

@@ -55,11 +55,16 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
                   " s (spring " + std::to_string(deviation.pinch.a) + "-" +
                   std::to_string(deviation.pinch.b) +
                   " comes to a point there, and may leave it on either side)"};
+    const std::string unit = flat ? "" : " m";
+    const std::string most = brief(deviation.error, 1) + unit;
     const std::string until =
         deviation.until == HUGE_VAL ? "" : " until t = " + brief(deviation.until, 2) + " s";
-    return {Trust::kTrusted, (flat ? "numbers to " + brief(deviation.error, 1)
-                                   : "positions to " + brief(deviation.error, 1) + " m") +
-                                 until + " (verified)"};
+    return {Trust::kTrusted,
+            std::string(flat ? "numbers to " : "positions to ") +
+                (std::isnan(deviation.rms) ? most
+                                           : brief(deviation.rms, 2) + unit + " rms, " + most +
+                                                 (flat ? " of one" : " of a particle")) +
+                until + " (verified)"};
   }
   if (chaotic)
     return {Trust::kChaotic, std::string(flat ? "numbers" : "positions") +

@@ -30,7 +30,8 @@ struct RunDeviation {
   Outcome outcome = Outcome::kNone;
   double until = HUGE_VAL;       // s; where the two were compared up to that time only
   double error = std::nan("");   // largest on the way, of a particle, in m, or of a number
-  double at_end = std::nan("");  // the same at the last state
+  double rms = std::nan("");     // of all, the largest on the way, where it was asked for
+  double at_end = std::nan("");  // the largest of one at the last state
   double share = std::nan("");   // largest error over the scene's size at that time
   double energy = std::nan("");  // largest |E - E of the shadow| over the energy in play
   double horizon = HUGE_VAL;     // s; until then the error is below 2 % of the size
