@@ -105,6 +105,11 @@ void add_colliders(Text& text, double friction) {
   text.line("}");
 }
 
+void add_ground(Text& text, double height, double friction) {
+  text.line("all.colliders = { sim.collider.plane { point = ", triple(0, height, 0),
+            ", normal = {0, 1, 0}, friction = ", friction, " } }");
+}
+
 std::string colliders(std::uint64_t seed) {
   Text text(seed);
   const int n = text.random.integer(1, 5);
@@ -127,15 +132,15 @@ std::string friction(std::uint64_t seed) {
 std::string self_contact(std::uint64_t seed) {
   Text text(seed);
   add_gravity(text);
-  const int n = text.random.integer(4, 6);
+  const int n = text.random.integer(4, 5);
   const double s = 1.0 / n, fold = text.between(0.3, 1.2);
   const double dt = add_sheet(text, n, text.random.decade(1.3, 2.6), triple(0, 0, s),
                               triple(s * std::cos(fold), s * std::sin(fold), 0));
   text.line("p:pin(p:id(0, 0))");
   text.line("all.contact = sim.contact { surfaces = { sim.surface { grid = p } }, thickness = ",
             text.between(0.02, 0.15) * s, ", friction = ", text.between(0, 0.6), " }");
-  if (text.random.chance(0.6)) add_colliders(text, text.between(0, 0.6));
-  return text.end(dt, text.between(0.3, 0.7));
+  if (text.random.chance(0.6)) add_ground(text, 0.3, text.between(0, 0.6));
+  return text.end(dt, text.between(0.15, 0.35));
 }
 
 std::string constraints(std::uint64_t seed) {
@@ -198,10 +203,10 @@ std::string solids(std::uint64_t seed) {
   if (text.random.chance(0.5))
     text.line("for i = 0, ", n - 1, " do p:pin(p:id(i, 0, 0)) p:pin(p:id(i, 1, 0)) end");
   else
-    add_colliders(text, text.between(0, 0.5));
+    add_ground(text, 0.04, text.between(0, 0.5));
   const double bulk = young * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
   const double dt = 0.15 * a / std::sqrt(bulk / density);
-  return text.end(dt, std::min(0.5, 400 * dt));
+  return text.end(dt, std::min(0.5, 150 * dt));
 }
 
 std::string fluids(std::uint64_t seed) {
@@ -283,7 +288,7 @@ std::string lattices(std::uint64_t seed) {
       "'1 + u^2*v - 4*u + p*(u[-1] + u[1] - 2*u)', '3*u - u^2*v + q*(v[-1] + v[1] - 2*v)'",
       "'u*(1 - v) + p*(u[-1] + u[1] - 2*u)', 'v*(u - 1) + q*(v[-1] + v[1] - 2*v)'",
       "'v', '-sin(u) + p*(u[-1] + u[1] - 2*u) - q*v'"};
-  const char* boundaries[] = {"'periodic'", "'mirror'", "1"};
+  const char* boundaries[] = {"'periodic'", "'mirror'", "{1, 0.5}"};
   text.line("all.field = sim.field.formula { ", fields[text.random.integer(0, 2)],
             ", names = {'u', 'v'}, cells = ", n,
             ", boundary = ", boundaries[text.random.integer(0, 2)],

@@ -1,5 +1,5 @@
-// Words: goals ..., or [KIND | all] [N [SEED]]; without a kind the chains, cloths and fields that
-// extrapolation judges.
+// Words: goals ..., show KIND SEED, or [KIND | all] [N [SEED]]; without a kind the chains, cloths
+// and fields that extrapolation judges.
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
@@ -42,6 +42,12 @@ bool hunt_all(long cases, std::uint64_t first, const Hunt& hunt) {
 int main(int argc, char** argv) {
   std::span<char*> words(argv + 1, static_cast<std::size_t>(argc - 1));
   if (!words.empty() && std::strcmp(words[0], "goals") == 0) return hunt_goals(words.subspan(1));
+  if (words.size() == 3 && std::strcmp(words[0], "show") == 0) {
+    for (const HuntKind& kind : hunt_kinds())
+      if (std::strcmp(kind.name, words[1]) == 0)
+        std::cout << kind.scene(static_cast<std::uint64_t>(std::atoll(words[2])));
+    return 0;
+  }
   std::string asked;
   if (!words.empty() && !std::isdigit(static_cast<unsigned char>(*words[0]))) {
     asked = words[0];
