@@ -8,12 +8,12 @@ const text = (name) => readFileSync(`${sources}/${name}`, "utf8");
 const packed = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
 
 const load = text("load.mjs").replaceAll(/^export /gm, "");
-const worker = [load, readFileSync(`${build}/kernel.js`, "utf8"), text("worker.js")].join("\n");
+const worker = [load, readFileSync(`${build}/page.js`, "utf8"), text("worker.js")].join("\n");
 const values = {
   STYLE: text("page.css"),
   PAGE: text("page.js"),
-  KERNEL: packed(readFileSync(`${build}/kernel.wasm`)),
-  SITES: readFileSync(`${build}/kernel.sites`).toString("base64"),
+  KERNEL: packed(readFileSync(`${build}/page.wasm`)),
+  SITES: readFileSync(`${build}/page.sites`).toString("base64"),
   WORKER: packed(worker),
 };
 const page = text("page.html").replaceAll(/@(STYLE|PAGE|KERNEL|SITES|WORKER)@/g,

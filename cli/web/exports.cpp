@@ -4,11 +4,15 @@
 
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "cli/run/environment.h"
 #include "cli/run/replay_file.h"
 #include "cli/terminal/console.h"
+#include "cli/verbs/luacats.h"
+#include "cli/verbs/stability.h"
+#include "cli/verbs/tradeoff.h"
 #include "cli/view/page_session.h"
 #include "core/base/error.h"
 
@@ -27,6 +31,19 @@ struct Page {
   }
 };
 
+// A file of the module's own file system, with the header of a recording: lines as "set n=3".
+SceneRequest request_of(const char* file, const char* header) {
+  RecordingHeader words;
+  std::istringstream lines{std::string(header)};
+  for (std::string line; std::getline(lines, line);)
+    if (const std::size_t blank = line.find(' '); blank != std::string::npos)
+      words.emplace_back(line.substr(0, blank), line.substr(blank + 1));
+  SceneRequest request;
+  request.scene = file;
+  complete(request, words, "the page");
+  return request;
+}
+
 }  // namespace
 }  // namespace sim::cli
 
@@ -36,19 +53,10 @@ extern "C" {
 
 EMSCRIPTEN_KEEPALIVE Page* sim_page() { return new Page; }
 
-// A file of the module's own file system, with the header of a recording: lines as "set n=3". Why
-// it cannot be shown, or "".
+// Why the scene cannot be shown, or "".
 EMSCRIPTEN_KEEPALIVE const char* sim_open(Page* page, const char* file, const char* header) {
-  RecordingHeader words;
-  std::istringstream lines{std::string(header)};
-  for (std::string line; std::getline(lines, line);)
-    if (const std::size_t blank = line.find(' '); blank != std::string::npos)
-      words.emplace_back(line.substr(0, blank), line.substr(blank + 1));
   try {
-    SceneRequest request;
-    request.scene = file;
-    complete(request, words, "the page");
-    page->session.open(request);
+    page->session.open(request_of(file, header));
     return page->answer("");
   } catch (...) {
     std::ostringstream words;
@@ -79,6 +87,33 @@ EMSCRIPTEN_KEEPALIVE const char* sim_past(Page* page) { return page->answer(page
 
 EMSCRIPTEN_KEEPALIVE const char* sim_recording(Page* page) {
   return page->answer(page->session.recording());
+}
+
+// What `sim stability` or `sim tradeoff` says of a scene; the latter writes its plot to `svg`.
+EMSCRIPTEN_KEEPALIVE const char* sim_study(Page* page, const char* name, const char* file,
+                                           const char* header, int json, const char* svg) {
+  std::ostringstream out;
+  Console console{out, out};
+  try {
+    if (std::string_view(name) == "stability") {
+      StabilityRequest request{.scene = request_of(file, header)};
+      request.json = json != 0;
+      stability(request, page->environment, page->registry, console);
+    } else {
+      TradeoffRequest request{.scene = request_of(file, header)};
+      request.json = json != 0;
+      if (*svg) request.svg = svg;
+      tradeoff(request, page->environment, page->registry, console);
+    }
+  } catch (...) {
+    report_exception(out);
+  }
+  return page->answer(out.str());
+}
+
+// The names of the scene language, as `sim list --luacats` has them.
+EMSCRIPTEN_KEEPALIVE const char* sim_names(Page* page) {
+  return page->answer(luacats(page->environment, page->registry));
 }
 
 }  // extern "C"

@@ -2,7 +2,7 @@
 // studies. The scene is shown by the page of `sim view`, in a frame.
 const $ = (id) => document.getElementById(id);
 const files = { ...SCENE.files };
-let worker, ready = null, url;
+let worker, ready = null, url, header = SCENE.header;
 
 const say_kernel = (text) => { $("kernel").textContent = text; };
 const fail = (text) => say_kernel(`this page cannot run: ${text}`);
@@ -31,7 +31,7 @@ async function start() {
       save(SCENE.scene.replace(/(.*\/)?(.*?)(\.lua)?$/, "$2.rec"), data.recording);
   };
   worker.postMessage({ start: { kernel: KERNEL, sites: SITES, nonce: NONCE, scene: SCENE.scene,
-    files, header: SCENE.header } });
+    files, header } });
 }
 
 // The frame asks for its connection when it is ready for frames.
@@ -51,15 +51,15 @@ function save(name, text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-// One command of sim in a worker of its own: { code, text, files }.
-function run(words, made = []) {
+// A study, or the names of the language, in a worker of its own: { text, svg }.
+function run(what) {
   return new Promise((resolve, reject) => {
     const own = new Worker(url);
     const end = (act, value) => { own.terminate(); act(value); };
     own.onmessage = ({ data }) =>
       data.ran ? end(resolve, data.ran) : data.failed && end(reject, Error(data.failed));
     own.onerror = (event) => end(reject, Error(event.message));
-    own.postMessage({ run: { module: ready.module, words, files, made } });
+    own.postMessage({ run: { module: ready.module, scene: SCENE.scene, header, files, ...what } });
   });
 }
 
@@ -86,7 +86,8 @@ function told(error) {
 
 function open_scene() {
   files[SCENE.scene] = text.value;
-  worker.postMessage({ open: { scene: SCENE.scene, files, header: "" } });
+  header = "";
+  worker.postMessage({ open: { scene: SCENE.scene, files, header } });
 }
 
 // Names of the language: of `sim list --luacats`, asked for once. A field knows its plugin.
@@ -94,7 +95,7 @@ let names = null;
 async function names_of_language() {
   if (names) return names;
   names = [];
-  const { text: list } = await run(["list", "--luacats"]);
+  const { text: list } = await run({});
   let owner = "";
   for (const line of list.split("\n")) {
     const [, kind, name, words] =
@@ -135,7 +136,8 @@ function offer() {
   }));
   if (!offered.length) return;
   const before = text.value.slice(0, text.selectionStart).split("\n"),
-    style = getComputedStyle(text), line = parseFloat(style.lineHeight), wide = parseFloat(style.fontSize) * 0.6;
+    style = getComputedStyle(text), line = parseFloat(style.lineHeight),
+    wide = parseFloat(style.fontSize) * 0.6;
   list.style.top = `${8 + before.length * line - text.scrollTop}px`;
   list.style.left = `${Math.max(0, Math.min($("paper").clientWidth - 240,
     $("lines").offsetWidth + 8 + (before.at(-1).length - word.length) * wide))}px`;
@@ -198,7 +200,8 @@ function stability_plot(study) {
     const y = 6 + i * row;
     out += `<text x="${L - 8}" y="${y + 11}" text-anchor="end">${escaped(each.integrator)}</text>` +
       `<rect x="${L}" y="${y}" height="${row - 6}" ` +
-      `width="${Math.max(1, x(each.predicted_dt) - L)}" class="${each.predicted_dt < study.dt ? "bad" : "good"}"/>`;
+      `width="${Math.max(1, x(each.predicted_dt) - L)}" ` +
+      `class="${each.predicted_dt < study.dt ? "bad" : "good"}"/>`;
   });
   out += `<line x1="${x(study.dt)}" x2="${x(study.dt)}" y1="0" y2="${H - 40}" class="now"/>` +
     `<text x="${(L + R) / 2}" y="${H - 8}" text-anchor="middle">largest stable step [s]; ` +
@@ -206,14 +209,14 @@ function stability_plot(study) {
   return `<svg viewBox="0 0 ${W} ${H}" role="img">${out}</svg>`;
 }
 
-async function study(name, title, words, made, plot) {
+async function study(name, title, plot) {
   show("study");
   $("study").querySelector("h2").textContent = title;
   $("plot").replaceChildren();
   $("said").textContent = "computing";
   $(name).disabled = true;
   try {
-    const result = await run([name, SCENE.scene, ...words], made);
+    const result = await run({ study: name });
     $("said").textContent = result.text;
     await plot(result);
     document.body.dataset.studied = name;
@@ -223,20 +226,17 @@ async function study(name, title, words, made, plot) {
   $(name).disabled = false;
 }
 
-$("stability").onclick = () => study("stability", "Largest stable steps", [], [], async () => {
-  const { text: json } = await run(["stability", SCENE.scene, "--json", "--progress", "off"]);
-  const parsed = JSON.parse(json.slice(json.indexOf("{")));
+$("stability").onclick = () => study("stability", "Largest stable steps", async () => {
+  const parsed = JSON.parse((await run({ study: "stability", json: true })).text);
   $("plot").innerHTML = (parsed.systems || [parsed]).map(stability_plot).join("");
 });
-$("tradeoff").onclick = () => study("tradeoff", "Error against cost",
-  ["--svg", "/work/tradeoff.svg"], ["/work/tradeoff.svg"], ({ files: made }) => {
-    for (const svg of Object.values(made)) {
-      const image = new Image();
-      image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
-      image.alt = "error against cost";
-      $("plot").append(image);
-    }
-  });
+$("tradeoff").onclick = () => study("tradeoff", "Error against cost", ({ svg }) => {
+  if (!svg) return;
+  const image = new Image();
+  image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
+  image.alt = "error against cost";
+  $("plot").append(image);
+});
 
 // --- Panels ----------------------------------------------------------------------------------
 

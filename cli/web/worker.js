@@ -23,9 +23,6 @@ function make(files, out) {
       WebAssembly.instantiate(module, imports).then((instance) => done(instance, module));
       return {};
     },
-    quit(code, status) {
-      throw status;
-    },
     preRun: [({ FS }) => {
       FS.mkdirTree("/proc/self");
       FS.symlink("/sim/bin/sim", "/proc/self/exe");
@@ -81,21 +78,15 @@ function tick() {
   setTimeout(tick, Math.max(0, next - performance.now()));
 }
 
-// One command of sim, from its start to its end: what it wrote, and the files that it made.
-async function run({ words, files, made }) {
-  let text = "", code = 0;
-  const instance = await make(files, (line) => { text += line; });
-  try {
-    code = instance.callMain(words);
-  } catch (status) {
-    if (!("status" in status)) throw status;
-    code = status.status;
-  }
-  const found = {};
-  for (const name of made)
-    if (instance.FS.analyzePath(name).exists)
-      found[name] = instance.FS.readFile(name, { encoding: "utf8" });
-  postMessage({ ran: { code, text, files: found } });
+// One study, or the names of the language, in a module of their own.
+async function run({ study, json, scene, header, files }) {
+  sim = await make(files, () => {});
+  page = sim.ccall("sim_page", "number");
+  const svg = study === "tradeoff" && !json ? "/work/tradeoff.svg" : "";
+  const text = study ? call("study", "string", ["string", "string", "string", "number", "string"],
+    [study, scene, header, json ? 1 : 0, svg]) : call("names", "string");
+  const drawn = svg && sim.FS.analyzePath(svg).exists;
+  postMessage({ ran: { text, svg: drawn ? sim.FS.readFile(svg, { encoding: "utf8" }) : "" } });
 }
 
 async function start(message) {

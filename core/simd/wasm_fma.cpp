@@ -5,28 +5,26 @@
 #include <cmath>
 #include <cstdint>
 
-namespace {
-
 typedef double Doubles __attribute__((vector_size(16)));
 typedef float Floats __attribute__((vector_size(16)));
 typedef std::int64_t Bits __attribute__((vector_size(16)));
 
-struct Sum {
-  Doubles value, error;  // value + error is the exact sum
-};
-
-// Knuth (1969).
-inline Sum two_sum(Doubles a, Doubles b) {
-  const Doubles s = a + b, z = s - a;
-  return {s, (a - (s - z)) + (b - z)};
+// Engines build a constant vector from its halves each time, so these are read from memory: what is
+// not constant is not folded into the code.
+extern "C" {
+Bits sim_fma_half{0x4000000, 0x4000000};
+Bits sim_fma_upper{~0x7ffffffLL, ~0x7ffffffLL};
+Doubles sim_fma_above{1 + 0x1p-51, 1 + 0x1p-51};
+Doubles sim_fma_below{1 - 0x1p-51, 1 - 0x1p-51};
+Doubles sim_fma_least{0x1p-900, 0x1p-900};
 }
+
+namespace {
 
 // The upper 26 bits of the significand, rounded: what is left has 26 bits with its sign.
-inline Doubles upper_half(Doubles a) {
-  return (Doubles)(((Bits)a + 0x4000000) & ~std::int64_t{0x7ffffff});
-}
+inline Doubles upper_half(Doubles a) { return (Doubles)(((Bits)a + sim_fma_half) & sim_fma_upper); }
 
-inline Doubles size_of(Doubles a) { return (Doubles)((Bits)a & INT64_MAX); }
+inline bool any(Bits bits) { return wasm_v128_any_true((v128_t)bits); }
 
 // By the C library, but for a product that vanishes beside 0: musl loses its sign.
 double by_library(double a, double b, double c) {
@@ -39,25 +37,23 @@ __attribute__((noinline)) v128_t by_lanes(Doubles a, Doubles b, Doubles c) {
 
 }  // namespace
 
-// The product is p + e exactly (Dekker 1971), p + c is s + d exactly; v = d + e is off by at most
-// half its last bit, so that s + v rounds as the exact sum does wherever neighbours of v on both
-// sides give the same (Ziv 1991). Where they do not, or where a part of it may overflow or
-// underflow, the lanes are done by hand; a product with 0 is exact.
+// The product is p - e exactly (Dekker 1971), p + c is s - d exactly (Knuth 1969); v = d + e is off
+// by at most half its last bit, so that s - v rounds as the exact sum does wherever numbers around
+// v on both sides give the same (Ziv 1991). Where they do not, or where parts of the product may
+// underflow, the lanes are done by hand; what overflows is no number, and differs from itself. A
+// product with 0 is exact. Where all is 0, v is +0 and s has the right sign.
 extern "C" v128_t sim_fma_doubles(v128_t x, v128_t y, v128_t z) {
   const Doubles a = (Doubles)x, b = (Doubles)y, c = (Doubles)z;
   const Doubles ah = upper_half(a), al = a - ah, bh = upper_half(b), bl = b - bh;
-  const Doubles p = a * b, e = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
-  const Sum sum = two_sum(p, c);
-  const Doubles v = sum.error + e;
-  const Doubles above = sum.value + v * (1 + 0x1p-51), below = sum.value + v * (1 - 0x1p-51);
-  const Doubles least = 0x1p-900 - Doubles{}, most = 0x1p900 - Doubles{};
-  const Doubles size = size_of(p);
-  const Bits sure = (Bits)(above == below) & (Bits)(size_of(c) < most) & (Bits)(size < most) &
-                    ((Bits)(size > least) | (Bits)(a == 0) | (Bits)(b == 0)) &
-                    (Bits)(size_of(a) < most) & (Bits)(size_of(b) < most);
-  if (__builtin_expect(!wasm_i64x2_all_true((v128_t)sure), 0)) return by_lanes(a, b, c);
-  // Without a rest the sum has the right sign where it is 0.
-  return wasm_v128_bitselect((v128_t)sum.value, (v128_t)above, (v128_t)(v == 0));
+  const Doubles p = a * b, e = ((p - ah * bh) - ah * bl - al * bh) - al * bl;
+  const Doubles s = p + c, t = s - p, d = ((s - t) - p) + (t - c);
+  const Doubles v = d + e;
+  const Doubles above = s - v * sim_fma_above, below = s - v * sim_fma_below;
+  const Bits unsure = (Bits)(above != below), small = (Bits)(p * p <= sim_fma_least);
+  if (__builtin_expect(any(unsure | small), 0) &&
+      any(unsure | (small & (Bits)(a != 0) & (Bits)(b != 0))))
+    return by_lanes(a, b, c);
+  return (v128_t)above;
 }
 
 // The product is exact in double precision; the sum is rounded to odd there, so that rounding it
