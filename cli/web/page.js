@@ -198,7 +198,7 @@ function stability_plot(study) {
       `<text x="${x(10 ** p)}" y="${H - 26}" text-anchor="middle">1e${p}</text>`;
   rows.forEach((each, i) => {
     const y = 6 + i * row;
-    out += `<text x="${L - 8}" y="${y + 11}" text-anchor="end">${escaped(each.integrator)}</text>` +
+    out += `<text x="${L - 8}" y="${y + 11}" text-anchor="end">${escaped(each.name)}</text>` +
       `<rect x="${L}" y="${y}" height="${row - 6}" ` +
       `width="${Math.max(1, x(each.predicted_dt) - L)}" ` +
       `class="${each.predicted_dt < study.dt ? "bad" : "good"}"/>`;

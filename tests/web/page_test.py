@@ -136,6 +136,7 @@ def test_studies(browser, folder):
     tab.until("document.body.dataset.studied=='stability'", 120)
     assert "verlet" in tab.js("document.getElementById('said').textContent")
     assert tab.js("document.querySelectorAll('#plot rect').length") > 5
+    assert "verlet" in tab.js("document.querySelector('#plot svg').textContent")
     check_quiet(tab)
     tab.close()
     print("test_studies ok", flush=True)
