@@ -29,6 +29,8 @@ struct Dispatch {
 
   int operator()(const NewPluginRequest& request) const { return new_plugin(request, console); }
 
+  int operator()(const NewSceneRequest& request) const { return new_scene(request, console); }
+
   template <class Request>
   int operator()(const Request& request) const {
     const Environment environment = find_environment(line.plugin_path);

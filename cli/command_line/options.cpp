@@ -48,8 +48,8 @@ class Parser {
 
   CLI::App app_{kExamples, "sim"};
   Texts texts_;
-  CLI::App *adjacency_, *list_, *describe_, *doctor_, *explain_, *test_, *plugin_, *plot_, *view_,
-      *rest_, *export_, *import_;
+  CLI::App *adjacency_, *list_, *describe_, *doctor_, *explain_, *test_, *plugin_, *scene_, *plot_,
+      *view_, *rest_, *export_, *import_;
   StudyOptions studies_;
   PluginStudies plugin_studies_;
   std::vector<std::string> study_names_;
@@ -199,6 +199,9 @@ Parser::Parser(const KnownStudies& studies) : study_names_(studies.names) {
                    "force, field, integrator, constraint, collider,\nmotion, law or study")
       ->type_name("");
   plugin_->add_option("NAME", t.plugin_words[2], "of the plugin and its folder")->type_name("");
+  scene_ = verb("scene", "new NAME: a folder to start a scene from");
+  scene_->add_option("new", t.scene_words[0], "the word new")->type_name("");
+  scene_->add_option("NAME", t.scene_words[1], "of the scene and its folder")->type_name("");
   studies_.add_to(app_);
   plot_ = verb("plot", "TABLE.csv: one column over another, as .svg");
   plot_->footer("Example: sim plot runs.csv -x dt -y error --by integrator --out runs.svg\n");
@@ -421,6 +424,8 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
     line.request = TestRequest{texts_.test_library, texts_.json};
   } else if (chosen.front() == plugin_) {
     line.request = new_plugin_request(texts_.plugin_words);
+  } else if (chosen.front() == scene_) {
+    line.request = new_scene_request(texts_.scene_words);
   } else if (chosen.front() == plot_) {
     line.request = plot_request();
   } else if (chosen.front() == import_) {

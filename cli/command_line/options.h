@@ -12,6 +12,7 @@
 #include "cli/verbs/import_mesh.h"
 #include "cli/verbs/list.h"
 #include "cli/verbs/new_plugin.h"
+#include "cli/verbs/new_scene.h"
 #include "cli/verbs/order.h"
 #include "cli/verbs/plot_table.h"
 #include "cli/verbs/rest.h"
@@ -33,7 +34,7 @@ struct CommandLine {
   std::variant<Message, RunRequest, AdjacencyRequest, ViewRequest, ListRequest, DescribeRequest,
                DoctorRequest, StabilityRequest, OrderRequest, TradeoffRequest, StudyRequest,
                CompareRequest, SweepRequest, PlotRequest, TestRequest, NewPluginRequest,
-               RestRequest, ImportRequest>
+               NewSceneRequest, RestRequest, ImportRequest>
       request;
   Folders plugin_path;  // --plugin-path
   Folders libraries;    // --load

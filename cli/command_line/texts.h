@@ -29,6 +29,7 @@ struct Texts {
   std::string adjacency_scene, adjacency_particle, list_what, describe_name, rest_scene, explained;
   std::string test_library;
   std::vector<std::string> plugin_words = std::vector<std::string>(3);
+  std::vector<std::string> scene_words = std::vector<std::string>(2);
   PlotRequest plot;
   EngineTexts engine;
   std::vector<std::string> without, of;

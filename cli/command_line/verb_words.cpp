@@ -68,4 +68,11 @@ NewPluginRequest new_plugin_request(const std::vector<std::string>& words) {
   return {.kind = words[1], .name = words[2]};
 }
 
+NewSceneRequest new_scene_request(const std::vector<std::string>& words) {
+  if (words[0] != "new" || words[1].empty())
+    usage_error("bad arguments", "sim scene " + join(words, " "), "it is sim scene new NAME",
+                "as in: sim scene new my_net");
+  return {.name = words[1]};
+}
+
 }  // namespace sim::cli

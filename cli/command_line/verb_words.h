@@ -6,6 +6,7 @@
 
 #include "cli/command_line/command_spec.h"
 #include "cli/verbs/new_plugin.h"
+#include "cli/verbs/new_scene.h"
 
 namespace sim::cli {
 
@@ -25,5 +26,6 @@ void check_words(const std::vector<std::string>& words, const CommandSpec& progr
 
 // The request of `sim plugin`, from its three words.
 NewPluginRequest new_plugin_request(const std::vector<std::string>& words);
+NewSceneRequest new_scene_request(const std::vector<std::string>& words);
 
 }  // namespace sim::cli

@@ -49,6 +49,8 @@ fs::path page_with_kernel() {
   return fs::is_regular_file(installed, error) ? installed : tree / "build/web/page.html";
 }
 
+fs::path editor_types() { return prefix_of_program() / "lib/sim/luacats/sim.lua"; }
+
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 
 std::string version_line() {

@@ -33,6 +33,9 @@ std::filesystem::path helper_program(const std::string& name);
 // The page that ./dev web made, for `sim export --format page`; it need not be there.
 std::filesystem::path page_with_kernel();
 
+// The file of types of the scene language for editors; the build makes it.
+std::filesystem::path editor_types();
+
 struct BuildFacts {
   std::string version, commit, compiler;
 };

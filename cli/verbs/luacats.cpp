@@ -1,10 +1,11 @@
 #include "cli/verbs/luacats.h"
 
 #include <algorithm>
-#include <cctype>
+#include <map>
 #include <sstream>
 
 #include "cli/run/language_docs.h"
+#include "cli/verbs/luacats_language.h"
 #include "core/base/text.h"
 
 namespace sim::cli {
@@ -24,14 +25,30 @@ std::string lua_type_of(const Param& param) {
       return choices.empty() ? "string" : join(choices, "|");
     }
     case ParamType::kVector:
-      return "number[]";
+      return "sim.Vector";
     case ParamType::kFunction:
+    case ParamType::kParticleFunction:
       return "function";
+    case ParamType::kSurface:
+      return "sim.Surface";
+    case ParamType::kMotion:
+      return "sim.motion|fun(t: number): sim.Vector, sim.Vector?";
+    case ParamType::kCollider:
+      return "sim.collider";
+    case ParamType::kColliders:
+      return "sim.collider|sim.collider[]";
+    case ParamType::kBodies:
+      return "sim.Rigid|sim.Rigid[]";
+    case ParamType::kCurve:
+      return "fun(s: number, t: number): sim.Vector";
     case ParamType::kList:
       return "(number|string)[]|number|string";
-    default:
-      return "any";
+    case ParamType::kPath:
+      return "sim.Vector|fun(t: number): sim.Vector";
+    case ParamType::kLaw:
+      return "sim.law";
   }
+  return "any";
 }
 
 // "stiffness, in N/m, default 1".
@@ -50,12 +67,39 @@ std::string comment(const std::string& text) {
   return result;
 }
 
+// Keys that are no parameters: what it joins, what it acts on, whether it is on.
+std::string scene_keys(const PluginInfo& plugin) {
+  std::string text;
+  const auto key = [&](const std::string& name, const std::string& type) {
+    if (std::ranges::count(plugin.params, name, &Param::name) == 0)
+      text += "---@field " + name + "? " + type + '\n';
+  };
+  const bool force = plugin.kind == kind_of<Force>;
+  if ((force || plugin.kind == kind_of<Constraint>)&&plugin.elements.arity >= 2)
+    key("ties", "table<integer|string, sim.End|number>[]");
+  if (plugin.elements.arity == 2) {
+    key("grid", "sim.Grid");
+    key("offsets", "integer[][]");
+  }
+  if (plugin.elements.cells) key("cells", "sim.Cells");
+  if (plugin.pointwise || plugin.elements.arity == 1) key("particles", "sim.End[]|sim.Particles");
+  if (plugin.kind == kind_of<StepCorrection>) key("surfaces", "sim.Surface[]");
+  if (force || plugin.kind == kind_of<Collider>) key("on", "boolean");
+  if (plugin.free_numbers) text += "---@field [string] number\n";
+  return text;
+}
+
+// The options of a plugin: no others are known, unless it takes numbers of any name.
 std::string class_of(const PluginInfo& plugin) {
-  std::string text = "---@class sim." + std::string(plugin.kind.name) + "." + plugin.name + "\n";
-  for (const Param& param : plugin.params)
-    text += "---@field " + param.name + (param.required ? " " : "? ") + lua_type_of(param) + " " +
-            meaning(param) + '\n';
-  return text + "---@field [string] any\n\n";
+  std::string text = std::string("---@class ") + (plugin.free_numbers ? "" : "(exact) ") + "sim." +
+                     std::string(plugin.kind.name) + "." + plugin.name + "\n";
+  for (const Param& param : plugin.params) {
+    const std::string type = lua_type_of(param) + " " + meaning(param) + '\n';
+    const std::string mark = param.required && !param.positional && !param.per_tie ? " " : "? ";
+    text += "---@field " + param.name + mark + type;
+    if (param.positional) text += "---@field [1]? " + type;
+  }
+  return text + scene_keys(plugin) + '\n';
 }
 
 std::string function_of(const PluginInfo& plugin) {
@@ -65,34 +109,33 @@ std::string function_of(const PluginInfo& plugin) {
          "\nfunction " + path + "(options) end\n\n";
 }
 
-bool word(const std::string& text) {
-  return !text.empty() && std::ranges::all_of(text, [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-  });
-}
-
-// A function or method of the language: its heading says where it belongs.
-std::string language_function(const std::string& name, const std::string& doc) {
-  const std::size_t colon = doc.find(':' + name + '(');
-  const std::size_t begin = colon == std::string::npos ? 0 : doc.rfind(' ', colon) + 1;
-  const std::string owner = colon == std::string::npos ? "" : doc.substr(begin, colon - begin);
-  const bool method = word(owner.substr(owner.find('\n') + 1));
-  return comment(doc) + "---@return any\n" + (method ? "function Handle:" : "function sim.") +
-         name + "(...) end\n\n";
+std::string language_function(const LanguageFunction& function,
+                              const std::map<std::string, std::string>& docs) {
+  const auto doc = docs.find(function.name);
+  return (doc == docs.end() ? "" : comment(doc->second)) + function.types + "function " +
+         function.owner + (function.owner == std::string("sim") ? "." : ":") + function.name + "(" +
+         function.arguments + ") end\n\n";
 }
 
 }  // namespace
 
 std::string luacats(const Environment& environment, Registry& registry) {
+  const std::map<std::string, std::string> docs = language_docs(environment);
   std::string text =
       "---@meta sim\n-- Types of the scene language, written by: sim list --luacats\n\n"
-      "---@class Handle\nlocal Handle = {}\n\nlocal sim = {}\n\n";
-  for (const auto& [name, doc] : language_docs(environment))
-    if (word(name)) text += language_function(name, doc);
+      "local sim = {}\n\n" +
+      std::string(kLanguageClasses);
+  for (const LanguageFunction& function : language_functions())
+    text += language_function(function, docs);
   for (const PluginKind& kind : kPluginKinds) {
     if (!kind.in_scenes) continue;
     const std::string path = "sim." + std::string(kind.name);
-    text += "---@class " + path + " : Handle\n" + path + " = {}\n\n";
+    const bool tied = kind == kind_of<Force> || kind == kind_of<Constraint>;
+    text += "---@class " + path + (tied ? " : sim.Tied\n" : "\n");
+    // sim.contact { ... } is that of surfaces.
+    if (kind == kind_of<StepCorrection>)
+      text += "---@overload fun(options: " + path + ".surfaces): " + path + '\n';
+    text += path + " = {}\n\n";
     for (const std::string& name : registry.names(kind)) {
       try {
         const PluginInfo& plugin = registry.get(kind, name);

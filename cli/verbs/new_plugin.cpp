@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
 #include <vector>
 
 #include "cli/run/environment.h"
+#include "cli/verbs/new_folder.h"
 #include "cli/verbs/plugin_templates.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -13,8 +13,6 @@
 
 namespace sim::cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string replaced(std::string text, const std::string& word, const std::string& with) {
   for (std::size_t at = text.find(word); at != std::string::npos;
@@ -32,12 +30,6 @@ std::string class_name(const std::string& name) {
     up = c == '_';
   }
   return result;
-}
-
-bool legal_name(const std::string& name) {
-  const auto lower = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
-  return !name.empty() && name.size() <= 40 && name[0] >= 'a' && name[0] <= 'z' &&
-         std::ranges::all_of(name, [&](char c) { return lower(c) || (c >= '0' && c <= '9'); });
 }
 
 // The options that g++ needs here besides the files; a folder that is written keeps none of their
@@ -69,37 +61,13 @@ std::string cmake_file(const std::string& name) {
          "  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})\n";
 }
 
-// A folder that is removed again unless all of its files were written.
-class NewFolder {
- public:
-  explicit NewFolder(const fs::path& folder) : folder_(folder) {
-    std::error_code failed;
-    if (fs::create_directory(folder, failed)) return;
-    throw Error(ErrorKind::kIo,
-                {"cannot make the folder", folder.string(),
-                 failed ? failed.message() : "it is there already, and nothing is overwritten",
-                 "choose another name or another place"});
-  }
-  ~NewFolder() {
-    std::error_code ignored;
-    if (!complete_) fs::remove_all(folder_, ignored);
-  }
-  NewFolder(const NewFolder&) = delete;
-  NewFolder& operator=(const NewFolder&) = delete;
-
-  void write(const std::string& name, const std::string& text) const {
-    Output out((folder_ / name).string());
-    out.buffer() = text;
-    out.commit();
-  }
-  void keep() { complete_ = true; }
-
- private:
-  fs::path folder_;
-  bool complete_ = false;
-};
-
 }  // namespace
+
+bool legal_folder_name(const std::string& name) {
+  const auto lower = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
+  return !name.empty() && name.size() <= 40 && name[0] >= 'a' && name[0] <= 'z' &&
+         std::ranges::all_of(name, [&](char c) { return lower(c) || (c >= '0' && c <= '9'); });
+}
 
 int new_plugin(const NewPluginRequest& request, Console& console) {
   if (request.flags) {
@@ -115,7 +83,7 @@ int new_plugin(const NewPluginRequest& request, Console& console) {
                 {"no such kind", "sim plugin new " + request.kind,
                  "there is a beginning for " + join(kinds, ", "), suggestion(request.kind, kinds)});
   const std::string& name = request.name;
-  if (!legal_name(name))
+  if (!legal_folder_name(name))
     throw Error(ErrorKind::kUsage,
                 {"bad name", "sim plugin new " + request.kind + " '" + name + "'",
                  "a name has lower case letters, digits and _", "choose one like my_wind"});

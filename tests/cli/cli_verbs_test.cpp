@@ -36,7 +36,7 @@ TEST_CASE("--help starts with three examples and fits a terminal") {
     CHECK(outcome.out.find(option) != std::string::npos);
   for (const std::string& line : lines) CHECK(line.size() <= 80);
   for (const char* verb : {"adjacency", "compare", "describe", "doctor", "explain", "export",
-                           "import", "list", "minimal", "order", "plot", "plugin", "rest",
+                           "import", "list", "minimal", "order", "plot", "plugin", "rest", "scene",
                            "stability", "sweep", "test", "tradeoff", "view"}) {
     const Outcome help = run_sim({verb, "--help"});
     CHECK(help.code == 0);

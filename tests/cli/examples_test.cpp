@@ -31,10 +31,10 @@ std::string command_of(const std::string& line) {
 bool is_run(const std::string& command) {
   if (command.find("--version") != std::string::npos) return false;
   if (command.find("--debug-particle") != std::string::npos) return false;
-  for (const char* verb :
-       {"tradeoff", "stability", "order",   "list",    "describe", "adjacency", "help",   "--debug",
-        "echo",     "simrepl",   "observe", "minimal", "compare",  "sweep",     "import", "export",
-        "plot",     "rest",      "doctor",  "view",    "plugin",   "explain"})
+  for (const char* verb : {"tradeoff", "stability", "order",  "list",    "describe", "adjacency",
+                           "help",     "--debug",   "echo",   "simrepl", "observe",  "minimal",
+                           "compare",  "sweep",     "import", "export",  "plot",     "rest",
+                           "doctor",   "view",      "plugin", "explain", "scene new"})
     if (command.rfind(verb, 0) == 0 || command.rfind(std::string("sim ") + verb, 0) == 0)
       return false;
   return true;
