@@ -41,8 +41,8 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/sim-config-version.cmake
 install(FILES ${PROJECT_BINARY_DIR}/sim-config.cmake ${PROJECT_BINARY_DIR}/sim-config-version.cmake
   plugins/sim_add_plugin.cmake plugins/seal.cmake DESTINATION ${package})
 
-# pkg-config --cflags --libs sim, the kernel; or simlab, with the laboratory
-foreach(package_file sim.pc simlab.pc)
+# pkg-config --cflags --libs sim, the kernel; or simlab, with the laboratory; or libsim, the C interface
+foreach(package_file sim.pc simlab.pc libsim.pc)
   configure_file(core/${package_file}.in ${PROJECT_BINARY_DIR}/${package_file} @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/${package_file} DESTINATION lib/pkgconfig)
 endforeach()

@@ -90,6 +90,28 @@ for program in program/cloth ./cloth; do
   ! grep -E 'find library=lib(simlab|lua)' libraries || fail "$program needs the laboratory"
 done
 
+# A program in C over libsim.
+cat >cloth.c <<'END'
+#include <inttypes.h>
+#include <stdio.h>
+
+#include <sim.h>
+
+int main(void) {
+  sim_error error;
+  sim_scene* scene = sim_open("scenes/cloth.lua", 0, &error);
+  if (!scene || sim_step(scene, 400, 0, &error) != SIM_OK) return puts(error.what), 1;
+  printf("hash %016" PRIx64 "\n", sim_hash(scene, 0));
+  sim_close(scene);
+  return 0;
+}
+END
+# shellcheck disable=SC2046
+cc cloth.c -o cloth-c $(pkg-config --cflags --libs libsim) -Wl,-rpath,"$place/prefix/lib"
+said=$(./cloth-c) || fail "the program in C does not run: $said"
+[[ $said == "hash $wanted" ]] || fail "the program in C says '$said', the scene has hash $wanted"
+[[ -s prefix/lib/sim/luacats/sim.lua ]] || fail 'the types for editors are not installed'
+
 # Public headers are there with all that they include, and no others are.
 # Headers of kernels are read in one alone, that of HDF5 needs the library.
 grep -vE '^core/simd/|/hdf5.h' "$source/core/public_headers.txt" | sed 's/.*/#include "&"/' >public.cpp
