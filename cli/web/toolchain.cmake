@@ -36,6 +36,7 @@ target_include_directories(sim_web_lua SYSTEM PUBLIC ${SIM_WEB_SOURCES}/lua/src
 file(WRITE ${PROJECT_BINARY_DIR}/headers/lua5.4-deb-multiarch.h
   "#define DEB_HOST_MULTIARCH \"wasm\"\n")
 set(SIM_LUA sim_web_lua)
+set(LUA_INCLUDE_DIRS ${SIM_WEB_SOURCES}/lua/src ${PROJECT_BINARY_DIR}/headers)
 
 enable_language(C)
 file(GLOB zlib_sources ${SIM_WEB_SOURCES}/zlib/*.c)

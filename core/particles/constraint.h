@@ -64,6 +64,11 @@ class Constraint {
   virtual void start(std::span<double> /*memory*/) const {}
   virtual void follow(const ParticleView& /*view*/, std::span<double> /*memory*/) const {}
 
+  // Second derivatives that are multiples of the unit matrix, d2 phi / dx_a dx_b = c I: c in 1/m of
+  // each row and of each pair a <= b of its particles, (0, 0), (0, 1), .., (1, 1), .. They come as
+  // 0. Long steps of flexible pieces need them, see ImplicitDrift; all others may be left out.
+  virtual void curvature(const ParticleView& /*view*/, double* /*pairs*/) const {}
+
   // "rod 3-7", in errors and tables.
   virtual std::string name(int row) const { return "equation " + std::to_string(row); }
   // Why evaluate() gave numbers that are not finite just now; may be empty.

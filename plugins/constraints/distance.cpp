@@ -52,6 +52,13 @@ class Distance final : public sim::Constraint {
     }
   }
 
+  void curvature(const sim::ParticleView& /*view*/, double* pairs) const override {
+    for (const Rod& rod : rods_) {
+      const double inverse = 1 / rod.length;
+      for (const double c : {inverse, -inverse, inverse}) *pairs++ = c;
+    }
+  }
+
   std::string name(int row) const override {
     const Rod& rod = rods_[static_cast<std::size_t>(row)];
     return "rod " + std::to_string(rod.a) + "-" + std::to_string(rod.b);

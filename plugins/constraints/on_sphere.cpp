@@ -1,4 +1,5 @@
 // Particles keep their distance from a point, which may move.
+#include <algorithm>
 #include <vector>
 
 #include "core/particles/constraints/driven.h"
@@ -24,6 +25,10 @@ class OnSphere final : public sim::Constraint {
       const sim::Vec3 d = p.position(ids_[r]) - center.x, w = p.velocity(ids_[r]) - center.v;
       sim::write_radial_row(rows, r, d, w, center, radius_);
     }
+  }
+
+  void curvature(const sim::ParticleView& /*view*/, double* pairs) const override {
+    std::fill_n(pairs, ids_.size(), 1 / radius_);
   }
 
   bool moves() const override { return center_.moves(); }

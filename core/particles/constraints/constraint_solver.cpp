@@ -36,7 +36,8 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints)
       matrix_(constraints.rows().pattern, constraints.weights()),
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       rest_(lambda_.size()),
-      trial_(3 * constraints.weights().size()) {}
+      trial_(3 * constraints.weights().size()),
+      curvature_(constraints) {}
 
 bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, const Axes& v,
                                 const double* memory, RowValues& values) {
@@ -166,7 +167,7 @@ bool ConstraintSolver::project_state(double t, const ParticleView& like, const A
 bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& like, const Axes& q,
                                        const Axes& v, const double* memory,
                                        std::span<const double> weights, bool factorised) {
-  constexpr int kMost = 60;
+  constexpr int kMost = 60, kFew = 12;
   failure_ = Failure::kNone;
   if (!evaluate(t, like, q, v, memory, values_)) return false;
   if (!factorised) matrix_.factorise(values_.gradient(), weights);
@@ -176,6 +177,7 @@ bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& l
   for (std::size_t r = 0; r < rest_.size(); ++r)
     rest_[r] += values_.drive()[r] + 0.5 * d * values_.bias()[r];
   remove(weights, values_, v);
+  std::ranges::copy(rest_, lambda_.begin());
 
   const std::size_t n = weights.size();
   const double size = std::max(constraints_->size(), size_of(q, v, d, n));
@@ -191,7 +193,12 @@ bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& l
     if (now <= kRoundings * size) break;
     const bool slow = turn > 0 && !(now < 0.5 * before);
     if (slow && now <= kGoodEnough * size) break;
-    if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, other_);
+    const bool diverges = turn > kFew && now > first;
+    if (turn == kMost || diverges || !std::isfinite(now)) {
+      fail(Failure::kTooFar, other_);
+      residual_ = std::min(residual_, first);  // it says more than where that has led
+      return false;
+    }
     if (slow && exact) {  // the way is long: factors from its end may serve better
       matrix_.factorise(other_.gradient(), weights);
       exact = false;
@@ -199,6 +206,46 @@ bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& l
     before = now;
     for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] = other_.phi()[r] / d;
     remove(weights, values_, v);
+    for (std::size_t r = 0; r < rest_.size(); ++r) lambda_[r] += rest_[r];
+  }
+  return true;
+}
+
+// A force lambda = mu / tau turns displacements into accelerations by W sum lambda c.
+double ConstraintSolver::stiffness(double d, double tau, const ParticleView& view,
+                                   const double* memory) {
+  return d * d / std::fabs(tau) * curvature_.of(view, memory, lambda_);
+}
+
+bool ConstraintSolver::drift(double t, double d, const ParticleView& like, const Axes& q,
+                             const Axes& v, const double* memory, std::span<const double> weights) {
+  constexpr int kMostParts = 16;
+  const std::size_t n = weights.size();
+  if (!implicit_drift_) {
+    implicit_drift_ = std::make_unique<ImplicitDrift>(*constraints_);
+    start_.resize(6 * n);
+  }
+  const auto each_axis = [&](const auto& copy) {
+    for (std::size_t axis = 0; axis < 6; ++axis)
+      copy(axis < 3 ? q[axis] : v[axis - 3], start_.data() + axis * n);
+  };
+  each_axis([&](const double* from, double* to) { std::copy_n(from, n, to); });
+  for (int parts = 1; parts <= kMostParts; parts *= 2) {
+    if (rattle_velocities(t, like, q, v, memory, weights) &&
+        drift_in_parts(parts, t, d, like, q, v, memory))
+      return true;
+    each_axis([&](double* to, const double* from) { std::copy_n(from, n, to); });
+  }
+  return false;
+}
+
+bool ConstraintSolver::drift_in_parts(int parts, double t, double d, const ParticleView& like,
+                                      const Axes& q, const Axes& v, const double* memory) {
+  for (int part = 0; part < parts; ++part) {
+    const double begin = t + part * (d / parts), end = t + (part + 1) * (d / parts);
+    if (!implicit_drift_->move(begin, end - begin, like, q, v, memory) ||
+        !rattle_velocities(end, like, q, v, memory, constraints_->weights()))
+      return false;
   }
   return true;
 }

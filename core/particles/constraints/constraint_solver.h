@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/particles/constraints/constraints.h"
+#include "core/particles/constraints/implicit_drift.h"
 #include "core/particles/constraints/row_matrix.h"
 
 namespace sim {
@@ -38,6 +39,14 @@ class ConstraintSolver {
   // equations at t + d.
   bool shake_positions(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
                        const double* memory, std::span<const double> weights, bool factorised);
+  // w d / tau max sum |mu c| of the last one: (omega d)^2 of the fastest mode of the constraint
+  // forces, at most, for a kick of length tau before the drift; above 4 SHAKE is not stable.
+  double stiffness(double d, double tau, const ParticleView& view, const double* memory);
+  // A drift without that limit: q and v at t become those at t + d. The velocities are projected in
+  // the metric of `weights` before it. In 1, 2, 4, .. parts, as many as it takes; false, with q and
+  // v as they were, where 16 are too few.
+  bool drift(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
+             const double* memory, std::span<const double> weights);
   // v += W J^T nu, J at q, such that J v + drive = 0.
   bool rattle_velocities(double t, const ParticleView& like, const Axes& q, const Axes& v,
                          const double* memory, std::span<const double> weights);
@@ -64,12 +73,17 @@ class ConstraintSolver {
   void remove(std::span<const double> weights, const RowValues& values, const Axes& from);
   bool project_velocities(std::span<const double> weights, const RowValues& values, const Axes& v,
                           bool exact);
+  bool drift_in_parts(int parts, double t, double d, const ParticleView& like, const Axes& q,
+                      const Axes& v, const double* memory);
 
   const Constraints* constraints_;
   RowValues values_, other_;
   RowMatrix matrix_;
   std::vector<double> lambda_, rest_;
   std::vector<double> trial_;  // positions on trial
+  CurvatureBound curvature_;
+  std::unique_ptr<ImplicitDrift> implicit_drift_;  // from its first use on
+  std::vector<double> start_;                      // of it, q and v axis by axis
   Failure failure_ = Failure::kNone;
   bool exact_ = false;   // the factors are those of values_
   int worst_ = 0;        // row of the failure

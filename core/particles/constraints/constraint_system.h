@@ -1,6 +1,7 @@
 // The constraints of a particle system, and the solvers that enforce them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +50,10 @@ class ConstraintSystem {
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }
 
+  // Drifts that were beyond the limit of SHAKE, since the start.
+  void count_implicit_drift() { ++implicit_drifts_; }
+  std::int64_t implicit_drifts() const { return implicit_drifts_; }
+
   // The first `count` particles touch colliders; constraints join some of them.
   void join_contact(int count) { contact_count_ = count; }
   int contact_count() const { return contact_count_; }
@@ -70,6 +75,7 @@ class ConstraintSystem {
   std::unique_ptr<class ContactAccelerations>
       contact_accelerations_;  // where particles touch something
   int contact_count_ = 0;
+  std::int64_t implicit_drifts_ = 0;
   std::string refusal_;
   std::vector<std::string> notes_;
 };

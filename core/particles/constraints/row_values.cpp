@@ -19,6 +19,31 @@ std::string RowList::name(int row) const {
   return part.constraint->name(row - part.row);
 }
 
+std::size_t RowList::pairs() const {
+  std::size_t pairs = 0;
+  for (int r = 0; r < rows(); ++r) {
+    const std::size_t of_row = pattern.of(r).size();
+    pairs += of_row * (of_row + 1) / 2;
+  }
+  return pairs;
+}
+
+void RowList::write_curvature(ParticleView view, const double* memory,
+                              std::span<double> pairs) const {
+  std::ranges::fill(pairs, 0.0);
+  double* next = pairs.data();
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const Part& part = parts[p];
+    view.internal = {memory + part.memory, part.internal_size};
+    part.constraint->curvature(view, next);
+    const int end = p + 1 < parts.size() ? parts[p + 1].row : rows();
+    for (int r = part.row; r < end; ++r) {
+      const std::size_t of_row = pattern.of(r).size();
+      next += of_row * (of_row + 1) / 2;
+    }
+  }
+}
+
 RowValues::RowValues(const RowList& list)
     : list_(&list),
       phi_(static_cast<std::size_t>(list.rows())),

@@ -23,6 +23,9 @@ struct RowList {
   int rows() const { return pattern.rows(); }
   const Part& part_of(int row) const;
   std::string name(int row) const;  // of the equation
+  // curvature() of all constraints, one behind the other: of the pairs a <= b of each row.
+  std::size_t pairs() const;
+  void write_curvature(ParticleView view, const double* memory, std::span<double> pairs) const;
 };
 
 // phi, J = d phi / d x, d phi / d t and the bias of all rows at one state.

@@ -35,6 +35,7 @@ class GenericSplittingStepper final : public Stepper {
   void set_step_size(double h);
   void lead(double t, double tau, double* state);
   void drift(double t, double tau, double* state);
+  bool constrained_drift(std::size_t i, double t, double d, double* state);  // after kick i
   // led_t: where the velocities of those that are led are in the middle of the kick.
   void kick(std::size_t i, double t, double kinematic_t, double* state);
   void resolve(double t, double h, std::size_t i, const double* x, double* x_next);
@@ -55,6 +56,7 @@ class GenericSplittingStepper final : public Stepper {
   std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
   InternalDrift internal_drift_;
   std::optional<ConstraintSolver> solver_;    // where there are constraints
+  Array kicked_;                              // velocities before a drift of theirs
   std::vector<std::vector<double>> weights_;  // of each kick: gain / (tau m), 1/kg
   bool held_ = false;                         // the last factors are those of the first drift
 };

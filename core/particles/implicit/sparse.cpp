@@ -16,8 +16,9 @@ struct SparseSymmetric::Matrices {
    public:
     bool factorise(const Eigen::SparseMatrix<double>& upper) {
       factorize_preordered<true>(upper);
-      return info() == Eigen::Success && m_diag.minCoeff() > 0;
+      return info() == Eigen::Success && m_diag.allFinite();
     }
+    bool positive() const { return m_diag.minCoeff() > 0; }
     void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
       matrixL().solveInPlace(x);
       x.array() /= m_diag.array();
@@ -64,7 +65,11 @@ std::span<const double> SparseSymmetric::values() const {
   return {matrices_->upper.valuePtr(), static_cast<std::size_t>(matrices_->upper.nonZeros())};
 }
 
-bool SparseSymmetric::factorise() { return matrices_->ldlt.factorise(matrices_->upper); }
+bool SparseSymmetric::factorise() {
+  return matrices_->ldlt.factorise(matrices_->upper) && matrices_->ldlt.positive();
+}
+
+bool SparseSymmetric::factorise_indefinite() { return matrices_->ldlt.factorise(matrices_->upper); }
 
 void SparseSymmetric::solve(std::span<double> x) const {
   SIM_ASSERT(static_cast<Eigen::Index>(x.size()) == matrices_->upper.rows());

@@ -22,6 +22,7 @@ class SparseSymmetric {
   std::span<double> values();
   std::span<const double> values() const;
   bool factorise();                       // the values; false when not positive definite
+  bool factorise_indefinite();            // false when a pivot is 0 or not finite
   void solve(std::span<double> x) const;  // x := A^-1 x
 
  private:

@@ -41,6 +41,12 @@ class ConstrainedCloud {
   bool allowed() const { return allowed_; }
   const RowList& rows() const { return constraints_.rows(); }
 
+  // At kTime, of the pairs of each row.
+  std::vector<double> curvature() const {
+    std::vector<double> pairs(rows().pairs());
+    rows().write_curvature(view(kTime), memory_.data(), pairs);
+    return pairs;
+  }
   // At that time on the straight way of all particles from kTime on.
   RowValues at(double t) const {
     Array moved(layout_.size());
@@ -119,6 +125,26 @@ void check_derivatives(const ConstrainedCloud& cloud, Examiner& examiner) {
     bias.compare(now.bias()[r],
                  (after.phi()[r] - 2 * now.phi()[r] + before.phi()[r]) / (kStep * kStep));
   }
+  // Where it is given at all, of pairs of one row.
+  const std::vector<double> curvature = cloud.curvature();
+  Agreement second;
+  std::size_t pair = 0;
+  for (std::size_t r = 0; r < now.phi().size(); ++r)
+    for (int a = pattern.begin[r]; a < pattern.begin[r + 1]; ++a)
+      for (int b = a; b < pattern.begin[r + 1]; ++b) {
+        const double given = curvature[pair++];
+        if (given == 0) continue;
+        const auto at = static_cast<std::size_t>(a);
+        const int i = pattern.ids[static_cast<std::size_t>(b)];
+        for (int axis = 0; axis < 3; ++axis) {
+          const Vec3 found = (cloud.beside(i, axis, kStep).gradient()[at] -
+                              cloud.beside(i, axis, -kStep).gradient()[at]) /
+                             (2 * kStep);
+          for (int other = 0; other < 3; ++other)
+            second.compare(other == axis ? given : 0, found[static_cast<std::size_t>(other)]);
+        }
+      }
+  second.report(examiner, "its curvature is that of phi where it gives one, by differences");
   gradient.report(examiner, "its gradient is that of phi, by differences");
   rate.report(examiner, "J v + drive is d phi / dt, by differences");
   bias.report(examiner, "its bias is d2 phi / dt2 without accelerations, by differences");

@@ -31,9 +31,11 @@ class ConstraintCriterion final : public Criterion {
     for (const ConstraintForce& each :
          system_->constraint_system()->forces(system_->t(), system_->state().data()))
       most = std::max(most, std::abs(each.tension));
-    const std::string words = "constraints to " + brief(drift_.position, 2) + " m and " +
+    std::string words = "constraints to " + brief(drift_.position, 2) + " m and " +
                               brief(drift_.velocity, 2) + " m/s, holding with up to " +
                               brief(most, 3) + " N";
+    if (const std::int64_t drifts = system_->constraint_system()->implicit_drifts(); drifts > 0)
+      words += ", " + std::to_string(drifts) + " drifts implicit, beyond the limit of RATTLE";
     const bool kept = drift_.position <= kMostDrift * size_;
     findings.push_back({kept ? Trust::kTrusted : Trust::kSuspect, words});
   }
