@@ -26,14 +26,14 @@ function make(files, out) {
     preRun: [({ FS }) => {
       FS.mkdirTree("/proc/self");
       FS.symlink("/sim/bin/sim", "/proc/self/exe");
-      FS.mkdirTree("/work");
-      FS.chdir("/work");
+      FS.mkdirTree("/run");
+      FS.chdir("/run");
       for (const [name, text] of Object.entries(files)) put(FS, name, text);
     }],
   });
 }
 function put(FS, name, text) {
-  const path = `/work/${name}`;
+  const path = `/run/${name}`;
   FS.mkdirTree(path.slice(0, path.lastIndexOf("/")));
   FS.writeFile(path, text);
 }
@@ -82,7 +82,7 @@ function tick() {
 async function run({ study, json, scene, header, files }) {
   sim = await make(files, () => {});
   page = sim.ccall("sim_page", "number");
-  const svg = study === "tradeoff" && !json ? "/work/tradeoff.svg" : "";
+  const svg = study === "tradeoff" && !json ? "/run/tradeoff.svg" : "";
   const text = study ? call("study", "string", ["string", "string", "string", "number", "string"],
     [study, scene, header, json ? 1 : 0, svg]) : call("names", "string");
   const drawn = svg && sim.FS.analyzePath(svg).exists;

@@ -1,4 +1,4 @@
-// What a force says of one of its ties, for adjacency listings.
+// One tie of a force, as adjacency listings show it.
 #pragma once
 
 #include <string>

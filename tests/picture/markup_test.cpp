@@ -41,7 +41,8 @@ TEST_CASE("text of a scene ends no script of a page and is no placeholder") {
     INFO(part);
     CHECK(count(page, part) == count(plain, part));
   }
-  for (const char* const part : {"@SOCKET@", "@HEAD@", "@DATA@", "@LIVE@", "text=DATA", "/*LIVE*/"}) {
+  for (const char* const part :
+       {"@SOCKET@", "@HEAD@", "@DATA@", "@LIVE@", "text=DATA", "/*LIVE*/"}) {
     INFO(part);
     CHECK(count(page, part) == 3 + 2 + 1 + 3);  // families, name and method, methods, an argument
     CHECK(count(plain, part) == 0);

@@ -34,11 +34,11 @@ void ImplicitDrift::make_order() {
   std::vector<double> masses(weights.size(), HUGE_VAL);
   for (std::size_t i = 0; i < masses.size(); ++i)
     if (weights[i] > 0) masses[i] = 1 / weights[i];
-  std::vector<std::pair<int, int>> joined;
+  std::vector<std::array<int, 2>> joined;
   for (int r = 0; r < pattern.rows(); ++r)
     for (const int a : pattern.of(r))
       for (const int b : pattern.of(r))
-        if (a < b) joined.emplace_back(a, b);
+        if (a < b) joined.push_back({a, b});
   const std::vector<int> order = elimination_rows(masses, joined);
 
   std::vector<int> particle_in(weights.size(), -1);

@@ -32,8 +32,8 @@ class ConstraintCriterion final : public Criterion {
          system_->constraint_system()->forces(system_->t(), system_->state().data()))
       most = std::max(most, std::abs(each.tension));
     std::string words = "constraints to " + brief(drift_.position, 2) + " m and " +
-                              brief(drift_.velocity, 2) + " m/s, holding with up to " +
-                              brief(most, 3) + " N";
+                        brief(drift_.velocity, 2) + " m/s, holding with up to " + brief(most, 3) +
+                        " N";
     if (const std::int64_t drifts = system_->constraint_system()->implicit_drifts(); drifts > 0)
       words += ", " + std::to_string(drifts) + " drifts implicit, beyond the limit of RATTLE";
     const bool kept = drift_.position <= kMostDrift * size_;
