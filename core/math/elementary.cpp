@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/math/double_double.h"
+#include "core/math/logarithm.h"
 
 namespace sim::elementary {
 namespace {
@@ -92,17 +93,8 @@ double exponential_of(DoubleDouble x) {
 // For finite x > 0. x = 2^e m with m from sqrt(1/2) to sqrt(2), and an approximation y of log m;
 // then log m = y + log(1 + t), t = m e^-y - 1.
 DoubleDouble logarithm_of(double x) {
-  int e = 0;
-  double m = std::frexp(x, &e);
-  if (m < 0.70710678118654752) {
-    m *= 2;
-    --e;
-  }
-  // log m = 2 artanh(s) to some 1e-16.
-  const double s = (m - 1) / (m + 1), q = s * s;
-  double sum = 0;
-  for (int k = 19; k >= 3; k -= 2) sum = (sum + 1.0 / k) * q;
-  const double y = 2 * (s + s * sum);
+  const auto [e, m] = near_one(x);
+  const double y = logarithm_near_one(m, 19);  // to some 1e-16
 
   const Exponential less = exponential({-y, 0});
   const DoubleDouble near = scaled(less.power * m, std::ldexp(1.0, less.exponent));
