@@ -23,14 +23,10 @@ LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& opti
                  "use implicit_euler"});
   const auto each_spring = [&](const auto& visit) {
     for (const auto& force : system.forces())
-      if (const Springs* springs = force->springs())
-        for (int a = 0; a < equation_.layout().n(); ++a)
-          springs->at(a, [&](int b, double k, double) {
-            if (a < b) visit(a, b, k);
-          });
+      if (const Springs* springs = force->springs()) springs->for_each(visit);
   };
   std::vector<std::array<int, 2>> pairs;
-  each_spring([&](int a, int b, double) { pairs.push_back({a, b}); });
+  each_spring([&](int a, int b, double, double) { pairs.push_back({a, b}); });
   row_of_ = elimination_rows(system.masses(), pairs);
   const auto row = [&](int i) { return row_of_[static_cast<std::size_t>(i)]; };
   const auto free = static_cast<int>(row_of_.size()) - system.pinned_count();
@@ -43,7 +39,7 @@ LocalGlobalSolver::LocalGlobalSolver(Particles& system, const StageOptions& opti
   upper_.emplace(free, entries);
   for (int i = 0; i < free; ++i) diagonal_.push_back(upper_->entry(i, i));
   stiffness_.resize(static_cast<std::size_t>(free));
-  each_spring([&](int a, int b, double k) {
+  each_spring([&](int a, int b, double k, double) {
     for (const int end : {row(a), row(b)})
       if (end >= 0) stiffness_[static_cast<std::size_t>(end)] += k;
     const auto [low, high] = std::minmax({row(a), row(b)});

@@ -153,10 +153,10 @@ class NodeForce final : public Force, public Breakable {
   void list_springs() {
     springs_.clear();
     const Springs* const springs = force_->springs();
-    for (int a = 0; springs && a < seen_.size(); ++a)
-      springs->at(a, [&](int b, double k, double rest) {
-        if (a < b) springs_.push_back({a, b, k, rest});
-      });
+    if (!springs) return;
+    springs->for_each([&](int a, int b, double k, double rest) {
+      springs_.push_back({a, b, k, rest});
+    });
   }
 
   struct Spring {

@@ -67,7 +67,16 @@ class Springs {
     });
   }
 
-  // The same with those that are broken, of k = 0.
+  // Calls visit(a, b, k, rest), a < b, once for every spring.
+  template <class V>
+  void for_each(V visit) const {
+    for (int a = 0; a < n_; ++a)
+      at(a, [&](int b, double k, double rest) {
+        if (a < b) visit(a, b, k, rest);
+      });
+  }
+
+  // Broken springs, of k = 0, are visited, too; otherwise it is at().
   template <class V>
   void with_broken_at(int i, V visit) const {
     for (const SpringRun& run : runs_) {
