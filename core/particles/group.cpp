@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/particles/force_of_another.h"
+
 namespace sim {
 namespace {
 
@@ -24,9 +26,10 @@ class GroupSink final : public JacobianSink {
   const std::vector<bool>* member_;
 };
 
-class Group final : public Force {
+class Group final : public ForceOfAnother {
  public:
-  Group(std::unique_ptr<Force> force, const std::vector<int>& ids) : force_(std::move(force)) {
+  Group(std::unique_ptr<Force> force, const std::vector<int>& ids)
+      : ForceOfAnother(*force), force_(std::move(force)) {
     for (const int id : ids) {
       if (ranges_.empty() || ranges_.back().end != id) ranges_.push_back({id, id});
       ++ranges_.back().end;
@@ -61,15 +64,6 @@ class Group final : public Force {
     return (affine_ && affine_->damping != 0) || (gathered_ && force_->depends_on_velocity());
   }
 
-  int internal_size() const override { return force_->internal_size(); }
-  void start(std::span<double> memory) const override { force_->start(memory); }
-  void derive(const ParticleView& view, std::span<double> rate) const override {
-    force_->derive(view, rate);
-  }
-  bool internal_depends_on_particles() const override {
-    return force_->internal_depends_on_particles();
-  }
-
   bool has_jacobian() const override { return !gathered_ || force_->has_jacobian(); }
 
   void jacobian(const ParticleView& view, JacobianSink& sink) const override {
@@ -92,8 +86,6 @@ class Group final : public Force {
     for_each_range(tile, [&](Tile part) { sum += force_->potential(view, part); });
     return sum;
   }
-
-  bool conservative() const override { return force_->conservative(); }
 
  private:
   // The runs of consecutive members in the tile.

@@ -8,6 +8,7 @@
 
 #include "core/base/noise.h"
 #include "core/math/arnoldi.h"
+#include "core/particles/force_of_another.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/springs/springs.h"
 
@@ -20,44 +21,42 @@ constexpr double kMost = 0.5;          // of the springs; where more are stiff a
 constexpr double kBinsOfTwo = 8;       // thresholds to each factor of 2
 
 // A part of a force that belongs to another system.
-class Lent final : public Force {
+class Lent final : public ForceOfAnother {
  public:
   enum class Part { kWhole, kWithoutSprings, kAccumulated, kMemory };
-  Lent(Force& force, Part part) : force_(&force), part_(part) {}
+  Lent(Force& force, Part part) : ForceOfAnother(force), part_(part) {}
 
   std::optional<AffineForce> affine() const override {
     const bool has_it = part_ == Part::kWhole || part_ == Part::kWithoutSprings;
-    return has_it ? force_->affine() : std::nullopt;
+    return has_it ? other().affine() : std::nullopt;
   }
   const Springs* springs() const override {
-    return part_ == Part::kWhole ? force_->springs() : nullptr;
+    return part_ == Part::kWhole ? other().springs() : nullptr;
   }
-  bool accumulates() const override { return part_ != Part::kMemory && force_->accumulates(); }
-  void prepare(const ParticleView& view, ThreadPool& pool) override { force_->prepare(view, pool); }
+  bool accumulates() const override { return part_ != Part::kMemory && other().accumulates(); }
+  void prepare(const ParticleView& view, ThreadPool& pool) override { other().prepare(view, pool); }
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const override {
-    force_->accumulate(view, tile, sink);
+    other().accumulate(view, tile, sink);
   }
-  std::unique_ptr<ForceSweep> sweep() const override { return force_->sweep(); }
-  bool depends_on_velocity() const override { return force_->depends_on_velocity(); }
-  int internal_size() const override { return force_->internal_size(); }
-  void start(std::span<double> memory) const override { force_->start(memory); }
+  std::unique_ptr<ForceSweep> sweep() const override { return other().sweep(); }
+  bool depends_on_velocity() const override { return other().depends_on_velocity(); }
+  int internal_size() const override { return other().internal_size(); }
+  void start(std::span<double> memory) const override { other().start(memory); }
   void derive(const ParticleView& view, std::span<double> rate) const override {
-    force_->derive(view, rate);
+    other().derive(view, rate);
   }
   bool internal_depends_on_particles() const override {
-    return force_->internal_depends_on_particles();
+    return other().internal_depends_on_particles();
   }
-  bool has_jacobian() const override { return force_->has_jacobian(); }
+  bool has_jacobian() const override { return other().has_jacobian(); }
   void jacobian(const ParticleView& view, JacobianSink& sink) const override {
-    force_->jacobian(view, sink);
+    other().jacobian(view, sink);
   }
   double potential(const ParticleView& view, Tile tile) const override {
-    return part_ == Part::kWhole || !force_->springs() ? force_->potential(view, tile) : 0;
+    return part_ == Part::kWhole || !other().springs() ? other().potential(view, tile) : 0;
   }
-  bool conservative() const override { return force_->conservative(); }
 
  private:
-  Force* force_;
   Part part_;
 };
 
@@ -216,10 +215,9 @@ void StiffPart::for_springs(const Partition& partition, std::size_t force, bool 
   const Springs* const springs = of.springs();
   if (!springs) return;
   const std::optional<bool> wish = said(*system_->forces()[force]);
-  for (int a = 0; a < system_->layout().n(); ++a)
-    springs->at(a, [&](int b, double k, double rest) {
-      if (a < b && wish.value_or(omega(a, b, k) >= partition.cut) == stiff) visit(a, b, k, rest);
-    });
+  springs->for_each([&](int a, int b, double k, double rest) {
+    if (wish.value_or(omega(a, b, k) >= partition.cut) == stiff) visit(a, b, k, rest);
+  });
 }
 
 bool StiffPart::accumulates_stiffly(const Partition& partition, std::size_t force) const {
@@ -252,10 +250,8 @@ Partition StiffPart::choose(double t, double h, const double* x) {
     const std::optional<bool> wish = said(*forces[i]);
     asked = asked || wish == true;
     if (!wish && forces[i]->springs())
-      for (int a = 0; a < system_->layout().n(); ++a)
-        forces[i]->springs()->at(a, [&](int b, double k, double) {
-          if (a < b) springs.add(omega(a, b, k));
-        });
+      forces[i]->springs()->for_each(
+          [&](int a, int b, double k, double) { springs.add(omega(a, b, k)); });
   }
   const auto with_cut = [&](double cut) {
     Partition partition{.step = h, .cut = cut, .others = {}};
