@@ -22,11 +22,9 @@ bool factor_is_sparse(const Particles& system) {
   std::vector<std::array<int, 2>> pairs;
   for (const Force* const force : system.forces())
     if (const Springs* const springs = force->springs())
-      for (int a = 0; a < system.layout().n(); ++a)
-        springs->at(a, [&](int b, double, double) {
-          if (a < b) pairs.push_back({a, b});
-        });
-  return factor_products(system.masses(), pairs) <= kWorth * static_cast<double>(pairs.size());
+      springs->for_each([&](int a, int b, double, double) { pairs.push_back({a, b}); });
+  return factor_products(elimination_rows(system.masses(), pairs), pairs) <=
+         kWorth * static_cast<double>(pairs.size());
 }
 
 }  // namespace

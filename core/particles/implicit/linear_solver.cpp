@@ -21,25 +21,31 @@ std::vector<std::array<int, 2>> spring_pairs(const StageMatrix& matrix) {
   return pairs;
 }
 
+std::unique_ptr<SparseLdlt> make_factor_of_springs(const StageMatrix& matrix,
+                                                   const Particles& system) {
+  const auto pairs = spring_pairs(matrix);
+  return std::make_unique<SparseLdlt>(matrix, pairs, elimination_rows(system.masses(), pairs));
+}
+
 // Conjugate gradients, and the factor where they do not get there.
 class Either final : public LinearSolver {
  public:
-  Either(const StageMatrix& matrix, std::span<const double> masses)
-      : iterative_(matrix.layout(), kPatience), direct_(matrix, masses, spring_pairs(matrix)) {}
+  Either(const StageMatrix& matrix, const Particles& system)
+      : iterative_(matrix.layout(), kPatience), direct_(make_factor_of_springs(matrix, system)) {}
 
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
     const LinearResult first = iterative_.solve(matrix, b, d, eta);
     if (!first.definite || first.solved) return first;
-    LinearResult second = direct_.solve(matrix, b, d, eta);
+    LinearResult second = direct_->solve(matrix, b, d, eta);
     second.iterations = first.iterations;
     return second;
   }
-  bool prepare(const StageMatrix& matrix) override { return direct_.prepare(matrix); }
-  void divide(const double* r, double* z) override { direct_.divide(r, z); }
+  bool prepare(const StageMatrix& matrix) override { return direct_->prepare(matrix); }
+  void divide(const double* r, double* z) override { direct_->divide(r, z); }
 
  private:
   ConjugateGradient iterative_;
-  SparseLdlt direct_;
+  std::unique_ptr<SparseLdlt> direct_;
 };
 
 // Conjugate gradients with the blocks alone where planes restrict the matrix: neither patches nor
@@ -70,9 +76,9 @@ std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const
   const Layout& layout = matrix.layout();
   const bool small = layout.n() <= kDirectUpTo;
   if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
-    return std::make_unique<SparseLdlt>(matrix, system.masses(), spring_pairs(matrix));
+    return make_factor_of_springs(matrix, system);
   if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
-    return std::make_unique<Either>(matrix, system.masses());
+    return std::make_unique<Either>(matrix, system);
   return std::make_unique<ConjugateGradient>(matrix, system, most);
 }
 
@@ -92,8 +98,9 @@ std::unique_ptr<LinearSolver> make_unsymmetric(const StageMatrix& matrix, const 
   std::unique_ptr<SparseLdlt> factors;
   if (pairs && options.solver != Solver::kIterative) {
     std::ranges::copy(spring_pairs(matrix), std::back_inserter(*pairs));
-    if (demanded || factor_products(system.masses(), *pairs) <= affordable)
-      factors = std::make_unique<SparseLdlt>(matrix, system.masses(), *pairs);
+    auto rows = elimination_rows(system.masses(), *pairs);
+    if (demanded || factor_products(rows, *pairs) <= affordable)
+      factors = std::make_unique<SparseLdlt>(matrix, *pairs, std::move(rows));
   }
   return std::make_unique<Gmres>(matrix.layout(), most, std::move(factors),
                                  demanded || options.long_steps ? 0 : kStiff);

@@ -58,8 +58,8 @@ class ConjugateGradient final : public LinearSolver {
 // (1996); the pattern is analysed once. Pinned particles have no rows.
 class SparseLdlt final : public LinearSolver {
  public:
-  // masses of the particles in kg, infinity where pinned; the pairs that springs and others couple.
-  SparseLdlt(const StageMatrix& matrix, std::span<const double> masses, ParticlePairs pairs);
+  // The pairs that springs and others couple, and their elimination_rows().
+  SparseLdlt(const StageMatrix& matrix, ParticlePairs pairs, std::vector<int> rows);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
   bool prepare(const StageMatrix& matrix) override;
   void divide(const double* r, double* z) override;

@@ -76,14 +76,13 @@ void SparseSymmetric::solve(std::span<double> x) const {
   matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
 }
 
-double factor_products(std::span<const double> masses, ParticlePairs pairs) {
+double factor_products(std::span<const int> rows, ParticlePairs pairs) {
   // The factors of the graph of particles, of which every entry stands for a block.
   class Counts : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
                                               Eigen::NaturalOrdering<int>> {
    public:
     double squares() const { return (m_nonZerosPerCol.cast<double>().array() + 1).square().sum(); }
   };
-  const std::vector<int> rows = elimination_rows(masses, pairs);
   std::vector<Eigen::Triplet<double>> entries;
   int free = 0;
   for (const int row : rows)
