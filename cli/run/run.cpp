@@ -51,6 +51,7 @@ class Run {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr double kLong = 10;  // s; a run that takes more says so
 
   int take_steps(const Interrupts& interrupts);
   void take_last();
@@ -231,7 +232,6 @@ int Run::take_steps(const Interrupts& interrupts) {
 
 // After the first second of a run: it is verified beside, and what takes long says so.
 void Run::begin_long_run(double seconds) {
-  constexpr double kLong = 10;  // s
   const bool beside =
       study::verify_beside(request_.verify, tracks_, request_.scene.threads, SessionSignals::any);
   double done = 1;
@@ -254,7 +254,6 @@ void Run::begin_long_run(double seconds) {
 
 // Methods that choose their steps may take many for one of ours.
 void Run::mention_long_step() {
-  constexpr double kLong = 10;  // s
   if (long_told_ || request_.quiet || seconds_so_far() < kLong) return;
   long_told_ = true;
   const Track* const track = study::furthest_behind(tracks_);
@@ -268,7 +267,6 @@ void Run::mention_long_step() {
 
 void Run::verify() {
   const auto say = [&](double usual, double chaotic) {
-    constexpr double kLong = 10;  // s
     if (request_.quiet || chaotic < kLong) return;
     console_.err << "sim: note: verifying with half the step takes about " << rough_time(usual)
                  << " more, and " << rough_time(chaotic)
