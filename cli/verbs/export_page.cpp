@@ -65,7 +65,7 @@ PageFiles files_of(const RunRequest& request, const LoadedScene& scene,
   return files;
 }
 
-// What the request says of the scene, as lines of a recording's header.
+// The request's words about the scene, as lines of a recording's header.
 std::string header_of(const RunRequest& request) {
   std::string lines;
   for (const auto& [word, value] : recording_header(request.scene))

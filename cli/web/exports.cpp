@@ -1,5 +1,5 @@
-// What the worker of a page calls of the module. Texts go in and out as UTF-8; one that is returned
-// is valid until the next call.
+// The functions of the module that the worker of a page calls. Texts go in and out as UTF-8; one
+// that is returned is valid until the next call.
 #include <emscripten/emscripten.h>
 
 #include <sstream>
@@ -89,7 +89,8 @@ EMSCRIPTEN_KEEPALIVE const char* sim_recording(Page* page) {
   return page->answer(page->session.recording());
 }
 
-// What `sim stability` or `sim tradeoff` says of a scene; the latter writes its plot to `svg`.
+// The words of `sim stability` or `sim tradeoff` about a scene; the latter writes its plot to
+// `svg`.
 EMSCRIPTEN_KEEPALIVE const char* sim_study(Page* page, const char* name, const char* file,
                                            const char* header, int json, const char* svg) {
   std::ostringstream out;

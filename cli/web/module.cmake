@@ -33,7 +33,7 @@ sim_web_module(page TRUE web/exports.cpp)
 target_link_options(web_page PRIVATE --no-entry -sENVIRONMENT=worker
   -sEXPORTED_RUNTIME_METHODS=ccall,FS -sEXPORTED_FUNCTIONS=${exports})
 
-# What node starts, and the page without a scene.
+# The script that node starts, and the page without a scene.
 set(beside sim.mjs load.mjs bundle.mjs worker.js page.js page.css page.html)
 list(TRANSFORM beside PREPEND ${web}/)
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/page.html

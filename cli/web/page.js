@@ -109,7 +109,7 @@ async function names_of_language() {
   return names;
 }
 
-// What fits the word before the cursor: fields of the table that it stands in, then functions, then
+// Completions of the word before the cursor: fields of the table that it stands in, then functions, then
 // fields of others, each name once.
 function fitting(all, before) {
   const around = before.match(/(sim[.\w]*)\s*\{[^{}]*$/)?.[1];

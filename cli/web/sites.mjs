@@ -22,7 +22,7 @@ const text = () => {
   return bytes.toString("utf8", at - length, at);
 };
 
-// What follows an instruction, by the binary format of WebAssembly (core specification 2.0, 5.4,
+// The operands of an instruction, by the binary format of WebAssembly (core specification 2.0, 5.4,
 // with the exceptions that came before those of 3.0).
 const memory = () => (number(), number());
 const after = {

@@ -1,4 +1,4 @@
-# What the compiler to WebAssembly needs in the place of the system's libraries: ./dev web names the
+# Libraries that the compiler to WebAssembly has in the place of the system's: ./dev web names the
 # sources, in SIM_WEB_SOURCES, that Debian has of Lua and zlib. Included where EMSCRIPTEN is set.
 set(SIM_WEB_SOURCES "" CACHE PATH "Folder with the sources of Lua and zlib as lua/ and zlib/")
 set(SIM_WEB_LIBCXX /usr/lib/llvm-16/include/c++/v1 CACHE PATH "Headers of libc++ with ranges")

@@ -14,7 +14,7 @@ using Catch::Contains;
 const std::filesystem::path kKernel =
     std::filesystem::path(SIM_SOURCE_DIR) / "build" / "web" / "page.html";
 
-// What stands in the page between two texts.
+// The part of the page between two texts.
 std::string between(const std::string& page, const std::string& begin, const std::string& end) {
   const std::size_t from = page.find(begin) + begin.size();
   return page.substr(from, page.find(end, from) - from);

@@ -19,7 +19,7 @@ struct Class {
   std::map<std::string, std::string> fields;
 };
 
-// What the annotations say: classes, and the class that each function takes.
+// The content of the annotations: classes, and the class that each function takes.
 struct Types {
   std::map<std::string, Class> classes;
   std::map<std::string, std::string> options;  // "sim.grid" -> "sim.GridOptions"

@@ -1,4 +1,4 @@
-// What scenes calculate has the same bits on every machine, whatever the C library and its locale.
+// The results of scenes have the same bits on every machine, whatever the C library and its locale.
 #include <bit>
 #include <clocale>
 #include <cmath>

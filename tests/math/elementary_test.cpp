@@ -34,7 +34,7 @@ class Random {
   double uniform(double least, double most) {
     return std::uniform_real_distribution<double>(least, most)(generator_);
   }
-  // Of either sign, its size 2^least to 2^most.
+  // A number of either sign, its size from 2^least to 2^most.
   double of_any_size(double least, double most) {
     const double size = std::exp2(uniform(least, most));
     return generator_() % 2 == 0 ? size : -size;

@@ -53,7 +53,8 @@ double extent(std::span<const double> points) {
   return size;
 }
 
-// What changed the motion at the ends of steps, so far: with order 1 what acts there alone.
+// Whether corrections at the ends of steps have changed the motion so far: with order 1, one did
+// that acts there alone.
 struct Acted {
   bool any = false, with_order_one = false;
 };
@@ -369,7 +370,7 @@ double StepDoubling::error_factor(const RefinedRun& shadow,
   if (!seen) return contact.any ? kMostFactor : factor(order);
   const double far = seen->coarser / seen->finer;
   double low = -elementary::log(1 - 1 / kMostFactor) / elementary::log(finer), high = order;
-  // What is nearly of its order takes steps a little too long for the theory.
+  // A run that is nearly of its order takes steps a little too long for the theory.
   if (far > ratio(kNearly * order)) low = high;
   constexpr int kBisections = 30;
   for (int i = 0; i < kBisections && low < high; ++i) {  // the ratio grows with p

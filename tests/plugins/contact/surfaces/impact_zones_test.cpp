@@ -142,7 +142,7 @@ TEST_CASE("a zone that meets again and again is slowed by halves, then moves as 
         crowd.check({{0, 2, 3, 5}}, {again <= 6 ? 0.8 * std::ldexp(0.5, -again) : 0}, moved);
         continue;
       }
-      // What is led cannot stop, and is named.
+      // A prescribed particle cannot stop, and is named.
       CHECK(allowed == (led < 0));
       CHECK(zones.culprit() == led);
       for (const int i : {0, 2, 3, 5})
