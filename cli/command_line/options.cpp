@@ -444,7 +444,7 @@ CommandLine Parser::parse(int argc, const char* const* argv) {
   } else if (plugin_studies_.has(chosen.front())) {
     line.request = plugin_studies_.request(chosen.front(), study_base());
   } else if (studies_.has(chosen.front())) {
-    std::visit([&](auto&& request) { line.request = std::move(request); },
+    std::visit([&](auto&& request) { line.request = std::forward<decltype(request)>(request); },
                studies_.request(chosen.front(), study_base()));
   } else {
     line.request = DoctorRequest{line.libraries, texts_.json};

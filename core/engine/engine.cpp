@@ -26,7 +26,8 @@ std::vector<std::string> with_ranks(const std::string& program, int ranks) {
   return {starter, "-np", std::to_string(ranks), program};
 }
 
-std::unique_ptr<Process> start_in(std::vector<std::string> command, const std::string& folder) {
+std::unique_ptr<Process> start_in(const std::vector<std::string>& command,
+                                  const std::string& folder) {
   return std::make_unique<Process>(command, ProcessPlace{folder,
                                                          {"OMPI_MCA_mpi_yield_when_idle=1",
                                                           "OMPI_MCA_rmaps_base_oversubscribe=1",

@@ -89,6 +89,7 @@ std::vector<std::string> with_ranks(const std::string& program, int ranks);
 // Open MPI is told that ranks may be more than processors, and that those who wait let others work:
 // on a busy machine two ranks that spin take ten times as long. The files that it leaves when it is
 // stopped are removed with the folder.
-std::unique_ptr<Process> start_in(std::vector<std::string> command, const std::string& folder);
+std::unique_ptr<Process> start_in(const std::vector<std::string>& command,
+                                  const std::string& folder);
 
 }  // namespace sim::engine

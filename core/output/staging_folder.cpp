@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <ranges>
 
 #include "core/base/error.h"
 #include "core/base/system_failure.h"
@@ -40,7 +39,7 @@ StagingFolder::StagingFolder(const fs::path& folder) : folder_(folder.empty() ? 
 StagingFolder::~StagingFolder() {
   std::error_code ignored;
   fs::remove_all(temporary_, ignored);
-  for (const fs::path& folder : std::views::reverse(made_)) fs::remove(folder, ignored);
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) fs::remove(*folder, ignored);
   if (lock_ >= 0) ::close(lock_);
 }
 

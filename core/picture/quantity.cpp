@@ -1,6 +1,7 @@
 #include "core/picture/quantity.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/picture/raster/tone.h"
 
@@ -38,7 +39,7 @@ unsigned ColourScale::screen(double s) const {
   unsigned rgb = 0;
   for (const int shift : {16, 8, 0}) {
     const double a = (ramp[i] >> shift) & 255U, b = (ramp[i + 1] >> shift) & 255U;
-    rgb |= static_cast<unsigned>(a + part * (b - a) + 0.5) << shift;
+    rgb |= static_cast<unsigned>(std::lround(a + part * (b - a))) << shift;
   }
   return rgb;
 }

@@ -26,7 +26,7 @@ void Breaking::begin() {
   broken_.assign(static_cast<std::size_t>(count_), 0);
   const std::vector<std::array<int, 2>> of_ties = pairs_;
   std::ranges::sort(pairs_);
-  pairs_.erase(std::ranges::unique(pairs_).begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
   for (const auto& pair : of_ties)
     pair_of_.push_back(static_cast<int>(std::ranges::lower_bound(pairs_, pair) - pairs_.begin()));
   std::vector<Link> links;

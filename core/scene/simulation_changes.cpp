@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <ranges>
 
 #include "core/base/text.h"
 #include "core/particles/springs/springs.h"
@@ -113,8 +112,8 @@ void Simulation::restore(const Snapshot& snapshot) {
     awake->restore(own);
     return;
   }
-  for (const auto& correction : s.corrections | std::views::reverse)
-    if (correction->has_memory()) correction->recall(take());
+  for (auto correction = s.corrections.rbegin(); correction != s.corrections.rend(); ++correction)
+    if ((*correction)->has_memory()) (*correction)->recall(take());
   if (!memory.empty()) s.integrator->recall(memory);
 }
 

@@ -265,7 +265,7 @@ void Petsc::write(const Exchange& scene, std::span<const std::int64_t> moments,
 
 std::unique_ptr<Process> Petsc::start(std::vector<std::string> command,
                                       const std::string& folder) const {
-  return start_in(std::move(command), folder);
+  return start_in(command, folder);
 }
 
 std::unique_ptr<Frames> Petsc::frames(const std::string& folder, const Exchange& scene,

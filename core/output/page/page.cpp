@@ -96,7 +96,7 @@ struct Page::Box {
   }
   std::uint16_t operator()(const std::vector<float>& points, std::size_t i) const {
     return static_cast<std::uint16_t>(
-        static_cast<int>((static_cast<double>(points[i]) - low[i % 3]) / quantum + 0.5) - 32768);
+        std::lround((static_cast<double>(points[i]) - low[i % 3]) / quantum) - 32768);
   }
 };
 
@@ -385,7 +385,7 @@ void Page::append_values(std::size_t m, const Moment& moment, const ColourScale&
     const double value = values.empty() ? 0 : values[static_cast<std::size_t>(i)] / scale.most;
     const double share = scale.both_signs ? 0.5 + 0.5 * value : value;
     out += static_cast<char>(
-        static_cast<unsigned char>(share > 0 ? std::min(255.0, 255 * share + 0.5) : 0));
+        static_cast<unsigned char>(share > 0 ? std::min(255.0, std::round(255 * share)) : 0));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "core/picture/raster/tone.h"
 
+#include <cmath>
+
 #include "core/picture/picture.h"
 
 namespace sim::raster {
@@ -37,7 +39,8 @@ double Tone::decode(double screen) {
 
 Tone::Tone() {
   for (std::size_t i = 0; i < screen_.size(); ++i)
-    screen_[i] = static_cast<std::uint16_t>(encode(static_cast<double>(i) / 4096) * 255 * 16 + 0.5);
+    screen_[i] =
+        static_cast<std::uint16_t>(std::lround(encode(static_cast<double>(i) / 4096) * 255 * 16));
   for (std::size_t i = 0; i < light_.size(); ++i)
     light_[i] = static_cast<float>(decode(static_cast<double>(i) / 255));
 }

@@ -68,7 +68,7 @@ void Lammps::write(const Exchange& scene, std::span<const std::int64_t> moments,
 std::unique_ptr<Process> Lammps::start(std::vector<std::string> command,
                                        const std::string& folder) const {
   command.insert(command.end(), {"-in", kLammpsScript, "-log", kLammpsLog, "-screen", "none"});
-  return start_in(std::move(command), folder);
+  return start_in(command, folder);
 }
 
 std::unique_ptr<Frames> Lammps::frames(const std::string& folder, const Exchange& scene,
