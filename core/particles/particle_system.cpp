@@ -8,6 +8,7 @@
 #include "core/base/text.h"
 #include "core/particles/constraints/constrained_contact.h"
 #include "core/particles/constraints/constrained_impact_events.h"
+#include "core/particles/constraints/constrained_stage_solver.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/generic_splitting_stepper.h"
 #include "core/particles/explicit/reordering.h"
@@ -410,6 +411,10 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
   if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
   if (general) {
     const bool touches = constraint_system_ && constraint_system_->joins_contact();
+    if (options.long_steps && !touches && !internal_follows_particles())
+      if (auto solver = ConstrainedStageSolver::make(*this, constraint_system_->constraints(),
+                                                     constraint_system_->internal_begin(), asked))
+        return solver;
     return OdeSystem::stage_solver(touches ? sparing(options) : options);
   }
   return particle_solver(options, step_contact());

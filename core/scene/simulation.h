@@ -112,6 +112,7 @@ class Simulation {
   void set_integrator(const Method& method);
 
   std::vector<ForceShare> forces_on(int particle) const;  // a pinned one feels them too
+  std::vector<std::vector<ForceShare>> forces_on(int begin, int end) const;  // each of these
   class ConstraintSystem* constraint_system() const;  // of constraints; null where there are none
   std::span<const std::unique_ptr<StepCorrection>> corrections() const;  // of the ends of steps
   std::vector<Link> links(int particle) const;                           // in order of families

@@ -285,56 +285,69 @@ ConstraintSystem* Simulation::constraint_system() const {
 
 const Settings& Simulation::settings() const { return *impl_->settings; }
 
-// Springs are told apart by their families, everything else by its plugin.
 std::vector<ForceShare> Simulation::forces_on(int i) const {
   check_particle(*this, i);
+  return std::move(forces_on(i, i + 1).front());
+}
+
+// Springs are told apart by their families, everything else by its plugin.
+std::vector<std::vector<ForceShare>> Simulation::forces_on(int begin, int end) const {
   const Impl& s = *impl_;
-  std::vector<ForceShare> shares;
-  if (!s.particles) return shares;
+  std::vector<std::vector<ForceShare>> all(static_cast<std::size_t>(end - begin));
+  if (!s.particles) return all;
   const ParticleView view = s.particles->view(t(), s.x.data());
-  const double mass = s.initial.at(i).mass;
+  const auto n = static_cast<std::size_t>(view.n);
+  std::vector<Link> links;
   for (const auto& each : s.particles->forces()) {
     Force& force = *each;
     const auto affine = force.affine();
     const bool accumulates = std::ranges::count(s.particles->other_forces(), &force) > 0;
-    Vec3 sum = Vec3::Zero();
-    if (affine) sum += mass * affine->acceleration - affine->damping * view.velocity(i);
-    if (force.springs()) {
-      const auto first = static_cast<std::ptrdiff_t>(shares.size());
-      std::vector<Link> links;
-      force.links(i, links);
-      for (const Link& link : links) {
-        const Vec3 pull = spring_force(link.sense, view.position(i) - view.position(link.to),
-                                       link.stiffness, link.rest);
-        const auto share =
-            std::find_if(shares.begin() + first, shares.end(),
-                         [&](const ForceShare& other) { return other.name == link.family; });
-        if (share == shares.end())
-          shares.push_back({link.family, pull});
-        else
-          share->force += pull;
-      }
-    }
+    Array sums(accumulates ? 3 * n : 0);
     if (accumulates) {
-      const auto n = static_cast<std::size_t>(view.n), at = static_cast<std::size_t>(i);
-      Array sums(3 * n);
       const ParticleView own = s.particles->seen_by(force, view);
       force.prepare(own, *s.pool);
-      force.accumulate(own, {i, i + 1}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
-      sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
+      force.accumulate(own, {begin, end}, {sums.data(), sums.data() + n, sums.data() + 2 * n});
     }
-    if (!force.springs() || accumulates) shares.push_back({s.particles->name_of(force), sum});
+    for (int i = begin; i < end; ++i) {
+      std::vector<ForceShare>& shares = all[static_cast<std::size_t>(i - begin)];
+      const auto first = static_cast<std::ptrdiff_t>(shares.size());
+      const auto add = [&](const std::string& name, const Vec3& value) {
+        const auto share =
+            std::find_if(shares.begin() + first, shares.end(),
+                         [&](const ForceShare& other) { return other.name == name; });
+        if (share == shares.end())
+          shares.push_back({name, value});
+        else
+          share->force += value;
+      };
+      if (force.springs()) {
+        links.clear();
+        force.links(i, links);
+        for (const Link& link : links)
+          add(link.family, spring_force(link.sense, view.position(i) - view.position(link.to),
+                                        link.stiffness, link.rest));
+        if (!accumulates) continue;
+      }
+      const auto at = static_cast<std::size_t>(i);
+      Vec3 sum = Vec3::Zero();
+      if (affine)
+        sum += s.initial.at(i).mass * affine->acceleration - affine->damping * view.velocity(i);
+      if (accumulates) sum += Vec3(sums[at], sums[n + at], sums[2 * n + at]);
+      shares.push_back({s.particles->name_of(force), sum});
+    }
   }
-  if (!constraint_system()) return shares;
-  for (const ConstraintForce& each : constraint_system()->forces(t(), s.x.data())) {
-    if (each.a != i && each.b != i) continue;
-    const Vec3 force = each.a == i ? each.force : -each.force;
-    if (!shares.empty() && shares.back().name == each.constraint)
-      shares.back().force += force;
-    else
-      shares.push_back({each.constraint, force});
-  }
-  return shares;
+  if (!constraint_system()) return all;
+  for (const ConstraintForce& each : constraint_system()->forces(t(), s.x.data()))
+    for (const int i : {each.a, each.b}) {
+      if (i < begin || i >= end) continue;
+      std::vector<ForceShare>& shares = all[static_cast<std::size_t>(i - begin)];
+      const Vec3 force = i == each.a ? each.force : -each.force;
+      if (!shares.empty() && shares.back().name == each.constraint)
+        shares.back().force += force;
+      else
+        shares.push_back({each.constraint, force});
+    }
+  return all;
 }
 
 }  // namespace sim

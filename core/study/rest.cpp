@@ -29,10 +29,11 @@ double largest_acceleration(Simulation& simulation, const double* x, Array& at, 
 }
 
 void measure_forces(const Simulation& simulation, Rest& rest) {
+  const auto forces = simulation.forces_on(0, simulation.particles());
   for (int i = 0; i < simulation.particles(); ++i) {
     if (simulation.pinned(i)) continue;
     Vec3 sum = Vec3::Zero();
-    for (const ForceShare& share : simulation.forces_on(i)) {
+    for (const ForceShare& share : forces[static_cast<std::size_t>(i)]) {
       rest.in_play = std::max(rest.in_play, share.force.norm());
       sum += share.force;
     }
@@ -98,6 +99,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   double least = largest_acceleration(simulation, x.data(), at, slope), scale = least;
   double h = 10 * simulation.h();
   int idle = 0, refused = 0;
+  system.stop_when(stop);
   for (int step = 0; step < kSteps && least > kEnough * scale && idle < kIdle; ++step) {
     if (stop && stop()) {
       rest.why = "interrupted";
@@ -106,6 +108,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     std::ranges::copy(x.span(), next.data());
     const std::int64_t before = solver->effort().newton;
     const StepStatus status = solver->solve(simulation.t(), h, x.data(), next.data());
+    if (status == StepStatus::kStopped) continue;
     if (status != StepStatus::kDone) {
       h *= kShrink;
       ++idle;
@@ -125,6 +128,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     h *= growth(solver->effort().newton - before);
     ++rest.effort.steps;
   }
+  system.stop_when({});
   std::copy(best.data(), best.data() + size, snapshot.x.begin());
   snapshot.memory.clear();
   simulation.restore(snapshot);

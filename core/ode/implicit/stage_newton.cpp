@@ -62,6 +62,7 @@ StepStatus StageNewton::solve(double t, double tau, const double* r, double* y) 
   bool stalled = false;
   for (; !stalled; ++step) {
     if (!std::isfinite(norm)) return StepStatus::kNotFinite;
+    if (system_->stopped()) return StepStatus::kStopped;
     // Roundings of the three terms of the residual.
     double size = 0;
     for (std::size_t i = 0; i < size_; ++i)

@@ -18,79 +18,47 @@ ImplicitDrift::ImplicitDrift(const Constraints& constraints)
     : constraints_(&constraints),
       middle_(constraints.rows()),
       end_(constraints.rows()),
+      order_(saddle_order(constraints, {})),
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       u_(3 * constraints.weights().size()),
       trial_(u_.size()) {
-  make_order();
   make_matrix();
-  rest_.resize(static_cast<std::size_t>(unknowns_));
+  rest_.resize(static_cast<std::size_t>(order_.unknowns));
   curvature_.resize(pairs_.size());
-}
-
-// Particles in an order of little fill, each row behind the last of its own.
-void ImplicitDrift::make_order() {
-  const RowPattern& pattern = constraints_->rows().pattern;
-  const std::span<const double> weights = constraints_->weights();
-  std::vector<double> masses(weights.size(), HUGE_VAL);
-  for (std::size_t i = 0; i < masses.size(); ++i)
-    if (weights[i] > 0) masses[i] = 1 / weights[i];
-  std::vector<std::array<int, 2>> joined;
-  for (int r = 0; r < pattern.rows(); ++r)
-    for (const int a : pattern.of(r))
-      for (const int b : pattern.of(r))
-        if (a < b) joined.push_back({a, b});
-  const std::vector<int> order = elimination_rows(masses, joined);
-
-  std::vector<int> particle_in(weights.size(), -1);
-  std::vector<std::vector<int>> rows_behind(weights.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    if (order[i] >= 0) particle_in[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
-  for (int r = 0; r < pattern.rows(); ++r) {
-    int last = -1;
-    for (const int i : pattern.of(r)) last = std::max(last, order[static_cast<std::size_t>(i)]);
-    if (last >= 0) rows_behind[static_cast<std::size_t>(last)].push_back(r);
-  }
-  particle_at_.assign(weights.size(), -1);
-  row_at_.assign(lambda_.size(), -1);
-  for (std::size_t k = 0; k < particle_in.size() && particle_in[k] >= 0; ++k) {
-    particle_at_[static_cast<std::size_t>(particle_in[k])] =
-        std::exchange(unknowns_, unknowns_ + 3);
-    for (const int r : rows_behind[k]) row_at_[static_cast<std::size_t>(r)] = unknowns_++;
-  }
 }
 
 void ImplicitDrift::make_matrix() {
   const RowPattern& pattern = constraints_->rows().pattern;
   std::vector<std::pair<int, int>> upper;
-  for (int k = 0; k < unknowns_; ++k) upper.emplace_back(k, k);
+  for (int k = 0; k < order_.unknowns; ++k) upper.emplace_back(k, k);
   const auto between = [](int a, int b, int axis) {
     return std::pair(std::min(a, b) + axis, std::max(a, b) + axis);
   };
-  const auto at = [&](int i) { return particle_at_[static_cast<std::size_t>(i)]; };
+  const auto at = [&](int i) { return order_.particle_at[static_cast<std::size_t>(i)]; };
   for (int r = 0; r < pattern.rows(); ++r) {
     const std::span<const int> ids = pattern.of(r);
     for (std::size_t k = 0; k < ids.size(); ++k) {
       if (at(ids[k]) < 0) continue;
       for (int axis = 0; axis < 3; ++axis) {
-        upper.emplace_back(at(ids[k]) + axis, row_at_[static_cast<std::size_t>(r)]);
+        upper.emplace_back(at(ids[k]) + axis, order_.row_at[static_cast<std::size_t>(r)]);
         for (std::size_t l = k + 1; l < ids.size(); ++l)
           if (at(ids[l]) >= 0) upper.push_back(between(at(ids[k]), at(ids[l]), axis));
       }
     }
   }
-  matrix_ = std::make_unique<SparseSymmetric>(unknowns_, upper);
+  matrix_ = std::make_unique<SparseSymmetric>(order_.unknowns, upper);
 
   const auto entry_of = [&](const std::pair<int, int>& place) {
     return matrix_->entry(place.first, place.second);
   };
-  for (const int first : particle_at_) {
+  for (const int first : order_.particle_at) {
     std::array<int, 3>& entry = mass_entry_.emplace_back();
     for (int axis = 0; axis < 3; ++axis)
       entry[static_cast<std::size_t>(axis)] =
           first < 0 ? -1 : entry_of({first + axis, first + axis});
   }
   for (int r = 0; r < pattern.rows(); ++r) {
-    const int own = row_at_[static_cast<std::size_t>(r)];
+    const int own = order_.row_at[static_cast<std::size_t>(r)];
     row_entry_.push_back(own < 0 ? -1 : entry_of({own, own}));
     const std::span<const int> ids = pattern.of(r);
     for (std::size_t k = 0; k < ids.size(); ++k) {
@@ -112,7 +80,7 @@ void ImplicitDrift::make_matrix() {
 // The rows at q + share u.
 bool ImplicitDrift::evaluate(double t, ParticleView like, const Axes& q, const double* memory,
                              double share, RowValues& values) {
-  const std::size_t n = particle_at_.size();
+  const std::size_t n = order_.particle_at.size();
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < n; ++i)
       trial_[axis * n + i] = q[axis][i] + share * u_[axis * n + i];
@@ -123,36 +91,36 @@ bool ImplicitDrift::evaluate(double t, ParticleView like, const Axes& q, const d
 
 // rest_ := minus what is wrong with the equations; the largest of it in m.
 double ImplicitDrift::residual(double d, const Axes& v) {
-  const std::size_t n = particle_at_.size();
+  const std::size_t n = order_.particle_at.size();
   const RowPattern& pattern = constraints_->rows().pattern;
   const std::span<const double> weights = constraints_->weights();
   for (std::size_t i = 0; i < n; ++i)
-    if (const int k = particle_at_[i]; k >= 0)
+    if (const int k = order_.particle_at[i]; k >= 0)
       for (std::size_t axis = 0; axis < 3; ++axis)
         rest_[static_cast<std::size_t>(k) + axis] =
             (d * v[axis][i] - u_[axis * n + i]) / weights[i];
   double most = 0;
   for (std::size_t r = 0; r < lambda_.size(); ++r) {
-    if (row_at_[r] < 0) continue;
-    rest_[static_cast<std::size_t>(row_at_[r])] = -end_.phi()[r];
+    if (order_.row_at[r] < 0) continue;
+    rest_[static_cast<std::size_t>(order_.row_at[r])] = -end_.phi()[r];
     most = std::max(most, std::fabs(end_.phi()[r]));
     for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
       const auto at = static_cast<std::size_t>(e);
-      const int k = particle_at_[static_cast<std::size_t>(pattern.ids[at])];
+      const int k = order_.particle_at[static_cast<std::size_t>(pattern.ids[at])];
       if (k < 0) continue;
       for (std::size_t axis = 0; axis < 3; ++axis)
         rest_[static_cast<std::size_t>(k) + axis] += lambda_[r] * middle_.gradient()[at][axis];
     }
   }
   for (std::size_t i = 0; i < n; ++i)
-    if (const int k = particle_at_[i]; k >= 0)
+    if (const int k = order_.particle_at[i]; k >= 0)
       for (std::size_t axis = 0; axis < 3; ++axis)
         most = std::max(most, weights[i] * std::fabs(rest_[static_cast<std::size_t>(k) + axis]));
   return most;
 }
 
 bool ImplicitDrift::improve() {
-  const std::size_t n = particle_at_.size();
+  const std::size_t n = order_.particle_at.size();
   const RowPattern& pattern = constraints_->rows().pattern;
   const std::span<const double> weights = constraints_->weights();
   const std::span<double> values = matrix_->values();
@@ -179,11 +147,11 @@ bool ImplicitDrift::improve() {
   if (!matrix_->factorise_indefinite()) return false;
   matrix_->solve(rest_);
   for (std::size_t i = 0; i < n; ++i)
-    if (const int k = particle_at_[i]; k >= 0)
+    if (const int k = order_.particle_at[i]; k >= 0)
       for (std::size_t axis = 0; axis < 3; ++axis)
         u_[axis * n + i] += rest_[static_cast<std::size_t>(k) + axis];
   for (std::size_t r = 0; r < lambda_.size(); ++r)
-    if (row_at_[r] >= 0) lambda_[r] -= rest_[static_cast<std::size_t>(row_at_[r])];
+    if (order_.row_at[r] >= 0) lambda_[r] -= rest_[static_cast<std::size_t>(order_.row_at[r])];
   return true;
 }
 
@@ -198,14 +166,14 @@ bool ImplicitDrift::turns_too_far() const {
       middle += middle_.gradient()[static_cast<std::size_t>(e)].squaredNorm();
       end += end_.gradient()[static_cast<std::size_t>(e)].squaredNorm();
     }
-    if (row_at_[r] >= 0 && !(middle >= kLeast * end)) return true;
+    if (order_.row_at[r] >= 0 && !(middle >= kLeast * end)) return true;
   }
   return false;
 }
 
 bool ImplicitDrift::move(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
                          const double* memory) {
-  const std::size_t n = particle_at_.size();
+  const std::size_t n = order_.particle_at.size();
   double size = constraints_->size();
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < n; ++i) {
@@ -228,7 +196,7 @@ bool ImplicitDrift::move(double t, double d, const ParticleView& like, const Axe
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < n; ++i) {
       q[axis][i] += u_[axis * n + i];
-      if (particle_at_[i] >= 0) v[axis][i] = 2 / d * u_[axis * n + i] - v[axis][i];
+      if (order_.particle_at[i] >= 0) v[axis][i] = 2 / d * u_[axis * n + i] - v[axis][i];
     }
   return true;
 }

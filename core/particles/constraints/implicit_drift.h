@@ -8,6 +8,7 @@
 
 #include "core/particles/constraints/constraints.h"
 #include "core/particles/constraints/row_values.h"
+#include "core/particles/constraints/saddle_order.h"
 #include "core/particles/implicit/sparse.h"
 
 namespace sim {
@@ -21,7 +22,7 @@ namespace sim {
 // solves for u and lambda together, with curvature() of the constraints:
 //   [ M - sum lambda d2phi/2   J^T ]
 //   [ J                          0 ]
-// as L D L^T, linear in the links of chains and trees: each row of J behind its particles.
+// as L D L^T in the order of saddle_order().
 class ImplicitDrift {
  public:
   using Axes = Constraints::Axes;
@@ -39,7 +40,6 @@ class ImplicitDrift {
     std::array<int, 3> entry;  // of the matrix, one an axis; -1 where a or b is pinned
   };
 
-  void make_order();
   void make_matrix();
   bool evaluate(double t, ParticleView like, const Axes& q, const double* memory, double share,
                 RowValues& values);
@@ -49,8 +49,7 @@ class ImplicitDrift {
 
   const Constraints* constraints_;
   RowValues middle_, end_;
-  std::vector<int> particle_at_, row_at_;  // the first unknown of each; -1: it has none
-  int unknowns_ = 0;
+  SaddleOrder order_;
   std::vector<Pair> pairs_;
   std::vector<std::array<int, 3>> mass_entry_, gradient_entry_;  // of particles, of parts of rows
   std::vector<int> row_entry_;

@@ -19,6 +19,7 @@ struct SparseSymmetric::Matrices {
       return info() == Eigen::Success && m_diag.allFinite();
     }
     bool positive() const { return m_diag.minCoeff() > 0; }
+    int negative() const { return static_cast<int>((m_diag.array() < 0).count()); }
     void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
       matrixL().solveInPlace(x);
       x.array() /= m_diag.array();
@@ -70,6 +71,8 @@ bool SparseSymmetric::factorise() {
 }
 
 bool SparseSymmetric::factorise_indefinite() { return matrices_->ldlt.factorise(matrices_->upper); }
+
+int SparseSymmetric::negative_pivots() const { return matrices_->ldlt.negative(); }
 
 void SparseSymmetric::solve(std::span<double> x) const {
   SIM_ASSERT(static_cast<Eigen::Index>(x.size()) == matrices_->upper.rows());

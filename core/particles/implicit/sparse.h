@@ -23,6 +23,7 @@ class SparseSymmetric {
   std::span<const double> values() const;
   bool factorise();                       // the values; false when not positive definite
   bool factorise_indefinite();            // false when a pivot is 0 or not finite
+  int negative_pivots() const;            // of D: as many as A has negative eigenvalues (Sylvester)
   void solve(std::span<double> x) const;  // x := A^-1 x
 
  private:

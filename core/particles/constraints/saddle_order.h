@@ -1,0 +1,22 @@
+// The order of elimination of particles and the multipliers of their constraints.
+#pragma once
+
+#include <vector>
+
+#include "core/particles/constraints/constraints.h"
+#include "core/particles/implicit/sparse.h"
+
+namespace sim {
+
+// Unknowns of a saddle point system [A J^T; J 0]: three of each free particle, and one of each row
+// of J that acts on such. Particles are in an order of little fill, and each row stands behind the
+// last particle of its own, so that chains and trees fill nothing and no pivot is 0.
+struct SaddleOrder {
+  std::vector<int> particle_at, row_at;  // the first unknown of each; -1: it has none
+  int unknowns = 0;
+};
+
+// pairs: that A couples, beside those that share a row.
+SaddleOrder saddle_order(const Constraints& constraints, ParticlePairs pairs);
+
+}  // namespace sim
