@@ -66,6 +66,17 @@ TEST_CASE("a world is studied system by system") {
   const Json systems = JsonReader(outcome.out).read().at("systems");
   REQUIRE(systems.list.size() == 3);
   CHECK(systems.list[0].at("system").text == "circle");
+  const std::vector<std::vector<std::string>> studies = {
+      {"stability", "scenes/sample.lua", "--integrators", "rk4"},
+      {"order", "rk4", "scenes/sample.lua"},
+      {"tradeoff", "scenes/sample.lua", "--integrators", "rk4", "-T", "0.05"}};
+  for (const std::vector<std::string>& study : studies) {
+    const Outcome words = run_sim(study);
+    INFO(study[0] << "\n" << words.out << words.err);
+    CHECK(words.code == 0);
+    for (const char* system : {"circle", "pendulum", "cloth"})
+      CHECK(words.out.find(system) != std::string::npos);
+  }
 }
 
 TEST_CASE("sim order names the order that a method has") {

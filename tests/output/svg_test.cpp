@@ -105,3 +105,24 @@ TEST_CASE("names on a chart cross no others, wherever the ring is", "[output]") 
       }
   }
 }
+
+TEST_CASE("an axis of time has between three and seven spaces of round size", "[output]") {
+  const auto ticks = [](double last) {
+    sim::TimeChart chart;
+    chart.title = "x";
+    chart.y_name = "m";
+    chart.curves = {{"a", {{0, 0}, {last, 1}}}};
+    // The words of the axis of time have their midst below its marks.
+    std::vector<double> found;
+    const std::string svg = sim::svg(chart);
+    for (const auto& row :
+         numbers_of(svg, "<text x=\"[^\"]*\" y=\"350[.0]*\"[^>]*>([-+0-9.e]+)</text>"))
+      found.push_back(row[0]);
+    return found;
+  };
+  CHECK(ticks(7) == std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7});
+  CHECK(ticks(8) == std::vector<double>{0, 2, 4, 6, 8});
+  CHECK(ticks(14) == std::vector<double>{0, 2, 4, 6, 8, 10, 12, 14});
+  CHECK(ticks(20) == std::vector<double>{0, 5, 10, 15, 20});
+  CHECK(ticks(39) == std::vector<double>{0, 10, 20, 30});
+}

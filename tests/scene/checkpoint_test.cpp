@@ -24,6 +24,8 @@ sim::ErrorKind kind_of(const std::string& bytes) {
   try {
     sim::decode(bytes, "file");
   } catch (const sim::Error& error) {
+    CHECK(error.text().what == "cannot resume");
+    CHECK(error.text().where == "file");
     return error.kind();
   }
   return sim::ErrorKind::kInternal;
@@ -139,8 +141,9 @@ TEST_CASE("damaged files are refused") {
 
 namespace {
 
-// A file as version 3 wrote it, of a system without pins and switches.
-std::string version_3(const sim::Checkpoint& checkpoint) {
+// A file as version 3 wrote it, of a system without pins and switches. tag: of the value of a
+// parameter; 0: there is none.
+std::string version_3(const sim::Checkpoint& checkpoint, std::uint64_t tag = 0) {
   std::string bytes = "SIMSNAP\n";
   const auto word = [&](auto value) {
     static_assert(sizeof value == 8);
@@ -159,7 +162,12 @@ std::string version_3(const sim::Checkpoint& checkpoint) {
   text(system.name);
   word(std::uint64_t{0x123456789});  // the hash of its scene
   text(system.integrator.name);
-  word(std::uint64_t{0});
+  word(std::uint64_t{tag > 0});
+  if (tag > 0) {
+    text("tol");
+    word(tag);
+    word(0.5);
+  }
   for (const double number : {system.h, system.t0, system.start_energy}) word(number);
   for (const std::int64_t number : {system.step, system.n0}) word(number);
   for (int i = 0; i < 2; ++i) word(std::uint64_t{0});  // pins, switches that are off
@@ -183,6 +191,8 @@ TEST_CASE("a checkpoint of version 3, which does not say what it was made of, is
   sim::resume(to, circle, read.systems.front(), registry);
   CHECK(to.hash() == from.hash());
   CHECK(to.step_count() == 10);
+  CHECK(kind_of(version_3(checkpoint_of(from, circle), 3)) == sim::ErrorKind::kInternal);
+  CHECK(kind_of(version_3(checkpoint_of(from, circle), 6)) == sim::ErrorKind::kCheckpoint);
 }
 
 TEST_CASE("a checkpoint keeps where the run comes from") {

@@ -70,6 +70,17 @@ TEST_CASE("every step can be reached again bit for bit, with every integrator") 
   }
 }
 
+TEST_CASE("a step that fails is no step of a timeline") {
+  sim::Registry registry = make_registry();
+  Simulation sim(make_elastic_pendulum(), registry, {.integrator = "euler", .dt = 1e200});
+  Timeline timeline(sim);
+  int taken = 0;
+  while (taken < 100 && timeline.step(sim)) ++taken;
+  CHECK(taken < 100);
+  CHECK(sim.step_count() == taken);
+  CHECK_FALSE(timeline.step(sim));
+}
+
 TEST_CASE("changes by hand are made again, and discarded by a change before them") {
   with_each_integrator(make_cloth(5), 1e-4, [](sim::Registry&, Simulation& sim) {
     Timeline timeline(sim);

@@ -117,6 +117,24 @@ TEST_CASE("each broken promise of a motion is found, and no other") {
   CHECK(broken("fastest") == Names{"is never faster than it says"});
 }
 
+TEST_CASE("each broken promise of a constraint is found, and no other") {
+  sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_constraints")});
+  const auto contract = [&](const char* name) {
+    return contract_of(registry.get<sim::Constraint>(name), registry);
+  };
+  const Contract good = contract("balloon");
+  CHECK(failures(good).empty());
+  CHECK(failures(contract("gradient")).contains("its gradient is that of phi, by differences"));
+  CHECK(failures(contract("drive")) == Names{"J v + drive is d phi / dt, by differences"});
+  CHECK(failures(contract("bias")) ==
+        Names{"its bias is d2 phi / dt2 without accelerations, by differences"});
+  CHECK(failures(contract("curvature")) ==
+        Names{"its curvature is that of phi where it gives one, by differences"});
+  // The bits are those of phi and of the bias.
+  CHECK(good.bits == contract("balloon").bits);
+  CHECK(good.bits != contract("bias").bits);
+}
+
 TEST_CASE("the bits of a contract are those of what was computed") {
   sim::Registry registry({SIM_PLUGIN_DIR}, {fixture("broken_forces")});
   const auto bits = [&](const char* name) {
