@@ -9,13 +9,11 @@
 #include "cli/run/run.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
+#include "core/report/comparison.h"
 
 namespace sim::cli {
 
-struct ComparedMethod {
-  MethodChoice integrator;  // no name: the scene's own
-  double dt = 0;            // s; 0: the scene's own
-};
+using report::ComparedMethod;
 
 struct CompareRequest {
   SceneRequest scene;

@@ -4,15 +4,17 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/verbs/sweep_cases.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/file_plan.h"
 #include "core/output/output.h"
 #include "core/output/svg.h"
+#include "core/report/sweep_cases.h"
 
 namespace sim::cli {
 namespace {
+
+using report::SweepCases;
 
 constexpr std::size_t kMostCurves = 40;
 
@@ -63,7 +65,7 @@ bool logarithmic(const std::vector<ChartCurve>& curves) {
 }  // namespace
 
 int plot_table(const PlotRequest& request, Console& console) {
-  const SweepCases table = table_in(request.table);
+  const SweepCases table = report::table_in(request.table);
   const std::vector<ChartCurve> curves = curves_of(table, request);
   const std::filesystem::path source = request.table;
   const std::string out = request.out.empty()

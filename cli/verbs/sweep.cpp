@@ -6,9 +6,7 @@
 #include <cmath>
 #include <list>
 
-#include "cli/command_line/integrator_choice.h"
 #include "cli/run/study_progress.h"
-#include "cli/verbs/sweep_cases.h"
 #include "cli/verbs/sweep_key.h"
 #include "cli/verbs/sweep_run.h"
 #include "cli/verbs/sweep_store.h"
@@ -16,17 +14,13 @@
 #include "core/base/hash.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/report/sweep_cases.h"
 
 namespace sim::cli {
 namespace {
 
 constexpr int kSomeFailed = 9, kTimedOut = 124;
 constexpr int kLookEvery = 100;  // ms, for signals and timeouts
-
-const std::vector<std::string>& run_names() {
-  static const std::vector<std::string> names{"integrator", "dt", "tol", "time", "steps", "seed"};
-  return names;
-}
 
 bool is_exit(const std::string& field, ErrorKind kind) {
   return field == std::to_string(static_cast<int>(kind));
@@ -85,34 +79,20 @@ class Sweep {
 
 Sweep::Sweep(const SweepRequest& request, const Environment& environment, Registry& registry)
     : request_(request), environment_(environment), registry_(registry) {
-  cases_ = request.cases.empty() ? product_of(request.over) : cases_in(request.cases);
+  cases_ =
+      request.cases.empty() ? report::product_of(request.over) : report::cases_in(request.cases);
   rows_.resize(cases_.count());
   if (!request.out.empty()) store_.emplace(request.out);
   // With the scene's own values: what it knows of names.
   const LoadedScene scene = load(request.scene, environment, registry);
-  if (scene.spec.world)
-    throw Error(ErrorKind::kUsage, {"several systems", request.scene.scene, "it is a world",
-                                    "name the file of one of its scenes"});
+  report::check_cases(cases_, scene.spec, request.scene.scene);
   FilePlan plan;
   plan_inputs(scene.spec, registry, plan);
   if (!request.cases.empty()) plan.reads("--cases", request.cases);
   if (!request.out.empty()) plan.writes("--out", request.out);
   if (store_) plan.writes("a kept case", store_->names());
   plan.check();
-  for (const ObserverSpec& observer : scene.spec.systems.front().observers)
-    observed_.push_back(observer.name);
-  for (const std::string& text : request.of)
-    if (study::Quantity(scene.spec.systems.front(), text).is_figure()) observed_.push_back(text);
-  std::vector<std::string> known = run_names();
-  for (const SceneArg& arg : scene.spec.args) known.push_back(arg.name);
-  for (const std::string& name : cases_.names)
-    if (std::ranges::find(known, name) == known.end())
-      throw Error(ErrorKind::kUsage,
-                  {"unknown name in a sweep", "'" + name + "'",
-                   "neither a run nor the scene has it", suggestion(name, known)});
-  if (cases_.has("time") && cases_.has("steps"))
-    throw Error(ErrorKind::kUsage, {"two lengths of a run", "time and steps",
-                                    "only one of them can hold", "keep one of them"});
+  observed_ = report::observed_columns(scene.spec.systems.front(), request.of);
   scene_file_ = scene.spec.file;
   inputs_ = scene.spec.inputs;
   program_ = program_key(environment);
@@ -122,43 +102,15 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
 // The request with the values of a case. Throws Error{kUsage} for what is no value.
 CaseRun Sweep::case_run(std::size_t index) const {
   CaseRun run{request_.scene, request_.length, request_.checks, request_.verify, request_.of};
-  run.scene.threads = 1;
-  std::string tol;
-  const auto positive = [](const std::string& name, const std::string& text) {
-    const auto value = parse_number(text);
-    if (!value || !(*value > 0))
-      throw Error(ErrorKind::kUsage, {"bad value in a sweep", name + " = '" + text + "'",
-                                      "it is a number above 0", ""});
-    return *value;
-  };
-  const auto whole = [](const std::string& name, const std::string& text) {
-    const auto value = parse_integer(text);
-    if (!value || *value < 0 || *value > kMostSteps)
-      throw Error(ErrorKind::kUsage, {"bad value in a sweep", name + " = '" + text + "'",
-                                      "it is a whole number of at least 0", ""});
-    return *value;
-  };
-  for (std::size_t i = 0; i < cases_.names.size(); ++i) {
-    const std::string &name = cases_.names[i], &value = cases_.rows[index][i];
-    if (name == "integrator") {
-      const MethodChoice chosen = parse_integrator(value);
-      run.scene.integrator.name = chosen.name;
-      run.scene.integrator.given = chosen.given;
-    } else if (name == "dt") {
-      run.scene.dt = positive(name, value);
-    } else if (name == "tol") {
-      tol = shortest(positive(name, value));
-    } else if (name == "time") {
-      run.length = {positive(name, value), {}};
-    } else if (name == "steps") {
-      run.length = {{}, whole(name, value)};
-    } else if (name == "seed") {
-      run.scene.seed = static_cast<std::uint64_t>(whole(name, value));
-    } else {
-      run.scene.settings[name] = value;
-    }
-  }
-  if (!tol.empty()) add_options(run.scene.integrator, tol, "", false);
+  SceneRequest& scene = run.scene;
+  scene.threads = 1;
+  report::CaseValues values = report::values_of(
+      cases_, index, {scene.settings, scene.integrator, scene.dt, scene.seed, run.length});
+  scene.settings = std::move(values.settings);
+  scene.integrator = std::move(values.integrator);
+  scene.dt = values.dt;
+  scene.seed = values.seed;
+  run.length = values.length;
   return run;
 }
 

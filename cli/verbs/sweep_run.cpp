@@ -28,45 +28,6 @@ std::string in_one_line(std::string text) {
   return text;
 }
 
-std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
-
-std::vector<std::string> fields_of(Track& track, int exit, const std::string& reason,
-                                   const std::vector<std::string>& observed, double seconds) {
-  const Simulation& system = track.system();
-  const Verdict verdict = track.verdict();
-  const study::Figures& figures = verdict.figures;
-  const bool lost = verdict.trust == Trust::kDiverged;  // then its figures say nothing
-  const auto figure = [&](double value) { return lost ? "" : field(value); };
-  const bool energy = !lost && system.second_order() && track.energy_is_finite();
-  std::vector<std::string> fields{
-      std::to_string(exit),
-      study::trust_name(verdict.trust),
-      in_one_line(reason.empty() ? verdict.reason : reason),
-      std::to_string(system.step_count()),
-      std::to_string(study::evaluations_of(system)),
-      field(system.t()),
-      energy ? field(track.energy().kinetic) : "",
-      energy ? field(track.energy().potential) : "",
-      energy ? field(track.energy().total()) : "",
-      energy ? field(track.drift()) : "",
-      figure(figures.energy),
-      field(figures.dt_share),
-      figures.strain.a < 0 ? "" : figure(figures.strain.strain),
-      figure(figures.step_error),
-      figure(track.has_exact() ? track.deviation().error : figures.shadow.error),
-      hash_text(system)};
-  const auto values = track.observed();
-  for (const std::string& name : observed) {
-    fields.emplace_back();
-    for (std::size_t i = 0; i < values.size(); ++i)
-      if (track.observers()[i].name == name) fields.back() = field(values[i]);
-    for (std::size_t i = 0; i < track.judged().size(); ++i)
-      if (track.judged()[i].text() == name) fields.back() = field(track.figure(i));
-  }
-  fields.push_back(brief(seconds, 3));
-  return fields;
-}
-
 std::vector<std::string> split(const std::string& text, char between) {
   std::vector<std::string> parts(1);
   for (const char c : text)
@@ -89,44 +50,19 @@ std::string said(const CaseResult& result) {
 
 }  // namespace
 
-const std::vector<std::string>& case_columns() {
-  static const std::vector<std::string> names{
-      "exit",  "verdict", "reason", "steps",    "evaluations", "t",          "kinetic", "potential",
-      "total", "drift",   "energy", "dt_share", "strain",      "step_error", "error",   "hash"};
-  return names;
-}
-
 CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
                          const Environment& environment, Registry& registry) {
   try {
     LoadedScene scene = load(run.scene, environment, registry);
-    if (scene.spec.world)
-      throw Error(ErrorKind::kUsage, {"several systems", run.scene.scene, "it is a world",
-                                      "name the file of one of its scenes"});
-    Simulation& system = scene.systems.front();
-    Track track(scene.spec.systems.front(), system, steps_of(run.length, system), Track::kNever,
-                Track::kNever, &registry);
-    shorten(run.length, track);
-    std::vector<study::Quantity> figures;
-    for (const std::string& text : run.of) figures.emplace_back(scene.spec.systems.front(), text);
-    track.judge(figures);
-    const auto begin = CaseProcess::Clock::now();
-    follow(track, [] { return false; });
-    const double seconds = std::chrono::duration<double>(CaseProcess::Clock::now() - begin).count();
-    if (run.verify)
-      track.verify([] { return false; });
-    else
-      track.leave_unverified("positions not verified");
-    const Verdict verdict = track.verdict();
-    int exit = verdict.trust == Trust::kDiverged ? static_cast<int>(ErrorKind::kDiverged) : 0;
-    std::string reason;
-    if (run.checks && exit == 0) try {
-        check(*run.checks, verdict, system.name());
-      } catch (const Error& error) {
-        exit = static_cast<int>(error.kind());
-        reason = error.what();
-      }
-    CaseResult result{fields_of(track, exit, reason, observed, seconds), scene.spec.inputs};
+    report::CaseTask task{
+        .length = run.length, .of = run.of, .observed = observed, .verify = run.verify, .stop = [] {
+          return false;
+        }};
+    if (run.checks)
+      task.check = [&](const Verdict& verdict, const std::string& system) {
+        check(*run.checks, verdict, system);
+      };
+    CaseResult result{report::run_case(scene, registry, task), scene.spec.inputs};
     for (InputFile& library : registry.inputs()) result.inputs.push_back(std::move(library));
     return result;
   } catch (const Error& error) {
@@ -134,13 +70,6 @@ CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& obs
   } catch (const std::bad_alloc&) {
     return {lost_case(static_cast<int>(ErrorKind::kIo), "out of memory", observed.size())};
   }
-}
-
-std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed) {
-  std::vector<std::string> fields(case_columns().size() + observed + 1);
-  fields[0] = std::to_string(exit);
-  fields[2] = in_one_line(reason);
-  return fields;
 }
 
 CaseProcess::CaseProcess(const std::function<CaseResult()>& work) : begin_(Clock::now()) {

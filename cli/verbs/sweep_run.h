@@ -14,8 +14,11 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/base/input_file.h"
+#include "core/report/case_run.h"
 
 namespace sim::cli {
+
+using report::case_columns, report::lost_case, report::SweepCases;
 
 // A run as a case says it.
 struct CaseRun {
@@ -32,16 +35,10 @@ struct CaseResult {
   std::vector<InputFile> inputs = {};
 };
 
-// The columns of a case behind its values and before what the scene observes, and the last one.
-const std::vector<std::string>& case_columns();
-
-// The fields of these columns; `observed` are the names of quantities and figures. Errors are rows
-// as well: with the exit code and the reason.
+// Errors are rows as well: with the exit code and the reason. `observed` are the names of
+// quantities and figures.
 CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
                          const Environment& environment, Registry& registry);
-
-// The fields of a case that ended otherwise: killed, out of time.
-std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed);
 
 // A function in a process of its own, which ends with this one, however that ends.
 class CaseProcess {

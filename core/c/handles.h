@@ -97,8 +97,8 @@ char* given_away(const std::string& text);  // for sim_free(); throws std::bad_a
 Simulation& system_of(sim_scene* scene, int system);
 const Simulation& system_of(const sim_scene* scene, int system);
 
-// The request of the options, null being the defaults. Throws Error{kUsage} for a wrong size or
-// value.
+// The request of the options, null being the defaults; smaller ones, of an older header, have
+// defaults for what they lack. Throws Error{kUsage} for a wrong size or value.
 struct Asked {
   SceneVariant variant;
   Folders folders, libraries;

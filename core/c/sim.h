@@ -17,7 +17,7 @@
 #include <stdint.h>
 
 #define SIM_MAJOR 1
-#define SIM_MINOR 0
+#define SIM_MINOR 1
 
 #ifdef __cplusplus
 extern "C" {
@@ -177,10 +177,23 @@ int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_erro
 char* sim_verdict_json(const sim_scene* scene, sim_error* error); /* as `sim SCENE --json` */
 const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number */
 
-/* --- Studies: tradeoff, stability, order, rest, and those that plugins bring (minimal, extremes).
- * JSON as `sim STUDY SCENE --json` has it; in a world {"systems": [..]}. `asked`: "NAME=VALUE"
- * texts that end with a null pointer, may be null: budget, of, time, integrators, at, and
- * parameters of plugins. `text`: null, or the scene itself, `scene` being its name then. */
+/* --- Studies: tradeoff, stability, order, compare, rest, sweep, and those that plugins bring
+ * (minimal, extremes). JSON as `sim STUDY SCENE --json` has it; in a world {"systems": [..]}.
+ * `text`: null, or the scene itself, `scene` being its name then. `asked`: "NAME=VALUE" texts that
+ * end with a null pointer, may be null. Times in s, lists between commas:
+ *   of=NAME, time=S           what is judged, and for how long: tradeoff, order, compare, sweep
+ *   integrators=A,B           tradeoff, stability, order, compare
+ *   budget=1%                 tradeoff
+ *   at=S                      stability: in the state that the run has reached then
+ *   dt=S,S                    compare: a step for all methods or for each; 0 is the scene's own
+ *   reference=A, reference_dt=S  compare: errors against a run of this, in place of a reference
+ *                                with an error of its own
+ *   over=NAME=VALUES          sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI;
+ *                             NAME is integrator, dt, tol, time, steps, seed or a parameter
+ *   cases=FILE                sweep, in place of over: CSV, names and then a row a case
+ *   verify=0                  sweep: no second run with half the step; `of` may be there often
+ * and parameters of plugins. A sweep runs as many cases at once as the options have threads; its
+ * rows are {"rows": [{"case", names.., "exit", "verdict", "reason", "steps", .., "hash", ..}]}. */
 char* sim_study(const char* study, const char* scene, const char* text, const char* const* asked,
                 const sim_options* options, sim_watch watch, void* user, sim_error* error);
 

@@ -3,9 +3,12 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/c/asked_words.h"
 #include "core/c/handles.h"
+#include "core/c/sweep.h"
 #include "core/c/watcher.h"
 #include "core/output/format.h"
+#include "core/report/comparison.h"
 #include "core/report/order_report.h"
 #include "core/report/rest_report.h"
 #include "core/report/stability_report.h"
@@ -47,46 +50,14 @@ class Source final : public SceneSource {
   Registry& registry_;
 };
 
-// The options of a study; each is taken once, and none may be left.
-class Words {
- public:
-  explicit Words(const char* const* texts) {
-    for (; texts && *texts; ++texts) {
-      const std::string text = *texts;
-      const std::size_t equals = text.find('=');
-      if (equals == 0 || equals == std::string::npos)
-        refuse("bad word", "asked '" + text + "'", "it is not NAME=VALUE",
-               "write it like budget=1%");
-      words_[text.substr(0, equals)] = text.substr(equals + 1);
-    }
-  }
-
-  std::string text(const std::string& name, const std::string& none = "") {
-    const auto found = words_.find(name);
-    if (found == words_.end()) return none;
-    std::string value = found->second;
-    words_.erase(found);
-    return value;
-  }
-  std::optional<double> number(const std::string& name) {
-    const std::string value = text(name);
-    if (value.empty()) return {};
-    const std::optional<double> number = parse_number(value);
-    if (!number || *number < 0)
-      refuse("bad value", name + " '" + value + "'", "it is not a number of at least 0",
-             "write it like 0.5");
-    return number;
-  }
-  std::map<std::string, std::string> rest() { return std::move(words_); }
-  void finish(const std::string& study) const {
-    if (words_.empty()) return;
-    refuse("unknown word", words_.begin()->first, "study '" + study + "' does not take it",
-           "see sim " + study + " --help");
-  }
-
- private:
-  std::map<std::string, std::string> words_;
-};
+// 0: the scene's own.
+double step_of(const std::string& text) {
+  const std::optional<double> number = parse_number(text);
+  if (!number || !(*number >= 0 && *number < HUGE_VAL))
+    refuse("bad value", "dt '" + text + "'", "it is not a number of at least 0",
+           "give it in s, or 0 for the scene's own");
+  return *number;
+}
 
 struct Task : StudyTask {
   study::Problem problem(const SystemSpec& spec) const {
@@ -113,9 +84,41 @@ std::string tradeoff(const Task& task, const SystemSpec& spec, const std::string
                                tried);
 }
 
+// The method of place i in a list, the last one holding for all behind it.
+template <class Listed>
+Listed listed(const std::vector<Listed>& list, std::size_t i, Listed none) {
+  return list.empty() ? none : list[std::min(i, list.size() - 1)];
+}
+
+std::string compare(const Task& task, const StudiedScene& scene, AskedWords& words) {
+  const SystemSpec& spec = scene.spec.systems.front();
+  if (scene.spec.world)
+    refuse("several systems", task.scene->name(), "it is a world",
+           "name the file of one of its scenes");
+  std::vector<double> steps;
+  for (const std::string& text : words.list("dt")) steps.push_back(step_of(text));
+  report::ComparisonTask compared{
+      .problem = task.problem(spec), .name = task.scene->name(), .time = task.time, .of = task.of};
+  compared.problem.of = {};
+  const std::size_t methods = std::max(task.integrators.size(), steps.size());
+  if (steps.size() > 1 && task.integrators.size() > 1 && steps.size() != task.integrators.size())
+    refuse("steps without methods", std::to_string(steps.size()) + " of dt",
+           std::to_string(task.integrators.size()) + " integrators",
+           "give one dt for all, or one for each");
+  for (std::size_t i = 0; i < methods; ++i)
+    compared.methods.push_back(
+        {listed(task.integrators, i, task.variant.integrator), listed(steps, i, task.variant.dt)});
+  const std::string reference = words.text("reference"), dt = words.text("reference_dt");
+  if (!reference.empty() || !dt.empty())
+    compared.reference = {study::parse_integrator(reference), dt.empty() ? 0 : step_of(dt)};
+  words.finish("compare");
+  report::Comparison comparison(compared);
+  return comparison.run(task.watch) ? comparison.json() : "";
+}
+
 // One JSON text a system.
 std::vector<std::string> built_in(const std::string& name, const Task& task, StudiedScene& scene,
-                                  Words& words) {
+                                  AskedWords& words) {
   const std::string budget = name == "tradeoff" ? words.text("budget") : "";
   const double at = name == "stability" ? words.number("at").value_or(0) : 0;
   words.finish(name);
@@ -140,7 +143,7 @@ std::vector<std::string> built_in(const std::string& name, const Task& task, Stu
   return texts;
 }
 
-std::string of_plugin(const Plugin<Study>& plugin, const Task& task, Words& words) {
+std::string of_plugin(const Plugin<Study>& plugin, const Task& task, AskedWords& words) {
   ValueMap given;
   for (const auto& [name, value] : words.rest()) {
     const auto declared = std::ranges::find(plugin.params, name, &Param::name);
@@ -155,20 +158,16 @@ std::string of_plugin(const Plugin<Study>& plugin, const Task& task, Words& word
 std::string studied(const std::string& name, const char* scene, const char* text,
                     const char* const* texts, const sim_options* options, Watcher& watcher) {
   const Asked asked = asked_of(options);
+  AskedWords words(texts);
+  if (name == "sweep") return sweep(checked_text(scene, "scene"), text, asked, words, watcher);
   const auto registry = registry_of(asked, environment_of(asked));
   Source source(scene ? scene : "", text, asked, *registry);
-  Words words(texts);
   Task task;
   task.registry = registry.get();
   task.variant = asked.variant;
   task.time = words.number("time");
   task.of = words.text("of");
-  std::vector<std::string> methods;
-  for (std::string list = words.text("integrators"); !list.empty();) {
-    const std::size_t comma = std::min(list.find(','), list.size());
-    methods.push_back(list.substr(0, comma));
-    list.erase(0, comma + 1);
-  }
+  const std::vector<std::string> methods = words.list("integrators");
   for (const MethodChoice& choice : study::parse_integrators(methods))
     task.integrators.push_back(study::typed(choice, choice.name, *registry));
   task.json = true;
@@ -178,7 +177,8 @@ std::string studied(const std::string& name, const char* scene, const char* text
   task.announce = [](double) {};
   task.stop = [&] { return watcher.stopped(name.c_str(), 0.5); };
 
-  const bool known = name == "tradeoff" || name == "stability" || name == "order" || name == "rest";
+  const bool known = name == "tradeoff" || name == "stability" || name == "order" ||
+                     name == "rest" || name == "compare";
   if (!known) {
     const Plugin<Study>& plugin = registry->get<Study>(name, "study");
     if (plugin.takes_scene) {
@@ -190,6 +190,7 @@ std::string studied(const std::string& name, const char* scene, const char* text
   checked_text(scene, "scene");
   task.scene = &source;
   StudiedScene loaded = source.load(task.variant);
+  if (name == "compare") return compare(task, loaded, words);
   const std::vector<std::string> found = built_in(name, task, loaded, words);
   if (loaded.spec.world) return JsonObject().json("systems", json_array(found)).str();
   return found.empty() ? "" : found.front();

@@ -1,7 +1,11 @@
 """The C interface, sim.h, as ctypes sees it."""
 
 import ctypes
+import html
 import os
+import sys
+import threading
+import time
 from ctypes import POINTER, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint64, c_void_p
 from pathlib import Path
 
@@ -206,72 +210,108 @@ def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, 
 
 
 class Watching:
-    """Callbacks of long work: progress, and Ctrl-C, which ends it.
+    """Progress of long work, and Ctrl-C, which ends it.
 
-    `progress`: None shows a line where work takes longer than a second and somebody sees it; True
-    always, False never; or a function (what, done) whose answer False ends the work.
+    `progress`: None shows a line where work takes longer than a second and somebody sees it, in a
+    notebook a bar; True always, False never; or a function (what, done) whose answer False ends the
+    work. `ended`: an event that ends it, too.
     """
 
-    def __init__(self, progress=None):
-        self.failure, self.stopped, self.shown, self.ended = None, False, False, False
-        self.progress, self.watch = progress, WATCH(self._told)
+    def __init__(self, progress=None, ended=None):
+        self.progress, self.stopped, self._bar = progress, False, None
+        self._ended, self._news, self._latest = ended or threading.Event(), threading.Event(), None
+        self._begun = time.monotonic()
+        self.watch = WATCH(self._asked)
 
-    def _told(self, _user, what, done):
-        try:
-            if self.ended:
-                return 1
-            if callable(self.progress):
-                self.stopped = self.progress(what.decode("utf-8"), done) is False
-                return int(self.stopped)
-            self._show(what.decode("utf-8"), done)
-            return 0
-        except BaseException as failure:  # goes on in finish(), behind the library
-            self.failure = failure
-            return 1
+    def _asked(self, _user, what, done):
+        """The library asks, on the thread of the work; what is shown is shown by the other one."""
+        self._latest = what.decode("utf-8", "replace"), done
+        self._news.set()
+        return int(self.stopped or self._ended.is_set())
 
     def call(self, function, *arguments):
         """function(*arguments) on a thread of its own, so that this one hears Ctrl-C: within a
         callback Python would drop it. Its result; what ends the wait is raised behind it."""
-        import threading
-        result, over, heard = [], threading.Event(), None
+        result, raised, over = [], [], threading.Event()
 
         def work():
             try:
                 result.append(function(*arguments))
+            except BaseException as failure:  # arguments that the library does not take
+                raised.append(failure)
             finally:
                 over.set()
+                self._news.set()
 
         threading.Thread(target=work).start()
+        heard = None
         while not over.is_set():  # a join() that Ctrl-C ends takes the thread for finished
             try:
-                over.wait()
+                self._news.wait()
+                self._news.clear()
+                if self._latest is not None and heard is None:
+                    self.told(*self._latest)
             except BaseException as failure:
-                self.ended, heard = True, failure
-        if heard is not None:
-            raise heard
+                self._ended.set()
+                heard = heard or failure
+        if heard is not None or raised:
+            self.finish()
+            raise heard or raised[0]
         return result[0]
 
-    def _show(self, what, done):
-        import sys
-        import time
-        now = time.monotonic()
-        self.begun = getattr(self, "begun", now)
-        seen = self.progress or (self.progress is None and (sys.stderr.isatty() or in_notebook()))
-        if seen and (self.shown or self.progress or now - self.begun > 1):
-            sys.stderr.write(f"\r{100 * min(max(done, 0), 1):4.0f} %  {what:<40.40}")
-            sys.stderr.flush()
-            self.shown = True
+    def told(self, what, done):
+        """Shows how far the work is. True: it is to end."""
+        if callable(self.progress):
+            if not self.stopped:
+                self.stopped = self.progress(what, done) is False
+        elif self._bar or self._wanted():
+            self._bar = self._bar or (NotebookBar() if in_notebook() else TerminalBar())
+            self._bar.show(what, min(max(done, 0.0), 1.0))
+        return self.stopped or self._ended.is_set()
+
+    def _wanted(self):
+        if self.progress is not None:
+            return self.progress
+        return time.monotonic() - self._begun > 1 and (in_notebook() or sys.stderr.isatty())
 
     def finish(self):
-        """Raises what a callback raised."""
-        if self.shown:
-            import sys
-            sys.stderr.write("\r" + " " * 48 + "\r")
-        if self.failure is not None:
-            raise self.failure
+        """Takes away what was shown."""
+        if self._bar:
+            self._bar.close()
+            self._bar = None
+
+
+class TerminalBar:
+    def show(self, what, done):
+        sys.stderr.write(f"\r{100 * done:4.0f} %  {what:<40.40}")
+        sys.stderr.flush()
+
+    def close(self):
+        sys.stderr.write("\r" + " " * 48 + "\r")
+        sys.stderr.flush()
+
+
+class NotebookBar:
+    """A bar of HTML below the cell, which needs no widgets."""
+
+    def __init__(self):
+        self._handle = None
+
+    def show(self, what, done):
+        self._put(f'<progress value="{done:.4f}" max="1"></progress> '
+                  f"{100 * done:.0f} % {html.escape(what)}")
+
+    def close(self):
+        self._put("")
+
+    def _put(self, text):
+        from IPython.display import HTML, display
+        if self._handle is None:
+            self._handle = display(HTML(text), display_id=True)
+        else:
+            self._handle.update(HTML(text))
 
 
 def in_notebook():
-    import sys
     shell = sys.modules.get("IPython")
     return bool(shell and shell.get_ipython() and hasattr(shell.get_ipython(), "kernel"))

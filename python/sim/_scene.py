@@ -262,6 +262,7 @@ class Scene(System):
         self._handle, self._index, self._shapes = ctypes.c_void_p(handle), 0, {}
 
     _scene = property(lambda self: self)
+    _ended = None  # an event that ends runs and steps
 
     @property
     def systems(self):
@@ -295,6 +296,8 @@ class Scene(System):
         handle, failed = self._handle or self._open(), self._failed
         chunk = 64
         while n > chunk:  # Python hears of signals in between
+            if self._ended is not None and self._ended.is_set():
+                raise Error("stopped", code=STOPPED)
             if lib.sim_step(handle, chunk, None, failed):
                 self._fail()
             n -= chunk
@@ -320,7 +323,7 @@ class Scene(System):
         """A judged run of `time` s from now, or to the end of the scene's duration; returns the
         verdict. verify: True runs it a second time with half the step, False does not, None does
         where that takes a second or a core is free, until it doubts. progress: see sim.tradeoff(). Ctrl-C ends it."""
-        watching = Watching(progress)
+        watching = Watching(progress, self._ended)
         wish = 1 if verify is None else 2 if verify else 0
         code = watching.call(lib.sim_run, self._open(), 0.0 if time is None else time, wish,
                              watching.watch, None, self._failed)
@@ -421,10 +424,14 @@ def load(name, args=None, **rest):
 def scene(text, name="scene.lua", args=None, **rest):
     """A scene from its Lua text: scene("return sim.scene {..}") after `local sim = require "sim"`,
     which may be left out. `name` is what errors call it. Other arguments as in load()."""
-    if 'require "sim"' not in text and "require 'sim'" not in text and 'require("sim")' not in text:
-        text = 'local sim = require "sim" ' + text
     failed, record = ErrorRecord(), _asked(args, rest)
-    return Scene(lib.sim_open_text(as_bytes(text), as_bytes(name), record, failed), failed)
+    handle = lib.sim_open_text(as_bytes(with_language(text)), as_bytes(name), record, failed)
+    return Scene(handle, failed)
+
+
+def with_language(text):
+    known = ('require "sim"', "require 'sim'", 'require("sim")', "require('sim')")
+    return text if any(one in text for one in known) else 'local sim = require "sim" ' + text
 
 
 def field(f, x0, integrator="rk4", dt=0.01, duration=1.0, **rest):

@@ -3,12 +3,12 @@
 import concurrent.futures
 import itertools
 import json
-import math
 import os
+import threading
 
-from ._library import (Error, ErrorRecord, Watching, as_bytes, as_setting, lib, options,
+from ._library import (STOPPED, Error, ErrorRecord, Watching, as_bytes, as_setting, lib, options,
                        taken, texts)
-from ._scene import _asked, load, scene as scene_of
+from ._scene import _asked, load, scene as scene_of, with_language
 
 
 class Result:
@@ -37,9 +37,16 @@ def _wrapped(value):
 
 
 def _texts_of(asked):
-    pairs = {name: ",".join(map(str, value)) if isinstance(value, (list, tuple)) else
-             as_setting(value) for name, value in asked.items() if value not in (None, (), "")}
-    return texts([f"{name}={value}" for name, value in pairs.items()])
+    """NAME=VALUE texts: lists between commas, but for what may be there several times."""
+    pairs = []
+    for name, value in asked.items():
+        if value is None or isinstance(value, str) and not value:
+            continue
+        values = value if isinstance(value, (list, tuple)) else [value]
+        words = [as_setting(one) for one in values]
+        pairs += [(name, word) for word in words] if name in ("over", "of") else (
+            [(name, ",".join(words))] if words else [])
+    return texts([f"{name}={word}" for name, word in pairs])
 
 
 def study(name, scene=None, asked=None, text=None, progress=None, args=None, **rest):
@@ -48,8 +55,8 @@ def study(name, scene=None, asked=None, text=None, progress=None, args=None, **r
     failed, record, watching = ErrorRecord(), _asked(args, rest), Watching(progress)
     block = watching.call(
         lib.sim_study, as_bytes(name), None if scene is None else as_bytes(scene),
-        None if text is None else as_bytes(text), _texts_of(asked or {}), record, watching.watch,
-        None, failed)
+        None if text is None else as_bytes(with_language(text)), _texts_of(asked or {}), record,
+        watching.watch, None, failed)
     if not block:
         watching.finish()
         raise failed.exception()
@@ -108,75 +115,95 @@ def rest(scene, **rest):
     return study("rest", scene, **rest)
 
 
-def compare(scene, methods, time=None, reference=None, **rest):
+def compare(scene, methods=(), time=None, reference=None, of=None, **rest):
     """The same scene with several methods, each with its error against a reference.
 
-    methods: "rk4", ("rk4", 0.001) with a step in s, ...; reference: likewise, and without it the
-    first method with a sixteenth of its step. result.rows: integrator, dt (s), steps, seconds (of
-    wall time), rms and most (m): of all particles at the end, and of the worst one; hash, verdict.
+    methods: "rk4", ("rk4", 0.001) with a step in s, ...; none: the scene's own and some known ones.
+    reference: a method whose run stands for the truth, likewise; without it a solution with an
+    error of its own, as result.reference["error"] (m) says. time in s; of: what the scene observes,
+    to be compared, too. result.rows: one a method, with integrator, dt (s), steps, evaluations,
+    seconds (of wall time), error: rms of positions, m, the largest of all times; rms: that at the
+    end; most: of one particle, m; off: of what is observed; diverged_at, s.
     """
-    import numpy as np
-    methods = [one if isinstance(one, tuple) else (one, 0.0) for one in methods]
-
-    def ran(integrator, dt):
-        loaded = load(scene, **{**rest, "integrator": integrator, "dt": dt})
-        verdict = loaded.run(time, verify=False, progress=False)
-        return loaded, verdict
-
-    if reference is None:
-        name, dt = methods[0]
-        reference = (name, (dt or load(scene, **{**rest, "integrator": name}).dt) / 16)
-    elif not isinstance(reference, tuple):
-        reference = (reference, 0.0)
-    true = ran(*reference)[0]
-    rows = []
-    for integrator, dt in methods:
-        loaded, verdict = ran(integrator, dt)
-        off = np.linalg.norm(np.atleast_2d(loaded.x - true.x), axis=-1)
-        good = verdict.word != "diverged"
-        rows.append({"integrator": integrator, "dt": loaded.dt, "steps": loaded.steps,
-                     "seconds": verdict.seconds, "hash": loaded.hash, "verdict": verdict.word,
-                     "rms": float(np.sqrt(np.mean(off**2))) if good else math.nan,
-                     "most": float(off.max()) if good else math.nan})
-    return Result({"reference": {"integrator": reference[0], "dt": true.dt}, "time": true.t}, rows)
+    asked = dict(time=time, of=of)
+    pairs = [one if isinstance(one, tuple) else (one, 0.0) for one in methods]
+    if pairs:
+        asked.update(integrators=[name for name, _ in pairs], dt=[dt for _, dt in pairs])
+    if reference is not None:
+        name, dt = reference if isinstance(reference, tuple) else (reference, 0.0)
+        asked.update(reference=name, reference_dt=dt)
+    result = study("compare", scene, asked, **rest)
+    result.rows = [{**row, "rms": row["error_end"]} for row in result.json["methods"]]
+    return result
 
 
-def sweep(scene, over, run=None, time=None, threads=None, text=None, **rest):
+def sweep(scene, over, run=None, time=None, threads=None, text=None, of=(), **rest):
     """Runs a scene for all combinations of values: over={"n": [8, 16], "integrator": ["rk4"]}.
 
+    over: names are parameters of the scene, and integrator, dt (s), tol, time (s), steps, seed.
     run: what is done with each loaded scene, a function that returns a dict; without it a judged run
-    of `time` s (the scene's duration), and its row has verdict, reason, hash, t (s), steps and what
-    the scene observes. threads: how many run at once, all cores if not given. A scene that fails
-    has a row with `error`. result.rows: in the order of the combinations.
+    of `time` s (the scene's duration), whose row has exit (0, or the code of its error), verdict,
+    reason, steps, t (s), energies (J), error (m), hash and what the scene observes, and figures of
+    that which `of` names, as ["mean sag"]. threads: how many run at once, all cores if not given. A
+    scene that fails has a row with `error`, what went wrong. result.rows: in the order of the
+    combinations. Ctrl-C ends it. progress: see tradeoff().
     """
-    names = list(over)
-    cases = [dict(zip(names, values)) for values in itertools.product(*over.values())]
+    threads = threads or len(os.sched_getaffinity(0))
+    if run is not None:
+        return _swept_by(run, scene, over, threads, text, rest)
+    asked = {"time": time, "of": [of] if isinstance(of, str) else list(of),
+             "over": [f"{name}={_axis(name, values)}" for name, values in over.items()]}
+    result = study("sweep", scene, asked, text, threads=threads, **rest)
+    cases = itertools.product(*over.values())
+    for case, row in zip(cases, result.json["rows"]):
+        failed = {"error": row["reason"]} if row["verdict"] is None else {}
+        result.rows.append({**row, **dict(zip(over, case)), **failed})
+    return result
 
-    def judged(loaded):
-        verdict = loaded.run(time, progress=False)
-        system = loaded.summary["systems"][0]
-        seen = {name: one["value"] for name, one in system.get("observed", {}).items()}
-        return {"verdict": verdict.word, "reason": verdict.reason, "hash": loaded.hash,
-                "t": loaded.t, "steps": loaded.steps, **seen}
+
+def _axis(name, values):
+    """The values of an axis as the study reads them, which takes 1:5:3 and 1..5 for ranges."""
+    texts_of_values = [as_setting(value) for value in values]
+    for value in texts_of_values:
+        listed = name == "integrator" or "," not in value
+        if not value or not listed or ".." in value or value.count(":") > 1:
+            raise Error("bad value in a sweep", f"{name} = {value!r}", "it reads as several values",
+                        "give a function as `run`, which takes any")
+    return ",".join(texts_of_values)
+
+
+def _swept_by(run, scene, over, threads, text, rest):
+    cases = [dict(zip(over, values)) for values in itertools.product(*over.values())]
+    ended = threading.Event()
+    watching = Watching(rest.pop("progress", None), ended)
 
     def one(case):
         try:
             arguments = {**rest, **case}
             with (load(scene, **arguments) if text is None else
                   scene_of(text, scene, **arguments)) as loaded:
-                return {**case, **(run or judged)(loaded)}
+                loaded._ended = ended
+                return {**case, **run(loaded)}
         except Error as failure:
             return {**case, "error": str(failure)}
 
-    workers = threads or len(os.sched_getaffinity(0))
-    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+    with concurrent.futures.ThreadPoolExecutor(threads) as pool:
         pending = [pool.submit(one, case) for case in cases]
         try:
+            while True:
+                done = sum(each.done() for each in pending)
+                if watching.told(f"{done} of {len(cases)} cases", done / max(1, len(cases))):
+                    raise Error("stopped", code=STOPPED)
+                if not concurrent.futures.wait(pending, 0.05).not_done:
+                    break
             rows = [each.result() for each in pending]
         except BaseException:
+            ended.set()  # runs that are on their way end, and those behind them never begin
             for each in pending:
                 each.cancel()
             raise
+        finally:
+            watching.finish()
     return Result({"scene": str(scene), "over": {k: list(v) for k, v in over.items()}}, rows)
 
 

@@ -78,6 +78,50 @@ static void steps_have_the_known_bits(void) {
   sim_close(cloth);
 }
 
+/* Options of programs that were compiled with an older or a newer header, with what lies behind. */
+static void options_of_other_versions_are_read(void) {
+  struct {
+    sim_options options;
+    uint64_t later[2];
+  } more = {SIM_OPTIONS, {0, 0}};
+  sim_options options = SIM_OPTIONS;
+  sim_error error;
+  sim_scene* cloth;
+  size_t size;
+  /* A smaller structure: what it does not have is as if nobody had asked, whatever lies there. */
+  memset(&options, 0xff, sizeof options);
+  options.size = sizeof options.size;
+  cloth = open_or_tell("scenes/cloth.lua", &options);
+  CHECK(cloth && sim_step(cloth, 400, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  sim_close(cloth);
+  options.size = offsetof(sim_options, dt);
+  options.settings = options.off = options.without = options.folders = options.libraries = NULL;
+  options.integrator = "verlet";
+  cloth = open_or_tell("scenes/cloth.lua", &options);
+  CHECK(cloth && sim_step_size(cloth, 0) == 0.005);
+  sim_close(cloth);
+  /* A larger one, where the new members are not used; then one that is. */
+  more.options.size = sizeof more;
+  more.options.dt = 0.001;
+  cloth = open_or_tell("scenes/cloth.lua", &more.options);
+  CHECK(cloth && sim_step_size(cloth, 0) == 0.001);
+  sim_close(cloth);
+  more.later[1] = 1;
+  CHECK(sim_open("scenes/cloth.lua", &more.options, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(strcmp(error.what, "unknown option") == 0 && error.where[0] && error.why[0] &&
+        error.remedy[0]);
+  /* Sizes of no version, which are not believed. */
+  for (size = 0; size < sizeof options.size; ++size) {
+    more.options.size = size;
+    CHECK(sim_open("scenes/cloth.lua", &more.options, NULL) == NULL);
+  }
+  more.options.size = sizeof options - 3;
+  CHECK(sim_open("scenes/cloth.lua", &more.options, NULL) == NULL);
+  more.options.size = (size_t)-8;
+  CHECK(sim_open("scenes/cloth.lua", &more.options, NULL) == NULL);
+}
+
 struct watched {
   int calls, stop_at;
 };
@@ -314,6 +358,111 @@ static void pictures_files_and_studies(const char* folder) {
   sim_free(json);
 }
 
+/* A number behind "key": of JSON, from `from` on; not a number where there is none. */
+static double number_in(const char* from, const char* key) {
+  char quoted[64];
+  const char* at;
+  snprintf(quoted, sizeof quoted, "\"%s\":", key);
+  at = from ? strstr(from, quoted) : NULL;
+  return at ? strtod(at + strlen(quoted), NULL) : NAN;
+}
+
+static void methods_are_compared(void) {
+  static const char* const asked[] = {"integrators=rk4,verlet,rk4", "dt=0.01,0.01,0.005", "time=1",
+                                      NULL};
+  static const char* const given[] = {"integrators=rk4", "time=1", "reference=dop853",
+                                      "reference_dt=0.001", NULL};
+  static const char* const wrong[][4] = {{"dt=-1", NULL},
+                                         {"dt=x", NULL},
+                                         {"integrators=rk4,verlet", "dt=1,2,3", NULL},
+                                         {"integrators=nonsense", NULL},
+                                         {"reference=rk4", "of=sag", NULL},
+                                         {"time=1", "time=2", NULL},
+                                         {"budget=1%", NULL}};
+  struct watched seen = {0, 1};
+  sim_error error;
+  size_t i;
+  char* json =
+      sim_study("compare", "scenes/pendulum1.lua", NULL, asked, NULL, NULL, NULL, &error);
+  const char *methods = json ? strstr(json, "\"methods\"") : NULL, *second, *third;
+  second = methods ? strstr(methods, "\"verlet\"") : NULL;
+  third = second ? strstr(second, "\"rk4\"") : NULL;
+  CHECK(third != NULL);
+  /* The orders of the methods. */
+  CHECK(fabs(number_in(methods, "error") / number_in(third, "error") - 16) < 3);
+  CHECK(number_in(second, "error") > 100 * number_in(methods, "error"));
+  CHECK(number_in(methods, "steps") == 100 && number_in(third, "steps") == 200);
+  sim_free(json);
+  json = sim_study("compare", "scenes/pendulum1.lua", NULL, given, NULL, NULL, NULL, &error);
+  CHECK(json && strstr(json, "a run of dop853") && strstr(json, "\"error\":null"));
+  methods = json ? strstr(json, "\"methods\"") : NULL;
+  CHECK(number_in(methods, "error") > 0 && number_in(methods, "error") < 1e-4);
+  sim_free(json);
+  for (i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    CHECK(sim_study("compare", "scenes/pendulum.lua", NULL, wrong[i], NULL, NULL, NULL, &error) ==
+          NULL);
+    CHECK(error.code == SIM_USAGE && error.what[0] && error.why[0] && error.remedy[0]);
+  }
+  CHECK(sim_study("compare", "scenes/sample.lua", NULL, NULL, NULL, NULL, NULL, &error) == NULL &&
+        error.code == SIM_USAGE);
+  CHECK(sim_study("compare", "scenes/cloth.lua", NULL, NULL, NULL, watch, &seen, &error) == NULL &&
+        error.code == SIM_STOPPED);
+}
+
+static void scenes_are_swept(void) {
+  static const char* const asked[] = {"over=n=4,8", "over=integrator=rk4,euler", "time=2", NULL};
+  static const char* const texts[] = {"over=w=1..4", "over=dt=0.01:0.04:log3", "of=mean px", NULL};
+  static const char* const wrong[][3] = {{NULL},
+                                         {"over=n", NULL},
+                                         {"over=nonsense=1", NULL},
+                                         {"over=dt=-1", NULL},
+                                         {"over=n=1:2", "cases=x.csv", NULL},
+                                         {"over=n=4", "verify=2", NULL},
+                                         {"over=n=1..10000000", NULL},
+                                         {"over=n=4", "nonsense=1", NULL},
+                                         {"over=tol=1e-3", "over=integrator=rkf45:tol=1", NULL}};
+  static const char* const circle =
+      "local sim = require 'sim' local w = sim.arg('w', 1, 'rad/s')\n"
+      "return sim.scene { name = 'c', state = { x = {{1, 0, 0}} },\n"
+      "  field = sim.field.rotation { omega = w }, integrator = 'rk4', dt = 0.01, duration = 1,\n"
+      "  observe = { px = function(s) return s:position(0)[1] end } }";
+  sim_options options = SIM_OPTIONS;
+  struct watched seen = {0, 1};
+  sim_error error;
+  const char* row;
+  char* json;
+  size_t i;
+  options.threads = 2;
+  json = sim_study("sweep", "scenes/cloth.lua", NULL, asked, &options, NULL, NULL, &error);
+  CHECK(json && strstr(json, "\"names\":[\"n\",\"integrator\"]"));
+  row = json ? strstr(json, "\"case\":2") : NULL; /* 8 x 8 with rk4 */
+  CHECK(row && strstr(row, "\"hash\":\"129f25ebe3e79c14\"") < strstr(row, "\"case\":3"));
+  CHECK(number_in(row, "n") == 8 && number_in(row, "exit") == 0 && number_in(row, "steps") == 400);
+  row = json ? strstr(json, "\"case\":3") : NULL;
+  CHECK(number_in(row, "exit") == SIM_DIVERGED && strstr(row, "\"diverged\""));
+  sim_free(json);
+  /* cos(w) by the scene's own observation, for all 12 cases. */
+  json = sim_study("sweep", "circle.lua", circle, texts, &options, NULL, NULL, &error);
+  row = json ? strstr(json, "\"case\"") : NULL;
+  for (i = 0; i < 12; ++i) {
+    CHECK(number_in(row, "case") == (double)i && number_in(row, "w") == (double)(i / 3 + 1));
+    CHECK(fabs(number_in(row, "px") - cos((double)(i / 3 + 1))) < 1e-4);
+    CHECK(fabs(number_in(row, "mean px") - sin((double)(i / 3 + 1)) / (double)(i / 3 + 1)) < 1e-3);
+    row = row ? strstr(row + 9, "\"case\"") : NULL;
+  }
+  CHECK(row == NULL);
+  sim_free(json);
+  for (i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    CHECK(sim_study("sweep", "scenes/cloth.lua", NULL, wrong[i], NULL, NULL, NULL, &error) == NULL);
+    CHECK(error.code == SIM_USAGE && error.what[0] && error.where[0] && error.why[0]);
+  }
+  CHECK(sim_study("sweep", "scenes/sample.lua", NULL, asked, NULL, NULL, NULL, &error) == NULL);
+  CHECK(sim_study("sweep", NULL, NULL, asked, NULL, NULL, NULL, &error) == NULL);
+  CHECK(sim_study("sweep", "scenes/cloth.lua", NULL, asked, &options, watch, &seen, &error) ==
+            NULL &&
+        error.code == SIM_STOPPED);
+}
+
 static void* steps_a_cloth(void* hash) {
   int i;
   for (i = 0; i < 5; ++i) {
@@ -342,8 +491,11 @@ int main(int argc, char** argv) {
   changes_are_made_and_undone();
   nothing_is_survived();
   bad_scenes_are_told();
+  options_of_other_versions_are_read();
   fields_are_functions();
   pictures_files_and_studies(argc > 1 ? argv[1] : ".");
+  methods_are_compared();
+  scenes_are_swept();
   threads_do_not_meet();
   printf("%d passed, %d failed\n", passed, failed);
   return failed != 0;

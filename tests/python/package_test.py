@@ -2,10 +2,12 @@
 """The package of Python against the command line and closed forms. `package_test.py LIBRARY SIM`"""
 
 import ast
+import csv
 import json
 import os
 import signal
 import subprocess
+import sys
 import threading
 import time
 
@@ -183,13 +185,153 @@ def test_studies():
     assert r.rows and "option" in r.rows[0]
     raises(sim.Error, lambda: sim.tradeoff("scenes/circle.lua", budget="nonsense"))
     raises(sim.Error, lambda: sim.study("nonsense", "scenes/circle.lua"))
-    r = sim.compare("scenes/circle.lua", ["rk4", "euler"], time=1)
-    assert r.rows[0]["rms"] < r.rows[1]["rms"]
-    r = sim.sweep("scenes/cloth.lua", {"n": [4, 8]})
-    assert [row["n"] for row in r.rows] == [4, 8] and r.rows[1]["hash"] == CLOTH
-    r = sim.sweep("scenes/cloth.lua", {"n": ["many"]})
-    assert "error" in r.rows[0]
     assert any(one["name"] == "spring" for one in sim.plugins())
+
+
+def test_methods_are_compared():
+    asked = ["rk4", ("verlet", 0.01), ("rk4", 0.005)]
+    r = sim.compare("scenes/pendulum1.lua", asked, time=1)
+    told = json.loads(subprocess.run(
+        [PROGRAM, "compare", "scenes/pendulum1.lua", "-T", "1", "--json", "-i", "rk4", "-i",
+         "verlet", "-i", "rk4", "-d", "0.01", "-d", "0.01", "-d", "0.005"], capture_output=True,
+        text=True, check=True).stdout)
+    assert r.reference["how"] == told["reference"]["how"] and r.reference["error"] < 1e-12
+    with sim.load("scenes/pendulum1.lua") as s:
+        assert r.rows[0]["dt"] == s.dt
+    for own, other in list(zip(r.rows, told["methods"]))[1:]:
+        for name in ("integrator", "dt", "steps", "evaluations", "error", "error_end", "most"):
+            assert own[name] == other[name], name
+    # The motion of verlet itself, against a reference of one's own.
+    given = sim.compare("scenes/pendulum1.lua", [("verlet", 0.01)], time=1,
+                        reference=("dop853", 0.001))
+    with sim.load("scenes/pendulum1.lua", integrator="verlet", dt=0.01) as one:
+        with sim.load("scenes/pendulum1.lua", integrator="dop853", dt=0.001) as true:
+            one.step(100)
+            true.step(1000)
+            off = (one.x - true.x)[1:]
+    assert given.reference["error"] is None
+    assert abs(given.rows[0]["rms"] - np.sqrt(np.mean(off**2))) < 1e-10
+    assert abs(r.rows[1]["rms"] - given.rows[0]["rms"]) < 1e-3 * r.rows[1]["rms"]
+    assert len(sim.compare("scenes/circle.lua", time=0.1).rows) == 3
+    raises(sim.Error, lambda: sim.compare("scenes/circle.lua", ["rk4"], time=-1))
+
+
+def test_scenes_are_swept():
+    r = sim.sweep("scenes/cloth.lua", {"n": [4, 8], "integrator": ["rk4", "euler"]}, threads=2)
+    assert [(row["n"], row["integrator"]) for row in r.rows] == [
+        (4, "rk4"), (4, "euler"), (8, "rk4"), (8, "euler")]
+    assert r.rows[2]["hash"] == CLOTH and r.rows[2]["verdict"] == "trusted"
+    assert r.rows[3]["verdict"] == "diverged" and r.rows[3]["exit"] == 4
+    table = subprocess.run([PROGRAM, "sweep", "scenes/cloth.lua", "--over", "n=4,8", "--over",
+                            "integrator=rk4,euler", "--progress", "off"], capture_output=True,
+                           text=True, check=True).stdout.splitlines()
+    for row, line in zip(r.rows, csv.DictReader(table)):
+        for name in ("verdict", "reason", "hash"):
+            assert row[name] == line[name], name
+        for name in ("steps", "evaluations", "t", "kinetic", "drift", "error"):
+            assert row[name] == (float(line[name]) if line[name] else None), name
+    r = sim.sweep("scenes/cloth.lua", {"n": ["many", 3]})
+    assert "many" in r.rows[0]["error"] and "error" not in r.rows[1] or r.rows[1]["error"] > 0
+    text = """
+    local w = sim.arg("w", 1, "rad/s")
+    return sim.scene { name = "c", state = { x = {{1, 0, 0}} },
+      field = sim.field.rotation { omega = w }, integrator = "rk4", dt = 0.01, duration = 1,
+      observe = { px = function(s) return s:position(0)[1] end } }"""
+    r = sim.sweep("c.lua", {"w": np.linspace(1, 2, 5)}, text=text, of="mean px")
+    for row in r.rows:
+        assert abs(row["px"] - np.cos(row["w"])) < 1e-6
+        assert abs(row["mean px"] - np.sin(row["w"]) / row["w"]) < 1e-3
+    r = sim.sweep("c.lua", {"w": [1, 2]}, text=text, run=lambda s: {"end": (s.run(), s.x[0, 0])[1]})
+    assert [abs(row["end"] - np.cos(row["w"])) < 1e-6 for row in r.rows] == [True, True]
+    for name, value in (("w", "1,2"), ("w", "1..2"), ("w", "1:2:3"), ("w", "")):
+        raises(sim.Error, lambda: sim.sweep("c.lua", {name: [value]}, text=text))
+    raises(sim.Error, lambda: sim.sweep("scenes/cloth.lua", {"nonsense": [1]}))
+
+
+def test_ctrl_c_ends_every_study():
+    slow = dict(n=48)
+
+    def circle(s):
+        return {"t": s.run(1e6, progress=False) and s.t}
+
+    works = {
+        "tradeoff": lambda: sim.tradeoff("scenes/cloth.lua", **slow),
+        "stability": lambda: sim.stability("scenes/drape_self.lua", **slow),
+        "order": lambda: sim.order("scenes/cloth.lua", **slow),
+        "minimal": lambda: sim.minimal("scenes/cloth.lua", **slow),
+        "compare": lambda: sim.compare("scenes/cloth.lua", **slow),
+        "compare with a run": lambda: sim.compare("scenes/cloth.lua", ["rk4"], time=1e6,
+                                                  reference=("rk4", 1e-4), **slow),
+        "sweep": lambda: sim.sweep("scenes/cloth.lua", {"seed": list(range(400))}, time=1e3),
+        "sweep by a function": lambda: sim.sweep("scenes/circle.lua", {"seed": [1, 2, 3, 4]},
+                                                 run=circle),
+        "rest": lambda: sim.rest("scenes/drape_self.lua", **slow),
+        "extremes": lambda: sim.study("extremes"),
+    }
+    for name, work in works.items():
+        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        begun = time.monotonic()
+        timer.start()
+        raises(KeyboardInterrupt, work)
+        assert time.monotonic() - begun < 60, name
+    assert threading.active_count() < 4
+
+
+class Notebook:
+    """What IPython is to the package: a shell with a kernel, and a display that may be updated."""
+
+    def __init__(self):
+        self.shown, self.threads = [], []
+
+    def get_ipython(self):
+        return self
+
+    kernel = True
+
+    def HTML(self, text):
+        return text
+
+    def display(self, text, display_id=False):
+        assert display_id
+        self.update(text)
+        return self
+
+    def update(self, text):
+        self.shown.append(text)
+        self.threads.append(threading.current_thread())
+
+
+def test_progress():
+    told = []
+    with sim.load("scenes/cloth.lua", n=24) as s:
+        s.run(1.0, progress=lambda what, done: told.append((what, done)))
+        assert told and all(isinstance(what, str) and 0 <= done <= 1 for what, done in told)
+        assert sorted(done for _, done in told[:3]) == [done for _, done in told[:3]]
+
+        def fails(what, done):
+            raise ValueError(what)
+
+        raises(ValueError, lambda: s.run(1.0, progress=fails))
+        s.step()
+    book = Notebook()
+    sys.modules["IPython"] = sys.modules["IPython.display"] = book
+    try:
+        with sim.load("scenes/cloth.lua", n=24) as s:
+            s.run(1.0, progress=True)
+        assert "<progress" in book.shown[0] and book.shown[-1] == ""
+        assert set(book.threads) == {threading.main_thread()}
+        count = len(book.shown)
+        with sim.load("scenes/cloth.lua") as s:
+            s.run()  # too short to be shown
+            s.run(0.1, progress=False)
+        assert len(book.shown) == count
+        timer = threading.Timer(2, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with sim.load("scenes/cloth.lua", n=24) as s:
+            raises(KeyboardInterrupt, lambda: s.run(1e6))  # shown after a second, and taken away
+        assert len(book.shown) > count + 1 and book.shown[-1] == ""
+    finally:
+        del sys.modules["IPython"], sys.modules["IPython.display"]
 
 
 def test_pictures(folder="."):

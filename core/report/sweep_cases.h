@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace sim::cli {
+namespace sim::report {
 
 struct SweepCases {
   std::vector<std::string> names;              // integrator, dt, tol, time, steps, seed, arguments
@@ -25,4 +25,4 @@ SweepCases cases_in(const std::string& file);
 // The same where a name may stand twice, as in the table of a sweep over steps: the first is meant.
 SweepCases table_in(const std::string& file);
 
-}  // namespace sim::cli
+}  // namespace sim::report

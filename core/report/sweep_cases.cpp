@@ -1,4 +1,4 @@
-#include "cli/verbs/sweep_cases.h"
+#include "core/report/sweep_cases.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 
-namespace sim::cli {
+namespace sim::report {
 namespace {
 
 constexpr std::size_t kMostCases = 1'000'000;
@@ -148,4 +148,4 @@ SweepCases cases_in(const std::string& file) {
   return cases;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -1,0 +1,59 @@
+// One case of a sweep: what its values ask for, and the row of its judged run.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/report/sweep_cases.h"
+#include "core/study/run/run_length.h"
+#include "core/study/study.h"
+#include "core/study/verdict/verdict.h"
+
+namespace sim::report {
+
+// What a case may change of a run.
+struct CaseValues {
+  std::map<std::string, std::string> settings = {};  // parameters of the scene
+  MethodChoice integrator = {};                      // without a name: the scene's own
+  double dt = 0;                                     // s; 0 = the scene's own
+  std::uint64_t seed = 0;
+  study::RunLength length = {};
+};
+
+// The values of all cases but those of one. Throws Error{kUsage} for what is no value.
+CaseValues values_of(const SweepCases& cases, std::size_t index, CaseValues values);
+
+// Throws Error{kUsage} for a name that neither runs nor the scene have, and for a world.
+void check_cases(const SweepCases& cases, const SceneSpec& scene, const std::string& name);
+
+// What the scene observes, and these figures of it.
+std::vector<std::string> observed_columns(const SystemSpec& system,
+                                          const std::vector<std::string>& of);
+
+// The columns of a case behind its values and before what is observed; the last one is "seconds".
+const std::vector<std::string>& case_columns();
+
+struct CaseTask {
+  study::RunLength length;
+  std::vector<std::string> of, observed;  // figures; observed_columns()
+  bool verify = true;                     // a second run with half the step
+  std::function<bool()> stop;             // not empty; asked in between
+  // Told the verdict; what it throws, an Error, is the exit of the case. May be empty.
+  std::function<void(const study::Verdict&, const std::string& system)> check = {};
+};
+
+// The fields of these columns, of the scene's first system, which is run. Throws Error.
+std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task);
+
+// The fields of a case that ended otherwise, with its exit code and the reason.
+std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed);
+
+// {"case":3,"n":8,"integrator":"rk4","exit":0,"verdict":"trusted",..}: an empty field is null.
+std::string case_json(const SweepCases& cases, std::size_t index,
+                      const std::vector<std::string>& observed,
+                      const std::vector<std::string>& fields);
+
+}  // namespace sim::report
