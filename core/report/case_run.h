@@ -14,7 +14,7 @@
 
 namespace sim::report {
 
-// What a case may change of a run.
+// The values of a run that a case may change.
 struct CaseValues {
   std::map<std::string, std::string> settings = {};  // parameters of the scene
   MethodChoice integrator = {};                      // without a name: the scene's own
@@ -29,7 +29,7 @@ CaseValues values_of(const SweepCases& cases, std::size_t index, CaseValues valu
 // Throws Error{kUsage} for a name that neither runs nor the scene have, and for a world.
 void check_cases(const SweepCases& cases, const SceneSpec& scene, const std::string& name);
 
-// What the scene observes, and these figures of it.
+// The names of all that the scene observes, and these figures of it.
 std::vector<std::string> observed_columns(const SystemSpec& system,
                                           const std::vector<std::string>& of);
 

@@ -38,7 +38,7 @@ class Comparison {
   Comparison(const Comparison&) = delete;
   Comparison& operator=(const Comparison&) = delete;
 
-  // False when it was told to end. What follows is for one that was not.
+  // Returns false when it was told to end; the functions below are for one that was not.
   bool run(const study::Watch& watch);
 
   // Each file gets a panel of each method at equal times, coloured by the error if the look has no

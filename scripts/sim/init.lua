@@ -808,7 +808,8 @@ end
 -- Declares a parameter of the scene, set on the command line by `--set name=value`.
 --   name      letters, digits and _
 --   default   a number, text, true or false; a setting must be of the same type
---   doc       what it is, with its unit; shown by `sim describe`
+--   doc       what it is, with its unit between commas ("of the spring, N/m"); shown by `sim describe`.
+--             A parameter in another unit that it is given to as it is, `rest = k`, refuses it
 -- The same name may be declared again with the same default. In a sim.world a setting reaches every
 -- scene that declares its name; `--set cloth.n=16` reaches the one in the file cloth.lua only.
 local function arg(name, default, doc)

@@ -8,6 +8,7 @@
 #include "core/base/utf8.h"
 #include "core/lua/library/library.h"
 #include "core/lua/lua_read.h"
+#include "core/lua/scene/argument_units.h"
 #include "core/lua/scene/sandbox.h"
 
 namespace sim {
@@ -226,8 +227,10 @@ void SceneSession::run_file(lua_State* L, const std::string& input, const fs::pa
   const RandomScope random(L, options_.seed);
   std::string chunk = "@";
   chunk += file.string();
-  load_text(L, read(input, file, asked_at), chunk);
+  const std::string text = read(input, file, asked_at);
+  load_text(L, text, chunk);
   lua_call(L, 0, 1);
+  check_argument_units(text, file.string(), registry_);
 }
 
 // A file that appears at a path that was searched in vain changes the scene: these are inputs, too.
