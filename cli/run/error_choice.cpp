@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/report/goal_report.h"
 
 namespace sim::cli {
 namespace {
@@ -30,14 +31,6 @@ std::string goal_step_text(const GoalChoice& choice) {
   return choice.tolerance > 0 ? "tol " + brief(choice.tolerance, 3) : brief(choice.dt, 4) + " s";
 }
 
-// "sim SCENE -i verlet -d 0.00625 -T 2": makes the same run without any search.
-std::string goal_command(const GoalChoice& choice, const RunRequest& request) {
-  std::string text = command_for(request.scene) + " -i " + choice.method->label;
-  if (choice.tolerance > 0) text += " --tol " + shortest(choice.tolerance);
-  text += " -d " + shortest(choice.dt);
-  return request.time ? text + " -T " + shortest(*request.time) : text;
-}
-
 // "pefrl 1.4, rk4 2.1": what others would cost, over the cheapest.
 std::string others_text(const GoalChoice& choice) {
   constexpr std::size_t kMost = 3;
@@ -51,11 +44,9 @@ std::string others_text(const GoalChoice& choice) {
   return text;
 }
 
-// Nothing to compare with where none of them keeps it.
-double over_cheapest(const GoalChoice& choice) {
-  if (!choice.kept) return std::nan("");
-  const double least = choice.candidates.empty() ? choice.cost : choice.candidates.front().cost;
-  return std::isfinite(least) && least > 0 ? choice.cost / least : std::nan("");
+// The quantity that the error is of, or nothing: positions.
+std::string quantity_of(const RunRequest& request) {
+  return request.of.empty() ? "" : request.of.front();
 }
 
 std::string horizon_text(const GoalChoice& choice) {
@@ -194,7 +185,7 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
   if (!choice.kept) measured += "; " + horizon_text(choice);
   text += label("measured", wrapped(measured, 12, 12));
   std::string cost = brief(choice.cost, 3) + " evaluations";
-  if (const double over = over_cheapest(choice); std::isfinite(over))
+  if (const double over = report::over_cheapest(choice); std::isfinite(over))
     cost += ", " + brief(over, 2) + " times the cheapest known";
   if (choice.kept && std::isfinite(choice.cost_of_ten))
     cost += "; ten times the error would cost " +
@@ -206,48 +197,12 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
 
 std::string error_choice_json(const std::optional<GoalChoice>& made, const RunRequest& request) {
   if (!made) return {};
-  const GoalChoice& choice = *made;
-  std::vector<std::string> candidates;
-  for (const GoalCandidate& each : choice.candidates)
-    candidates.push_back(JsonObject()
-                             .text("integrator", each.label)
-                             .number("cost", each.cost)
-                             .number("order", each.order)
-                             .integer("runs", each.runs)
-                             .str());
-  return JsonObject()
-      .number("allowed", choice.allowed)
-      .number("size", choice.size)
-      .json("of", request.of.empty() ? "null" : json_string(request.of.front()))
-      .text("integrator", choice.method->label)
-      .number("dt", choice.dt)
-      .number("tol", choice.tolerance)
-      .number("error", choice.error)
-      .number("largest", choice.largest)
-      .flag("kept", choice.kept)
-      .number("horizon", choice.horizon)
-      .flag("chaotic", choice.chaotic)
-      .number("cost", choice.cost)
-      .number("over_cheapest", over_cheapest(choice))
-      .number("cost_of_ten_times", choice.cost_of_ten)
-      .number("trials", choice.trials)
-      .integer("mended", choice.mended)
-      .number("window", choice.window)
-      .text("command", goal_command(choice, request))
-      .json("candidates", json_array(candidates))
-      .str();
+  return report::goal_json(*made, quantity_of(request),
+                           command_for(request.scene) + report::goal_options(*made, request.time));
 }
 
 study::RunDeviation parting_of(const std::optional<GoalChoice>& made, const RunRequest& request) {
-  if (!made) return {};
-  const GoalChoice& choice = *made;
-  study::RunDeviation deviation;
-  if (!choice.kept || !request.of.empty()) return deviation;
-  deviation.outcome = study::RunDeviation::Outcome::kCompared;
-  deviation.rms = choice.error;
-  deviation.error = deviation.at_end = choice.largest;
-  deviation.share = choice.largest / choice.size;
-  return deviation;
+  return made ? report::goal_deviation(*made, quantity_of(request)) : study::RunDeviation();
 }
 
 void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& request) {

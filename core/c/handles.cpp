@@ -1,19 +1,10 @@
 #include "core/c/handles.h"
 
-#include <dlfcn.h>
-
 #include <cstdlib>
 #include <cstring>
 
-#include "core/base/text.h"
-#include "core/lua/scene/scene_file.h"
-#include "core/study/method_text.h"
-#include "core/study/without.h"
-
 namespace sim::c {
 namespace {
-
-constexpr int kMostThreads = 1024;
 
 // Cut at a character where it does not fit.
 template <std::size_t kRoom>
@@ -46,55 +37,6 @@ int tell_plainly(sim_error* error, const char* what) noexcept {
   error->what[sizeof error->what - 1] = '\0';
   error->where[0] = error->why[0] = error->remedy[0] = '\0';
   return SIM_INTERNAL;
-}
-
-// Below which bin/, lib/ and share/ lie.
-std::filesystem::path prefix_of_library() {
-  Dl_info info{};
-  if (!dladdr(reinterpret_cast<const void*>(&sim_interface_version), &info) || !info.dli_fname)
-    return {};
-  std::error_code failed;
-  const std::filesystem::path file = std::filesystem::canonical(info.dli_fname, failed);
-  const std::filesystem::path folder = file.parent_path();
-  // lib/, or lib/x86_64-linux-gnu/.
-  return folder.filename() == "lib" ? folder.parent_path() : folder.parent_path().parent_path();
-}
-
-std::vector<std::string> list_of(const char* const* texts) {
-  std::vector<std::string> list;
-  for (; texts && *texts; ++texts) list.emplace_back(*texts);
-  return list;
-}
-
-// The options of a program that was compiled against another version of the header: what it does
-// not know is 0, and what it knows and this library does not has to be.
-sim_options options_of(const sim_options& given) {
-  constexpr std::size_t kLeast = sizeof(std::size_t), kMost = 4096;
-  if (given.size < kLeast || given.size > kMost || given.size % alignof(sim_options) != 0)
-    refuse("bad options", "size " + std::to_string(given.size), "it is that of no version",
-           "begin with SIM_OPTIONS");
-  const auto* const bytes = reinterpret_cast<const unsigned char*>(&given);
-  for (std::size_t i = sizeof given; i < given.size; ++i)
-    if (bytes[i] != 0)
-      refuse("unknown option", "size " + std::to_string(given.size),
-             "a member of a later version is set, and this library is version " +
-                 std::to_string(SIM_MAJOR) + "." + std::to_string(SIM_MINOR),
-             "leave it 0, or install the later library");
-  sim_options options = SIM_OPTIONS;
-  std::memcpy(&options, bytes, std::min(given.size, sizeof options));
-  return options;
-}
-
-std::map<std::string, std::string> settings_of(const char* const* texts) {
-  std::map<std::string, std::string> settings;
-  for (const std::string& text : list_of(texts)) {
-    const std::size_t equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos)
-      refuse("bad setting", "settings '" + text + "'", "it is not NAME=VALUE",
-             "write it like n=32");
-    settings[text.substr(0, equals)] = text.substr(equals + 1);
-  }
-  return settings;
 }
 
 }  // namespace
@@ -135,68 +77,6 @@ const Simulation& system_of(const sim_scene* scene, int system) {
 
 Simulation& system_of(sim_scene* scene, int system) {
   return const_cast<Simulation&>(system_of(const_cast<const sim_scene*>(scene), system));
-}
-
-Asked asked_of(const sim_options* given) {
-  Asked asked;
-  if (!given) return asked;
-  const sim_options copy = options_of(*given), *const options = &copy;
-  asked.variant.settings = settings_of(options->settings);
-  asked.variant.off = list_of(options->off);
-  asked.variant.without = list_of(options->without);
-  if (options->integrator) asked.variant.integrator = study::parse_integrator(options->integrator);
-  if (!(options->dt >= 0 && options->dt < HUGE_VAL))
-    refuse("bad value", "dt " + brief(options->dt), "it must be above 0, or 0 for the scene's own",
-           "give it in s, like 0.005");
-  asked.variant.dt = options->dt;
-  for (const std::string& folder : list_of(options->folders)) asked.folders.emplace_back(folder);
-  for (const std::string& file : list_of(options->libraries)) asked.libraries.emplace_back(file);
-  if (options->threads < 0 || options->threads > kMostThreads)
-    refuse("bad value", "threads " + std::to_string(options->threads), "it is not 1 .. 1024",
-           "give the number of cores at most");
-  asked.threads = Threads(std::max(1, options->threads));
-  asked.safe = options->safe != 0;
-  asked.seed = options->seed;
-  return asked;
-}
-
-Environment environment_of(const Asked& asked) {
-  return find_environment(prefix_of_library(), SIM_SCRIPTS_DIR, asked.folders);
-}
-
-std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment) {
-  if (environment.plugin_folders.empty() && asked.libraries.empty() && linked_plugins().empty())
-    throw Error(ErrorKind::kIo,
-                {"no plugin folder", (prefix_of_library() / "lib/sim/plugins").string(),
-                 "there is none beside the library", "install it again, or name one in folders"});
-  return std::make_unique<Registry>(environment.plugin_folders, asked.libraries, false,
-                                    linked_plugins());
-}
-
-RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
-                       Registry& registry) {
-  const MethodChoice& choice = variant.integrator;
-  return {.integrator = study::typed(choice, choice.over(system.integrator).name, registry),
-          .dt = variant.dt,
-          .threads = asked.threads};
-}
-
-StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry) {
-  if (!variant.integrator.name.empty())
-    study::typed(variant.integrator, variant.integrator.name, registry);
-  SceneOptions options{.search_path = environment_of(asked).scene_folders,
-                       .settings = variant.settings,
-                       .seed = asked.seed,
-                       .safe = asked.safe};
-  if (text) options.text = text;
-  StudiedScene scene;
-  scene.spec = load_scene(name, registry, options);
-  for (const std::string& part : variant.without) study::leave_out(part, scene.spec);
-  for (const std::string& part : variant.off) study::turn_off(part, scene.spec);
-  for (const SystemSpec& system : scene.spec.systems)
-    scene.systems.emplace_back(system, registry, run_options(variant, asked, system, registry));
-  return scene;
 }
 
 }  // namespace sim::c

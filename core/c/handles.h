@@ -6,25 +6,32 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/c/asked.h"
 #include "core/c/sim.h"
-#include "core/lua/environment.h"
+#include "core/study/accuracy/error_goal.h"
 #include "core/study/run/track.h"
 #include "core/study/study.h"
 
 // Members of a scene in the order in which the later ones refer to the earlier.
 struct sim_scene {
   std::unique_ptr<sim::Registry> registry;
+  sim::c::Asked asked;
   sim::StudiedScene loaded;
   std::shared_ptr<const char> self = std::make_shared<const char>('\0');  // snapshots know it by it
   std::uint64_t generation = 1;
   std::vector<sim::study::Verdict> verdicts;  // of the last run; empty: there was none
   std::string summary;                        // of it, JSON
   double seconds = 0;                         // that it took
+  // The choices of sim_choose(), one a system or none at all, and the generation that it left.
+  std::vector<std::optional<sim::study::GoalChoice>> choices;
+  sim::c::ChoiceRequest chosen;
+  std::uint64_t chosen_at = 1;
   // A field of the caller asked to stop. Steps hand on no exception but Error.
   std::shared_ptr<bool> field_stopped = std::make_shared<bool>(false);
 };
@@ -96,28 +103,5 @@ char* given_away(const std::string& text);  // for sim_free(); throws std::bad_a
 // Throws Error{kUsage} for one that the scene does not have.
 Simulation& system_of(sim_scene* scene, int system);
 const Simulation& system_of(const sim_scene* scene, int system);
-
-// The request of the options, null being the defaults; smaller ones, of an older header, have
-// defaults for what they lack. Throws Error{kUsage} for a wrong size or value.
-struct Asked {
-  SceneVariant variant;
-  Folders folders, libraries;
-  Threads threads;
-  bool safe = false;
-  std::uint64_t seed = 0;
-};
-Asked asked_of(const sim_options* options);
-
-// The environment that is installed with this library, or else the tree that it was built from.
-Environment environment_of(const Asked& asked);
-
-std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
-
-// The scene in this variant; with `text`, what the file `name` would hold.
-StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry);
-
-RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
-                       Registry& registry);
 
 }  // namespace sim::c

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/c/choice.h"
 #include "core/c/handles.h"
 #include "core/c/watcher.h"
+#include "core/report/goal_report.h"
 #include "core/report/summary.h"
 #include "core/study/run/follow.h"
 #include "core/study/run/run_length.h"
@@ -43,8 +45,17 @@ double done_of(std::span<const Track> tracks) {
   return done;
 }
 
+// The choice was made for this run: what it measured verifies it.
+bool is_chosen_run(const sim_scene& scene, double time) {
+  return !scene.choices.empty() && scene.generation == scene.chosen_at &&
+         std::max(0.0, time) == std::max(0.0, scene.chosen.time);
+}
+
 void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   using Clock = std::chrono::steady_clock;
+  if (scene.generation == 1 && asks_for_error(scene)) choose(scene, {.time = time}, watcher);
+  const bool chosen = is_chosen_run(scene, time);
+  ++scene.generation;
   StudiedScene& loaded = scene.loaded;
   scene.verdicts.clear();
   scene.summary.clear();
@@ -57,6 +68,9 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
     tracks.emplace_back(loaded.spec.systems[i], system, steps, Track::kNever, Track::kNever,
                         scene.registry.get());
     study::shorten(length, tracks.back());
+    if (!chosen || !scene.choices[i]) continue;
+    study::RunDeviation known = report::goal_deviation(*scene.choices[i], scene.chosen.of);
+    if (known.verified()) tracks.back().verified_by(std::move(known));
   }
   const char* what = "run";
   const std::function<bool()> stop = [&] { return watcher.stopped(what, done_of(tracks)); };
@@ -79,7 +93,8 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   if (!watcher.told()) study::verify(plan, tracks, scene.seconds, stop);
   std::vector<study::Verdict> verdicts;
   for (Track& track : tracks) verdicts.push_back(track.verdict());
-  scene.summary = report::summary_json(loaded, tracks, scene.seconds);
+  scene.summary = report::summary_json(loaded, tracks, scene.seconds, {},
+                                       chosen ? choice_texts(scene) : std::vector<std::string>());
   scene.verdicts = std::move(verdicts);
 }
 
@@ -101,7 +116,6 @@ int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* us
     if (std::isnan(time)) refuse("bad value", "time", "it is not a number", "give it in s");
     if (verify < 0 || verify > 2)
       refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
-    ++scene->generation;
     Watcher watcher(watch, user);
     stoppable(*scene, [&] { run(*scene, time, verify, watcher); });
     if (watcher.told()) throw Stopped();
@@ -121,6 +135,14 @@ int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_erro
                                    figures.shadow.share,
                                    figures.shadow.horizon,
                                    scene->seconds};
+  });
+}
+
+int sim_figure(const sim_scene* scene, int system, const char* name, double* value,
+               sim_error* error) {
+  return guarded(error, [&] {
+    const study::Verdict& found = verdict_of(scene, system);
+    checked(value, "value") = report::figure_named(found.figures, checked_text(name, "name"));
   });
 }
 

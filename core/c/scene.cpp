@@ -17,14 +17,14 @@ using namespace sim::c;
 namespace {
 
 sim_scene* opened(const char* name, const char* text, const sim_options* options) {
-  const Asked asked = asked_of(options);
   auto scene = std::make_unique<sim_scene>();
+  const Asked& asked = scene->asked = asked_of(options);
   scene->registry = registry_of(asked, environment_of(asked));
   scene->loaded = load(checked_text(name, "name"), text, asked, asked.variant, *scene->registry);
   return scene.release();
 }
 
-std::string system_json(const Simulation& system) {
+std::string system_json(const SystemSpec& spec, const Simulation& system) {
   JsonObject object, switches;
   object.text("name", system.name()).integer("order_of_state", system.second_order() ? 2 : 1);
   if (system.flat())
@@ -32,7 +32,11 @@ std::string system_json(const Simulation& system) {
   else
     object.integer("particles", system.particles()).integer("pinned", system.pinned_count());
   for (const auto& [name, on] : system.switches()) switches.flag(name, on);
+  std::vector<std::string> observed;
+  for (const ObserverSpec& observer : spec.observers)
+    observed.push_back(json_string(observer.name));
   return object.json("switches", switches.str())
+      .json("observed", json_array(observed))
       .text("integrator", system.method().name())
       .number("dt", system.h())
       .number("duration", system.duration())
@@ -134,10 +138,10 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
     if (!field || !x0 || n == 0)
       refuse("no field", "field, x0, n", "a function and at least one number are wanted",
              "give both");
-    const Asked asked = asked_of(options);
+    auto scene = std::make_unique<sim_scene>();
+    const Asked& asked = scene->asked = asked_of(options);
     if (asked.variant.dt <= 0 || !(duration >= 0 && duration < HUGE_VAL))
       refuse("no step", "dt, duration", "a field has none of its own", "give both in s");
-    auto scene = std::make_unique<sim_scene>();
     scene->registry = registry_of(asked, environment_of(asked));
     SystemSpec& spec = scene->loaded.spec.systems.emplace_back();
     scene->loaded.spec.file = spec.name = "field";
@@ -173,8 +177,9 @@ int sim_systems(const sim_scene* scene) {
 char* sim_describe(const sim_scene* scene, sim_error* error) {
   return guarded_pointer(error, [&] {
     std::vector<std::string> systems, args;
-    for (const Simulation& system : checked(scene, "scene").loaded.systems)
-      systems.push_back(system_json(system));
+    const StudiedScene& loaded = checked(scene, "scene").loaded;
+    for (std::size_t i = 0; i < loaded.systems.size(); ++i)
+      systems.push_back(system_json(loaded.spec.systems[i], loaded.systems[i]));
     for (const SceneArg& arg : scene->loaded.spec.args)
       args.push_back(JsonObject()
                          .text("name", arg.name)
@@ -320,6 +325,19 @@ int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_e
       refuse("no energy", one.name(), "a first-order system has none", "ask a system of particles");
     const Energy energy = one.energy();
     checked(energies, "energies") = {energy.kinetic, energy.potential};
+  });
+}
+
+int sim_observe(const sim_scene* scene, int system, const char* name, double* value,
+                sim_error* error) {
+  return guarded(error, [&] {
+    const Simulation& one = system_of(scene, system);
+    const study::Quantity quantity(scene->loaded.spec.systems[static_cast<std::size_t>(system)],
+                                   checked_text(name, "name"));
+    if (quantity.is_figure())
+      refuse("not of a moment", name, "it is a figure of a whole run",
+             "name the quantity alone, or see the report of a run");
+    checked(value, "value") = quantity.at(one);
   });
 }
 

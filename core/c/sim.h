@@ -106,6 +106,13 @@ int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error);
  * SIM_STOPPED, with the verdict "suspect". */
 int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* user,
             sim_error* error);
+/* Since 1.1: a method and a step for each system that keep an error in a run of `time` s (not above
+ * 0: the duration), found by trials and set; before any step or change. `allowed`: "1 mm", "1%" of
+ * the size; null: what the scene asks for as its `error`, which sim_run() does by itself where it
+ * comes first. `of`: null for positions, or what the scene observes. JSON {"systems": [..]}: what
+ * `sim SCENE --error E --json` calls error_goal, null for a system of which nothing is asked. */
+char* sim_choose(sim_scene* scene, const char* allowed, const char* of, double time,
+                 sim_watch watch, void* user, sim_error* error);
 int sim_reset(sim_scene* scene, sim_error* error);   /* to t = 0 with the initial bits */
 double sim_time(const sim_scene* scene, int system); /* s; not a number for what is not there */
 double sim_step_size(const sim_scene* scene, int system);   /* s; likewise */
@@ -139,6 +146,10 @@ typedef struct sim_energies {
 } sim_energies;
 int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_error* error);
 uint64_t sim_hash(const sim_scene* scene, int system); /* of the bits of the state; 0: not there */
+
+/* Since 1.1: what the scene observes now, by its name in `observe`. */
+int sim_observe(const sim_scene* scene, int system, const char* name, double* value,
+                sim_error* error);
 
 typedef struct sim_spring {
   int to;                                /* the particle at its other end */
@@ -174,6 +185,9 @@ typedef struct sim_verdict {
   double seconds;        /* of wall time that the run took */
 } sim_verdict;
 int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_error* error);
+/* Since 1.1: any of the "figures" of that JSON by its name, "strain"; 0 or 1 for a flag. */
+int sim_figure(const sim_scene* scene, int system, const char* name, double* value,
+               sim_error* error);
 char* sim_verdict_json(const sim_scene* scene, sim_error* error); /* as `sim SCENE --json` */
 const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number */
 

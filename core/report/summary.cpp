@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/output/format.h"
 
 namespace sim::report {
@@ -37,20 +39,32 @@ std::string effort_json(const Simulation& system) {
   return object.str();
 }
 
+struct NamedFigure {
+  const char* name;
+  double (*of)(const study::Figures& figures);
+  bool flag = false;
+};
+
+constexpr NamedFigure kFigures[] = {
+    {"energy", [](const study::Figures& f) { return f.energy; }},
+    {"dt_share", [](const study::Figures& f) { return f.dt_share; }},
+    {"dt_share_at_most", [](const study::Figures& f) -> double { return f.at_most; }, true},
+    {"strain",
+     [](const study::Figures& f) { return f.strain.a < 0 ? std::nan("") : f.strain.strain; }},
+    {"step_error", [](const study::Figures& f) { return f.step_error; }},
+    {"momentum", [](const study::Figures& f) { return f.momentum; }},
+    {"verified", [](const study::Figures& f) -> double { return f.shadow.verified(); }, true},
+    {"position_error", [](const study::Figures& f) { return f.shadow.error; }},
+    {"position_share", [](const study::Figures& f) { return f.shadow.share; }},
+    {"horizon", [](const study::Figures& f) { return f.shadow.horizon; }},
+    {"neighbours", [](const study::Figures& f) { return f.shadow.rate; }},
+};
+
 std::string figures_json(const study::Figures& figures) {
   JsonObject object;
-  object.number("energy", figures.energy)
-      .number("dt_share", figures.dt_share)
-      .flag("dt_share_at_most", figures.at_most)
-      .number("strain", figures.strain.a < 0 ? std::nan("") : figures.strain.strain)
-      .number("step_error", figures.step_error)
-      .number("momentum", figures.momentum);
-  const study::RunDeviation& shadow = figures.shadow;
-  object.flag("verified", shadow.verified())
-      .number("position_error", shadow.error)
-      .number("position_share", shadow.share)
-      .number("horizon", shadow.horizon)
-      .number("neighbours", shadow.rate);
+  for (const NamedFigure& figure : kFigures)
+    figure.flag ? object.flag(figure.name, figure.of(figures) != 0)
+                : object.number(figure.name, figure.of(figures));
   return object.str();
 }
 
@@ -141,6 +155,16 @@ std::string system_json(Track& track, const std::string& post_mortem, const std:
 }
 
 }  // namespace
+
+double figure_named(const study::Figures& figures, const std::string& name) {
+  std::vector<std::string> known;
+  for (const NamedFigure& figure : kFigures) {
+    if (figure.name == name) return figure.of(figures);
+    known.push_back(figure.name);
+  }
+  throw Error(ErrorKind::kUsage,
+              {"unknown figure", "'" + name + "'", "no verdict has it", suggestion(name, known)});
+}
 
 std::string summary_json(const StudiedScene& scene, std::span<Track> tracks, double seconds,
                          std::span<const std::string> post_mortems,

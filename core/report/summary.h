@@ -27,6 +27,9 @@ std::string summary_json(const StudiedScene& scene, std::span<study::Track> trac
                          std::span<const std::string> post_mortems = {},
                          std::span<const std::string> choices = {});
 
+// One of the "figures" above by its name, 0 or 1 for a flag. Throws Error{kUsage} for another name.
+double figure_named(const study::Figures& figures, const std::string& name);
+
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);
 

@@ -84,11 +84,13 @@ class Verdict:
     position_error: largest difference to a run with half the step, m; position_share: the same over
     the scene's size; horizon: until when positions are known, s; energy: error over the energy in
     play; dt_share: of the largest stable step; step_error: of one step, m; momentum; seconds: of
-    wall time. nan: not known.
+    wall time. nan: not known. figures: all of them by name, as `sim SCENE --json` has them, a dict
+    with strain, neighbours, ... besides; None: not known.
     """
 
-    def __init__(self, record, reason):
+    def __init__(self, record, reason, figures):
         self.word, self.reason = lib.sim_trust_name(record.trust).decode(), reason
+        self.figures = figures
         for name, _ in VerdictRecord._fields_[1:]:
             setattr(self, name, getattr(record, name))
 
@@ -188,8 +190,15 @@ class System:
         """On the last run(). Raises Error before one."""
         scene, record = self._scene, VerdictRecord()
         check(lib.sim_judge(scene._open(), self._index, record, scene._failed), scene._failed)
-        reason = scene.summary["systems"][self._index]["reason"]
-        return Verdict(record, reason)
+        told = scene.summary["systems"][self._index]
+        return Verdict(record, told["reason"], told["figures"])
+
+    def observe(self, name):
+        """What the scene observes now, by its name in `observe` of the scene."""
+        scene, value = self._scene, ctypes.c_double()
+        check(lib.sim_observe(scene._open(), self._index, as_bytes(name), value, scene._failed),
+              scene._failed)
+        return value.value
 
     def springs(self, particle):
         """The springs of a particle, a list of Spring."""
@@ -331,6 +340,23 @@ class Scene(System):
         if code and not (code == STOPPED and watching.stopped):
             self._fail()
         return self.verdict
+
+    def choose(self, allowed=None, of=None, time=None, progress=None):
+        """Chooses and sets a method and a step that keep an error, before the first step or change.
+
+        allowed: "1 mm", "1%" of the scene's size; None: what the scene asks for as its `error`,
+        which run() does by itself where it comes first. of: what is judged, as "mean sag" of what
+        the scene observes (positions if not given); time: of the run, s (the duration). Returns a
+        dict: integrator, dt (s), error (m), kept, horizon (s), candidates, ...; a list of them in
+        a world, None where nothing is asked.
+        """
+        watching = Watching(progress, self._ended)
+        block = watching.call(lib.sim_choose, self._open(), allowed and as_bytes(allowed),
+                              of and as_bytes(of), 0.0 if time is None else time, watching.watch,
+                              None, self._failed)
+        watching.finish()
+        chosen = json.loads(taken(block, self._failed))["systems"]
+        return chosen[0] if len(chosen) == 1 else chosen
 
     def reset(self):
         """Back to t = 0 with the initial bits; changed settings stay."""

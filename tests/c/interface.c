@@ -409,6 +409,51 @@ static void methods_are_compared(void) {
         error.code == SIM_STOPPED);
 }
 
+static void errors_are_asked_for(void) {
+  sim_scene* scene = open_or_tell("scenes/pendulum1.lua", NULL);
+  struct watched seen = {0, 1};
+  sim_error error;
+  sim_verdict verdict;
+  double value = 0, dt = sim_step_size(scene, 0);
+  char* json = sim_choose(scene, NULL, NULL, 1, NULL, NULL, &error);
+  CHECK(json && strcmp(json, "{\"systems\":[null]}") == 0); /* it asks for nothing */
+  sim_free(json);
+  CHECK(sim_choose(scene, "nonsense", NULL, 1, NULL, NULL, &error) == NULL);
+  CHECK(error.code == SIM_USAGE && error.what[0] && error.where[0] && error.remedy[0]);
+  CHECK(sim_choose(scene, "1%", "nonsense", 1, NULL, NULL, NULL) == NULL);
+  CHECK(sim_choose(scene, "1%", NULL, NAN, NULL, NULL, NULL) == NULL);
+  CHECK(sim_choose(scene, "1%", NULL, INFINITY, NULL, NULL, NULL) == NULL);
+  CHECK(sim_choose(scene, "1%", NULL, 1, watch, &seen, &error) == NULL);
+  CHECK(error.code == SIM_STOPPED && sim_step_size(scene, 0) == dt);
+  json = sim_choose(scene, "1 um", NULL, 1, NULL, NULL, &error);
+  CHECK(json && strstr(json, "\"kept\":true") && number_in(json, "error") <= 1e-6);
+  CHECK(sim_step_size(scene, 0) == number_in(json, "dt"));
+  sim_free(json);
+  CHECK(sim_run(scene, 1, 1, NULL, NULL, NULL) == SIM_OK);
+  CHECK(sim_judge(scene, 0, &verdict, NULL) == SIM_OK && verdict.trust == 0);
+  CHECK(sim_figure(scene, 0, "position_error", &value, NULL) == SIM_OK);
+  CHECK(value == verdict.position_error && value <= 1e-5);
+  CHECK(sim_figure(scene, 0, "verified", &value, NULL) == SIM_OK && value == 1);
+  CHECK(sim_figure(scene, 0, "strain", &value, NULL) == SIM_OK);
+  CHECK(sim_figure(scene, 0, "strane", &value, &error) == SIM_USAGE);
+  CHECK(strstr(error.remedy, "strain") != NULL);
+  CHECK(sim_figure(scene, 0, "strain", NULL, NULL) == SIM_USAGE);
+  CHECK(sim_figure(scene, 0, NULL, &value, NULL) == SIM_USAGE);
+  CHECK(sim_figure(NULL, 0, "strain", &value, NULL) == SIM_USAGE);
+  CHECK(sim_choose(scene, "1%", NULL, 1, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_choose(NULL, "1%", NULL, 1, NULL, NULL, NULL) == NULL);
+  sim_close(scene);
+  scene = open_or_tell("scenes/pendulum.lua", NULL);
+  CHECK(sim_observe(scene, 0, "sag", &value, NULL) == SIM_OK && value == value);
+  CHECK(sim_observe(scene, 0, "mean sag", &value, NULL) == SIM_USAGE);
+  CHECK(sim_observe(scene, 0, "nonsense", &value, NULL) == SIM_USAGE);
+  CHECK(sim_observe(scene, 0, "sag", NULL, NULL) == SIM_USAGE);
+  CHECK(sim_observe(scene, 0, NULL, &value, NULL) == SIM_USAGE);
+  CHECK(sim_observe(scene, 3, "sag", &value, NULL) == SIM_USAGE);
+  CHECK(sim_observe(NULL, 0, "sag", &value, NULL) == SIM_USAGE);
+  sim_close(scene);
+}
+
 static void scenes_are_swept(void) {
   static const char* const asked[] = {"over=n=4,8", "over=integrator=rk4,euler", "time=2", NULL};
   static const char* const texts[] = {"over=w=1..4", "over=dt=0.01:0.04:log3", "of=mean px", NULL};
@@ -496,6 +541,7 @@ int main(int argc, char** argv) {
   pictures_files_and_studies(argc > 1 ? argv[1] : ".");
   methods_are_compared();
   scenes_are_swept();
+  errors_are_asked_for();
   threads_do_not_meet();
   printf("%d passed, %d failed\n", passed, failed);
   return failed != 0;

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -186,6 +187,52 @@ def test_studies():
     raises(sim.Error, lambda: sim.tradeoff("scenes/circle.lua", budget="nonsense"))
     raises(sim.Error, lambda: sim.study("nonsense", "scenes/circle.lua"))
     assert any(one["name"] == "spring" for one in sim.plugins())
+
+
+def test_an_error_is_asked_for():
+    words = ["--error", "1e-4", "-T", "1", "--json", "-q"]
+    told = json.loads(subprocess.run([PROGRAM, "scenes/pendulum1.lua", *words],
+                                     capture_output=True, text=True, check=True).stdout)
+    with sim.load("scenes/pendulum1.lua") as s:
+        chosen = s.choose("1e-4", time=1)
+        goal = told["systems"][0]["error_goal"]
+        for name in ("integrator", "dt", "error", "allowed", "kept", "cost", "candidates"):
+            assert chosen[name] == goal[name], name
+        assert s.dt == chosen["dt"] and chosen["kept"] and chosen["error"] <= 1e-4
+        verdict = s.run(1)
+        assert s.hash == told["systems"][0]["hash"] and verdict.word == told["verdict"]
+        assert s.summary["systems"][0]["error_goal"]["dt"] == s.dt
+        assert verdict.figures == told["systems"][0]["figures"]
+        raises(sim.Error, lambda: s.choose("1e-4"))  # not at its start any more
+    # A scene that asks for itself: its run does what the program does.
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "own.lua")
+        with open(os.path.join(str(ROOT), "scripts/scenes/pendulum1.lua")) as scene:
+            text = scene.read().replace("duration = ", 'error = "1e-4", duration = ')
+        assert "error = " in text
+        with open(file, "w") as out:
+            out.write(text)
+        told = json.loads(subprocess.run([PROGRAM, file, "--json", "-q"], capture_output=True,
+                                         text=True, check=True).stdout)
+        with sim.load(file) as s:
+            s.run()
+            assert s.hash == told["systems"][0]["hash"]
+            assert s.summary["systems"][0]["error_goal"]["integrator"] == \
+                told["systems"][0]["error_goal"]["integrator"]
+        with sim.load(file) as s:
+            assert s.run(1e6, progress=lambda what, done: False).word == "suspect" and s.t < 1e6
+    with sim.load("scenes/cloth.lua") as s:
+        assert s.choose() is None  # it asks for nothing
+        raises(sim.Error, lambda: s.choose("nonsense"))
+        raises(sim.Error, lambda: s.choose("1%", of="nonsense"))
+    with sim.load("scenes/pendulum.lua") as s:
+        s.step(3)
+        assert s.description["systems"][0]["observed"] == ["sag"]
+        assert abs(s.observe("sag")) < 10
+        raises(sim.Error, lambda: s.observe("mean sag"))
+        raises(sim.Error, lambda: s.observe("sog"))
+        s.run(0.1)
+        assert s.observe("sag") == s.summary["systems"][0]["observed"]["sag"]["value"]
 
 
 def test_methods_are_compared():

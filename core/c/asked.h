@@ -1,0 +1,48 @@
+// The request behind sim_options, and the scenes that it asks for.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/c/sim.h"
+#include "core/lua/environment.h"
+#include "core/study/budget.h"
+#include "core/study/study.h"
+
+namespace sim::c {
+
+// A request for scenes, as options say it.
+struct Asked {
+  SceneVariant variant;
+  Folders folders, libraries;
+  Threads threads;
+  bool safe = false;
+  std::uint64_t seed = 0;
+};
+
+// An error that is asked for instead of a step.
+struct ChoiceRequest {
+  std::optional<study::Budget> error = {};  // nothing: what the scene asks for
+  std::string of = {};                      // a quantity; "": positions
+  double time = 0;                          // s, of the run; not above 0: the duration
+};
+
+// The request of the options, null being the defaults; smaller ones, of an older header, have
+// defaults for what they lack. Throws Error{kUsage} for a wrong size or value.
+Asked asked_of(const sim_options* options);
+
+// The environment that is installed with this library, or else the tree that it was built from.
+Environment environment_of(const Asked& asked);
+
+std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
+
+// The scene in this variant; with `text`, what the file `name` would hold.
+StudiedScene load(const std::string& name, const char* text, const Asked& asked,
+                  const SceneVariant& variant, Registry& registry);
+
+RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
+                       Registry& registry);
+
+}  // namespace sim::c

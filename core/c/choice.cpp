@@ -1,0 +1,125 @@
+// Methods and steps that keep an error.
+#include "core/c/choice.h"
+
+#include <cmath>
+
+#include "core/c/sim.h"
+#include "core/output/format.h"
+#include "core/report/goal_report.h"
+#include "core/report/study_words.h"
+#include "core/study/budget.h"
+#include "core/study/method_text.h"
+
+namespace sim::c {
+namespace {
+
+// The error that is asked for, or else that which the system itself asks for.
+std::optional<study::Budget> budget_of(const ChoiceRequest& request, const SystemSpec& spec) {
+  if (request.error) return request.error;
+  if (!spec.error) return {};
+  return study::Budget{spec.error->value, spec.error->in_metres};
+}
+
+std::string command_of(const sim_scene& scene) {
+  std::string text = "sim " + scene.loaded.spec.file;
+  for (const auto& [name, value] : scene.asked.variant.settings)
+    text += " -s " + name + "=" + value;
+  return text;
+}
+
+}  // namespace
+
+bool asks_for_error(const sim_scene& scene) {
+  const std::map<std::string, Value>& given = scene.asked.variant.integrator.given;
+  for (const char* name : {"tol", "rtol", "atol"})
+    if (given.contains(name)) return false;
+  for (const SystemSpec& spec : scene.loaded.spec.systems)
+    if (spec.error) return true;
+  return false;
+}
+
+void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
+  const SceneVariant& variant = scene.asked.variant;
+  Registry& registry = *scene.registry;
+  std::vector<std::optional<study::GoalChoice>> choices(scene.loaded.systems.size());
+  const study::Watch watch = [&](std::string_view what, double done) {
+    return !watcher.stopped(std::string(what).c_str(), done);
+  };
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const SystemSpec& spec = scene.loaded.spec.systems[i];
+    const std::optional<study::Budget> budget = budget_of(request, spec);
+    if (!budget) continue;
+    study::ErrorGoal goal{.budget = *budget,
+                          .time = request.time > 0 ? request.time : spec.duration,
+                          .dt = variant.dt};
+    if (!(goal.time > 0))
+      refuse("nothing to run", "time", "the run has no length", "give a time in s");
+    if (!variant.integrator.name.empty())
+      goal.integrators = {study::typed(variant.integrator, variant.integrator.name, registry)};
+    study::Problem problem{&spec, &registry, run_options(variant, scene.asked, spec, registry)};
+    problem.options.dt = 0;
+    problem.of = report::quantity(spec, request.of);
+    choices[i] = study::choose_for_error(problem, goal, watch);
+    if (watcher.told()) return;
+    if (!choices[i]->method)
+      throw Error(ErrorKind::kDiverged,
+                  {"no step found", spec.name + ", error",
+                   "no error of a method is known by trials that are short beside the run",
+                   "name an integrator, or see what a run without it says"});
+  }
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    if (!choices[i]) continue;
+    const SystemSpec& spec = scene.loaded.spec.systems[i];
+    RunOptions options = run_options(variant, scene.asked, spec, registry);
+    options.integrator = choices[i]->integrator();
+    options.dt = choices[i]->dt;
+    scene.loaded.systems[i] = Simulation(spec, registry, options);
+  }
+  scene.choices = std::move(choices);
+  scene.chosen = request;
+  scene.chosen_at = ++scene.generation;
+}
+
+std::vector<std::string> choice_texts(const sim_scene& scene) {
+  std::vector<std::string> texts;
+  for (const auto& choice : scene.choices) {
+    const std::optional<double> time =
+        scene.chosen.time > 0 ? std::optional(scene.chosen.time) : std::nullopt;
+    texts.push_back(choice
+                        ? report::goal_json(*choice, scene.chosen.of,
+                                            command_of(scene) + report::goal_options(*choice, time))
+                        : "");
+  }
+  return texts;
+}
+
+}  // namespace sim::c
+
+using namespace sim;
+using namespace sim::c;
+
+extern "C" {
+
+char* sim_choose(sim_scene* scene, const char* allowed, const char* of, double time,
+                 sim_watch watch, void* user, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    checked(scene, "scene");
+    if (std::isnan(time) || std::isinf(time))
+      refuse("bad value", "time", "it is not a finite number", "give it in s");
+    if (scene->generation != scene->chosen_at)
+      refuse("not at its start", "scene",
+             "trials begin with the state of the scene, which was stepped or changed since",
+             "open it again, and choose first");
+    ChoiceRequest request{.of = of ? of : "", .time = time};
+    if (allowed) request.error = study::parse_budget("error", allowed);
+    Watcher watcher(watch, user);
+    stoppable(*scene, [&] { choose(*scene, request, watcher); });
+    if (watcher.told()) throw Stopped();
+    std::vector<std::string> texts = choice_texts(*scene);
+    for (std::string& text : texts)
+      if (text.empty()) text = "null";
+    return given_away(JsonObject().json("systems", json_array(texts)).str());
+  });
+}
+
+}  // extern "C"
