@@ -103,7 +103,7 @@ extern "C" {
 char* sim_choose(sim_scene* scene, const char* allowed, const char* of, double time,
                  sim_watch watch, void* user, sim_error* error) {
   return guarded_pointer(error, [&] {
-    checked(scene, "scene");
+    const InCall call(scene);
     if (std::isnan(time) || std::isinf(time))
       refuse("bad value", "time", "it is not a finite number", "give it in s");
     if (scene->generation != scene->chosen_at)

@@ -18,11 +18,11 @@ void fill(char (&room)[kRoom], const std::string& text) {
   room[size] = '\0';
 }
 
-int tell(sim_error* error, int code, const ErrorText& text) noexcept {
+int tell(sim_error* error, int code, const ErrorText& text, const char* function) noexcept {
   if (error) {
     error->code = code;
     fill(error->what, text.what);
-    fill(error->where, text.where);
+    fill(error->where, text.where.empty() ? function : text.where);
     fill(error->why, text.why);
     fill(error->remedy, text.remedy);
   }
@@ -30,33 +30,63 @@ int tell(sim_error* error, int code, const ErrorText& text) noexcept {
 }
 
 // Without memory for a text.
-int tell_plainly(sim_error* error, const char* what) noexcept {
+int tell_plainly(sim_error* error, const char* what, const char* function) noexcept {
   if (!error) return SIM_INTERNAL;
   error->code = SIM_INTERNAL;
   std::strncpy(error->what, what, sizeof error->what - 1);
   error->what[sizeof error->what - 1] = '\0';
-  error->where[0] = error->why[0] = error->remedy[0] = '\0';
+  std::strncpy(error->where, function, sizeof error->where - 1);
+  error->where[sizeof error->where - 1] = '\0';
+  error->why[0] = error->remedy[0] = '\0';
   return SIM_INTERNAL;
 }
 
 }  // namespace
 
-int tell(sim_error* error) noexcept {
+int tell(sim_error* error, const char* function) noexcept {
   try {
     throw;
   } catch (const Error& found) {
     const int code = static_cast<int>(found.kind());
-    return tell(error, code, found.text());
+    return tell(error, code, found.text(), function);
   } catch (const Stopped&) {
-    tell_plainly(error, "stopped");
+    tell_plainly(error, "stopped", function);
     if (error) error->code = SIM_STOPPED;
     return SIM_STOPPED;
   } catch (const std::bad_alloc&) {
-    return tell_plainly(error, "out of memory");
+    return tell_plainly(error, "out of memory", function);
   } catch (const std::exception& found) {
-    return tell_plainly(error, found.what());
+    return tell_plainly(error, found.what(), function);
   } catch (...) {
-    return tell_plainly(error, "unknown exception");
+    return tell_plainly(error, "unknown exception", function);
+  }
+}
+
+InCall::InCall(const sim_scene* scene) : scene_(scene) {
+  checked(scene, "scene");
+  auto free = sim_scene::State::kFree;
+  if (!scene->state.compare_exchange_strong(free, sim_scene::State::kInCall,
+                                            std::memory_order_acquire))
+    refuse("busy handle", "scene", "it is in a call that has not ended",
+           "use it when that is over; each thread has scenes of its own");
+}
+
+InCall::~InCall() {
+  auto mine = sim_scene::State::kInCall;
+  if (!scene_->state.compare_exchange_strong(mine, sim_scene::State::kFree,
+                                             std::memory_order_release))
+    delete scene_;
+}
+
+void close(sim_scene* scene) noexcept {
+  if (!scene) return;
+  // In a call, or free and then held for good: whoever ends the call frees it.
+  for (auto now = scene->state.load();;) {
+    if (now == sim_scene::State::kToBeClosed) return;
+    const bool free = now == sim_scene::State::kFree;
+    if (!scene->state.compare_exchange_weak(now, sim_scene::State::kToBeClosed)) continue;
+    if (free) delete scene;
+    return;
   }
 }
 

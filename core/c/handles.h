@@ -1,6 +1,7 @@
 // The objects behind the handles of sim.h, and the codes of exceptions.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -20,6 +21,8 @@
 
 // Members of a scene in the order in which the later ones refer to the earlier.
 struct sim_scene {
+  enum class State { kFree, kInCall, kToBeClosed };  // the last one at the end of the call
+  mutable std::atomic<State> state = State::kFree;
   std::unique_ptr<sim::Registry> registry;
   sim::c::Asked asked;
   sim::StudiedScene loaded;
@@ -57,6 +60,22 @@ Handle& checked(Handle* handle, const char* name) {
   return *handle;
 }
 
+// Holds a scene for the time of a call. Throws Error{kUsage} for null, and for a scene that is in
+// another call: of another thread, or the one whose callback this is.
+class InCall {
+ public:
+  explicit InCall(const sim_scene* scene);
+  ~InCall();
+  InCall(const InCall&) = delete;
+  InCall& operator=(const InCall&) = delete;
+
+ private:
+  const sim_scene* scene_;
+};
+
+// Frees the scene now, or at the end of the call that it is in.
+void close(sim_scene* scene) noexcept;
+
 inline const char* checked_text(const char* text, const char* name) {
   if (!text) refuse("null text", name, "a text is wanted", "give one that ends with a zero byte");
   return text;
@@ -73,27 +92,29 @@ void stoppable(const sim_scene& scene, Work work) {
   }
 }
 
-// Stores the exception that is being handled, and returns its code.
-int tell(sim_error* error) noexcept;
+// Stores the exception that is being handled, and returns its code. One that does not say where it
+// was has the function of the interface for that.
+int tell(sim_error* error, const char* function) noexcept;
 
 // Calls work(); the code of what it throws, which never goes further.
 template <class Work>
-int guarded(sim_error* error, Work work) noexcept {
+int guarded(sim_error* error, Work work, const char* function = __builtin_FUNCTION()) noexcept {
   try {
     work();
     return SIM_OK;
   } catch (...) {
-    return tell(error);
+    return tell(error, function);
   }
 }
 
 // The same for what returns a pointer: null on failure.
 template <class Work>
-auto guarded_pointer(sim_error* error, Work work) noexcept -> decltype(work()) {
+auto guarded_pointer(sim_error* error, Work work,
+                     const char* function = __builtin_FUNCTION()) noexcept -> decltype(work()) {
   try {
     return work();
   } catch (...) {
-    tell(error);
+    tell(error, function);
     return nullptr;
   }
 }

@@ -43,7 +43,7 @@ extern "C" {
 unsigned char* sim_picture(sim_scene* scene, int width, int height, const char* colour,
                            size_t* size, sim_error* error) {
   return guarded_pointer(error, [&] {
-    checked(scene, "scene");
+    const InCall call(scene);
     checked(size, "size");
     LookSpec asked;
     asked.size = std::to_string(width) + "x" + std::to_string(height);
@@ -66,8 +66,9 @@ unsigned char* sim_picture(sim_scene* scene, int width, int height, const char* 
 sim_writer* sim_writer_open(sim_scene* scene, const char* file, double frames_per_second,
                             sim_error* error) {
   return guarded_pointer(error, [&] {
+    const InCall call(scene);
     WriterTask task;
-    task.models = models_of(checked(scene, "scene"));
+    task.models = models_of(*scene);
     task.file = checked_text(file, "file");
     task.world = scene->loaded.spec.world;
     task.look = look_of(scene->loaded.spec, {});
@@ -80,7 +81,10 @@ sim_writer* sim_writer_open(sim_scene* scene, const char* file, double frames_pe
 }
 
 int sim_writer_add(sim_writer* writer, sim_error* error) {
-  return guarded(error, [&] { checked(writer, "writer").writer->add(moment_of(*writer->scene)); });
+  return guarded(error, [&] {
+    const InCall call(checked(writer, "writer").scene);
+    writer->writer->add(moment_of(*writer->scene));
+  });
 }
 
 int sim_writer_commit(sim_writer* writer, sim_error* error) {

@@ -112,7 +112,7 @@ extern "C" {
 int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* user,
             sim_error* error) {
   return guarded(error, [&] {
-    checked(scene, "scene");
+    const InCall call(scene);
     if (std::isnan(time)) refuse("bad value", "time", "it is not a number", "give it in s");
     if (verify < 0 || verify > 2)
       refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
@@ -124,6 +124,7 @@ int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* us
 
 int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const study::Verdict& found = verdict_of(scene, system);
     const study::Figures& figures = found.figures;
     checked(verdict, "verdict") = {static_cast<int>(found.trust),
@@ -141,6 +142,7 @@ int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_erro
 int sim_figure(const sim_scene* scene, int system, const char* name, double* value,
                sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const study::Verdict& found = verdict_of(scene, system);
     checked(value, "value") = report::figure_named(found.figures, checked_text(name, "name"));
   });
@@ -148,6 +150,7 @@ int sim_figure(const sim_scene* scene, int system, const char* name, double* val
 
 char* sim_verdict_json(const sim_scene* scene, sim_error* error) {
   return guarded_pointer(error, [&] {
+    const InCall call(scene);
     verdict_of(scene, 0);
     return given_away(scene->summary);
   });

@@ -97,19 +97,25 @@ Vec3 vector_of(const double* numbers, const char* name) {
 
 // A change of one system between two steps.
 template <class Change>
-int changed(sim_scene* scene, int system, sim_error* error, Change change) noexcept {
-  return guarded(error, [&] {
+int changed(sim_scene* scene, int system, sim_error* error, Change change,
+            const char* function = __builtin_FUNCTION()) noexcept {
+  const auto work = [&] {
+    const InCall call(scene);
     Simulation& one = system_of(scene, system);
     ++scene->generation;
     change(one);
-  });
+  };
+  return guarded(error, work, function);
 }
 
-// A fact of one system, or what stands for none.
+// A fact of one system; `none` for what is not there, and for a scene that is in a call.
 template <class Fact, class Get>
 Fact fact(const sim_scene* scene, int system, Fact none, Get get) noexcept {
   Fact found = none;
-  guarded(nullptr, [&] { found = get(system_of(scene, system)); });
+  guarded(nullptr, [&] {
+    const InCall call(scene);
+    found = get(system_of(scene, system));
+  });
   return found;
 }
 
@@ -138,6 +144,10 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
     if (!field || !x0 || n == 0)
       refuse("no field", "field, x0, n", "a function and at least one number are wanted",
              "give both");
+    for (std::size_t i = 0; i < n; ++i)
+      if (!std::isfinite(x0[i]))
+        refuse("bad value", "x0[" + std::to_string(i) + "]", "it is not finite",
+               "give finite numbers");
     auto scene = std::make_unique<sim_scene>();
     const Asked& asked = scene->asked = asked_of(options);
     if (asked.variant.dt <= 0 || !(duration >= 0 && duration < HUGE_VAL))
@@ -168,7 +178,7 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
   });
 }
 
-void sim_close(sim_scene* scene) { delete scene; }
+void sim_close(sim_scene* scene) { c::close(scene); }
 
 int sim_systems(const sim_scene* scene) {
   return scene ? static_cast<int>(scene->loaded.systems.size()) : 0;
@@ -176,8 +186,9 @@ int sim_systems(const sim_scene* scene) {
 
 char* sim_describe(const sim_scene* scene, sim_error* error) {
   return guarded_pointer(error, [&] {
+    const InCall call(scene);
     std::vector<std::string> systems, args;
-    const StudiedScene& loaded = checked(scene, "scene").loaded;
+    const StudiedScene& loaded = scene->loaded;
     for (std::size_t i = 0; i < loaded.systems.size(); ++i)
       systems.push_back(system_json(loaded.spec.systems[i], loaded.systems[i]));
     for (const SceneArg& arg : scene->loaded.spec.args)
@@ -225,7 +236,7 @@ char* sim_scenes(sim_error* error) {
 int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error) {
   if (taken) *taken = 0;
   return guarded(error, [&] {
-    checked(scene, "scene");
+    const InCall call(scene);
     if (steps < 0) refuse("bad value", "steps", "it is below 0", "give a count");
     ++scene->generation;
     stoppable(*scene, [&] { take_steps(*scene, steps, taken); });
@@ -234,7 +245,7 @@ int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error) 
 
 int sim_reset(sim_scene* scene, sim_error* error) {
   return guarded(error, [&] {
-    checked(scene, "scene");
+    const InCall call(scene);
     ++scene->generation;
     for (Simulation& system : scene->loaded.systems) system.reset();
   });
@@ -257,12 +268,15 @@ int64_t sim_step_count(const sim_scene* scene, int system) {
               [](const Simulation& one) { return one.step_count(); });
 }
 
-uint64_t sim_generation(const sim_scene* scene) { return scene ? scene->generation : 0; }
+uint64_t sim_generation(const sim_scene* scene) {
+  return fact(scene, 0, std::uint64_t{0}, [&](const Simulation&) { return scene->generation; });
+}
 
 sim_snapshot* sim_snapshot_take(const sim_scene* scene, sim_error* error) {
   return guarded_pointer(error, [&] {
+    const InCall call(scene);
     auto snapshot = std::make_unique<sim_snapshot>();
-    snapshot->scene = checked(scene, "scene").self;
+    snapshot->scene = scene->self;
     for (const Simulation& system : scene->loaded.systems)
       snapshot->systems.push_back(system.snapshot());
     return snapshot.release();
@@ -271,7 +285,8 @@ sim_snapshot* sim_snapshot_take(const sim_scene* scene, sim_error* error) {
 
 int sim_snapshot_restore(sim_scene* scene, const sim_snapshot* snapshot, sim_error* error) {
   return guarded(error, [&] {
-    if (checked(snapshot, "snapshot").scene != checked(scene, "scene").self)
+    const InCall call(scene);
+    if (checked(snapshot, "snapshot").scene != scene->self)
       refuse("another scene's snapshot", "snapshot", "it was not taken of this handle",
              "restore it there");
     ++scene->generation;
@@ -285,6 +300,7 @@ void sim_snapshot_free(sim_snapshot* snapshot) { delete snapshot; }
 int sim_state(const sim_scene* scene, int system, const char* name, sim_part* part,
               sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const Simulation& one = system_of(scene, system);
     const StatePart& found = part_of_state(one, name);
     checked(part, "part") = {
@@ -295,6 +311,7 @@ int sim_state(const sim_scene* scene, int system, const char* name, sim_part* pa
 
 char* sim_state_parts(const sim_scene* scene, int system, sim_error* error) {
   return guarded_pointer(error, [&] {
+    const InCall call(scene);
     std::vector<std::string> names;
     for (const StatePart& part : system_of(scene, system).shape().parts())
       names.push_back(json_string(part.name));
@@ -305,6 +322,7 @@ char* sim_state_parts(const sim_scene* scene, int system, sim_error* error) {
 int sim_copy_state(const sim_scene* scene, int system, const char* name, double* out, size_t size,
                    sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const Simulation& one = system_of(scene, system);
     const StatePart& part = part_of_state(one, name);
     const std::size_t components = components_of(part);
@@ -320,6 +338,7 @@ int sim_copy_state(const sim_scene* scene, int system, const char* name, double*
 
 int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const Simulation& one = system_of(scene, system);
     if (!one.second_order())
       refuse("no energy", one.name(), "a first-order system has none", "ask a system of particles");
@@ -331,6 +350,7 @@ int sim_energy(const sim_scene* scene, int system, sim_energies* energies, sim_e
 int sim_observe(const sim_scene* scene, int system, const char* name, double* value,
                 sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const Simulation& one = system_of(scene, system);
     const study::Quantity quantity(scene->loaded.spec.systems[static_cast<std::size_t>(system)],
                                    checked_text(name, "name"));
@@ -348,6 +368,7 @@ uint64_t sim_hash(const sim_scene* scene, int system) {
 int sim_springs(const sim_scene* scene, int system, int particle, sim_spring* springs, size_t room,
                 size_t* count, sim_error* error) {
   return guarded(error, [&] {
+    const InCall call(scene);
     const Simulation& one = system_of(scene, system);
     check_particle(one, particle);
     const std::vector<Link> links = one.second_order() ? one.links(particle) : std::vector<Link>();
@@ -374,8 +395,14 @@ int sim_set_velocity(sim_scene* scene, int system, int particle, const double v[
 }
 
 int sim_set_component(sim_scene* scene, int system, int component, double value, sim_error* error) {
-  return changed(scene, system, error,
-                 [&](Simulation& one) { one.set_component(component, value); });
+  return changed(scene, system, error, [&](Simulation& one) {
+    const int count = one.flat() ? static_cast<int>(one.components()) : 0;
+    if (component < 0 || component >= count)
+      refuse("no such component", std::to_string(component),
+             "the state has " + std::to_string(count) + " numbers of its own",
+             count > 0 ? "they count from 0" : "set positions and velocities");
+    one.set_component(component, value);
+  });
 }
 
 int sim_set_pinned(sim_scene* scene, int system, int particle, int pinned, sim_error* error) {

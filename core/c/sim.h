@@ -5,7 +5,9 @@
  * in on failure; it may be null. No function ends the program, throws or installs signal handlers.
  * - Null handles and indices out of range are errors (SIM_USAGE), never undefined.
  * - There is no state besides the handles. One handle belongs to one thread at a time; different
- *   handles may be used in different threads at once.
+ *   handles may be used in different threads at once. A scene that is in a call, of which a
+ * callback may be part, refuses all others (SIM_USAGE, "busy handle"); sim_close() then frees it at
+ * the end of that call.
  * - Units are SI: m, s, kg, N, J. Systems of a scene and particles count from 0.
  * - Text is UTF-8. Texts and blocks that a function gives away are freed with sim_free().
  * - What compiles against 1.x of this header runs with every later 1.y of the library.

@@ -2,6 +2,8 @@
 
 import ctypes
 import html
+import math
+import operator
 import os
 import sys
 import threading
@@ -185,6 +187,44 @@ def as_bytes(text):
     return data
 
 
+def as_int(value, name, least=-2**31, most=2**31 - 1):
+    """A whole number, of numpy too, that the library's integer holds: ctypes would cut it."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise Error("bad value", f"{name} = {value!r}", "it is not a whole number",
+                    "give one like 3") from None
+    if not least <= number <= most:
+        raise Error("bad value", f"{name} = {value!r}", f"it is not {least} .. {most}",
+                    "give one in between")
+    return number
+
+
+def as_number(value, name, least=-math.inf):
+    """A finite number of at least `least`."""
+    try:
+        number = math.nan if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not (math.isfinite(number) and number >= least):
+        bound = "" if least == -math.inf else f" of at least {least:g}"
+        raise Error("bad value", f"{name} = {value!r}", f"it is not a finite number{bound}",
+                    "give one like 0.5")
+    return number
+
+
+def as_vector(value, name):
+    """Three numbers."""
+    try:
+        numbers = [float(one) for one in value]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 3:
+        raise Error("bad value", f"{name} = {value!r}", "it is not three numbers",
+                    "give them like [0, 0.5, 1]")
+    return _VECTOR(*numbers)
+
+
 def as_setting(value):
     """The text of a parameter's value: 32.0 and 32 are the same."""
     if isinstance(value, bool):
@@ -198,8 +238,9 @@ def as_setting(value):
 
 def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, safe=False,
             plugins=(), libraries=()):
-    record = Options(size=ctypes.sizeof(Options), dt=dt, threads=threads, safe=bool(safe),
-                     seed=seed)
+    record = Options(size=ctypes.sizeof(Options), dt=as_number(dt, "dt", 0),
+                     threads=as_int(threads, "threads"), safe=bool(safe),
+                     seed=as_int(seed, "seed", 0, 2**64 - 1))
     lists = {"settings": [f"{name}={as_setting(value)}" for name, value in args.items()],
              "off": off, "without": without, "folders": plugins, "libraries": libraries}
     for name, items in lists.items():

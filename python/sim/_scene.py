@@ -9,7 +9,7 @@ import json
 import numpy as np
 
 from ._library import (FIELD, STOPPED, Energies, Error, ErrorRecord, Part, SpringRecord,
-                       VerdictRecord, Watching, as_bytes, check, lib, options, taken)
+                       VerdictRecord, Watching, as_bytes, as_int, as_number, as_vector, check, lib, options, taken)
 
 Spring = collections.namedtuple("Spring", "family to stiffness rest length force")
 Spring.__doc__ = "A spring: family, particle at its other end, N/m, m, m, N (positive: stretched)."
@@ -171,7 +171,7 @@ class System:
 
     @dt.setter
     def dt(self, h):
-        self._change(lib.sim_set_dt, h)
+        self._change(lib.sim_set_dt, as_number(h, "dt"))
 
     @property
     def energy(self):
@@ -203,7 +203,7 @@ class System:
     def springs(self, particle):
         """The springs of a particle, a list of Spring."""
         scene, count = self._scene, ctypes.c_size_t()
-        arguments = (scene._open(), self._index, particle)
+        arguments = (scene._open(), self._index, as_int(particle, "particle"))
         check(lib.sim_springs(*arguments, None, 0, count, scene._failed), scene._failed)
         records = (SpringRecord * max(1, count.value))()
         check(lib.sim_springs(*arguments, records, count.value, count, scene._failed),
@@ -217,19 +217,19 @@ class System:
 
     def set_position(self, particle, x):
         """Moves a particle to x, m."""
-        self._change(lib.sim_set_position, particle, (ctypes.c_double * 3)(*x))
+        self._change(lib.sim_set_position, as_int(particle, "particle"), as_vector(x, "x"))
 
     def set_velocity(self, particle, v):
         """Gives a particle the velocity v, m/s."""
-        self._change(lib.sim_set_velocity, particle, (ctypes.c_double * 3)(*v))
+        self._change(lib.sim_set_velocity, as_int(particle, "particle"), as_vector(v, "v"))
 
     def set_component(self, index, value):
         """Sets one number of a flat state."""
-        self._change(lib.sim_set_component, index, value)
+        self._change(lib.sim_set_component, as_int(index, "index"), as_number(value, "value"))
 
     def pin(self, particle, hold=True):
         """Pins a particle where it is, or lets it go."""
-        self._change(lib.sim_set_pinned, particle, bool(hold))
+        self._change(lib.sim_set_pinned, as_int(particle, "particle"), bool(hold))
 
     def switch(self, name, on):
         """Turns a force or collider that the scene names in `switches` on or off."""
@@ -241,7 +241,7 @@ class System:
 
     def cut(self, a, b):
         """Breaks the ties between two particles that may break."""
-        self._change(lib.sim_cut, a, b)
+        self._change(lib.sim_cut, as_int(a, "a"), as_int(b, "b"))
 
 
 class Snapshot:
@@ -303,6 +303,8 @@ class Scene(System):
         """Takes n steps of each system. Raises Error (code 4) where one cannot be taken; the scene
         is then as it was before that one. Ctrl-C ends it after some steps."""
         handle, failed = self._handle or self._open(), self._failed
+        if n.__class__ is not int:
+            n = as_int(n, "n", 0, 2**63 - 1)
         chunk = 64
         while n > chunk:  # Python hears of signals in between
             if self._ended is not None and self._ended.is_set():
@@ -334,7 +336,7 @@ class Scene(System):
         where that takes a second or a core is free, until it doubts. progress: see sim.tradeoff(). Ctrl-C ends it."""
         watching = Watching(progress, self._ended)
         wish = 1 if verify is None else 2 if verify else 0
-        code = watching.call(lib.sim_run, self._open(), 0.0 if time is None else time, wish,
+        code = watching.call(lib.sim_run, self._open(), length(time), wish,
                              watching.watch, None, self._failed)
         watching.finish()
         if code and not (code == STOPPED and watching.stopped):
@@ -352,7 +354,7 @@ class Scene(System):
         """
         watching = Watching(progress, self._ended)
         block = watching.call(lib.sim_choose, self._open(), allowed and as_bytes(allowed),
-                              of and as_bytes(of), 0.0 if time is None else time, watching.watch,
+                              of and as_bytes(of), length(time), watching.watch,
                               None, self._failed)
         watching.finish()
         chosen = json.loads(taken(block, self._failed))["systems"]
@@ -383,8 +385,8 @@ class Scene(System):
     def picture(self, file=None, width=1280, height=720, color=None):
         """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed"."""
         size = ctypes.c_size_t()
-        block = lib.sim_picture(self._open(), width, height, color and as_bytes(color), size,
-                                self._failed)
+        block = lib.sim_picture(self._open(), as_int(width, "width"), as_int(height, "height"),
+                                color and as_bytes(color), size, self._failed)
         if not block:
             raise self._failed.exception()
         try:
@@ -400,6 +402,7 @@ class Scene(System):
     def write(self, file, time=0.0, fps=30.0):
         """Writes a file of any kind that `sim --out` knows: of now, or of `time` s from now in
         steps, fps pictures a second of simulated time."""
+        fps, time = as_number(fps, "fps", 1e-9), as_number(time, "time", 0)
         writer = lib.sim_writer_open(self._open(), as_bytes(file), fps, self._failed)
         if not writer:
             raise self._failed.exception()
@@ -434,6 +437,16 @@ class Scene(System):
 
 
 _step = lib.sim_step
+
+
+def length(time):
+    """Of a run, s, as the library takes it: None is the scene's duration."""
+    if time is None:
+        return 0.0
+    if not as_number(time, "time", 0) > 0:
+        raise Error("bad value", f"time = {time!r}", "the run has no length",
+                    "give more than 0 s, or nothing for the scene's duration")
+    return float(time)
 
 
 def load(name, args=None, **rest):
@@ -483,7 +496,8 @@ def field(f, x0, integrator="rk4", dt=0.01, duration=1.0, **rest):
 
     callback, failed = FIELD(called), ErrorRecord()
     record = _asked(None, dict(rest, integrator=integrator, dt=dt))
-    handle = lib.sim_open_field(callback, None, x0.ctypes.data, x0.size, duration, record, failed)
+    handle = lib.sim_open_field(callback, None, x0.ctypes.data, x0.size,
+                                as_number(duration, "duration", 0), record, failed)
     if not handle and failures:
         raise failures.pop()
     return Field(handle, failed, callback, failures, shape)

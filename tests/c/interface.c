@@ -508,6 +508,33 @@ static void scenes_are_swept(void) {
         error.code == SIM_STOPPED);
 }
 
+/* A callback that uses the scene whose run asks it, and closes it. */
+static int intrudes(void* user, const char* what, double done) {
+  sim_scene* scene = user;
+  sim_error error;
+  double number;
+  sim_energies energies;
+  (void)what, (void)done;
+  CHECK(sim_step(scene, 1, NULL, &error) == SIM_USAGE && strcmp(error.what, "busy handle") == 0);
+  CHECK(error.where[0] && error.why[0] && error.remedy[0]);
+  CHECK(sim_run(scene, 1, 0, NULL, NULL, NULL) == SIM_USAGE && sim_reset(scene, NULL) == SIM_USAGE);
+  CHECK(sim_choose(scene, "1%", NULL, 1, NULL, NULL, NULL) == NULL);
+  CHECK(sim_energy(scene, 0, &energies, NULL) == SIM_USAGE && isnan(sim_time(scene, 0)));
+  CHECK(sim_copy_state(scene, 0, "position", &number, 1, NULL) == SIM_USAGE);
+  CHECK(sim_generation(scene) == 0 && sim_hash(scene, 0) == 0 && sim_step_count(scene, 0) == -1);
+  CHECK(sim_set_pinned(scene, 0, 3, 1, NULL) == SIM_USAGE && sim_snapshot_take(scene, NULL) == NULL);
+  CHECK(sim_picture(scene, 8, 8, NULL, NULL, NULL) == NULL);
+  CHECK(sim_verdict_json(scene, NULL) == NULL && sim_describe(scene, NULL) == NULL);
+  sim_close(scene);
+  sim_close(scene); /* the second time while the first one waits for the end of the call */
+  return 1;
+}
+
+static void a_scene_is_in_one_call(void) {
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  CHECK(sim_run(cloth, 1, 0, intrudes, cloth, NULL) == SIM_STOPPED);
+}
+
 static void* steps_a_cloth(void* hash) {
   int i;
   for (i = 0; i < 5; ++i) {
@@ -542,6 +569,7 @@ int main(int argc, char** argv) {
   methods_are_compared();
   scenes_are_swept();
   errors_are_asked_for();
+  a_scene_is_in_one_call();
   threads_do_not_meet();
   printf("%d passed, %d failed\n", passed, failed);
   return failed != 0;

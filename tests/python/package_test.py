@@ -39,10 +39,16 @@ def test_hashes_are_those_of_the_command_line():
                               capture_output=True, text=True, check=False)
         hashes = [one["hash"] for one in json.loads(told.stdout)["systems"]]
         with sim.load(name) as s:
-            # A world's systems go by time on the command line, each by itself here.
             if len(hashes) == 1:
                 s.step(20)
                 assert [s.hash] == hashes, name
+                continue
+            # A world's systems go by time on the command line, each by its own steps here.
+            told = subprocess.run([PROGRAM, name, "-T", "0.1", "--no-verify", "--json", "-q"],
+                                  capture_output=True, text=True, check=False)
+            s.run(0.1, verify=False)
+            assert [one.hash for one in s.systems] == [
+                one["hash"] for one in json.loads(told.stdout)["systems"]], name
 
 
 def test_a_run_is_that_of_the_command_line():
@@ -92,6 +98,62 @@ def test_values_of_parameters():
     raises(sim.Error, lambda: sim.load("scenes/cl\0th.lua"))
     with sim.load("cloth", args={"n": 3}, integrator="rk4", dt=0.002) as s:
         assert s.dt == 0.002 and s.description["systems"][0]["integrator"] == "rk4"
+
+
+def test_bad_arguments():
+    """What ctypes would cut or pad is an error with where, why and remedy; numpy's numbers pass."""
+    s = sim.load("scenes/cloth.lua")
+    before = s.hash
+    bad = [lambda: s.springs(2**32), lambda: s.springs(1.5), lambda: s.pin(2**32 + 12),
+           lambda: s.pin(-1), lambda: s.pin("12"), lambda: s.set_position(12, [0.1, 0.2]),
+           lambda: s.set_position(12, [0.1, 0.2, 0.3, 0.4]), lambda: s.set_position(12, 5),
+           lambda: s.set_position(12, ["a", 0, 0]), lambda: s.set_velocity(12, [0, np.nan, 0]),
+           lambda: s.set_velocity(2**31, [0, 0, 0]), lambda: s.set_component(0, 1.0),
+           lambda: s.cut(0, 2**32 + 1), lambda: setattr(s, "dt", np.nan),
+           lambda: setattr(s, "dt", "fast"), lambda: setattr(s, "dt", 0), lambda: s.step(-1),
+           lambda: s.step(1.5), lambda: s.step(None), lambda: s.step(np.float64(2)),
+           lambda: s.run(0), lambda: s.run(-1), lambda: s.run(np.nan), lambda: s.run(1e300),
+           lambda: s.run("1"), lambda: s.choose("1%", time=-1),
+           lambda: s.picture(width=2**32 + 64), lambda: s.picture(height=-1),
+           lambda: s.write("x.csv", fps=0), lambda: s.write("x.csv", time=np.inf),
+           lambda: s.write("x.nonsense"), lambda: s.view("nonsense"), lambda: s.part("x\0"),
+           lambda: s.switch("nonsense", True), lambda: s.set_integrator("rk44"),
+           lambda: s.restore(sim.load("scenes/cloth.lua").snapshot()),
+           lambda: sim.load("cloth", seed=-1), lambda: sim.load("cloth", threads=2**32 + 1),
+           lambda: sim.load("cloth", dt=-1), lambda: sim.load("cloth", dt="x"),
+           lambda: sim.load("cloth", n=1e400), lambda: sim.load("cloth", integrator="rk4:x=1"),
+           lambda: sim.load("cloth", off="nonsense"), lambda: sim.load("cloth", without=["x"]),
+           lambda: sim.field(lambda t, x: -x, [1.0], dt=0),
+           lambda: sim.field(lambda t, x: -x, []), lambda: sim.field(lambda t, x: -x, [np.nan]),
+           lambda: sim.field(lambda t, x: -x, [1.0], duration=-1),
+           lambda: sim.scene("return 1"), lambda: sim.scene("\0")]
+    for i, work in enumerate(bad):
+        error = raises(sim.Error, work)
+        assert error.what and error.where and error.why and error.remedy and error.code, (
+            i, vars(error))
+    assert s.hash == before and s.t == 0 and not os.path.exists("x.csv")
+    s.pin(np.int64(12))
+    s.set_position(np.int32(12), np.array([0.1, 0.2, 0.3], np.float32))
+    s.step(np.int64(3))
+    assert s.steps == 3 and len(s.springs(np.uint8(12))) == 11
+    assert sim.load("cloth", n=np.int64(3), seed=2**64 - 1, dt=np.float32(0.25)).dt == 0.25
+
+
+def test_a_scene_belongs_to_one_call_at_a_time():
+    s = sim.load("scenes/cloth.lua", n=24)
+    said = []
+
+    def intrudes(what, done):
+        for work in (s.step, s.reset, s.snapshot, lambda: s.x, lambda: s.energy, lambda: s.verdict,
+                     lambda: s.view("position"), lambda: s.run(1), lambda: s.pin(3)):
+            said.append(raises(sim.Error, work).what)
+        return False
+
+    s.run(1e6, progress=intrudes)
+    assert said and set(said) == {"busy handle"}
+    s.step()
+    f = sim.field(lambda t, x: f.x, [1.0])  # a right-hand side that asks for its own state
+    assert raises(sim.Error, f.step).what == "busy handle"
 
 
 def test_a_scene_that_ends_the_numbers():
