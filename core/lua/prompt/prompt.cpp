@@ -9,17 +9,13 @@
 
 #include "core/base/text.h"
 #include "core/base/utf8.h"
+#include "core/lua/lua_keywords.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/prompt/lua_data.h"
 #include "core/lua/scene/session.h"
 
 namespace sim {
 namespace {
-
-constexpr const char* kKeywords[] = {"and",   "break", "do",       "else", "elseif", "end",
-                                     "false", "for",   "function", "goto", "if",     "in",
-                                     "local", "nil",   "not",      "or",   "repeat", "return",
-                                     "then",  "true",  "until",    "while"};
 
 // Each chunk may print as much.
 struct FinishPrinting {
@@ -364,7 +360,7 @@ std::vector<std::string> Prompt::completions(const std::string& path) {
       lua_rawget(L, -2);
     }
   });
-  if (last == 0) found.insert(std::begin(kKeywords), std::end(kKeywords));
+  if (last == 0) found.insert(std::begin(kLuaKeywords), std::end(kLuaKeywords));
   std::vector<std::string> names;
   for (const std::string& name : found)
     if (name.starts_with(stem) && !name.starts_with("__") && is_visible(name))

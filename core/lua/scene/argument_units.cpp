@@ -10,6 +10,7 @@
 
 #include "core/base/dimension.h"
 #include "core/base/error.h"
+#include "core/lua/lua_keywords.h"
 
 namespace sim {
 namespace {
@@ -24,11 +25,6 @@ struct Token {
     return (kind == Kind::kSymbol || kind == Kind::kKeyword) && text == symbol;
   }
 };
-
-const std::set<std::string_view> kKeywords = {
-    "and",      "break",  "do",   "else", "elseif", "end",  "false", "for",
-    "function", "goto",   "if",   "in",   "local",  "nil",  "not",   "or",
-    "repeat",   "return", "then", "true", "until",  "while"};
 
 // The text is a chunk that Lua has compiled: nothing in it is left open.
 class Lexer {
@@ -116,7 +112,8 @@ class Lexer {
     if (word(c)) {
       while (word(at(at_))) ++at_;
       token.text = slice(begin, at_);
-      token.kind = kKeywords.contains(token.text) ? Token::Kind::kKeyword : Token::Kind::kName;
+      const bool reserved = std::ranges::find(kLuaKeywords, token.text) != std::end(kLuaKeywords);
+      token.kind = reserved ? Token::Kind::kKeyword : Token::Kind::kName;
       return token;
     }
     for (const std::string_view symbol :
