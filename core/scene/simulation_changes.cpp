@@ -19,7 +19,9 @@ namespace {
 void check_particle(const Simulation& simulation, int i) {
   const int n = simulation.particles();
   if (i >= 0 && i < n) return;
-  if (n == 0) refuse_change("no such particle", "a flat state has components, not particles", "");
+  if (n == 0)
+    refuse_change("no such particle", "a flat state has components, not particles",
+                  "set a component");
   refuse_change("no such particle", std::to_string(i) + " is none of the " + std::to_string(n),
                 "ids run from 0 to " + std::to_string(n - 1));
 }
@@ -160,7 +162,8 @@ void Simulation::set_velocity(int i, const Vec3& v) {
   check_finite(v, "velocity");
   Impl& s = *impl_;
   s.check_not_led(i);
-  if (!s.particles) refuse_change("no velocity to set", "a first-order scene has none", "");
+  if (!s.particles)
+    refuse_change("no velocity to set", "a first-order scene has none", "set a position");
   if (pinned(i) && !std::ranges::binary_search(s.settings->held, i))
     refuse_change("no velocity to set", "particle " + std::to_string(i) + " is pinned",
                   "unpin it first");
@@ -186,7 +189,9 @@ bool Simulation::pinned(int i) const {
 void Simulation::set_pinned(int i, bool hold) {
   check_particle(*this, i);
   Impl& s = *impl_;
-  if (!s.particles) refuse_change("nothing to pin", "a first-order scene has no masses", "");
+  if (!s.particles)
+    refuse_change("nothing to pin", "a first-order scene has no masses",
+                  "pin particles of a second-order one");
   s.check_not_led(i);
   if (pinned(i) == hold) return;
   s.wake(i);

@@ -9,6 +9,11 @@ Units are SI: m, s, kg, N, J. Everything that fails raises sim.Error, with what,
 remedy. docs/python.md has examples.
 """
 
+try:
+    import numpy  # noqa: F401
+except ImportError as missing:
+    raise ImportError("sim needs numpy; Debian: apt-get install python3-numpy") from missing
+
 from ._library import Error, lib as _lib
 from ._scene import (Energy, Field, Scene, Snapshot, Spring, StaleView, System, Verdict, View,
                      field, load, scene)

@@ -454,6 +454,33 @@ def test_pictures(folder="."):
     raises(sim.Error, lambda: s.picture(width=0))
 
 
+def test_two_threads_in_one_scene():
+    """Each call is whole or refused."""
+    s, taken, said = sim.load("scenes/cloth.lua"), [0, 0], set()
+
+    def work(i):
+        for _ in range(3000):
+            try:
+                s.step()
+                taken[i] += 1
+            except sim.Error as error:
+                said.add(error.what)
+
+    workers = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+    for one in workers:
+        one.start()
+    for one in workers:
+        one.join()
+    assert s.steps == sum(taken) and said <= {"busy handle"}, (s.steps, taken, said)
+
+
+def test_syntax_is_that_of_3_9():
+    files = sorted((ROOT / "python/sim").glob("*.py*"))
+    assert len(files) >= 5
+    for file in files:
+        ast.parse(file.read_text(), str(file), feature_version=(3, 9))
+
+
 def test_stubs_name_what_there_is():
     """Every public name and method has a type in the stub, and none is invented."""
     stub = ast.parse((ROOT / "python/sim/__init__.pyi").read_text())
