@@ -2,12 +2,12 @@
 # others find them.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION lib)
+install(TARGETS simkernel simlab sim_flags EXPORT sim LIBRARY DESTINATION ${SIM_LIBDIR})
 install(DIRECTORY scripts/ DESTINATION share/sim)
 # The page for `sim export --format page`, where ./dev web has made it.
 install(FILES build/web/page.html DESTINATION share/sim/web OPTIONAL)
 # The C interface, and the package of Python over it, which looks for the library beside itself.
-install(TARGETS sim_c EXPORT sim LIBRARY DESTINATION lib)
+install(TARGETS sim_c EXPORT sim LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(FILES core/c/sim.h DESTINATION include)
 install(DIRECTORY python/sim DESTINATION lib/python3/dist-packages
   FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
@@ -32,7 +32,7 @@ while(headers_left)
 endwhile()
 
 # find_package(sim) gives sim::simkernel, sim::simlab and sim_add_plugin(NAME FILE...).
-set(package lib/cmake/sim)
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/sim)
 install(EXPORT sim NAMESPACE sim:: FILE sim-targets.cmake DESTINATION ${package})
 configure_package_config_file(core/sim-config.cmake.in ${PROJECT_BINARY_DIR}/sim-config.cmake
   INSTALL_DESTINATION ${package})
@@ -41,23 +41,19 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/sim-config-version.cmake
 install(FILES ${PROJECT_BINARY_DIR}/sim-config.cmake ${PROJECT_BINARY_DIR}/sim-config-version.cmake
   plugins/sim_add_plugin.cmake plugins/seal.cmake DESTINATION ${package})
 
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests need not be built for an installation
+
 # pkg-config --cflags --libs sim, the kernel; or simlab, with the laboratory; or libsim, the C interface
+file(RELATIVE_PATH prefix_of_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 foreach(package_file sim.pc simlab.pc libsim.pc)
   configure_file(core/${package_file}.in ${PROJECT_BINARY_DIR}/${package_file} @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/${package_file} DESTINATION lib/pkgconfig)
+  install(FILES ${PROJECT_BINARY_DIR}/${package_file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()
 
-# A package of Debian: `cpack` in the build folder, or ./dev deb.
-set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests need not be built for it
-set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_NAME sim)
-set(CPACK_PACKAGE_CONTACT "The authors of sim <sim@localhost>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_STRIP_FILES ON)
-set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, pkg-config, python3-numpy")
-include(CPack)
+# The entry of `sim view` in menus.
+file(STRINGS CITATION.cff released REGEX "^date-released: ")
+string(REGEX REPLACE "^date-released: " "" SIM_RELEASED "${released}")
+configure_file(packaging/sim.metainfo.xml.in ${PROJECT_BINARY_DIR}/sim.metainfo.xml @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/sim.metainfo.xml DESTINATION share/metainfo)
+install(FILES packaging/sim.desktop DESTINATION share/applications)
+install(FILES packaging/sim.svg DESTINATION share/icons/hicolor/scalable/apps)

@@ -21,35 +21,32 @@ fs::path prefix_of_program() {
 }  // namespace
 
 Environment find_environment(const Folders& plugin_path) {
-  return sim::find_environment(prefix_of_program(), SIM_SCRIPTS_DIR, plugin_path);
+  return sim::find_environment(prefix_of_program(), plugin_path);
 }
 
 Registry open_registry(const Environment& environment, const Folders& libraries, bool probe) {
   if (environment.plugin_folders.empty() && libraries.empty() && linked_plugins().empty())
     throw Error(ErrorKind::kIo,
-                {"no plugin folder", (prefix_of_program() / "lib/sim/plugins").string(),
+                {"no plugin folder", (library_folder(prefix_of_program()) / "plugins").string(),
                  "there is none beside the program", "install it again, or give --plugin-path"});
   return Registry(environment.plugin_folders, libraries, probe, linked_plugins());
 }
 
 DevelopmentFiles development_files() {
   const fs::path prefix = prefix_of_program();
-  std::error_code error;
-  const fs::path installed = prefix / "include/sim";
-  const fs::path tree = fs::path(SIM_SCRIPTS_DIR).parent_path();
-  return {fs::is_directory(installed, error) ? installed : tree, prefix / "lib"};
+  return {prefix / "include/sim", library_folder(prefix)};
 }
 
-fs::path helper_program(const std::string& name) { return prefix_of_program() / "lib/sim" / name; }
+fs::path helper_file(const std::string& name) { return library_folder(prefix_of_program()) / name; }
 
 fs::path page_with_kernel() {
   std::error_code error;
-  const fs::path installed = prefix_of_program() / "share/sim/web/page.html";
-  const fs::path tree = fs::path(SIM_SCRIPTS_DIR).parent_path();
+  const fs::path data = prefix_of_program() / "share/sim", installed = data / "web/page.html";
+  const fs::path tree = fs::weakly_canonical(data, error).parent_path();
   return fs::is_regular_file(installed, error) ? installed : tree / "build/web/page.html";
 }
 
-fs::path editor_types() { return prefix_of_program() / "lib/sim/luacats/sim.lua"; }
+fs::path editor_types() { return library_folder(prefix_of_program()) / "luacats/sim.lua"; }
 
 BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 

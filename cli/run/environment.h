@@ -12,7 +12,7 @@ namespace sim::cli {
 
 using sim::Environment, sim::Folders;
 
-// Beside the program, or in the tree that it was built from.
+// The folders of the installation, or of the build, that the program is a part of.
 Environment find_environment(const Folders& plugin_path);
 
 // A registry over these folders, with the libraries of --load opened. Throws Error{kIo} for a
@@ -20,15 +20,14 @@ Environment find_environment(const Folders& plugin_path);
 Registry open_registry(const Environment& environment, const Folders& libraries,
                        bool probe = false);
 
-// The files that a user's plugin is compiled and linked with: those of the installed program, or
-// else of the source tree and its build.
+// The files that a user's plugin is compiled and linked with.
 struct DevelopmentFiles {
   std::filesystem::path headers, libraries;
 };
 DevelopmentFiles development_files();
 
-// A program that serves this one, lib/sim/NAME beside bin/; it need not be there.
-std::filesystem::path helper_program(const std::string& name);
+// A program or library that serves this one, lib/sim/NAME below the prefix; it need not be there.
+std::filesystem::path helper_file(const std::string& name);
 
 // The page that ./dev web made, for `sim export --format page`; it need not be there.
 std::filesystem::path page_with_kernel();

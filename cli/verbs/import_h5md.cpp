@@ -56,7 +56,7 @@ class Between {
 int import_h5md(const ImportRequest& request, Console& console) {
   namespace fs = std::filesystem;
   check_input_file(request.mesh, HUGE_VAL, "check the name and its permissions");
-  const fs::path reader = helper_program("read_h5md");
+  const fs::path reader = helper_file("read_h5md");
   if (::access(reader.c_str(), X_OK) != 0)
     throw Error(ErrorKind::kIo, {"cannot import", request.mesh, "this build has no HDF5",
                                  "install libhdf5-dev and build again"});

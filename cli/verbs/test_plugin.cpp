@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/run/environment.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/stream.h"
@@ -49,9 +50,8 @@ void start_again_counting() {
   constexpr const char* kPreload = "LD_PRELOAD";
   if (allocation_count() || std::getenv(kPreload)) return;
   std::error_code none;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", none);
-  const auto library = program.parent_path().parent_path() / "lib/sim/count_allocations.so";
-  if (none || !std::filesystem::exists(library, none)) return;
+  const std::filesystem::path library = helper_file("count_allocations.so");
+  if (!std::filesystem::exists(library, none)) return;
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::string words((std::istreambuf_iterator<char>(file)), {});
   std::vector<char*> arguments;
@@ -59,7 +59,7 @@ void start_again_counting() {
     arguments.push_back(words.data() + at);
   arguments.push_back(nullptr);
   setenv(kPreload, library.c_str(), 1);
-  execv(program.c_str(), arguments.data());
+  execv("/proc/self/exe", arguments.data());
   unsetenv(kPreload);
 }
 

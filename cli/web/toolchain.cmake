@@ -23,20 +23,8 @@ file(CREATE_LINK /usr/include/CLI ${PROJECT_BINARY_DIR}/headers/CLI SYMBOLIC)
 add_library(CLI11::CLI11 INTERFACE IMPORTED)
 target_include_directories(CLI11::CLI11 SYSTEM INTERFACE ${PROJECT_BINARY_DIR}/headers)
 
-# Lua as C++, so that its errors are exceptions; its interface has the names of C.
-file(GLOB lua_sources ${SIM_WEB_SOURCES}/lua/src/*.c)
-list(FILTER lua_sources EXCLUDE REGEX "/(lua|luac|onelua)\\.c$")
-set_source_files_properties(${lua_sources} PROPERTIES LANGUAGE CXX)
-add_library(sim_web_lua STATIC ${lua_sources})
-target_compile_options(sim_web_lua PRIVATE -w -ffp-contract=off "SHELL:-x c++ -include lua.hpp"
-  -DLUA_CORE -DLUA_LIB)
-target_include_directories(sim_web_lua SYSTEM PUBLIC ${SIM_WEB_SOURCES}/lua/src
-  ${PROJECT_BINARY_DIR}/headers)
-# Debian's luaconf.h asks for the name of its architecture.
-file(WRITE ${PROJECT_BINARY_DIR}/headers/lua5.4-deb-multiarch.h
-  "#define DEB_HOST_MULTIARCH \"wasm\"\n")
-set(SIM_LUA sim_web_lua)
-set(LUA_INCLUDE_DIRS ${SIM_WEB_SOURCES}/lua/src ${PROJECT_BINARY_DIR}/headers)
+include(core/lua/lua_source.cmake)
+sim_add_lua(${SIM_WEB_SOURCES}/lua/src)
 
 enable_language(C)
 file(GLOB zlib_sources ${SIM_WEB_SOURCES}/zlib/*.c)

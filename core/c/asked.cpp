@@ -97,7 +97,7 @@ Environment environment_of(const Asked& asked) {
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment) {
   if (environment.plugin_folders.empty() && asked.libraries.empty() && linked_plugins().empty())
     throw Error(ErrorKind::kIo,
-                {"no plugin folder", (prefix_of_library() / "lib/sim/plugins").string(),
+                {"no plugin folder", (library_folder(prefix_of_library()) / "plugins").string(),
                  "there is none beside the library", "install it again, or name one in folders"});
   return std::make_unique<Registry>(environment.plugin_folders, asked.libraries, false,
                                     linked_plugins());

@@ -33,19 +33,19 @@ fs::path data_home() {
 
 }  // namespace
 
-Environment find_environment(const fs::path& prefix, const fs::path& source_scripts,
-                             const Folders& plugin_path) {
+fs::path library_folder(const fs::path& prefix) { return prefix / SIM_LIBDIR; }
+
+Environment find_environment(const fs::path& prefix, const Folders& plugin_path) {
   Environment environment;
   environment.plugin_folders = plugin_path;
   append_variable(environment.plugin_folders, "SIM_PLUGIN_PATH");
   if (const fs::path data = data_home(); !data.empty())
     append_if_present(environment.plugin_folders, data / "sim/plugins");
-  append_if_present(environment.plugin_folders, prefix / "lib/sim/plugins");
+  append_if_present(environment.plugin_folders, library_folder(prefix) / "plugins");
   append_variable(environment.scene_folders, "SIM_PATH");
-  // Beside it if it is installed, otherwise in the source tree.
-  const fs::path installed = prefix / "share/sim";
-  append_if_present(environment.scene_folders,
-                    fs::is_directory(installed) ? installed : source_scripts);
+  // In a build tree it is a link to the scripts of the source tree, which messages name.
+  std::error_code error;
+  append_if_present(environment.scene_folders, fs::canonical(prefix / "share/sim", error));
   return environment;
 }
 

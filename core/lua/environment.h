@@ -15,11 +15,12 @@ struct Environment {
 
 // The environment installed below `prefix`. Plugins: `plugin_path` (--plugin-path), then
 // $SIM_PLUGIN_PATH, sim/plugins in $XDG_DATA_HOME (or else ~/.local/share), lib/sim/plugins below
-// the prefix. Scenes: $SIM_PATH, then share/sim below the prefix, or else the scripts of the source
-// tree. The variables hold folders with colons between them. Only the built-in folders may be
-// missing.
-Environment find_environment(const std::filesystem::path& prefix,
-                             const std::filesystem::path& source_scripts,
-                             const Folders& plugin_path);
+// the prefix. Scenes: $SIM_PATH, then share/sim below the prefix. The variables hold folders with
+// colons between them. Only the built-in folders may be missing.
+Environment find_environment(const std::filesystem::path& prefix, const Folders& plugin_path);
+
+// The folder of the libraries that are part of sim, and of plugins/: lib/sim, where the build was
+// given no other name for lib.
+std::filesystem::path library_folder(const std::filesystem::path& prefix);
 
 }  // namespace sim

@@ -79,7 +79,7 @@ by_hand=$(orbit attraction.so) || fail 'the plugin of pkg-config does not run'
   -DCMAKE_CXX_COMPILER="$cxx" >cmake.log || { cat cmake.log; exit 1; }
 "$cmake" --build program >>cmake.log || { cat cmake.log; exit 1; }
 # shellcheck disable=SC2046
-"$cxx" "$source/tests/install/program/cloth.cpp" -o cloth -Wl,-rpath,"$place/prefix/lib" \
+"$cxx" "$source/tests/install/program/cloth.cpp" -o cloth -Wl,-rpath,"$place/prefix/lib/sim" \
   $(pkg-config --cflags --libs sim)
 wanted=$("$sim" scenes/cloth.lua --quiet --json | sed -n 's/.*"hash":"\([^"]*\)".*/\1/p')
 for program in program/cloth ./cloth; do

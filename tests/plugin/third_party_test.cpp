@@ -154,10 +154,10 @@ TEST_CASE("the command of the README builds a plugin outside the tree") {
     command.replace(place, what.size(), with);
   };
   replace("g++", "\"$SIM_CXX\"");
-  replace("$SIM/build/lib", "$SIM_LIB");
+  replace("$SIM/build/lib/sim", "$SIM_LIB");
   setenv("SIM", SIM_SOURCE_DIR, 1);
   setenv("SIM_CXX", SIM_CXX, 1);
-  setenv("SIM_LIB", SIM_LIB_DIR, 1);
+  setenv("SIM_LIB", SIM_LIB_DIR "/sim", 1);
   setenv("SIM_PLACE", folder.path().c_str(), 1);
   REQUIRE(std::system(("cd \"$SIM_PLACE\" && " + command).c_str()) == 0);
 
