@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # build.sh BIN FOLDER: the site in FOLDER/html, from docs/ and from what the programs say of
-# themselves. A warning of Sphinx is an error.
+# themselves; its scenes run where ./dev web has built the kernel. A warning of Sphinx is an error.
 set -euo pipefail
 bin=$1 folder=$2
 docs=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 root=$docs/..
 pages=$folder/pages
 rm -rf "$pages" "$folder/html"
-mkdir -p "$pages/pictures"
+mkdir -p "$pages/pictures" "$pages/_static" "$folder/html"
 cp "$docs"/*.md "$docs"/*.svg "$docs/conf.py" "$pages"
+cp "$docs/site.css" "$pages/_static"
 cp "$root"/tests/pictures/*.png "$root"/tests/bench/tradeoff/*.svg "$pages/pictures"
 cp "$root/plugins/README.md" "$pages/plugin-guide.md"
 cp "$root/core/README.md" "$pages/kernel.md"
@@ -24,6 +25,7 @@ sed -i -E \
   -e 's#\]\((\.\./)*(tests/bench/)?RESULTS\.md#](results.md#g' \
   -e 's#\]\((\.\./)*plugins/README\.md#](plugin-guide.md#g' \
   -e 's#\]\((\.\./)*core/README\.md#](kernel.md#g' \
+  -e 's~\]\(docs/~](~g' \
   -e 's#\]\((\.\./)*SECURITY\.md#](security.md#g' \
   -e 's#\]\((\.\./)*CONTRIBUTING\.md#](contributing.md#g' \
   -e 's#\[([^]]*)\]\((\.\./)*(CODE_OF_CONDUCT\.md|LICENSE|tests/bench/tradeoff/[a-z0-9]+\.txt|(cloth|pendulum|pendulum1)\.(txt|svg)|tradeoff/[a-z0-9]+\.(txt|svg))\)#`\3`#g' \
@@ -53,5 +55,16 @@ sed -i -E \
   printf '```\n'
 } >"$pages/command-line.md"
 
+# The gallery, and scenes that run.
+python3 -B "$docs/live.py" "$bin/sim" "$root/scripts/scenes" "$pages" "$folder/html" \
+  "$root/build/web/site"
+
 SIM_VERSION=$("$bin/sim" --version | cut -d' ' -f2) PYTHONDONTWRITEBYTECODE=1 \
   sphinx-build -q -W --keep-going -b html -d "$folder/doctrees" "$pages" "$folder/html"
+
+# Debian's furo lacks two steps of its build: its script imports another, which browsers refuse here,
+# and its style asks the host for a file.
+furo=$folder/html/_static
+sed -i '/^import Gumshoe/{s/.*//;r '"$furo/scripts/gumshoe-patched.js"'
+}' "$furo/scripts/furo.js"
+sed -i -E 's#@import url\(/javascript/[^)]*\);##' "$furo/styles/furo.css"

@@ -90,14 +90,10 @@ int export_page(const RunRequest& request, const LoadedScene& scene, const Envir
                                             .json("files", files.texts.str())
                                             .str());
   const std::string nonce = md5(words);
-  const std::string policy = "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
-                             markup_text(kernel_page_policy(nonce)) + "\">";
   Output output(request.export_to);
-  output.buffer() = fill_placeholders(read_input_file(source, kMostPage, "build it again"),
-                                      {{"POLICY", policy},
-                                       {"TITLE", markup_text(files.scene)},
-                                       {"NONCE", nonce},
-                                       {"SCENE", words}});
+  output.buffer() =
+      fill_placeholders(read_input_file(source, kMostPage, "build it again"),
+                        {{"TITLE", markup_text(files.scene)}, {"NONCE", nonce}, {"SCENE", words}});
   const std::size_t bytes = output.buffer().size();
   output.commit();
   if (request.json)

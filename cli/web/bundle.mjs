@@ -1,6 +1,7 @@
-// node bundle.mjs SOURCES BUILD: the page with the kernel in it, BUILD/page.html, for `sim export`
-// to put a scene into.
-import { readFileSync, writeFileSync } from "node:fs";
+// node bundle.mjs SOURCES BUILD: the page with the kernel in it, BUILD/page.html, for `sim export` to
+// put a scene into; and BUILD/site/, where one page shows any scene: the kernel is a file beside it.
+import { createHash } from "node:crypto";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 
 const [sources, build] = process.argv.slice(2);
@@ -9,15 +10,24 @@ const packed = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
 
 const load = text("load.mjs").replaceAll(/^export /gm, "");
 const worker = [load, readFileSync(`${build}/page.js`, "utf8"), text("worker.js")].join("\n");
-const values = {
-  STYLE: text("page.css"),
-  PAGE: text("page.js"),
-  KERNEL: packed(readFileSync(`${build}/page.wasm`)),
-  SITES: readFileSync(`${build}/page.sites`).toString("base64"),
-  WORKER: packed(worker),
-};
-const page = text("page.html").replaceAll(/@(STYLE|PAGE|KERNEL|SITES|WORKER)@/g,
-  (_, name) => values[name]);
-writeFileSync(`${build}/page.html`, page);
+const kernel = JSON.stringify({
+  kernel: packed(readFileSync(`${build}/page.wasm`)),
+  sites: readFileSync(`${build}/page.sites`).toString("base64"),
+  worker: packed(worker),
+});
+const page = (values) => text("page.html").replaceAll(/@([A-Z]+)@/g,
+  (all, name) => ({ STYLE: text("page.css"), PAGE: text("page.js"), ...values })[name] ?? all);
+
+const exported = page({ KERNEL: kernel, BESIDE: "" });
+writeFileSync(`${build}/page.html`, exported);
 const size = (bytes) => `${(bytes / 1e6).toFixed(2)} MB`;
-console.log(`the page has ${size(page.length)}, ${size(gzipSync(page).length)} gzipped`);
+console.log(`the page has ${size(exported.length)}, ${size(gzipSync(exported).length)} gzipped`);
+
+mkdirSync(`${build}/site`, { recursive: true });
+const NONCE = createHash("sha256").update(kernel).digest("hex").slice(0, 32);
+const script = (name) => `<script nonce="${NONCE}" src="${name}"></script>\n`;
+writeFileSync(`${build}/site/kernel.js`, `const SIM_KERNEL = ${kernel};\n`);
+writeFileSync(`${build}/site/address.js`, text("address.js"));
+writeFileSync(`${build}/site/index.html`, page({ NONCE, TITLE: "sim: a scene", KERNEL: "SIM_KERNEL",
+  SCENE: "scene_of_address()",
+  BESIDE: ["kernel.js", "scenes.js", "address.js"].map(script).join("") }));

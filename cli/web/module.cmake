@@ -34,7 +34,8 @@ target_link_options(web_page PRIVATE --no-entry -sENVIRONMENT=worker
   -sEXPORTED_RUNTIME_METHODS=ccall,FS -sEXPORTED_FUNCTIONS=${exports})
 
 # The script that node starts, and the page without a scene.
-set(beside sim.mjs load.mjs bundle.mjs worker.js page.js page.css page.html)
+set(beside sim.mjs load.mjs bundle.mjs worker.js page.js page.css page.html
+  address.js)
 list(TRANSFORM beside PREPEND ${web}/)
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/page.html
   COMMAND ${CMAKE_COMMAND} -E copy ${web}/sim.mjs ${web}/load.mjs ${PROJECT_BINARY_DIR}

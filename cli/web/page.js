@@ -253,5 +253,5 @@ $("record").onclick = () => worker.postMessage({ recording: true });
 onkeydown = (event) => { if (event.key === "Escape") show(""); };
 
 $("name").textContent = SCENE.scene;
-text.value = files[SCENE.scene];
+text.value = files[SCENE.scene] ?? "";
 start().catch((error) => fail(error.message));

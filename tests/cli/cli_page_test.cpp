@@ -66,7 +66,7 @@ TEST_CASE("a page holds the scene and the modules beside it, as text that cannot
   INFO(written.err);
   REQUIRE(written.code == 0);
   const std::string page = read_text(folder.path() / "page.html");
-  const std::string scene = between(page, "const SCENE = ", ", NONCE");
+  const std::string scene = between(page, "const SCENE = ", ";\n");
   CHECK_THAT(scene, Contains("\"scene\":\"own.lua\"") && Contains("parts/step.lua"));
   CHECK_THAT(scene,
              Contains("set omega=2") && Contains("integrator midpoint") && Contains("dt 0.02"));

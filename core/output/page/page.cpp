@@ -115,12 +115,6 @@ std::string page_policy(const std::string& nonce) {
          "; img-src data:; base-uri 'none'; form-action 'none'";
 }
 
-std::string kernel_page_policy(const std::string& nonce) {
-  const std::string own = "'nonce-" + nonce + "'";
-  return "default-src 'none'; script-src " + own + " 'wasm-unsafe-eval'; style-src " + own +
-         "; img-src data:; worker-src blob:; base-uri 'none'; form-action 'none'";
-}
-
 std::string Page::of_live(const std::string& live, const std::string& nonce) const {
   Page start = *this;
   Moment room;

@@ -18,8 +18,6 @@ class JsonObject;
 // The Content-Security-Policy of a page whose script and style have that nonce: nothing else runs,
 // and nothing is loaded from anywhere.
 std::string page_policy(const std::string& nonce);
-// The same of a page that runs WebAssembly in a worker made of its own text.
-std::string kernel_page_policy(const std::string& nonce);
 
 class Page {
  public:
