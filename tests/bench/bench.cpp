@@ -8,11 +8,13 @@
 #include "core/base/text.h"
 #include "core/simd/simd_targets.h"
 #include "tests/bench/cloth.h"
+#include "tests/bench/field_peers.h"
 #include "tests/bench/implicit.h"
 #include "tests/bench/kernel.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/memory.h"
 #include "tests/bench/options.h"
+#include "tests/bench/peer_build.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/reach.h"
 
@@ -69,6 +71,20 @@ class Printer {
   bool first_ = true;
 };
 
+int print_fields(const Options& options, sim::Registry& registry, Printer& printer) {
+  std::vector<std::string> notes;
+  const FieldReport report = measure_fields(options, registry, notes);
+  printer.print(field_ratio_table(report));
+  printer.print(field_front_table(report));
+  printer.print(field_speed_table(report));
+  const std::string folder =
+      options.charts.empty() ? (peer_folder() / "charts").string() : options.charts;
+  write_field_charts(report, folder);
+  notes.push_back("the charts are in " + folder);
+  for (const std::string& note : notes) std::cerr << "bench: " << note << "\n";
+  return 0;
+}
+
 int run(int argc, char** argv) {
   const Options options = parse_options(argc, argv);
   if (options.help) {
@@ -81,6 +97,7 @@ int run(int argc, char** argv) {
   sim::Registry registry = make_registry();
   choose_integrators(options, registry);  // a wrong name is told before anything is measured
   Printer printer(options.format);
+  if (options.only_fields) return print_fields(options, registry, printer);
   std::cerr << "bench: the machine\n";
   const Machine machine = measure_machine();
   printer.print(machine_table(machine));

@@ -18,6 +18,11 @@ const char* const kUsage =
     "  --implicit           only the table of implicit steps\n"
     "  --contact            only the table of contact against its peers\n"
     "  --fluid              only the table of a fluid against its peer\n"
+    "  --fields             only first-order systems: time to accuracy against SUNDIALS and "
+    "odeint,\n"
+    "                       and a chart of each problem\n"
+    "  --only WORD          of those, the ones whose names hold it\n"
+    "  --charts FOLDER      where those charts go (build/peers/charts)\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";
@@ -82,6 +87,12 @@ Options parse_options(int argc, char** argv) {
       options.only_contact = true;
     else if (argument == "--fluid")
       options.only_fluid = true;
+    else if (argument == "--fields")
+      options.only_fields = true;
+    else if (argument == "--only")
+      options.only = value();
+    else if (argument == "--charts")
+      options.charts = value();
     else if (argument == "--peers")
       options.peers = true;
     else if (argument == "--simd")
@@ -95,6 +106,7 @@ Options parse_options(int argc, char** argv) {
     else if (argument == "--integrators")
       options.integrators = sim::cli::parse_integrators(argument, value());
     else if (argument == "--quick") {
+      options.quick = true;
       options.sizes = {8, 32, 128};
       options.timing = {.repeats = 5, .seconds = 0.03};
     } else if (argument == "--memory-of") {

@@ -14,8 +14,11 @@ enum class Format { kText, kMarkdown, kJson };
 struct Options {
   Format format = Format::kText;
   bool peers = false, help = false;
-  bool only_implicit = false, only_contact = false, only_fluid = false;
-  std::string simd;  // the instruction set of kernel and peers; empty = the best one here
+  bool only_implicit = false, only_contact = false, only_fluid = false, only_fields = false;
+  bool quick = false;
+  std::string only;    // of the problems of first order, those whose names hold it
+  std::string charts;  // a folder for theirs; empty = beside the peers
+  std::string simd;    // the instruction set of kernel and peers; empty = the best one here
   std::vector<int> sizes = {8, 32, 128, 512, 1024};  // particles a side
   std::vector<int> threads = {1, 2};
   std::vector<sim::MethodChoice> integrators;  // empty = the usual ones

@@ -61,6 +61,24 @@ std::vector<PeerKind> known_peers() {
        .program = "",
        .packages = "libbullet-dev",
        .link = bullet},
+      {.name = "fields_sundials",
+       .method = "",
+       .fields = true,
+       .header = "cvode/cvode.h",
+       .program = "",
+       .packages = "libsundials-dev",
+       .link = {"-lsundials_cvode", "-lsundials_arkode", "-lsundials_nvecserial",
+                "-lsundials_sunlinsoldense", "-lsundials_sunlinsolband",
+                "-lsundials_sunlinsolspgmr", "-lsundials_sunmatrixdense",
+                "-lsundials_sunmatrixband", "-lsundials_sunnonlinsolfixedpoint"}},
+      // Its matrices need what C++20 took out of std::allocator.
+      {.name = "fields_odeint",
+       .method = "",
+       .fields = true,
+       .header = "boost/numeric/odeint.hpp",
+       .program = "",
+       .packages = "libboost-dev",
+       .link = {"-std=c++17"}},
   };
 }
 
@@ -136,6 +154,7 @@ std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::stri
   fs::create_directories(peer_folder());
   std::vector<PeerKind> ready;
   for (PeerKind& kind : known_peers()) {
+    if (kind.fields != (what == PeersOf::kFields)) continue;
     if (what == PeersOf::kContact && !kind.method.empty()) continue;
     kind.simd = simd;
     if ((!kind.header.empty() && !has_header(kind.header)) ||

@@ -20,6 +20,7 @@ struct PeerKind {
   std::string method;  // ours that it is compared with; "": in contact only
   Accuracy accuracy = Accuracy::kSame;
   bool gas = false;                 // runs scenes/gas.lua, too
+  bool fields = false;              // runs first-order systems, and them alone
   int largest = 1024;               // particles a side it is tried with
   std::string header, program;      // what must be there; "" = nothing
   std::string packages;             // of Debian, that bring it
@@ -31,12 +32,12 @@ std::filesystem::path peer_folder();
 std::filesystem::path peer_binary(const PeerKind& kind);
 std::filesystem::path peer_log(const PeerKind& kind);
 
-enum class PeersOf { kAll, kContact };
+enum class PeersOf { kParticles, kContact, kFields };
 
 // Builds those whose libraries are here, for an instruction set of SIM_SIMD; libraries keep their
 // own. Adds a line for each that is missing, with the command
 // that installs it, or that does not build, with where the compiler's words are.
 std::vector<PeerKind> build_peers(const std::string& simd, std::vector<std::string>& notes,
-                                  PeersOf what = PeersOf::kAll);
+                                  PeersOf what = PeersOf::kParticles);
 
 }  // namespace sim_bench
