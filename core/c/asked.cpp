@@ -91,7 +91,7 @@ Asked asked_of(const sim_options* given) {
 }
 
 Environment environment_of(const Asked& asked) {
-  return find_environment(prefix_of_library(), SIM_SCRIPTS_DIR, asked.folders);
+  return find_environment(prefix_of_library(), asked.folders);
 }
 
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment) {
