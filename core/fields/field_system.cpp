@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/array.h"
+#include "core/fields/pair_field.h"
 #include "core/ode/implicit/sparse_newton.h"
 
 namespace sim {
@@ -63,6 +64,12 @@ void FieldSystem::eval(double t, const Stage& stage, double* y, double* dydt) {
 std::unique_ptr<Stepper> FieldSystem::explicit_stepper(const ExplicitPlan& plan) {
   auto stepper = field_->explicit_stepper(plan);
   return stepper ? std::move(stepper) : OdeSystem::explicit_stepper(plan);
+}
+
+std::unique_ptr<EmbeddedStepper> FieldSystem::embedded_stepper(const EmbeddedPlan& plan) {
+  const auto* const field = dynamic_cast<const PairField*>(field_.get());
+  auto stepper = field ? field->embedded_stepper(plan) : nullptr;
+  return stepper ? std::move(stepper) : OdeSystem::embedded_stepper(plan);
 }
 
 std::unique_ptr<StageSolver> FieldSystem::stage_solver(const StageOptions& options) {

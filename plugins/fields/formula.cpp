@@ -8,6 +8,7 @@
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/fields/lattice.h"
+#include "core/fields/pair_field.h"
 #include "core/plugin/formulas.h"
 #include "core/plugin/plugin.h"
 #include "plugins/fields/straight_stepper.h"
@@ -115,7 +116,7 @@ LatticeEdge edge_of(const sim::Params& params, const std::vector<std::string>& n
 }
 
 // A field of formulas, which read these inputs in this order: names of the cell, t, neighbours.
-class FormulaField final : public sim::Field {
+class FormulaField final : public sim::PairField {
  public:
   explicit FormulaField(const sim::Params& params)
       : names_(names_of(params)), cells_(cells_of(params)), edge_(edge_of(params, names_)) {
@@ -183,7 +184,7 @@ class FormulaField final : public sim::Field {
 
   void eval(double t, std::span<const double> x, std::span<double> dxdt) const override {
     if (straight_) {
-      run_straight(code_, slots_, t, x, dxdt.data());
+      slopes_straight_.run(t, x, dxdt.data());
       return;
     }
     for_blocks(slopes_run_, t, x, [&](std::ptrdiff_t begin, int count) {
@@ -195,7 +196,7 @@ class FormulaField final : public sim::Field {
 
   void jacobian(double t, std::span<const double> x, std::span<double> values) const override {
     if (straight_) {
-      run_straight(jacobian_code_, jacobian_slots_, t, x, jacobian_results_.data());
+      jacobian_straight_.run(t, x, jacobian_results_.data());
       for (std::size_t i = 0; i < entries_.size(); ++i)
         values[static_cast<std::size_t>(places_[i])] = jacobian_results_[i];
       return;
@@ -221,7 +222,37 @@ class FormulaField final : public sim::Field {
     return std::make_unique<sim::StraightStepper>(code_, plan);
   }
 
+  std::unique_ptr<sim::EmbeddedStepper> embedded_stepper(
+      const sim::EmbeddedPlan& plan) const override {
+    if (!straight_ || !sim::StraightPair::fits(code_, plan)) return nullptr;
+    return std::make_unique<sim::StraightPair>(code_, plan);
+  }
+
  private:
+  // Formulas of a single cell: numbers, no vectors.
+  class Straight {
+   public:
+    Straight() = default;
+    explicit Straight(const sim::Code& code)
+        : inputs_(code.inputs), outputs_(code.outputs), slots_(code.slots(), 0.0) {
+      std::ranges::copy(code.constants, slots_.begin() + code.first_constant());
+      code_ = sim::StraightCode(code.instructions, [&](int slot) {
+        return slot >= code.inputs && slot < code.first_constant();
+      });
+    }
+    void run(double t, std::span<const double> x, double* out) {
+      std::ranges::copy(x, slots_.begin());
+      slots_[x.size()] = t;
+      code_.run(slots_.data());
+      std::copy_n(slots_.begin() + inputs_, outputs_, out);
+    }
+
+   private:
+    int inputs_ = 0, outputs_ = 0;
+    std::vector<double> slots_;
+    sim::StraightCode code_;
+  };
+
   // An entry of the Jacobian of each cell.
   struct Entry {
     int formula, name;
@@ -263,12 +294,8 @@ class FormulaField final : public sim::Field {
 
   void bind_programs() {
     if (straight_) {
-      const auto fill = [](const sim::Code& code, std::vector<double>& slots) {
-        slots.assign(static_cast<std::size_t>(code.slots()), 0);
-        std::ranges::copy(code.constants, slots.begin() + code.first_constant());
-      };
-      fill(code_, slots_);
-      fill(jacobian_code_, jacobian_slots_);
+      slopes_straight_ = Straight(code_);
+      jacobian_straight_ = Straight(jacobian_code_);
       jacobian_results_ = sim::Array(entries_.size());
       return;
     }
@@ -300,14 +327,6 @@ class FormulaField final : public sim::Field {
       places_.push_back(column < 0 ? -1 : sparsity_.find(column, row));
     if (straight_) return;
     for (int cell = 0; cell < cells; ++cell) places_of_cells_.push_back(lattice_.place(cell));
-  }
-
-  void run_straight(const sim::Code& code, std::vector<double>& slots, double t,
-                    std::span<const double> x, double* out) const {
-    std::ranges::copy(x, slots.begin());
-    slots[x.size()] = t;
-    run_(code.instructions, slots.data());
-    std::copy_n(slots.begin() + code.inputs, code.outputs, out);
   }
 
   // Runs a program over all places from the first cell to the last, and calls
@@ -348,10 +367,9 @@ class FormulaField final : public sim::Field {
   // The work space of an evaluation.
   mutable Lattice lattice_;
   mutable sim::ProgramRun slopes_run_, jacobian_run_;
-  mutable std::vector<double> slots_, jacobian_slots_;
+  mutable Straight slopes_straight_, jacobian_straight_;
   mutable sim::Array times_, slopes_, jacobian_results_;
   std::vector<double*> results_;
-  sim::RunStraight run_ = sim::run_straight();
 };
 
 }  // namespace

@@ -1,34 +1,55 @@
-// Explicit Runge-Kutta steps of a few formulas as one list of operations on numbers.
+// Explicit Runge-Kutta steps of a few formulas as lists of operations on numbers.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/expression/program.h"
+#include "core/expression/straight_code.h"
+#include "core/ode/embedded_stepper.h"
 #include "core/ode/plan.h"
 
 namespace sim {
 
-// The stages of a step and the sums between them, in the order of OdeSystem's own stepper and so
-// with its bits. `code` is f: its inputs are the numbers of the state and then t, its outputs their
-// derivatives.
-class StraightStepper final : public Stepper {
+// Writes stages and the sums between them as instructions, in the order of OdeSystem's own steppers
+// and so with their bits. `code` is f: its inputs are the numbers of the state and then t, its
+// outputs their derivatives. Slots: x, y, x_next, k of each stage, t of each stage, constants,
+// registers, weights times h.
+class StageProgram {
  public:
-  StraightStepper(const Code& code, const ExplicitPlan& plan);
+  StageProgram(const Code& code, int stages);
 
-  // Whether instructions can name all slots of such a step.
-  static bool fits(const Code& code, const ExplicitPlan& plan);
+  // Whether instructions can name all slots of such stages.
+  static bool fits(const Code& code, int stages, int weights);
 
-  bool step(double t, double h, int count, const double* x, double* x_next) override;
-  int at_once() const override { return at_once_; }
+  int size() const { return size_; }
+  int x() const { return 0; }
+  int next() const { return next_; }
+  int k(int stage) const { return k_ + stage * size_; }
+  bool is_result(int slot) const { return slot >= next_ && slot < times_; }  // x_next or a slope
+
+  // y := x + h sum_j weights_j k_j. Returns the first slot of the sum, x where nothing is added.
+  int add_sum(std::span<const double> weights, int y);
+  // k_stage := f(t_stage, the numbers from that slot on).
+  void add_slope(int stage, int point);
+  void add_stage(std::span<const double> weights, int stage) {
+    add_slope(stage, add_sum(weights, y_));
+  }
+  void add_copy(int from, int to);
+
+  // What was added since the last call, as code.
+  template <class Kept>
+  StraightCode take(const Kept& kept) {
+    return StraightCode(std::exchange(instructions_, {}), kept);
+  }
+
+  double* slots() { return slots_.data(); }
+  void set_step(double h);
+  void set_time(int stage, double t) { slots_[static_cast<std::size_t>(times_ + stage)] = t; }
 
  private:
-  void add_stage(const Code& code, int stage);
-  // y := x + h sum_j weights_j k_j; y may be x. Returns the first slot of the sum.
-  int add_sum(const double* weights, int count, int y);
-
-  ExplicitPlan plan_;
-  int size_, at_once_;
-  int x_ = 0, y_, next_, k_, times_, constants_, registers_;  // first slots
+  const Code& code_;
+  int size_, y_, next_, k_, times_, constants_, registers_;  // first slots
   std::vector<Instruction> instructions_;
   struct Weight {
     int slot;
@@ -37,7 +58,47 @@ class StraightStepper final : public Stepper {
   std::vector<Weight> weights_;
   double h_ = 0;  // of the products in those slots
   std::vector<double> slots_;
-  RunStraight run_ = run_straight();
+};
+
+// Steps of equal size.
+class StraightStepper final : public Stepper {
+ public:
+  StraightStepper(const Code& code, const ExplicitPlan& plan);
+
+  static bool fits(const Code& code, const ExplicitPlan& plan);
+
+  bool step(double t, double h, int count, const double* x, double* x_next) override;
+  int at_once() const override { return at_once_; }
+
+ private:
+  ExplicitPlan plan_;
+  StageProgram program_;
+  int at_once_;
+  StraightCode code_;
+};
+
+// The stages of an embedded pair.
+class StraightPair final : public EmbeddedStepper {
+ public:
+  StraightPair(const Code& code, const EmbeddedPlan& plan);
+
+  static bool fits(const Code& code, const EmbeddedPlan& plan);
+
+  bool start(double t, const double* x) override;
+  bool step(double t, double h, const double* x, double* x_next) override;
+  bool close(double t, const double* x) override;
+  void extend(double t, double h, const double* x) override;
+  void combine(const double* x, double h, std::span<const double> weights, const double* base,
+               double* out) override;
+  void shift() override;
+
+ private:
+  bool slope_is_finite(int stage);
+  void set_times(double t, double h, int first, int last);
+
+  EmbeddedPlan plan_;
+  StageProgram program_;
+  StraightCode start_, step_, close_, extend_;
 };
 
 }  // namespace sim

@@ -164,7 +164,7 @@ TEST_CASE("steps of few formulas as one list of operations have the bits of stag
   const std::string lua =
       "sim.field.lua { function(t, x) return { 10*(x[2] - x[1]), x[1]*(28 - x[3]) - x[2], "
       "x[1]*x[2] - 8/3*x[3] } end }";
-  for (const char* method : {"rk4", "euler", "rk3", "dopri5"}) {
+  for (const char* method : {"rk4", "euler", "rk3", "dopri5", "dop853", "rkf45"}) {
     INFO(method);
     CHECK(end_of(scene(kLorenz, "{1, 1, 1}", method), 0.01, 700) ==
           end_of(scene(lua, "{1, 1, 1}", method), 0.01, 700));

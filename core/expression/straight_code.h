@@ -1,0 +1,43 @@
+// Instructions on single numbers, run one after the other: the right-hand sides of small systems.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/expression/machine.h"
+
+namespace sim {
+
+// On x86-64 the instructions become machine code, where the system lets new code run: values stay
+// in registers from one instruction to the next. Elsewhere they are interpreted. The bits are the
+// same: each operation is one of the processor's, rounded alone, in the given order, or a call of
+// run_straight().
+class StraightCode {
+ public:
+  enum class Form { kFastest, kInterpreted };
+
+  StraightCode() = default;
+  // `kept`: the slots that are read behind a run; others may have any value then.
+  StraightCode(std::vector<Instruction> code, const std::function<bool(int slot)>& kept,
+               Form form = Form::kFastest);
+  ~StraightCode();
+  StraightCode(StraightCode&& other) noexcept;
+  StraightCode& operator=(StraightCode&& other) noexcept;
+
+  void run(double* slots) const {
+    if (native_)
+      native_(slots);
+    else
+      interpret_(code_, slots);
+  }
+  bool is_native() const { return native_ != nullptr; }
+
+ private:
+  std::vector<Instruction> code_;
+  RunStraight interpret_ = run_straight();
+  void (*native_)(double* slots) = nullptr;  // at the start of
+  void* pages_ = nullptr;                    // of memory that may be run, not written
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace sim
