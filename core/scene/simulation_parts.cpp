@@ -106,10 +106,12 @@ std::optional<BodyCollisionSpec> Simulation::Impl::body_collision(const SystemSp
   return collision;
 }
 
-// Surfaces come last: they keep out of the bodies where these end.
+// Surfaces come last: they keep out of the bodies where these end. A contact without surfaces is
+// that of the bodies.
 void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registry) {
   std::unique_ptr<StepCorrection> surfaces;
-  if (spec.contact)
+  const bool of_bodies = spec.contact && spec.contact->surfaces.empty() && !spec.bodies.empty();
+  if (spec.contact && !of_bodies)
     surfaces = contact(*spec.contact,
                        {.particles = *particles,
                         .constraint_system = particles->constraint_system(),
@@ -119,7 +121,8 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registr
   particles->order_by(particles->view(0, x.data()));
   if (auto collision = body_collision(spec))
     corrections.push_back(contact(
-        {.plugin = spec.body_contact, .place = spec.bodies.front().place},
+        of_bodies ? *spec.contact
+                  : ContactSpec{.plugin = spec.body_contact, .place = spec.bodies.front().place},
         {.particles = *particles,
          .constraint_system = spec.constraints.empty() ? nullptr : particles->constraint_system(),
          .initial = x.data(),

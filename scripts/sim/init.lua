@@ -634,11 +634,16 @@ end
 --   strain_limit   > 0: edges of the surfaces are held to (1 + strain_limit) times their length at the
 --               start, as far as some sweeps over them reach; default: no limit
 -- Constraints stay obeyed where contact acts. This is sim.contact.surfaces; another plugin of the kind
--- is sim.contact.NAME { surfaces =, ... }, with the parameters that `sim describe NAME` shows.
+-- is sim.contact.NAME { surfaces =, ... }, with the parameters that `sim describe NAME` shows. Without
+-- surfaces it is the contact of the scene's bodies: sim.contact.bodies { tolerance =, ... }.
 -- Errors: surfaces that cross or touch at the start (it names two triangles), constraints with
 -- feedback, an adaptive method.
 local function take_surfaces(record)
   local list, surfaces = record.given.surfaces, {}
+  if list == nil and record.plugin ~= "surfaces" then
+    record.surfaces = surfaces
+    return
+  end
   if type(list) ~= "table" or records[list] or #list == 0 then
     bad("surfaces of sim.contact", "a list { sim.surface { ... }, ... }", list)
   end
@@ -846,7 +851,8 @@ end
 --   accuracy     of what touches colliders, "settle" (found inside a step, the default), "project" (put
 --                back at its end: of first order, for comparison) or "event" (steps end there)
 --   constraints  optional list of sim.constraint.NAME{...}: what particles must obey
---   contact      optional sim.contact{...}: surfaces that do not pass through each other
+--   contact      optional sim.contact{...}: surfaces that do not pass through each other; or
+--                sim.contact.bodies{...}: how bodies touch, where not to rounding
 --   switches     optional { NAME = PART, ... }: forces and colliders that can be turned on and off
 --                while the scene runs, by .toggle NAME, or left off by --off NAME
 -- First order (no masses, no velocities):

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/simd/simd_targets.h"
+#include "tests/bench/body_peers.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/field_peers.h"
 #include "tests/bench/implicit.h"
@@ -105,12 +106,14 @@ int run(int argc, char** argv) {
     printer.print(implicit_table(measure_implicit(options, registry)));
     return 0;
   }
-  if (options.only_contact || options.only_fluid) {
+  if (options.only_contact || options.only_fluid || options.only_bodies) {
     std::vector<std::string> notes;
-    if (options.only_contact) {
-      const std::vector<PeerKind> peers = build_peers(options.simd, notes, PeersOf::kContact);
+    std::vector<PeerKind> peers;
+    if (options.only_contact || options.only_bodies)
+      peers = build_peers(options.simd, notes, PeersOf::kContact);
+    if (options.only_contact)
       printer.print(contact_table(measure_contact(peers, options, registry)));
-    }
+    if (options.only_bodies) printer.print(pile_table(measure_piles(peers, registry)));
     if (options.only_fluid) printer.print(fluid_table(measure_fluid(options, registry, notes)));
     for (const std::string& note : notes) std::cerr << "bench: " << note << "\n";
     return 0;

@@ -23,6 +23,7 @@ const char* const kUsage =
     "                       and a chart of each problem\n"
     "  --only WORD          of those, the ones whose names hold it\n"
     "  --charts FOLDER      where those charts go (build/peers/charts)\n"
+    "  --bodies             only the table of piles of boxes against their peer\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";
@@ -93,6 +94,8 @@ Options parse_options(int argc, char** argv) {
       options.only = value();
     else if (argument == "--charts")
       options.charts = value();
+    else if (argument == "--bodies")
+      options.only_bodies = true;
     else if (argument == "--peers")
       options.peers = true;
     else if (argument == "--simd")

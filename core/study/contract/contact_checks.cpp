@@ -46,9 +46,9 @@ SystemSpec two_sheets(const std::string& plugin, const std::map<std::string, Val
 }
 
 // Boxes, 0.05 m apart and nearer by 0.1 m after a step.
-SystemSpec two_bodies(const std::string& plugin) {
+SystemSpec two_bodies(const std::string& plugin, const std::map<std::string, Value>& given) {
   SystemSpec spec = still_scene();
-  spec.body_contact = plugin;
+  spec.contact = ContactSpec{.given = given, .plugin = plugin};
   for (int k = 0; k < 2; ++k) {
     RigidShape box{.form = RigidShape::Form::kBox, .half = {0.1, 0.1, 0.1}};
     spec.bodies.push_back({.shape = std::make_shared<const RigidShape>(std::move(box)),
@@ -94,10 +94,14 @@ class ContactStep {
                                     const std::map<std::string, Value>& given) {
     try {
       return std::make_unique<Simulation>(two_sheets(plugin.name, given), registry);
-    } catch (const Error&) {
-      if (!plugin.params.empty()) throw;
-      bodies_ = true;  // it refuses surfaces
-      return std::make_unique<Simulation>(two_bodies(plugin.name), registry);
+    } catch (const Error& refused) {  // surfaces, or these parameters
+      try {
+        auto bodies = std::make_unique<Simulation>(two_bodies(plugin.name, given), registry);
+        bodies_ = true;
+        return bodies;
+      } catch (const Error&) {
+        throw refused;
+      }
     }
   }
 

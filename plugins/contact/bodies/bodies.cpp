@@ -4,7 +4,7 @@
 
 namespace {
 
-std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params&,
+std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params& params,
                                                   const sim::ContactTask& task) {
   if (task.bodies.bodies.empty())
     throw sim::Error(sim::ErrorKind::kScene,
@@ -12,7 +12,7 @@ std::unique_ptr<sim::StepCorrection> make_contact(const sim::Params&,
                       "give contact = sim.contact { surfaces = ... }"});
   return std::make_unique<sim::RigidCorrection>(
       sim::BodyCollision(task.bodies, task.particles, task.initial), task.particles,
-      task.constraint_system);
+      task.constraint_system, params.number("tolerance"));
 }
 
 }  // namespace
@@ -27,6 +27,13 @@ SIM_PLUGIN(StepCorrection, "bodies") {
            "what rests is pressed by a constant force through the step. Of two surfaces friction\n"
            "is the geometric mean, restitution the larger: sim.rigid { friction =, restitution = }",
        .source = "Moreau (1988), Unilateral contact and dry friction; Jean (1999), The non-smooth "
-                 "contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 235-257"},
+                 "contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 235-257",
+       .params = {{.name = "tolerance",
+                   .default_value = sim::RigidContact::kToRounding,
+                   .unit = "1",
+                   .doc = "of the velocities at hand, where the impulses are solved to, and of the "
+                          "radius of a body, by what bodies may overlap; default: to rounding",
+                   .min = sim::RigidContact::kToRounding,
+                   .max = 0.01}}},
       make_contact});
 }

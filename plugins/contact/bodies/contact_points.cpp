@@ -24,9 +24,10 @@ RigidState on_the_way(const Reach& reach, double left) {
 }  // namespace
 
 RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
-                           ConstraintSystem* constraint_system)
+                           ConstraintSystem* constraint_system, double tolerance)
     : body_collision_(std::move(body_collision)),
       particles_(&particles),
+      tolerance_(tolerance),
       solver_body_of_(static_cast<std::size_t>(body_collision_.singles()), -1) {
   if (constraint_system) joints_ = std::make_unique<BodyJoints>(particles, *constraint_system);
   if (!particles.contacts().empty() && !constraint_system) contact_pass_.emplace(particles);
@@ -38,7 +39,7 @@ RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
   solver_bodies_.reserve(most);
   moved_bodies_.reserve(most);
   for (int i = 0; i < body_collision_.bodies(); ++i)
-    if (body_collision_.touches(i)) order_.push_back(i);
+    if (body_collision_.touches(i)) balls_.emplace_back().body = i;
 }
 
 int RigidContact::key(int solver_body) const {
@@ -232,28 +233,38 @@ void RigidContact::add_manifold(int first, int second, int collider, double marg
   }
 }
 
-// Bodies whose balls may touch: those whose shadows on the x axis overlap are looked at.
+// Sweep and prune along the axis on which the bodies are spread most (Cohen, Lin, Manocha &
+// Ponamgi (1995)): bodies whose shadows on it overlap, and then whose balls do.
 void RigidContact::find_pairs() {
   pairs_.clear();
-  const auto span = [&](int i) {
-    const Reach& reach = reach_[static_cast<std::size_t>(i)];
-    return reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
-  };
-  const auto middle = [&](int i) { return reach_[static_cast<std::size_t>(i)].after.center; };
-  // Nearly sorted since the step before.
-  const auto low = [&](int i) { return middle(i).x() - span(i); };
-  for (std::size_t k = 1; k < order_.size(); ++k)
-    for (std::size_t j = k; j > 0 && low(order_[j]) < low(order_[j - 1]); --j)
-      std::swap(order_[j], order_[j - 1]);
-  for (std::size_t k = 0; k < order_.size(); ++k) {
-    const int i = order_[k];
-    const double high = middle(i).x() + span(i);
-    for (std::size_t l = k + 1; l < order_.size() && !(low(order_[l]) > high); ++l) {
-      const int j = order_[l];
-      if (body_collision_.are_joined(i, j)) continue;
-      const double reach = span(i) + span(j);
-      if ((middle(i) - middle(j)).squaredNorm() > reach * reach) continue;
-      pairs_.emplace_back(std::min(i, j), std::max(i, j));
+  Vec3 sum, squares;
+  for (Ball& ball : balls_) {
+    const Reach& reach = reach_[static_cast<std::size_t>(ball.body)];
+    ball.center = reach.after.center;
+    ball.span = reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
+    sum += ball.center;
+  }
+  const Vec3 mean = sum / std::max<double>(1, static_cast<double>(balls_.size()));
+  for (const Ball& ball : balls_)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      squares[axis] += (ball.center[axis] - mean[axis]) * (ball.center[axis] - mean[axis]);
+  // Another axis only where it pays to sort them anew. Nearly sorted since the step before.
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (squares[axis] > 2 * squares[sweep_axis_]) sweep_axis_ = axis;
+  const std::size_t axis = sweep_axis_;
+  for (Ball& ball : balls_) ball.low = ball.center[axis] - ball.span;
+  for (std::size_t k = 1; k < balls_.size(); ++k)
+    for (std::size_t j = k; j > 0 && balls_[j].low < balls_[j - 1].low; --j)
+      std::swap(balls_[j], balls_[j - 1]);
+  for (std::size_t k = 0; k < balls_.size(); ++k) {
+    const Ball& one = balls_[k];
+    const double high = one.center[axis] + one.span;
+    for (std::size_t l = k + 1; l < balls_.size() && !(balls_[l].low > high); ++l) {
+      const Ball& other = balls_[l];
+      const double reach = one.span + other.span;
+      if ((one.center - other.center).squaredNorm() > reach * reach) continue;
+      if (body_collision_.are_joined(one.body, other.body)) continue;
+      pairs_.emplace_back(std::min(one.body, other.body), std::max(one.body, other.body));
     }
   }
   std::ranges::sort(pairs_);

@@ -83,16 +83,8 @@ class ContactSolver {
   // The change of the gap at the end of the step by impulses, m.
   static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);
 
-  // Resting contact: 0 <= normal_impulse, 0 <= normal velocity, one of them 0, and
-  // |tangent_impulse| <= friction * normal_impulse, opposite to the slip where that is an equation
-  // (Moreau (1988); Jean (1999)). Projected Gauss-Seidel, forwards and backwards, from the present
-  // impulses, which start() applies (warm start); every few sweeps the equations of all sticking
-  // contacts are solved together by conjugate gradients (Silcowitz, Niebuhr & Erleben (2010),
-  // Visual Computer 26, 893-901). Until a sweep changes no velocity by more than `tolerance`, m/s.
-  // Returns the last change.
+  // Applies the present impulses of resting contacts, the warm start of RestingSolver.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
-  double solve_resting(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
-                       double tolerance);
 
   // An impulse p on the first, -p on the second, and what it moves.
   static void apply(std::span<SolverBody> solver_bodies, const ContactPoint& contact, const Vec3& p,
@@ -101,22 +93,11 @@ class ContactSolver {
                        const ContactPoint& contact);  // of the first, relative
 
  private:
-  struct Search {
-    Vec3 before, found, rest, direction, image;  // of one meeting, along its normal, u and v
-    bool normal_impulse = false, friction_impulse = false;
-  };
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
   // How long before the end of the step, s, it is hit next, `now` at most; below 0: not at all.
   static double next_touch(std::span<const SolverBody> solver_bodies, const ContactPoint& m,
                            double now, double fastest);
-  double sweep(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
-  void solve_sticking(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
-                      double tolerance);
-  void restore_impulses(std::span<SolverBody> solver_bodies,
-                        std::span<ContactPoint> contacts) const;
-
   JointProjection* joints_ = nullptr;
-  std::vector<Search> search_;
   std::vector<SolverBody> scratch_;
 };
 

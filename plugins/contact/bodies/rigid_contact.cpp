@@ -8,8 +8,7 @@
 namespace sim {
 namespace {
 
-constexpr double kOverlap = 1e-11;  // of a radius: what is left where bodies overlap
-constexpr double kSettled = 1e-12;  // of the velocities at hand: where the solver stops
+constexpr double kOverlap = 1e-11;  // of a radius: what is left at least where bodies overlap
 constexpr int kMostPasses = 20;
 
 // Turned by the angle vector w, to third order, by a rotation to the last bit (Cayley).
@@ -41,7 +40,8 @@ double RigidContact::solve(double h) {
   contact_solver_.start(solver_bodies_, contacts_);
   double change = 0;
   for (int round = 0; round < kMostPasses; ++round) {
-    change = contact_solver_.solve_resting(solver_bodies_, contacts_, kSettled * scale);
+    change =
+        resting_solver_.solve(solver_bodies_, contacts_, tolerance_ * scale, particles_->pool());
     bool all = true;
     for (ContactPoint& m : contacts_) {
       if (m.active) continue;
@@ -56,7 +56,7 @@ double RigidContact::solve(double h) {
     if (all) break;
   }
   counts_.fastest = std::max(counts_.fastest, scale);
-  return change > kSettled * scale ? change : 0;
+  return change > tolerance_ * scale ? change : 0;
 }
 
 // Projects the motion that impulses of contact alone would cause onto the constraints.
@@ -82,6 +82,7 @@ void RigidContact::separate(double t) {
     return state;
   };
   std::vector<ContactPoint>& contacts = overlaps_;
+  const double overlap = std::max(kOverlap, tolerance_);
   for (int round = 0; round < kMostPasses; ++round) {
     contacts.clear();
     double deepest = 0;
@@ -110,7 +111,7 @@ void RigidContact::separate(double t) {
         deepest = std::max(deepest, -point.gap / reach_[static_cast<std::size_t>(of.first)].scale);
       }
     }
-    if (deepest <= kOverlap) return;
+    if (deepest <= overlap) return;
     // Places in the role of velocities.
     moved_bodies_.resize(solver_bodies_.size());
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
@@ -119,7 +120,7 @@ void RigidContact::separate(double t) {
     }
     if (joints_) joints_->begin_moves();
     contact_solver_.prepare(moved_bodies_, contacts);
-    contact_solver_.solve_resting(moved_bodies_, contacts, 1e-3 * kOverlap);
+    resting_solver_.solve(moved_bodies_, contacts, 1e-3 * overlap, particles_->pool());
     if (joints_) joints_->end_moves();
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       solver_bodies_[i].translation += moved_bodies_[i].velocity;
@@ -194,6 +195,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   if (joints_) {
     joints_->begin(body_collision_, entered_, t + h, x_next);
     contact_solver_.set_joints(joints_.get());
+    resting_solver_.set_joints(joints_.get());
   }
   const double unconverged = solve(h);
   counts_.unconverged = std::max(counts_.unconverged, unconverged);

@@ -9,6 +9,7 @@
 #include "body_joints.h"
 #include "contact_solver.h"
 #include "core/particles/explicit/contact_pass.h"
+#include "resting_solver.h"
 
 namespace sim {
 
@@ -22,11 +23,14 @@ namespace sim {
 // takes those of the surface that it touches.
 class RigidContact {
  public:
+  static constexpr double kToRounding = 1e-12;
   static constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
 
-  // holding: what else joins them, null: nothing; particles are settled then.
+  // tolerance: of the velocities at hand, where the solver stops, and of a radius, what bodies may
+  // overlap. constraint_system: what else joins them; null: nothing, and single particles are
+  // settled.
   RigidContact(BodyCollision body_collision, Particles& particles,
-               ConstraintSystem* constraint_system = nullptr);
+               ConstraintSystem* constraint_system = nullptr, double tolerance = kToRounding);
 
   // True where it changed x_next. Without `holding` it settles single particles among colliders.
   bool resolve(double t, double h, const double* x, double* x_next);
@@ -63,6 +67,11 @@ class RigidContact {
     double gained = 0;    // (m/s)^2: what forces and constraints made of its velocity
     bool fixed = false;   // one of its particles is pinned
   };
+  struct Ball {                // around a body and the way that it may go
+    double low = 0, span = 0;  // m, its end on the axis of the sweep; its radius
+    Vec3 center;
+    int body = 0;
+  };
   struct Step {
     double t, h;
     const double *x, *x_next;
@@ -91,6 +100,8 @@ class RigidContact {
   std::optional<ParticleContactPass>
       contact_pass_;  // of single particles, where there are colliders
   ContactSolver contact_solver_;
+  RestingSolver resting_solver_;
+  double tolerance_;
   std::unique_ptr<BodyJoints> joints_;  // where there are others than bodies have alone
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
@@ -98,7 +109,8 @@ class RigidContact {
   double passed_on_ = 0;  // m: the longest way of a body that bounces, which others may go for it
   std::vector<Reach> reach_;  // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
-  std::vector<int> order_;                  // bodies from left to right
+  std::vector<Ball> balls_;  // of bodies, along the axis of the sweep
+  std::size_t sweep_axis_ = 0;
   std::vector<std::pair<int, int>> pairs_;  // of bodies that are near, ascending
   std::vector<ContactPoint> contacts_, overlaps_;
   std::vector<ManifoldPoint> points_;

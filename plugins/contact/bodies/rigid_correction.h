@@ -9,8 +9,8 @@ namespace sim {
 class RigidCorrection final : public StepCorrection {
  public:
   RigidCorrection(BodyCollision body_collision, Particles& particles,
-                  ConstraintSystem* constraint_system)
-      : contact_(std::move(body_collision), particles, constraint_system) {}
+                  ConstraintSystem* constraint_system, double tolerance)
+      : contact_(std::move(body_collision), particles, constraint_system, tolerance) {}
 
   Outcome apply(const Step& step) override {
     const bool changed = contact_.resolve(step.t, step.h, step.x, step.x_next);

@@ -1,0 +1,130 @@
+// Resting contact of bodies in islands, and with a tolerance.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "plugins/contact/bodies/resting_solver.h"
+#include "tests/lua/scene_text.h"
+#include "tests/support/scenes.h"
+
+using namespace sim;
+using namespace sim::test;
+
+namespace {
+
+// Cubes of 1 kg and 1 m on each other, which fall at 1 m/s and slide at `slide` m/s.
+struct Towers {
+  std::vector<SolverBody> bodies;
+  std::vector<ContactPoint> contacts;
+
+  void add(int height, double slide) {
+    const int base = static_cast<int>(bodies.size());
+    for (int level = 0; level < height; ++level) {
+      SolverBody& body = bodies.emplace_back();
+      body.inverse_mass = 1;
+      body.inverse_inertia = 6 * Mat3::Identity();
+      body.velocity = {slide * (level + 1), -1, 0};
+      for (int corner = 0; corner < 4; ++corner) {
+        ContactPoint& m = contacts.emplace_back();
+        const Vec3 along(corner % 2 - 0.5, 0, corner / 2 - 0.5);
+        m.first = base + level, m.second = level > 0 ? base + level - 1 : -1;
+        m.normal = {0, 1, 0};
+        m.arm1 = along - Vec3(0, 0.5, 0), m.arm2 = along + Vec3(0, 0.5, 0);
+        m.friction = 0.3, m.active = true, m.duration = 0.01;
+      }
+    }
+  }
+  double solve(double tolerance, int threads = 1) {
+    ContactSolver().prepare(bodies, contacts);
+    ThreadPool pool(threads);
+    return RestingSolver().solve(bodies, contacts, tolerance, pool);
+  }
+};
+
+bool same_bits(const SolverBody& a, const SolverBody& b) {
+  return a.velocity == b.velocity && a.angular_velocity == b.angular_velocity &&
+         a.translation == b.translation && a.rotation == b.rotation;
+}
+
+}  // namespace
+
+TEST_CASE("an island of bodies is solved as if it were alone, on any number of threads",
+          "[rigid]") {
+  Towers all, first, second;
+  for (int k = 0; k < 12; ++k) all.add(k == 0 ? 6 : 10, k == 0 ? 0.02 : 0.03);
+  first.add(6, 0.02), second.add(10, 0.03);
+  first.solve(1e-12), second.solve(1e-12);
+  for (const int threads : {1, 2, 3}) {
+    INFO(threads);
+    Towers together = all;
+    together.solve(1e-12, threads);
+    for (std::size_t i = 0; i < 6; ++i) CHECK(same_bits(together.bodies[i], first.bodies[i]));
+    for (std::size_t k = 0; k < 11; ++k)
+      for (std::size_t i = 0; i < 10; ++i)
+        CHECK(same_bits(together.bodies[6 + 10 * k + i], second.bodies[i]));
+  }
+}
+
+TEST_CASE("resting impulses obey Signorini's and Coulomb's laws", "[rigid]") {
+  for (const double slide : {0.0, 0.02}) {
+    INFO(slide);
+    Towers tower;
+    tower.add(5, slide);
+    CHECK(tower.solve(1e-13) <= 1e-13);
+    double pressed = 0;
+    for (const ContactPoint& m : tower.contacts) {
+      const Vec3 w = ContactSolver::velocity(tower.bodies, m);
+      const double pull = std::hypot(m.tangent_impulse[0], m.tangent_impulse[1]);
+      CHECK(m.normal_impulse >= 0);
+      CHECK(w.y() > -1e-11);
+      CHECK(std::fabs(m.normal_impulse * w.y()) < 1e-11);
+      CHECK(pull <= 0.3 * m.normal_impulse * (1 + 1e-12));
+      // Where it slips, friction is against the slip.
+      const Vec3 slip = w - w.y() * m.normal;
+      const Vec3 force = m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v;
+      CHECK(std::fabs(force.dot(slip) + 0.3 * m.normal_impulse * slip.norm()) < 1e-10);
+      if (m.second < 0) pressed += m.normal_impulse;
+    }
+    // The ground takes the momentum of all.
+    double momentum = 0;
+    for (const SolverBody& body : tower.bodies) momentum += body.velocity.y();
+    CHECK(pressed == Approx(5 + momentum).epsilon(1e-12));
+    // Bodies have moved as their impulses say, which act 10 ms before the end.
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Vec3 gained =
+          tower.bodies[i].velocity - Vec3(slide * (static_cast<double>(i) + 1), -1, 0);
+      CHECK((tower.bodies[i].translation - 0.01 * gained).norm() < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("contact of bodies is solved to the tolerance that the scene gives", "[rigid]") {
+  const auto pile = [](const std::string& tolerance) {
+    return "local b = {}\nfor i = 0, 26 do local j = i // 9\n b[i + 1] = sim.rigid { shape = "
+           "sim.box { half = {0.1, 0.1, 0.1} }, mass = 1, friction = 0.5, position = { 0.3 * (i % "
+           "3) + 0.013 * j, 0.11 + 0.21 * j, 0.3 * (i // 3 % 3) + 0.007 * j } } end\nreturn "
+           "sim.scene { bodies = b, contact = sim.contact.bodies { tolerance = " +
+           tolerance +
+           " }, colliders = { sim.collider.plane { friction = 0.5 } }, forces = { "
+           "sim.force.gravity {} }, integrator = 'verlet', dt = 0.005, duration = 1 }\n";
+  };
+  TextRun fine(pile("1e-12"), "verlet", 0.005);
+  fine.run_to(0.15);
+  double before = HUGE_VAL;
+  for (const char* tolerance : {"1e-3", "1e-5", "1e-7"}) {
+    INFO(tolerance);
+    TextRun run(pile(tolerance), "verlet", 0.005);
+    run.run_to(0.15);
+    double off = 0;
+    for (int i = 0; i < 27; ++i)
+      off = std::max(off,
+                     (run.system.body_state(i).center - fine.system.body_state(i).center).norm());
+    CHECK(off > 0);
+    CHECK(off < 0.3 * before);
+    CHECK(off < 100 * std::stod(tolerance));
+    before = off;
+  }
+  CHECK_THROWS_WITH(load_text(pile("0.5")), Catch::Contains("tolerance"));
+}
