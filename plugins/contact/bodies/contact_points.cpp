@@ -184,13 +184,6 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     m.before = rate - m.given;
     m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
   }
-  // Arms of the moment at which it acts, from one point, so that angular momentum stays.
-  if (second >= 0) {
-    const RigidState &one = reach_[f].after, &two = reach_[static_cast<std::size_t>(second)].after;
-    const Vec3 drift = 0.5 * (at(one, m.arm1) + at(two, m.arm2));
-    m.arm1 += m.duration * (one.velocity - drift);
-    m.arm2 += m.duration * (two.velocity - drift);
-  }
   apply_warm_start(m);
   contacts_.push_back(m);
 }
@@ -210,6 +203,28 @@ void RigidContact::apply_warm_start(ContactPoint& m) const {
     }
 }
 
+// Arms of the moment at which the points of one pair act, from one point each, so that angular
+// momentum stays. The moment is the same for all, the mean of those that touch: else the arms of
+// two points were those of no rigid body, and no impulses could make both of them stick.
+void RigidContact::move_arms(std::size_t begin) {
+  const std::span<ContactPoint> points = std::span(contacts_).subspan(begin);
+  const bool touches = std::ranges::any_of(points, &ContactPoint::active);
+  double sum = 0, count = 0;
+  for (const ContactPoint& m : points)
+    if (m.active || !touches) sum += m.duration, ++count;
+  const double duration = sum / count;
+  const auto at = [](const RigidState& state, const Vec3& arm) {
+    return state.velocity + state.angular_velocity.cross(arm);
+  };
+  for (ContactPoint& m : points) {
+    const RigidState &one = reach_[static_cast<std::size_t>(m.first)].after,
+                     &two = reach_[static_cast<std::size_t>(m.second)].after;
+    const Vec3 drift = 0.5 * (at(one, m.arm1) + at(two, m.arm2));
+    m.arm1 += duration * (one.velocity - drift);
+    m.arm2 += duration * (two.velocity - drift);
+  }
+}
+
 // Points of one pair at the end of the free step; where it is so fast that it may be through by
 // then, at the first of some moments at which it touches.
 template <class Collide>
@@ -227,8 +242,10 @@ void RigidContact::add_manifold(int first, int second, int collider, double marg
     points_.clear();
     collide(left, k == trials ? margin : 0.0);
     if (points_.empty()) continue;
+    const std::size_t begin = contacts_.size();
     for (const ManifoldPoint& point : points_)
       add_contact(point, first, second, collider, step, left);
+    if (second >= 0) move_arms(begin);
     return;
   }
 }

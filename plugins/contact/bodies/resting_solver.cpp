@@ -2,51 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "anderson.h"
 
 namespace sim {
 namespace {
 
-constexpr int kFewSweeps = 3, kMostTurns = 12, kMostSweeps = 200;
-constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
-constexpr std::size_t kWorthThreads = 256;    // rows
-
-Vec3 within(const Vec3& impulse, double friction) {
-  const double most = friction * impulse[0];
-  const double size = std::sqrt(impulse[1] * impulse[1] + impulse[2] * impulse[2]);
-  if (!(size > most)) return impulse;
-  return {impulse[0], impulse[1] * (most / size), impulse[2] * (most / size)};
-}
+constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
+constexpr std::size_t kMostWork = 4'000'000;        // rows visited, of one island
+constexpr std::size_t kWorthThreads = 256;          // rows
+constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-// d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2
-double RestingSolver::rate(std::span<const SolverBody> bodies, const Row& row, std::size_t k) {
-  const Direction& d = row.direction[k];
+// d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2 of each direction.
+Vec3 RestingSolver::velocity(std::span<const SolverBody> bodies, const Row& row) {
   const SolverBody& a = bodies[static_cast<std::size_t>(row.first)];
-  double sum = d.along.dot(a.velocity) + d.moment[0].dot(a.angular_velocity);
-  if (row.second < 0) return sum - d.ground;
+  Vec3 w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Direction& d = row.direction[k];
+    w[k] = d.along.dot(a.velocity) + d.moment[0].dot(a.angular_velocity) - d.ground;
+  }
+  if (row.second < 0) return w;
   const SolverBody& b = bodies[static_cast<std::size_t>(row.second)];
-  return sum - d.along.dot(b.velocity) - d.moment[1].dot(b.angular_velocity);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Direction& d = row.direction[k];
+    w[k] -= d.along.dot(b.velocity) + d.moment[1].dot(b.angular_velocity);
+  }
+  return w;
 }
 
-void RestingSolver::apply(Bodies bodies, const Row& row, std::size_t k, double impulse) {
-  const Direction& d = row.direction[k];
+void RestingSolver::apply(Bodies bodies, const Row& row, const Vec3& impulse) {
+  const Direction* const d = row.direction;
+  const Vec3 whole = impulse[0] * d[0].along + impulse[1] * d[1].along + impulse[2] * d[2].along;
+  const auto turn = [&](std::size_t side) {
+    return impulse[0] * d[0].turn[side] + impulse[1] * d[1].turn[side] +
+           impulse[2] * d[2].turn[side];
+  };
   if (row.inverse_mass[0] > 0) {
     SolverBody& a = bodies[static_cast<std::size_t>(row.first)];
-    a.velocity += row.inverse_mass[0] * impulse * d.along;
-    a.angular_velocity += impulse * d.turn[0];
+    a.velocity += row.inverse_mass[0] * whole;
+    a.angular_velocity += turn(0);
   }
   if (row.inverse_mass[1] > 0) {
     SolverBody& b = bodies[static_cast<std::size_t>(row.second)];
-    b.velocity -= row.inverse_mass[1] * impulse * d.along;
-    b.angular_velocity -= impulse * d.turn[1];
+    b.velocity -= row.inverse_mass[1] * whole;
+    b.angular_velocity -= turn(1);
   }
-}
-
-void RestingSolver::change(Bodies bodies, Row& row, const Vec3& impulse) {
-  for (std::size_t k = 0; k < 3; ++k)
-    if (const double added = impulse[k] - row.impulse[k]; added != 0) apply(bodies, row, k, added);
-  row.impulse = impulse;
 }
 
 int RestingSolver::root_of(int body) {
@@ -78,7 +81,16 @@ void RestingSolver::add_row(Bodies bodies, const ContactPoint& contact, std::siz
     else
       d.ground = d.along.dot(contact.ground);
   }
-  row.inverse_n = contact.inverse_mass_n, row.inverse_t = contact.inverse_mass_t;
+  Mat3 response;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t l = 0; l < 3; ++l) {
+      const Direction &a = row.direction[k], &b = row.direction[l];
+      response(static_cast<int>(k), static_cast<int>(l)) =
+          (k == l ? row.inverse_mass[0] + row.inverse_mass[1] : 0) + a.moment[0].dot(b.turn[0]) +
+          a.moment[1].dot(b.turn[1]);
+    }
+  row.point = PointResponse::of(response);
+  for (int k = 0; k < 3; ++k) row.scale[static_cast<std::size_t>(k)] = std::sqrt(response(k, k));
   row.friction = contact.friction, row.offset = contact.offset;
   row.impulse = {contact.normal_impulse, contact.tangent_impulse[0], contact.tangent_impulse[1]};
 }
@@ -109,7 +121,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
     if (island < 0) {
       island = static_cast<int>(count_++);
       if (islands_.size() < count_) islands_.emplace_back();
-      islands_[count_ - 1].end = islands_[count_ - 1].work = 0;
+      islands_[count_ - 1].end = 0;
       islands_[count_ - 1].bodies.clear();
     }
     ++islands_[static_cast<std::size_t>(island)].end;
@@ -132,136 +144,77 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
         islands_[static_cast<std::size_t>(k)].bodies.push_back(static_cast<int>(i));
 }
 
-// There and back.
-double RestingSolver::sweep(Bodies bodies, Island& island) {
-  double largest = 0;
-  const auto solve = [&](Row& row) {
-    const double push =
-        std::max(0.0, row.impulse[0] - (rate(bodies, row, 0) + row.offset) / row.inverse_n);
-    const double added = push - row.impulse[0];
-    row.impulse[0] = push;
-    if (added != 0) apply(bodies, row, 0, added);
-    largest = std::max(largest, std::fabs(added) * row.inverse_n);
-    if (!(row.friction > 0)) return;
-    const Vec3 before = row.impulse;
-    const Vec3 wanted(push, before[1] - rate(bodies, row, 1) / row.inverse_t,
-                      before[2] - rate(bodies, row, 2) / row.inverse_t);
-    const Vec3 after = within(wanted, row.friction);
-    change(bodies, row, after);
-    largest =
-        std::max(largest, (std::fabs(after[1] - before[1]) + std::fabs(after[2] - before[2])) *
-                              row.inverse_t);
-  };
-  for (std::size_t r = island.begin; r < island.end; ++r) solve(rows_[r]);
-  for (std::size_t r = island.end; r-- > island.begin;) solve(rows_[r]);
-  island.work += 2 * (island.end - island.begin);
-  if (joints_ && largest > 0) joints_->project(bodies, false);
-  return largest;
+RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
+  Sweep sum;
+  for (std::size_t r = island.begin; r < island.end; ++r) {
+    Row& row = rows_[r];
+    const Vec3 w = velocity(bodies, row) + Vec3(row.offset, 0, 0);
+    const Vec3 impulse = coulomb_impulse(row.point, row.friction, w, row.impulse);
+    const Vec3 added = impulse - row.impulse;
+    const double softness = row.scale[0] * row.scale[0];
+    sum.rounding = std::max(sum.rounding, kRounding * softness * impulse[0]);
+    if (added == Vec3()) continue;
+    apply(bodies, row, added);
+    row.impulse = impulse;
+    for (std::size_t k = 0; k < 3; ++k)
+      sum.residual = std::max(sum.residual, row.scale[k] * row.scale[k] * std::fabs(added[k]));
+  }
+  if (joints_ && sum.residual > 0) joints_->project(bodies, false);
+  return sum;
 }
 
-// Active contacts stay active and sticking ones stick: linear equations, singular where more points
-// hold a body than are needed, but consistent.
-void RestingSolver::solve_sticking(Bodies bodies, Island& island, double tolerance) {
-  const auto scaled = [](const Row& row, const Vec3& r) {
-    return Vec3(r[0] / row.inverse_n, r[1] / row.inverse_t, r[2] / row.inverse_t);
+double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance) {
+  const std::size_t rows = island.end - island.begin, n = 3 * rows;
+  const std::size_t each = Anderson::memory(3);
+  const std::span<double> x = std::span(unknowns_).subspan(3 * island.begin, n),
+                          g = std::span(images_).subspan(3 * island.begin, n);
+  Anderson mixing{std::span(history_).subspan(each * island.begin, each * rows), n};
+  const auto read = [&](std::span<double> to) {
+    for (std::size_t r = 0; r < rows; ++r)
+      for (std::size_t k = 0; k < 3; ++k)
+        to[3 * r + k] = rows_[island.begin + r].scale[k] * rows_[island.begin + r].impulse[k];
   };
-  const auto each = [&](const auto& visit) {
-    for (std::size_t r = island.begin; r < island.end; ++r)
-      if (search_[r].pushes) visit(rows_[r], search_[r]);
-  };
-  double energy = 0;
-  for (std::size_t r = island.begin; r < island.end; ++r) {
-    const Row& row = rows_[r];
-    Search& s = search_[r] = {};
-    s.before = row.impulse;
-    s.pushes = row.impulse[0] > 0;
-    const double pull =
-        std::sqrt(row.impulse[1] * row.impulse[1] + row.impulse[2] * row.impulse[2]);
-    s.sticks = s.pushes && pull < (1 - 1e-9) * row.friction * row.impulse[0];
-    if (!s.pushes) continue;
-    s.rest[0] = -rate(bodies, row, 0) - row.offset;
-    for (std::size_t k = 1; k < 3 && s.sticks; ++k) s.rest[k] = -rate(bodies, row, k);
-    s.direction = scaled(row, s.rest);
-    energy += s.rest.dot(s.direction);
-  }
-  const std::size_t most = 6 * island.bodies.size() + 20;
-  for (std::size_t turn = 0; turn < most && energy > 0 && island.work < kMostWork; ++turn) {
-    for (const int i : island.bodies) {
-      SolverBody& body = trial_[static_cast<std::size_t>(i)];
-      body.velocity = body.angular_velocity = {};
+  const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
+  double least = HUGE_VAL;
+  for (int turn = 1, last = most;; ++turn) {
+    read(x);
+    const Sweep swept = sweep(bodies, island);
+    if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
+    if (turn >= last) return swept.residual;
+    if (swept.residual < 0.5 * least) {
+      least = swept.residual;
+      last = std::min(most, turn + kPatience);
     }
-    each([&](const Row& row, const Search& s) {
-      for (std::size_t k = 0; k < (s.sticks ? 3 : 1); ++k) apply(trial_, row, k, s.direction[k]);
-    });
-    if (joints_) joints_->project(trial_, true);
-    double bend = 0, largest = 0, next = 0;
-    each([&](const Row& row, Search& s) {
-      for (std::size_t k = 0; k < (s.sticks ? 3 : 1); ++k)
-        s.image[k] = rate(trial_, row, k) + row.direction[k].ground;
-      bend += s.image.dot(s.direction);
-    });
-    island.work += island.end - island.begin;
-    if (!(bend > 0)) break;
-    each([&](const Row& row, Search& s) {
-      s.found += energy / bend * s.direction;
-      s.rest -= energy / bend * s.image;
-      largest = std::max(largest, s.rest.cwiseAbs().maxCoeff());
-      next += s.rest.dot(scaled(row, s.rest));
-    });
-    if (largest <= 0.1 * tolerance) break;
-    each([&](const Row& row, Search& s) {
-      s.direction = scaled(row, s.rest) + next / energy * s.direction;
-    });
-    energy = next;
+    read(g);
+    mixing.mix(x, g);
+    for (std::size_t r = 0; r < rows; ++r) {
+      Row& row = rows_[island.begin + r];
+      Vec3 impulse;
+      for (std::size_t k = 0; k < 3; ++k) impulse[k] = g[3 * r + k] / row.scale[k];
+      apply(bodies, row, impulse - row.impulse);
+      row.impulse = impulse;
+    }
+    if (joints_) joints_->project(bodies, false);
   }
-  for (std::size_t r = island.begin; r < island.end; ++r) {
-    if (!search_[r].pushes) continue;
-    Vec3 impulse = rows_[r].impulse + search_[r].found;
-    impulse[0] = std::max(0.0, impulse[0]);
-    change(bodies, rows_[r], within(impulse, rows_[r].friction));
-  }
-  if (joints_) joints_->project(bodies, false);
-}
-
-// The impulses before solve_sticking(), which did no good.
-void RestingSolver::restore(Bodies bodies, Island& island) {
-  for (std::size_t r = island.begin; r < island.end; ++r)
-    change(bodies, rows_[r], search_[r].before);
-  if (joints_) joints_->project(bodies, false);
-}
-
-double RestingSolver::solve_island(Bodies bodies, Island& island, double tolerance) {
-  double last = 0;
-  for (int turn = 0; turn < kMostTurns && island.work < kMostWork; ++turn) {
-    for (int k = 0; k < kFewSweeps * (1 + turn); ++k)
-      if (last = sweep(bodies, island); last <= tolerance) return last;
-    solve_sticking(bodies, island, tolerance);
-    const double found = sweep(bodies, island);
-    if (found <= tolerance) return found;
-    if (found > last) restore(bodies, island);
-  }
-  for (int k = 0; k < kMostSweeps && last > tolerance && island.work < kMostWork; ++k)
-    last = sweep(bodies, island);
-  return last;
 }
 
 double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, double tolerance,
                             ThreadPool& pool) {
   find_islands(bodies, contacts);
-  search_.resize(rows_.size());
-  trial_.assign(bodies.begin(), bodies.end());
-  for (SolverBody& each : trial_) each.velocity = each.angular_velocity = {};
-  changes_.assign(count_, 0);
+  unknowns_.resize(3 * rows_.size());
+  images_.resize(3 * rows_.size());
+  history_.resize(Anderson::memory(3) * rows_.size());
+  residuals_.assign(count_, 0);
   const auto solve_some = [&](int begin, int end) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-      changes_[k] = solve_island(bodies, islands_[k], tolerance);
+      residuals_[k] = solve_island(bodies, islands_[k], tolerance);
   };
   if (count_ > 1 && rows_.size() >= kWorthThreads)
     pool.run_parts(static_cast<int>(count_), 1, solve_some);
   else
     solve_some(0, static_cast<int>(count_));
   store(bodies, contacts);
-  return count_ > 0 ? *std::ranges::max_element(changes_) : 0;
+  return count_ > 0 ? *std::ranges::max_element(residuals_) : 0;
 }
 
 void RestingSolver::store(Bodies bodies, std::span<ContactPoint> contacts) const {

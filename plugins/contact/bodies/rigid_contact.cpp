@@ -9,6 +9,9 @@ namespace sim {
 namespace {
 
 constexpr double kOverlap = 1e-11;  // of a radius: what is left at least where bodies overlap
+constexpr double kShare = 1e-3;     // of that, m for each m, to which moves are solved
+constexpr double kNear = 1e-3;      // of a radius: what may be met when bodies are moved apart
+constexpr double kAhead = 4;        // of the deepest overlap, the same
 constexpr int kMostPasses = 20;
 
 // Turned by the angle vector w, to third order, by a rotation to the last bit (Cayley).
@@ -83,9 +86,12 @@ void RigidContact::separate(double t) {
   };
   std::vector<ContactPoint>& contacts = overlaps_;
   const double overlap = std::max(kOverlap, tolerance_);
+  double deepest = kNear;
   for (int round = 0; round < kMostPasses; ++round) {
     contacts.clear();
-    double deepest = 0;
+    // What is nearly touched may be met by what is moved.
+    const double near = std::max(kNear, kAhead * deepest);
+    deepest = 0;
     // Each pair once: its meetings stand behind each other.
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
       const ContactPoint& of = contacts_[k];
@@ -93,13 +99,14 @@ void RigidContact::separate(double t) {
           contacts_[k - 1].collider == of.collider)
         continue;
       points_.clear();
+      const double margin = near * reach_[static_cast<std::size_t>(of.first)].scale;
       const RigidState a = now(of.first);
       RigidState b;
       if (of.second >= 0) {
         b = now(of.second);
-        body_collision_.find_contacts(of.first, a, of.second, b, 0, points_);
+        body_collision_.find_contacts(of.first, a, of.second, b, margin, points_);
       } else {
-        body_collision_.find_contacts(of.first, a, static_cast<std::size_t>(of.collider), t, 0,
+        body_collision_.find_contacts(of.first, a, static_cast<std::size_t>(of.collider), t, margin,
                                       points_);
       }
       for (const ManifoldPoint& point : points_) {
@@ -120,7 +127,7 @@ void RigidContact::separate(double t) {
     }
     if (joints_) joints_->begin_moves();
     contact_solver_.prepare(moved_bodies_, contacts);
-    resting_solver_.solve(moved_bodies_, contacts, 1e-3 * overlap, particles_->pool());
+    resting_solver_.solve(moved_bodies_, contacts, kShare * overlap, particles_->pool());
     if (joints_) joints_->end_moves();
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       solver_bodies_[i].translation += moved_bodies_[i].velocity;

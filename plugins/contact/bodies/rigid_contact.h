@@ -88,6 +88,7 @@ class RigidContact {
                     const Collide& collide);
   void add_contact(const ManifoldPoint& point, int first, int second, int collider,
                    const Step& step, double left);
+  void move_arms(std::size_t begin);
   void apply_warm_start(ContactPoint& contact) const;
   double solve(double h);
   void project_moves();

@@ -1,0 +1,38 @@
+// Acceleration of an iteration towards its fixed point.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace sim {
+
+// Anderson (1965), J. ACM 12, 547-560: of an iteration x -> g(x) the last changes of g(x) - x are
+// combined so that the least of it is left, in the least-squares sense; of a linear one that is
+// GMRES (Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715-1735). It begins again where g(x) - x
+// grows, as at a kink of g, and when its memory is full, which may hold more the next time. Where
+// it is lost it goes back to the best image so far and lets the iteration alone for a while, twice
+// as long each time.
+class Anderson {
+ public:
+  static constexpr std::size_t kMost = 32;  // pairs of vectors
+  // Numbers that it needs for n unknowns.
+  static constexpr std::size_t memory(std::size_t n) { return (2 * kMost + 3) * n; }
+
+  Anderson(std::span<double> memory, std::size_t n) : memory_(memory), n_(n) {}
+
+  // x and g(x), which becomes the next x. Both are overwritten.
+  void mix(std::span<double> x, std::span<double> g);
+
+ private:
+  std::span<double> part(std::size_t k) const { return memory_.subspan(k * n_, n_); }
+  std::span<double> change_of_residual(std::size_t k) const { return part(2 * k + 3); }
+  std::span<double> change_of_image(std::size_t k) const { return part(2 * k + 4); }
+  void remember(std::span<const double> residual, std::span<const double> image);
+
+  std::span<double> memory_;
+  std::size_t n_, held_ = 0, window_ = 8;
+  double last_ = -1, least_ = -1;  // the sizes of residuals; < 0: none
+  int pause_ = 1, alone_ = 0;      // steps without mixing, the next time and still
+};
+
+}  // namespace sim
