@@ -81,6 +81,9 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
                    std::vector<ManifoldPoint>& out) {
   constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
   constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
+  // Cosine of 2.6 degrees: faces that are nearly parallel touch as faces, at several points, whose
+  // gaps along the face differ from those along the edges' axis by 1e-3 of them.
+  constexpr double kAlike = 1 - 1e-3;
   const TurnedBox a(first), b(second);
   const Vec3 d = a.center - b.center;
   const double prefer = kPrefer * (a.half.maxCoeff() + b.half.maxCoeff());
@@ -92,10 +95,12 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
     int kind = 0;  // 0: a face of a, 1: of b, 2: edges
     std::size_t i = 0, j = 0;
   } best;
+  Vec3 face;  // the best axis of faces
   const auto look = [&](const Vec3& axis, int kind, std::size_t i, std::size_t j) {
     const double along = axis.dot(d);
     const double gap = std::fabs(along) - a.reach(axis) - b.reach(axis);
-    if (gap > best.gap + (kind > 0 ? prefer : 0))
+    const bool nearly_face = kind == 2 && std::fabs(axis.dot(face)) > kAlike;
+    if (gap > best.gap + (kind > 0 ? prefer : 0) && !nearly_face)
       best = {gap, along < 0 ? Vec3(-axis) : axis, kind, i, j};
     return gap <= margin;
   };
@@ -103,6 +108,7 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
     if (!look(a.axis[k], 0, k, 0)) return;
   for (std::size_t k = 0; k < 3; ++k)
     if (!look(b.axis[k], 1, k, 0)) return;
+  face = best.n;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
       const Vec3 product = a.axis[i].cross(b.axis[j]);

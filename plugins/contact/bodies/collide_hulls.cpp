@@ -9,8 +9,9 @@
 namespace sim {
 namespace {
 
-constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
-constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
+constexpr double kParallel = 1e-3;   // sine of edges whose product is no axis
+constexpr double kPrefer = 1e-7;     // of a size: faces before edges, the first before the second
+constexpr double kAlike = 1 - 1e-3;  // cosine: as of boxes
 
 // A hull seen from the frame of another.
 class Seen {
@@ -58,7 +59,10 @@ bool look_at_faces(const Hull& own, const Seen& other, double margin, double by,
   return true;
 }
 
+// The best axis is that of faces so far; an axis of edges that is nearly the same stays out.
 bool look_at_edges(const Hull& own, const Seen& other, double margin, double by, BestAxis& best) {
+  const Vec3 face =
+      best.kind == BestAxis::Kind::kSecond ? other.direction(best.normal) : best.normal;
   for (std::size_t j = 0; j < other.hull().edges.size(); ++j) {
     const Hull::Edge& far = other.hull().edges[j];
     const Vec3 at = other.point(far.a), way = other.point(far.b) - at;
@@ -77,7 +81,7 @@ bool look_at_edges(const Hull& own, const Seen& other, double margin, double by,
       if (!(length > kParallel * along.norm() * way.norm())) continue;
       n *= (n.dot(start - own.middle) < 0 ? -1 : 1) / length;
       const double gap = n.dot(at - start);
-      best.look(gap, by, BestAxis::Kind::kEdges, i, j, n);
+      if (std::fabs(n.dot(face)) <= kAlike) best.look(gap, by, BestAxis::Kind::kEdges, i, j, n);
       if (gap > margin) return false;
     }
   }

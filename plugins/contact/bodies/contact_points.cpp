@@ -28,6 +28,7 @@ RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
     : body_collision_(std::move(body_collision)),
       particles_(&particles),
       tolerance_(tolerance),
+      gap_tolerance_(std::max(kBodyGapTolerance, tolerance)),
       solver_body_of_(static_cast<std::size_t>(body_collision_.singles()), -1) {
   if (constraint_system) joints_ = std::make_unique<BodyJoints>(particles, *constraint_system);
   if (!particles.contacts().empty() && !constraint_system) contact_pass_.emplace(particles);
@@ -170,7 +171,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
         reach_[f].gained <= kHeld * with.gained)
       kinematic = &with;
   const double duration = kinematic->duration;
-  const double tiny = m.tiny = kBodyGapTolerance * size,
+  const double tiny = m.tiny = gap_tolerance_ * size,
                gap0 = m.gap - h * rate0 - duration * (rate - rate0);
   if (gap0 <= tiny) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.duration = duration;

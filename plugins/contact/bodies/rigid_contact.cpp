@@ -8,10 +8,10 @@
 namespace sim {
 namespace {
 
-constexpr double kOverlap = 1e-11;  // of a radius: what is left at least where bodies overlap
-constexpr double kShare = 1e-3;     // of that, m for each m, to which moves are solved
-constexpr double kNear = 1e-3;      // of a radius: what may be met when bodies are moved apart
-constexpr double kAhead = 4;        // of the deepest overlap, the same
+constexpr double kOverlap = 10;  // tolerances: what is left where bodies overlap, of a radius
+constexpr double kShare = 1e-2;  // of that: what the moves that part bodies are solved to
+constexpr double kNear = 0.02;   // of a radius: what these moves may bring to touch
+constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 
 // Turned by the angle vector w, to third order, by a rotation to the last bit (Cayley).
@@ -49,7 +49,7 @@ double RigidContact::solve(double h) {
     for (ContactPoint& m : contacts_) {
       if (m.active) continue;
       const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
-      if (gap >= -kBodyGapTolerance * reach_[static_cast<std::size_t>(m.first)].scale) continue;
+      if (gap >= -gap_tolerance_ * reach_[static_cast<std::size_t>(m.first)].scale) continue;
       const double rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
       if (!(rate < 0)) continue;
       m.active = true, all = false;
@@ -85,8 +85,8 @@ void RigidContact::separate(double t) {
     return state;
   };
   std::vector<ContactPoint>& contacts = overlaps_;
-  const double overlap = std::max(kOverlap, tolerance_);
-  double deepest = kNear;
+  const double overlap = kOverlap * tolerance_;
+  double deepest = 0;
   for (int round = 0; round < kMostPasses; ++round) {
     contacts.clear();
     // What is nearly touched may be met by what is moved.

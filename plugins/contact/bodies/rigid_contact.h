@@ -102,7 +102,7 @@ class RigidContact {
       contact_pass_;  // of single particles, where there are colliders
   ContactSolver contact_solver_;
   RestingSolver resting_solver_;
-  double tolerance_;
+  double tolerance_, gap_tolerance_;
   std::unique_ptr<BodyJoints> joints_;  // where there are others than bodies have alone
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
