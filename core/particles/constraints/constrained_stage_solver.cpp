@@ -9,11 +9,11 @@
 namespace sim {
 namespace {
 
-constexpr int kMostIterations = 25;
-constexpr double kSolved = 1e-14;     // of what the equations weigh up: roundings
-constexpr double kGainsNone = 1e-10;  // where iterations gain no more
-constexpr double kRegular = 1e-11;    // of a pivot, where rows follow from others
-constexpr double kRunsAway = 1e6;     // times the residual of the guess
+constexpr int kMostStageTurns = 25;
+constexpr double kStageSolved = 1e-14;  // of what the equations weigh up: roundings
+constexpr double kStageStalls = 1e-10;  // where iterations gain no more
+constexpr double kRowShift = 1e-11;     // of a pivot, where rows follow from others
+constexpr double kRunsAway = 1e6;       // times the residual of the guess
 
 }  // namespace
 
@@ -146,7 +146,7 @@ void ConstrainedStageSolver::add_constraints(bool definite) {
       for (int axis = 0; axis < 3; ++axis)
         add_to(first + axis, own, gradient[static_cast<std::size_t>(axis)]);
     }
-    add_to(own, own, -kRegular * pivot);
+    add_to(own, own, -kRowShift * pivot);
   }
 }
 
@@ -219,10 +219,10 @@ StepStatus ConstrainedStageSolver::solve(double t, double tau, const double* r, 
   const double first = residual();
   bool found = false;
   double before = HUGE_VAL, now = first;
-  for (int turn = 0; turn < kMostIterations && std::isfinite(now) && now <= kRunsAway * first;
+  for (int turn = 0; turn < kMostStageTurns && std::isfinite(now) && now <= kRunsAway * first;
        ++turn) {
     if (stage_.stopped()) return StepStatus::kStopped;
-    found = minimum_ && (now <= kSolved || (now <= kGainsNone && !(now < 0.5 * before)));
+    found = minimum_ && (now <= kStageSolved || (now <= kStageStalls && !(now < 0.5 * before)));
     if (found || !improve()) break;
     before = now;
     now = residual();
