@@ -99,7 +99,8 @@ char* sim_scenes(sim_error* error); /* JSON: names of the scenes that sim_open f
 
 /* --- Steps and time. */
 /* So many steps of each system; `taken`, if not null, is how many of the last one. SIM_DIVERGED
- * where a step cannot be taken; the state is then that before it. */
+ * where a step cannot be taken; the state is then that before it. Nobody is asked in between: take
+ * few steps at a time to look at them, or sim_run(), which can be stopped within a step, too. */
 int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error);
 /* A judged run of `time` s from here, at whose end stands a verdict; not above 0: to the end of the
  * scene's duration. The last step is shorter where it has to be. `verify`: 0 not by a second run

@@ -301,7 +301,9 @@ class Scene(System):
 
     def step(self, n=1):
         """Takes n steps of each system. Raises Error (code 4) where one cannot be taken; the scene
-        is then as it was before that one. Ctrl-C ends it after some steps."""
+        is then as it was before that one. Ctrl-C ends it after some steps, never within one, as it
+        ends run().
+        """
         handle, failed = self._handle or self._open(), self._failed
         if n.__class__ is not int:
             n = as_int(n, "n", 0, 2**63 - 1)
