@@ -32,6 +32,11 @@ target_link_options(web_kernel PRIVATE -sENVIRONMENT=node -lnodefs.js
 sim_web_module(page TRUE web/exports.cpp)
 target_link_options(web_page PRIVATE --no-entry -sENVIRONMENT=worker
   -sEXPORTED_RUNTIME_METHODS=ccall,FS -sEXPORTED_FUNCTIONS=${exports})
+# Nothing on a page writes files or starts studies that are plugins. The linker takes this list before
+# that of all plugins, and leaves out what no plugin on it needs.
+get_target_property(page_plugins simplugins SIM_LINKED_PLUGINS)
+list(FILTER page_plugins EXCLUDE REGEX "^(writers|studies)_")
+sim_list_plugins(web_page ${page_plugins})
 
 # The script that node starts, and the page without a scene.
 set(beside sim.mjs load.mjs bundle.mjs worker.js page.js page.css page.html

@@ -5,6 +5,7 @@ bits, edits the scene, and studies it. `page_test.py SIM SIM.MJS [FOLDER]`: with
 pictures there and prints figures."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -137,6 +138,16 @@ def test_studies(browser, folder):
     assert "verlet" in tab.js("document.getElementById('said').textContent")
     assert tab.js("document.querySelectorAll('#plot rect').length") > 5
     assert "verlet" in tab.js("document.querySelector('#plot svg').textContent")
+    check_quiet(tab)
+    tab.close()
+    tab = opened(browser, export(folder, "scenes/circle.lua"))
+    tab.js("document.getElementById('tradeoff').click()")
+    tab.until("document.body.dataset.studied=='tradeoff'", 200)
+    said = tab.js("document.getElementById('said').textContent")
+    assert re.search(r"^[* ] rk4 +4/", said, re.MULTILINE), said
+    plot = "document.querySelector('#plot img')"
+    tab.until(f"{plot}&&{plot}.complete&&{plot}.naturalWidth>100")
+    assert not tab.js("document.getElementById('tradeoff').disabled")
     check_quiet(tab)
     tab.close()
     print("test_studies ok", flush=True)
