@@ -20,6 +20,27 @@ constexpr std::size_t kMostTrail = 8;  // free particles of a system whose last 
 
 V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - a, c - a); }
 
+// Edges of solids stay sharp: a corner of a face that is turned by more than 40 degrees from the
+// corner's normal, the mean of its faces, becomes a point of its own.
+void split_sharp_edges(Picture& picture, std::size_t first_triangle) {
+  constexpr float kSharp = 0.766F;  // cosine
+  for (std::size_t t = first_triangle; t < picture.triangles.size(); ++t) {
+    std::array<int, 3>& ids = picture.triangles[t].points;
+    const auto point = [&](std::size_t k) {
+      return picture.points[static_cast<std::size_t>(ids[k])];
+    };
+    const V3 own = raster::unit(sum_normal(point(0), point(1), point(2)));
+    for (int& id : ids) {
+      const auto i = static_cast<std::size_t>(id);
+      if (raster::dot(picture.normals[i], own) >= kSharp) continue;
+      id = static_cast<int>(picture.points.size());
+      picture.points.push_back(V3(picture.points[i]));
+      picture.normals.push_back(own);
+      if (!picture.colours.empty()) picture.colours.push_back(V3(picture.colours[i]));
+    }
+  }
+}
+
 [[noreturn]] void nothing_of(const std::string& what, const std::string& why,
                              const std::string& remedy) {
   throw Error(ErrorKind::kUsage, {"nothing to show", what, why, remedy});
@@ -180,6 +201,7 @@ void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) cons
   const Model& model = models_[m];
   if (model.triangles.empty()) return;
   const auto first = static_cast<int>(picture.points.size());
+  const std::size_t first_triangle = picture.triangles.size();
   const auto n = static_cast<std::size_t>(model.particles);
   for (int i = 0; i < model.particles; ++i) picture.points.push_back(place(m, frame.at(i)));
   picture.normals.resize(picture.points.size());
@@ -203,11 +225,13 @@ void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) cons
   }
   for (std::size_t i = picture.normals.size() - n; i < picture.normals.size(); ++i)
     picture.normals[i] = raster::unit(picture.normals[i]);
-  if (look_.colour == "none") return;
-  const std::vector<double> values = quantity(model, frame, look_.colour);
-  picture.colours.resize(picture.points.size(), picture.skins[0].front);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    picture.colours[picture.points.size() - n + i] = scale_.colour(values[i]);
+  if (look_.colour != "none") {
+    const std::vector<double> values = quantity(model, frame, look_.colour);
+    picture.colours.resize(picture.points.size(), picture.skins[0].front);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      picture.colours[picture.points.size() - n + i] = scale_.colour(values[i]);
+  }
+  split_sharp_edges(picture, first_triangle);
 }
 
 // Particles that are in no triangle are balls, and springs between them bars. Pinned corners of a

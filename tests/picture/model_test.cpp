@@ -361,6 +361,44 @@ TEST_CASE("a picked particle shows its springs, by family") {
   CHECK(said);
 }
 
+TEST_CASE("edges of a solid are sharp, and a sheet is smooth") {
+  const auto picture_of = [](const Seen& seen) {
+    return sim::Scenery(seen.models, seen.moments, Look{}).picture(0);
+  };
+  const Seen sheet = cloth(6, 0);
+  CHECK(picture_of(sheet).points.size() == 36);
+
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local p = sim.grid { 3, 3, 3, du = {1,0,0}, dv = {0,1,0}, dw = {0,0,1}, mass = 1 }\n"
+      "return sim.scene { particles = p, integrator = 'verlet', dt = 0.01, duration = 1,\n"
+      "  forces = { sim.force.spring { stiffness = 1, grid = p,\n"
+      "    offsets = { {0,0,1}, {0,1,0}, {1,0,0} } } } }\n");
+  sim::Simulation system(scene.systems[0], registry);
+  const Seen cube{{sim::make_model(scene.systems[0], system)}, {{sim::take_frame(system)}}};
+  const sim::Picture picture = picture_of(cube);
+  REQUIRE(picture.triangles.size() == 6 * 2 * 4);
+  CHECK(picture.normals.size() == picture.points.size());
+  // A corner in the middle of a side has the normal of that side, one on an edge does not lie
+  // between those of two sides.
+  int own = 0;
+  for (const sim::PictureTriangle& triangle : picture.triangles) {
+    const auto point = [&](std::size_t k) {
+      return picture.points[static_cast<std::size_t>(triangle.points[k])];
+    };
+    const sim::V3 face =
+        sim::raster::unit(sim::raster::cross(point(1) - point(0), point(2) - point(0)));
+    for (const int i : triangle.points) {
+      const float turned = sim::raster::dot(face, picture.normals[static_cast<std::size_t>(i)]);
+      CHECK(turned > std::cos(41 * 3.14159265F / 180));
+      own += turned > 0.9999F;
+    }
+  }
+  // Each of the six sides has 24 corners of triangles; the eight corners of the cube may stay
+  // smooth.
+  CHECK(own >= 6 * 24 - 8 * 3);
+}
+
 TEST_CASE("particles that rigid bodies are made of are drawn as their bodies alone") {
   sim::Registry registry = sim_test::make_registry();
   const sim::SceneSpec scene = sim::test::load_text(
