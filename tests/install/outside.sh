@@ -70,7 +70,7 @@ done
 command -v pkg-config >/dev/null || { echo 'pkg-config is not here'; exit 0; }
 export PKG_CONFIG_PATH=$place/prefix/lib/pkgconfig
 # shellcheck disable=SC2046
-"$cxx" -O2 -shared attraction/attraction.cpp -o attraction.so $(pkg-config --cflags --libs sim)
+"$cxx" -O2 -shared -fPIC attraction/attraction.cpp -o attraction.so $(pkg-config --cflags --libs sim)
 by_hand=$(orbit attraction.so) || fail 'the plugin of pkg-config does not run'
 [[ $by_cmake == "$by_hand" ]] || fail "two results: $by_cmake, $by_hand"
 
