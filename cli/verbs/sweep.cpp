@@ -15,6 +15,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/sweep_cases.h"
+#include "core/scene/side_by_side.h"
 
 namespace sim::cli {
 namespace {
@@ -47,7 +48,7 @@ class Sweep {
 
  private:
   struct Job {
-    std::size_t index;
+    std::vector<std::size_t> indices;
     CaseProcess process;
   };
 
@@ -58,7 +59,9 @@ class Sweep {
   }
   std::size_t fields() const { return case_columns().size() + observed_.size() + 1; }
   bool recall(std::size_t index, bool with_failed);
-  void finish(Job& job, bool late);
+  // Of a process with several cases that came to no end the cases are to be tried one by one.
+  void finish(Job& job, bool late, std::vector<std::size_t>& alone);
+  std::size_t cases_at_once(std::size_t waiting) const;
   void keep(std::size_t index, CaseResult result, bool is_new);
   std::size_t missing() const;
 
@@ -72,6 +75,7 @@ class Sweep {
   std::size_t failed_ = 0, done_ = 0, kept_ = 0;
   std::string scene_file_;
   std::vector<InputFile> inputs_;  // of the scene with its own values
+  bool side_by_side_ = false;
   std::uint64_t program_ = 0;
   FileContents contents_;
   std::string damaged_, changed_;  // the first row that is, the first input that has
@@ -95,6 +99,9 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
   observed_ = report::observed_columns(scene.spec.systems.front(), request.of);
   scene_file_ = scene.spec.file;
   inputs_ = scene.spec.inputs;
+  const std::vector<std::string> of_runs{"integrator", "dt", "tol", "time", "steps"};
+  side_by_side_ = !request.timeout && may_step_side_by_side(scene.systems.front()) &&
+                  std::ranges::none_of(of_runs, [&](const auto& name) { return cases_.has(name); });
   program_ = program_key(environment);
   for (std::size_t i = 0; i < cases_.count(); ++i) case_run(i);  // for its errors
 }
@@ -160,20 +167,35 @@ void Sweep::keep(std::size_t index, CaseResult result, bool is_new) {
   kept_ += !is_new;
 }
 
-void Sweep::finish(Job& job, bool late) {
+void Sweep::finish(Job& job, bool late, std::vector<std::size_t>& alone) {
   const int exit = job.process.wait();
-  CaseResult result;
-  if (exit == 0) result = job.process.result();
-  if (late)
-    result.fields = lost_case(kTimedOut, "not ready after " + brief(*request_.timeout) + " s",
-                              observed_.size());
-  else if (result.fields.size() != fields())
-    result.fields = lost_case(
-        exit == 0 ? 1 : exit,
-        exit > 128 ? "ended by signal " + std::to_string(exit - 128) : "it ended without a word",
-        observed_.size());
-  if (result.inputs.empty()) result.inputs = inputs_;
-  keep(job.index, std::move(result), true);
+  std::vector<CaseResult> results;
+  if (exit == 0) results = job.process.results();
+  if (results.size() != job.indices.size() && job.indices.size() > 1) {
+    alone.insert(alone.end(), job.indices.rbegin(), job.indices.rend());
+    return;
+  }
+  results.resize(job.indices.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    CaseResult& result = results[i];
+    if (late)
+      result.fields = lost_case(kTimedOut, "not ready after " + brief(*request_.timeout) + " s",
+                                observed_.size());
+    else if (result.fields.size() != fields())
+      result.fields = lost_case(
+          exit == 0 ? 1 : exit,
+          exit > 128 ? "ended by signal " + std::to_string(exit - 128) : "it ended without a word",
+          observed_.size());
+    if (result.inputs.empty()) result.inputs = inputs_;
+    keep(job.indices[i], std::move(result), true);
+  }
+}
+
+// As many as fill the lanes, but no fewer processes than threads.
+std::size_t Sweep::cases_at_once(std::size_t waiting) const {
+  constexpr std::size_t kMost = 64;
+  const auto threads = static_cast<std::size_t>(request_.scene.threads.most);
+  return side_by_side_ ? std::clamp<std::size_t>(waiting / threads, 1, kMost) : 1;
 }
 
 std::string Sweep::notes() const {
@@ -187,7 +209,7 @@ std::string Sweep::notes() const {
 
 bool Sweep::run(StudyProgress& progress) {
   const study::Watch watch = progress.watch();
-  std::vector<std::size_t> waiting;
+  std::vector<std::size_t> waiting, alone;
   std::size_t total = 0;
   for (std::size_t i = 0; i < cases_.count(); ++i) {
     total += mine(i);
@@ -203,15 +225,24 @@ bool Sweep::run(StudyProgress& progress) {
     const double each = taken.count() / static_cast<double>(run);
     return ", " + brief(std::ceil(each * static_cast<double>(total - done_)), 3) + " s left";
   };
-  while (!waiting.empty() || !jobs.empty()) {
-    while (!waiting.empty() &&
-           jobs.size() < static_cast<std::size_t>(request_.scene.threads.most)) {
-      const std::size_t index = waiting.back();
-      waiting.pop_back();
-      jobs.push_back({index, CaseProcess([&] {
-                        return measured_case(case_run(index), observed_, environment_, registry_);
-                      })});
-    }
+  const auto start = [&](std::vector<std::size_t>& from, std::size_t count) {
+    std::vector<std::size_t> indices(from.rbegin(),
+                                     from.rbegin() + static_cast<std::ptrdiff_t>(count));
+    from.resize(from.size() - count);
+    CaseProcess process([&] {
+      std::vector<CaseRun> runs;
+      for (const std::size_t index : indices) runs.push_back(case_run(index));
+      return measured_cases(runs, observed_, environment_, registry_);
+    });
+    jobs.push_back({std::move(indices), std::move(process)});
+  };
+  while (!waiting.empty() || !alone.empty() || !jobs.empty()) {
+    while ((!waiting.empty() || !alone.empty()) &&
+           jobs.size() < static_cast<std::size_t>(request_.scene.threads.most))
+      if (!alone.empty())
+        start(alone, 1);
+      else
+        start(waiting, cases_at_once(waiting.size()));
     std::vector<pollfd> pipes;
     for (const Job& job : jobs) pipes.push_back({job.process.pipe(), POLLIN, 0});
     ::poll(pipes.data(), pipes.size(), kLookEvery);
@@ -226,7 +257,7 @@ bool Sweep::run(StudyProgress& progress) {
         ++job;
         continue;
       }
-      finish(*job, late);
+      finish(*job, late, alone);
       job = jobs.erase(job);
     }
   }

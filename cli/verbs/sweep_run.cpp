@@ -9,6 +9,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <memory>
 
 #include "cli/run/environment.h"
 #include "cli/run/judged.h"
@@ -16,11 +17,12 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/summary.h"
+#include "core/scene/side_by_side.h"
 
 namespace sim::cli {
 namespace {
 
-constexpr char kBetweenFields = '\x1f', kBetweenRecords = '\x1e';
+constexpr char kBetweenFields = '\x1f', kBetweenRecords = '\x1e', kBetweenCases = '\x1d';
 
 std::string in_one_line(std::string text) {
   for (char& c : text)
@@ -48,31 +50,72 @@ std::string said(const CaseResult& result) {
   return text;
 }
 
-}  // namespace
+// The scene of a case, and its run.
+struct Case {
+  Case(const CaseRun& run, const std::vector<std::string>& observed, const Environment& environment,
+       Registry& registry)
+      : scene(load(run.scene, environment, registry)),
+        judged(scene, registry, task(run, observed)) {}
 
-CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
-                         const Environment& environment, Registry& registry) {
-  try {
-    LoadedScene scene = load(run.scene, environment, registry);
+  static report::CaseTask task(const CaseRun& run, const std::vector<std::string>& observed) {
     report::CaseTask task{
         .length = run.length, .of = run.of, .observed = observed, .verify = run.verify, .stop = [] {
           return false;
         }};
     if (run.checks)
-      task.check = [&](const Verdict& verdict, const std::string& system) {
-        check(*run.checks, verdict, system);
+      task.check = [checks = *run.checks](const Verdict& verdict, const std::string& system) {
+        check(checks, verdict, system);
       };
-    CaseResult result{report::run_case(scene, registry, task), scene.spec.inputs};
+    return task;
+  }
+  CaseResult result(double seconds, Registry& registry) {
+    CaseResult result{judged.row(seconds), scene.spec.inputs};
     for (InputFile& library : registry.inputs()) result.inputs.push_back(std::move(library));
     return result;
-  } catch (const Error& error) {
-    return {lost_case(static_cast<int>(error.kind()), error.what(), observed.size())};
-  } catch (const std::bad_alloc&) {
-    return {lost_case(static_cast<int>(ErrorKind::kIo), "out of memory", observed.size())};
   }
+
+  LoadedScene scene;
+  report::JudgedCase judged;
+};
+
+}  // namespace
+
+std::vector<CaseResult> measured_cases(std::span<const CaseRun> runs,
+                                       const std::vector<std::string>& observed,
+                                       const Environment& environment, Registry& registry) {
+  std::vector<CaseResult> results(runs.size());
+  std::vector<std::unique_ptr<Case>> cases(runs.size());
+  // An error ends a case alone.
+  const auto for_each_case = [&](const std::function<void(std::size_t)>& work) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (!results[i].fields.empty()) continue;
+      try {
+        work(i);
+      } catch (const Error& error) {
+        results[i] = {lost_case(static_cast<int>(error.kind()), error.what(), observed.size())};
+      } catch (const std::bad_alloc&) {
+        results[i] = {
+            lost_case(static_cast<int>(ErrorKind::kIo), "out of memory", observed.size())};
+      }
+    }
+  };
+  for_each_case([&](std::size_t i) {
+    cases[i] = std::make_unique<Case>(runs[i], observed, environment, registry);
+  });
+  std::vector<Simulation*> systems;
+  for (const auto& each : cases)
+    if (each) systems.push_back(&each->scene.systems.front());
+  step_side_by_side(systems);
+  const auto begin = CaseProcess::Clock::now();
+  for_each_case([&](std::size_t i) { cases[i]->judged.run(); });
+  const std::chrono::duration<double> taken = CaseProcess::Clock::now() - begin;
+  const double mean = taken.count() / static_cast<double>(std::max<std::size_t>(1, systems.size()));
+  for_each_case([&](std::size_t i) { results[i] = cases[i]->result(mean, registry); });
+  return results;
 }
 
-CaseProcess::CaseProcess(const std::function<CaseResult()>& work) : begin_(Clock::now()) {
+CaseProcess::CaseProcess(const std::function<std::vector<CaseResult>()>& work)
+    : begin_(Clock::now()) {
   int ends[2];
   const pid_t parent = ::getpid();
   if (::pipe2(ends, O_CLOEXEC) == 0) child_ = ::fork();
@@ -86,7 +129,11 @@ CaseProcess::CaseProcess(const std::function<CaseResult()>& work) : begin_(Clock
     ::close(ends[0]);
     int exit = 1;
     try {
-      const std::string text = said(work());
+      std::string text;
+      for (const CaseResult& result : work()) {
+        if (!text.empty()) text += kBetweenCases;
+        text += said(result);
+      }
       for (std::size_t sent = 0; sent < text.size();) {
         const ssize_t more = ::write(ends[1], text.data() + sent, text.size() - sent);
         if (more <= 0) ::_exit(1);
@@ -135,16 +182,20 @@ int CaseProcess::wait() {
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-CaseResult CaseProcess::result() const {
-  std::vector<std::vector<std::string>> records;
-  for (const std::string& record : split(said_, kBetweenRecords))
-    records.push_back(split(record, kBetweenFields));
-  CaseResult result{records.front()};
-  for (std::size_t i = 1; i < records.size(); ++i) {
-    if (records[i].size() != 3) return {};
-    result.inputs.push_back({records[i][0], records[i][1], std::stoull(records[i][2])});
+std::vector<CaseResult> CaseProcess::results() const {
+  std::vector<CaseResult> results;
+  for (const std::string& text : split(said_, kBetweenCases)) {
+    std::vector<std::vector<std::string>> records;
+    for (const std::string& record : split(text, kBetweenRecords))
+      records.push_back(split(record, kBetweenFields));
+    CaseResult result{records.front()};
+    for (std::size_t i = 1; i < records.size(); ++i) {
+      if (records[i].size() != 3) return {};
+      result.inputs.push_back({records[i][0], records[i][1], std::stoull(records[i][2])});
+    }
+    results.push_back(std::move(result));
   }
-  return result;
+  return results;
 }
 
 }  // namespace sim::cli

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,27 +36,29 @@ struct CaseResult {
   std::vector<InputFile> inputs = {};
 };
 
-// Errors are rows as well: with the exit code and the reason. `observed` are the names of
-// quantities and figures.
-CaseResult measured_case(const CaseRun& run, const std::vector<std::string>& observed,
-                         const Environment& environment, Registry& registry);
+// The row of each run; `observed` are the names of quantities and figures. Errors are rows as well:
+// with the exit code and the reason. Several runs are stepped side by side where that is possible,
+// and their seconds are the mean; all else is as it is of each alone.
+std::vector<CaseResult> measured_cases(std::span<const CaseRun> runs,
+                                       const std::vector<std::string>& observed,
+                                       const Environment& environment, Registry& registry);
 
 // A function in a process of its own, which ends with this one, however that ends.
 class CaseProcess {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit CaseProcess(const std::function<CaseResult()>& work);  // throws Error{kIo}
-  ~CaseProcess();                                                 // ends it if it still runs
+  explicit CaseProcess(const std::function<std::vector<CaseResult>()>& work);  // throws Error{kIo}
+  ~CaseProcess();  // ends it if it still runs
   CaseProcess(CaseProcess&& other) noexcept;
   CaseProcess& operator=(CaseProcess&&) = delete;
 
-  int pipe() const { return pipe_; }  // readable when there is something to take()
-  bool take();                        // false: it has said everything
-  double seconds() const;             // since its start
-  void end();                         // at once
-  int wait();                         // its exit code, 128 + signal
-  CaseResult result() const;          // without fields where it said too little
+  int pipe() const { return pipe_; }        // readable when there is something to take()
+  bool take();                              // false: it has said everything
+  double seconds() const;                   // since its start
+  void end();                               // at once
+  int wait();                               // its exit code, 128 + signal
+  std::vector<CaseResult> results() const;  // after 0; none where it was cut off
 
  private:
   pid_t child_ = -1;

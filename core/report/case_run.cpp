@@ -152,33 +152,42 @@ const std::vector<std::string>& case_columns() {
   return names;
 }
 
-std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task) {
-  using Clock = std::chrono::steady_clock;
-  const SystemSpec& spec = scene.spec.systems.front();
-  Simulation& system = scene.systems.front();
-  Track track(spec, system, study::steps_of(task.length, system), Track::kNever, Track::kNever,
-              &registry);
-  study::shorten(task.length, track);
+JudgedCase::JudgedCase(StudiedScene& scene, Registry& registry, CaseTask task)
+    : task_(std::move(task)),
+      track_(scene.spec.systems.front(), scene.systems.front(),
+             study::steps_of(task_.length, scene.systems.front()), Track::kNever, Track::kNever,
+             &registry) {
+  study::shorten(task_.length, track_);
   std::vector<study::Quantity> figures;
-  for (const std::string& text : task.of) figures.emplace_back(spec, text);
-  track.judge(figures);
-  const auto begin = Clock::now();
-  study::follow(track, task.stop);
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (task.verify)
-    track.verify(task.stop);
+  for (const std::string& text : task_.of) figures.emplace_back(scene.spec.systems.front(), text);
+  track_.judge(figures);
+}
+
+void JudgedCase::run() { study::follow(track_, task_.stop); }
+
+std::vector<std::string> JudgedCase::row(double seconds) {
+  if (task_.verify)
+    track_.verify(task_.stop);
   else
-    track.leave_unverified("positions not verified");
-  const study::Verdict verdict = track.verdict();
+    track_.leave_unverified("positions not verified");
+  const study::Verdict verdict = track_.verdict();
   int exit = verdict.trust == study::Trust::kDiverged ? static_cast<int>(ErrorKind::kDiverged) : 0;
   std::string reason;
-  if (task.check && exit == 0) try {
-      task.check(verdict, system.name());
+  if (task_.check && exit == 0) try {
+      task_.check(verdict, track_.system().name());
     } catch (const Error& error) {
       exit = static_cast<int>(error.kind());
       reason = error.what();
     }
-  return fields_of(track, exit, reason, task.observed, seconds);
+  return fields_of(track_, exit, reason, task_.observed, seconds);
+}
+
+std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task) {
+  using Clock = std::chrono::steady_clock;
+  JudgedCase judged(scene, registry, task);
+  const auto begin = Clock::now();
+  judged.run();
+  return judged.row(std::chrono::duration<double>(Clock::now() - begin).count());
 }
 
 std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed) {

@@ -9,6 +9,7 @@
 
 #include "core/report/sweep_cases.h"
 #include "core/study/run/run_length.h"
+#include "core/study/run/track.h"
 #include "core/study/study.h"
 #include "core/study/verdict/verdict.h"
 
@@ -45,7 +46,20 @@ struct CaseTask {
   std::function<void(const study::Verdict&, const std::string& system)> check = {};
 };
 
-// The fields of these columns, of the scene's first system, which is run. Throws Error.
+// A case of the scene's first system. What it throws is an Error.
+class JudgedCase {
+ public:
+  JudgedCase(StudiedScene& scene, Registry& registry, CaseTask task);
+
+  void run();
+  std::vector<std::string> row(double seconds);  // the fields of these columns, after run()
+
+ private:
+  CaseTask task_;
+  study::Track track_;
+};
+
+// The row of a case that is run alone.
 std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task);
 
 // The fields of a case that ended otherwise, with its exit code and the reason.

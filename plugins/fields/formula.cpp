@@ -11,6 +11,7 @@
 #include "core/fields/pair_field.h"
 #include "core/plugin/formulas.h"
 #include "core/plugin/plugin.h"
+#include "plugins/fields/ensemble.h"
 #include "plugins/fields/straight_stepper.h"
 
 namespace {
@@ -219,7 +220,26 @@ class FormulaField final : public sim::PairField {
     if (!straight_ || plan.precision == sim::Precision::kSingle ||
         !sim::StraightStepper::fits(code_, plan))
       return nullptr;
-    return std::make_unique<sim::StraightStepper>(code_, plan);
+    return std::make_unique<sim::StraightStepper>(code_, plan, beside_);
+  }
+
+  bool may_step_side_by_side() const override { return straight_; }
+  bool step_side_by_side(std::span<const Run> runs) const override {
+    std::vector<const FormulaField*> fields;
+    std::vector<sim::Ensemble::Lane> lanes;
+    for (const Run& run : runs) {
+      const auto* const field = dynamic_cast<const FormulaField*>(run.field);
+      const bool fits = field && field->straight_ && run.h == runs.front().h &&
+                        sim::same_operations(code_, field->code_);
+      if (!fits) continue;
+      fields.push_back(field);
+      lanes.push_back({&field->code_, run.start});
+    }
+    if (lanes.size() < 2) return false;
+    const auto ensemble = std::make_shared<sim::Ensemble>(std::move(lanes), runs.front().h);
+    for (std::size_t lane = 0; lane < fields.size(); ++lane)
+      fields[lane]->beside_ = {ensemble, lane};
+    return true;
   }
 
   std::unique_ptr<sim::EmbeddedStepper> embedded_stepper(
@@ -368,6 +388,7 @@ class FormulaField final : public sim::PairField {
   mutable Lattice lattice_;
   mutable sim::ProgramRun slopes_run_, jacobian_run_;
   mutable Straight slopes_straight_, jacobian_straight_;
+  mutable sim::EnsembleLane beside_;
   mutable sim::Array times_, slopes_, jacobian_results_;
   std::vector<double*> results_;
 };

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/finite.h"
+#include "plugins/fields/ensemble.h"
 
 namespace sim {
 namespace {
@@ -93,24 +94,37 @@ bool StraightStepper::fits(const Code& code, const ExplicitPlan& plan) {
   return StageProgram::fits(code, plan.stages, count_weights(plan.a) + count_weights(plan.b));
 }
 
-StraightStepper::StraightStepper(const Code& code, const ExplicitPlan& plan)
+void add_step(StageProgram& program, const ExplicitPlan& plan) {
+  for (int stage = 0; stage < plan.stages; ++stage) program.add_stage(row_of(plan, stage), stage);
+  program.add_copy(program.add_sum(plan.b, program.next()), program.x());
+}
+
+StraightStepper::StraightStepper(const Code& code, const ExplicitPlan& plan,
+                                 const EnsembleLane& beside)
     : plan_(plan),
+      beside_(beside),
       program_(code, plan.stages),
       at_once_(code.reads.back() ? 1 : kAtOnce) {  // what reads t is told the time of each step
-  for (int stage = 0; stage < plan.stages; ++stage) program_.add_stage(row_of(plan_, stage), stage);
-  program_.add_copy(program_.add_sum(plan_.b, program_.next()), program_.x());
+  add_step(program_, plan_);
   code_ = program_.take([this](int number) { return number < program_.size(); });
 }
 
 bool StraightStepper::step(double t, double h, int count, const double* x, double* x_next) {
+  std::optional<int> beside;
+  if (beside_.ensemble)
+    beside = beside_.ensemble->advance(beside_.lane, plan_, t, h, count, x, x_next);
+  const int made = beside.value_or(0);
+  if (made > 0) x = x_next;
   program_.set_step(h);
   for (int stage = 0; stage < plan_.stages; ++stage)
     program_.set_time(stage, t + plan_.c[static_cast<std::size_t>(stage)] * h);
   const auto size = static_cast<std::size_t>(program_.size());
   std::copy_n(x, size, program_.slots());
-  for (int i = 0; i < count; ++i) code_.run(program_.slots());
+  for (int i = made; i < count; ++i) code_.run(program_.slots());
   std::copy_n(program_.slots(), size, x_next);
-  return all_finite({x_next, size});
+  const bool finite = all_finite({x_next, size});
+  if (finite && beside) beside_.ensemble->arrive(beside_.lane, count, x_next);
+  return finite;
 }
 
 bool StraightPair::fits(const Code& code, const EmbeddedPlan& plan) {

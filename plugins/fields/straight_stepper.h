@@ -1,7 +1,9 @@
 // Explicit Runge-Kutta steps of a few formulas as lists of operations on numbers.
 #pragma once
 
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/expression/program.h"
@@ -37,13 +39,19 @@ class StageProgram {
   }
   void add_copy(int from, int to);
 
-  // What was added since the last call, as code.
+  // What was added since the last call, as a list
+  std::vector<Instruction> take() { return std::exchange(instructions_, {}); }
+  // or as code.
   template <class Kept>
   StraightCode take(const Kept& kept) {
-    return StraightCode(std::exchange(instructions_, {}), kept);
+    return StraightCode(take(), kept);
   }
 
   double* slots() { return slots_.data(); }
+  std::span<const double> all_slots() const { return slots_; }
+  int first_constant() const { return constants_; }
+  int time(int stage) const { return times_ + stage; }
+  std::size_t first_weight() const { return slots_.size() - weights_.size(); }
   void set_step(double h);
   void set_time(int stage, double t) { slots_[static_cast<std::size_t>(times_ + stage)] = t; }
 
@@ -60,10 +68,22 @@ class StageProgram {
   std::vector<double> slots_;
 };
 
+// Adds a whole step of equal steps: x := the next state.
+void add_step(StageProgram& program, const ExplicitPlan& plan);
+
+class Ensemble;
+
+// A lane of an ensemble; null: of none.
+struct EnsembleLane {
+  std::shared_ptr<Ensemble> ensemble;
+  std::size_t lane = 0;
+};
+
 // Steps of equal size.
 class StraightStepper final : public Stepper {
  public:
-  StraightStepper(const Code& code, const ExplicitPlan& plan);
+  // `beside`: where the field says in which ensemble it runs, if it does.
+  StraightStepper(const Code& code, const ExplicitPlan& plan, const EnsembleLane& beside);
 
   static bool fits(const Code& code, const ExplicitPlan& plan);
 
@@ -72,6 +92,7 @@ class StraightStepper final : public Stepper {
 
  private:
   ExplicitPlan plan_;
+  const EnsembleLane& beside_;
   StageProgram program_;
   int at_once_;
   StraightCode code_;

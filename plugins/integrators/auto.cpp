@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "core/base/array.h"
 #include "core/math/power.h"
@@ -42,7 +43,9 @@ constexpr double kHold = 20;    // steps of h after implicit steps were given up
 class Automatic final : public sim::Integrator {
  public:
   Automatic(const sim::Params& params, sim::OtherIntegrator other)
-      : tol_(params.number("tol")), other_(std::move(other)) {}
+      : tol_(params.number(params.has("rtol") ? "rtol" : "tol")), other_(std::move(other)) {
+    if (params.has("atol")) atol_ = params.number("atol");
+  }
 
   sim::IntegratorInfo info() const noexcept override {
     return method_ ? method_->info() : sim::IntegratorInfo{};
@@ -151,6 +154,7 @@ class Automatic final : public sim::Integrator {
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
     if (choice == kStiff || choice == kMultistep) given["tol"] = std::min(tol_, kLoosest);
+    if (atol_ && given.contains("tol")) given["atol"] = *atol_;
     method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
     name_ = kNames[choice];
@@ -298,6 +302,7 @@ class Automatic final : public sim::Integrator {
   }
 
   double tol_;
+  std::optional<double> atol_;
   sim::OtherIntegrator other_;
   sim::OdeSystem* system_ = nullptr;
   bool splits_ = false;  // particles whose forces depend on positions and drag alone
@@ -332,11 +337,16 @@ SIM_PLUGIN(Integrator, "auto") {
       "first order, other forces of velocity, nothing fast yet: dopri5 to tol\n"
       "tol < 1e-7:               dop853 to tol\n"
       "tol is held in each step, not over the run: the verdict measures that.";
-  plugin.params = {{.name = "tol",
-                    .default_value = 1e-5,
-                    .doc = "accuracy of a step: tol + tol |x| in each number",
-                    .min = 1e-14,
-                    .max = 1}};
+  plugin.params = {
+      {.name = "tol",
+       .default_value = 1e-5,
+       .doc = "accuracy of a step: tol + tol |x| in each number",
+       .min = 1e-14,
+       .max = 1},
+      {.name = "atol",
+       .doc = "the absolute one, of methods with steps of their own; tol if not given",
+       .min = 1e-300},
+      {.name = "rtol", .doc = "the relative one; tol if not given", .min = 1e-14, .max = 1}};
   plugin.make_from_others = [](const sim::Params& params, const sim::OtherIntegrator& other) {
     return std::make_unique<Automatic>(params, other);
   };

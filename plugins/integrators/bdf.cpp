@@ -14,7 +14,7 @@ sim::ParamList params() {
   sim::ParamList params = sim::embedded_params();
   std::erase_if(params, [](const sim::Param& param) { return param.name == "fixed_step"; });
   for (sim::Param& param : params)
-    if (param.name == "tol" || param.name == "atol") param.min = kLeast;
+    if (param.name == "tol" || param.name == "rtol") param.min = kLeast;
   return params;
 }
 

@@ -28,7 +28,7 @@ sim::ParamList params() {
   constexpr double kLeast = 1e-10;
   sim::ParamList params = sim::embedded_params();
   for (sim::Param& param : params)
-    if (param.name == "tol" || param.name == "atol") param.min = kLeast;
+    if (param.name == "tol" || param.name == "rtol") param.min = kLeast;
   return params;
 }
 
@@ -56,7 +56,9 @@ SIM_PLUGIN(Integrator, "esdirk43") {
         // Slopes come from the solutions of stages: what these are off must not hide that a step
         // follows a branch that has become unstable.
         constexpr double kOfStages = 1e-4, kLeastAbsolute = 1e-13, kLeastRelative = 1e-12;
-        options.atol = std::max(kOfStages * tolerance.atol, kLeastAbsolute);
+        constexpr double kMostOfTolerance = 0.1;
+        options.atol = std::max(kOfStages * tolerance.atol,
+                                std::min(kLeastAbsolute, kMostOfTolerance * tolerance.atol));
         options.rtol = std::max(kOfStages * tolerance.rtol, kLeastRelative);
         return std::make_unique<sim::AdaptiveImplicit>(kPair, 4, tolerance, options);
       }});

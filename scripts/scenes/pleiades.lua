@@ -16,16 +16,18 @@ for block, values in ipairs { x, y, u, v } do
 end
 for i = 1, n do
   formulas[i], formulas[n + i] = "u" .. i, "v" .. i
-  local ax, ay, distances = {}, {}, ""
+  -- What both stars of a pair read is written in one way, so that it is computed once.
+  local ax, ay, weights = {}, {}, ""
   for j = 1, n do
     if j ~= i then
-      ax[#ax + 1] = ("%d*(x%d - x%d)/r%d"):format(j, j, i, j)
-      ay[#ay + 1] = ("%d*(y%d - y%d)/r%d"):format(j, j, i, j)
-      distances = distances .. ("; r%d = ((x%d - x%d)^2 + (y%d - y%d)^2)^1.5"):format(j, j, i, j, i)
+      local a, b = math.min(i, j), math.max(i, j)
+      ax[#ax + 1] = ("%d*((x%d - x%d)*w%d)"):format(j == b and j or -j, b, a, j)
+      ay[#ay + 1] = ("%d*((y%d - y%d)*w%d)"):format(j == b and j or -j, b, a, j)
+      weights = weights .. ("; w%d = ((x%d - x%d)^2 + (y%d - y%d)^2)^-1.5"):format(j, b, a, b, a)
     end
   end
-  formulas[2 * n + i] = table.concat(ax, " + ") .. distances
-  formulas[3 * n + i] = table.concat(ay, " + ") .. distances
+  formulas[2 * n + i] = table.concat(ax, " + ") .. weights
+  formulas[3 * n + i] = table.concat(ay, " + ") .. weights
 end
 formulas.names = names
 

@@ -1,0 +1,72 @@
+// Runs of formulas that differ in numbers alone, stepped side by side in the lanes of vectors.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/expression/program.h"
+#include "core/ode/plan.h"
+#include "plugins/fields/straight_stepper.h"
+
+namespace sim {
+
+// Whether two lists of instructions differ in constants alone.
+bool same_operations(const Code& a, const Code& b);
+
+// The runs ask for their steps one after the other, each for all of its own. The first that comes
+// to a leg of so many steps has it made for all, and its end is kept for the others: each lane has
+// the bits of a run by itself, since a lane of a vector knows nothing of its neighbours. What lies
+// between the ends of legs a run makes by itself, and all that follows once its state was changed.
+class Ensemble {
+ public:
+  // Each outlives the ensemble. All have the same operations.
+  struct Lane {
+    const Code* code;
+    std::span<const double> start;  // the state at the start
+  };
+  Ensemble(std::vector<Lane> lanes, double h);
+
+  // The steps that were made, up to `count` of size h from x at t; x_next is the state behind them.
+  // The run makes the others and tells how many there were in all and where it is then. Nothing
+  // where the run is not on its way from its start in steps of the size of all.
+  std::optional<int> advance(std::size_t lane, const ExplicitPlan& plan, double t, double h,
+                             int count, const double* x, double* x_next);
+  void arrive(std::size_t lane, int steps, const double* x);
+
+ private:
+  static constexpr std::size_t kMostNumbers = std::size_t{1} << 23;  // that are kept, 64 MB
+
+  // The end of a leg: the numbers of all lanes, slot by slot.
+  struct Leg {
+    double t;  // of its start
+    std::vector<double> to;
+  };
+  struct Position {
+    std::int64_t steps = 0;
+    std::vector<double> x;
+  };
+
+  bool prepare(const ExplicitPlan& plan);
+  void add_leg(double t, double h, const ExplicitPlan& plan);
+  std::vector<Lane> lanes_;
+  std::size_t size_ = 0;   // numbers of a state
+  std::size_t width_ = 0;  // lanes, a multiple of 8
+  bool able_ = true;
+  std::optional<StageProgram> program_;
+  std::vector<Instruction> instructions_;
+  std::vector<double> numbers_;  // of all slots
+  std::vector<double*> slots_;
+  RunInstructions run_ = run_instructions();
+
+  int leg_steps_ = 1;
+  double h_;
+  std::vector<double> start_;  // of all lanes
+  std::vector<Leg> legs_;
+  // Of the lanes: where they are, and where they were before their last steps, which a run that
+  // looks at the error of a step takes again.
+  std::vector<Position> positions_, before_;
+};
+
+}  // namespace sim
