@@ -5,7 +5,6 @@
 #include <span>
 
 #include "core/fields/field.h"
-#include "core/ode/embedded_stepper.h"
 
 namespace sim {
 

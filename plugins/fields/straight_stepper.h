@@ -8,8 +8,7 @@
 
 #include "core/expression/program.h"
 #include "core/expression/straight_code.h"
-#include "core/ode/embedded_stepper.h"
-#include "core/ode/plan.h"
+#include "core/ode/ode_system.h"
 
 namespace sim {
 
