@@ -17,8 +17,9 @@ bool same_operations(const Code& a, const Code& b);
 
 // The runs ask for their steps one after the other, each for all of its own. The first that comes
 // to a leg of so many steps has it made for all, and its end is kept for the others: each lane has
-// the bits of a run by itself, since a lane of a vector knows nothing of its neighbours. What lies
-// between the ends of legs a run makes by itself, and all that follows once its state was changed.
+// the bits of a run by itself, since a lane of a vector knows nothing of its neighbours.
+// A run makes the steps between the ends of legs by itself, and all that follow once its state was
+// changed.
 class Ensemble {
  public:
   // Each outlives the ensemble. All have the same operations.
@@ -50,6 +51,7 @@ class Ensemble {
 
   bool prepare(const ExplicitPlan& plan);
   void add_leg(double t, double h, const ExplicitPlan& plan);
+
   std::vector<Lane> lanes_;
   std::size_t size_ = 0;   // numbers of a state
   std::size_t width_ = 0;  // lanes, a multiple of 8
@@ -64,8 +66,8 @@ class Ensemble {
   double h_;
   std::vector<double> start_;  // of all lanes
   std::vector<Leg> legs_;
-  // Of the lanes: where they are, and where they were before their last steps, which a run that
-  // looks at the error of a step takes again.
+  // Each lane is at a position; the one before its last steps is kept for runs that look at the
+  // error of a step and take it again.
   std::vector<Position> positions_, before_;
 };
 

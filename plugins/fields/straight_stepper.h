@@ -38,7 +38,7 @@ class StageProgram {
   }
   void add_copy(int from, int to);
 
-  // What was added since the last call, as a list
+  // Takes all that was added since the last call, as a list
   std::vector<Instruction> take() { return std::exchange(instructions_, {}); }
   // or as code.
   template <class Kept>
