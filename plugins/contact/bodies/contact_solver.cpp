@@ -6,8 +6,9 @@
 namespace sim {
 namespace {
 
-constexpr int kMostBounces = 400;
-constexpr double kHeld = 1e-9;  // of the softness alone: links do not let it move
+constexpr std::size_t kMostBounces = 400;       // of each point
+constexpr std::size_t kMostLooked = 2'000'000;  // points that are looked at for the next bounce
+constexpr double kHeld = 1e-9;                  // of the softness alone: links do not let it move
 
 // How much an impulse along n at an arm changes the velocity there along n.
 double inverse_effective_mass(const SolverBody& solver_body, const Vec3& arm, const Vec3& n) {
@@ -131,7 +132,9 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   for (const ContactPoint& m : contacts)
     if (m.active) fastest = std::max(fastest, -m.before);
   std::size_t after = 0;  // the meeting behind the last one: who comes next at the same moment
-  for (std::size_t left = kMostBounces * contacts.size(); left > 0; --left) {
+  const std::size_t most = std::min(kMostBounces * contacts.size(),
+                                    kMostLooked / std::max<std::size_t>(1, contacts.size()));
+  for (std::size_t left = most; left > 0; --left) {
     std::size_t next = contacts.size();
     double earliest = -1, soft = 0;
     for (std::size_t k = 0; k < contacts.size(); ++k) {

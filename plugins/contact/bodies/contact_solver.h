@@ -76,7 +76,8 @@ class ContactSolver {
   // Impacts in a step of length h, in order of their time of impact, those caused by earlier
   // impulses among them: each by the laws of its sides. Simultaneous impacts are solved pair by
   // pair in their order, repeatedly, until none approaches. So an impulse runs along a row of
-  // balls, as in Newton's cradle, whatever is between them.
+  // balls, as in Newton's cradle, whatever is between them. The work is bounded: approaches that
+  // are left among hundreds of points are met without restitution, by what rests.
   void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
                          double h);
 
