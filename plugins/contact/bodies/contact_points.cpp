@@ -7,7 +7,6 @@
 namespace sim {
 namespace {
 
-constexpr double kBodyGapTolerance = RigidContact::kBodyGapTolerance;
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
 // m, from how far a mover is looked at: what impulses may add to its way is in it.
