@@ -46,7 +46,7 @@ struct CaseTask {
   std::function<void(const study::Verdict&, const std::string& system)> check = {};
 };
 
-// A case of the scene's first system. What it throws is an Error.
+// The run of a case of the scene's first system. Throws Error.
 class JudgedCase {
  public:
   JudgedCase(StudiedScene& scene, Registry& registry, CaseTask task);
