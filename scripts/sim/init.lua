@@ -640,7 +640,7 @@ end
 -- feedback, an adaptive method.
 local function take_surfaces(record)
   local list, surfaces = record.given.surfaces, {}
-  if list == nil and record.plugin ~= "surfaces" then
+  if list == nil and record.plugin == "bodies" then
     record.surfaces = surfaces
     return
   end

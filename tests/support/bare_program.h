@@ -13,6 +13,8 @@ inline std::string bare_program(const std::filesystem::path& folder) {
   const fs::path plugins = folder / "lib/sim/plugins", program = folder / "bin/sim";
   fs::create_directories(program.parent_path());
   fs::copy_file(SIM_BINARY, program);
+  fs::create_directories(folder / "share");
+  fs::create_symlink(fs::path(SIM_SOURCE_DIR) / "scripts", folder / "share/sim");
   for (const auto& kind : fs::directory_iterator(SIM_PLUGIN_DIR)) {
     const fs::path there = plugins / kind.path().filename();
     fs::create_directories(there);
