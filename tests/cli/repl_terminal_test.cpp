@@ -137,6 +137,7 @@ TEST_CASE("repl: lines that go on, completion, paste") {
   tmux.key("Tab");
   CHECK(tmux.shows("sim.force.gravity  "));
   tmux.key("C-c");
+  CHECK(tmux.shows("sim.force.^C"));  // what is typed before it would be dropped with the line
 
   tmux.paste("pasted = {\n  123,\n}\npasted\n.step 3\n");
   CHECK(tmux.shows("pasted = {\n  123,\n}"));
@@ -189,6 +190,7 @@ TEST_CASE("repl: histories of earlier sessions are read and kept") {
     tmux.key("Up");
     CHECK(tmux.shows("> older = 1"));
     tmux.key("C-c");
+    CHECK(tmux.shows("> older = 1^C"));
     tmux.enter("newer = {");
     tmux.enter("6 }");
     tmux.enter("\"written\"");
@@ -256,7 +258,9 @@ TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the sessi
   tmux.enter("\"alive 3\"");
   CHECK(tmux.shows("\n\"alive 3\""));
   tmux.enter(".until false");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   tmux.key("C-c");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   tmux.enter("quit");
   CHECK(tmux.shows("exit 0"));
 }
