@@ -192,6 +192,8 @@ void RestingSolver::solve_sticking(Bodies bodies, const Island& island, double t
       scratch_[static_cast<std::size_t>(i)].velocity =
           scratch_[static_cast<std::size_t>(i)].angular_velocity = {};
   };
+  for (const int i : island.bodies)
+    saved_[static_cast<std::size_t>(i)] = bodies[static_cast<std::size_t>(i)];
   double energy = 0;
   for (std::size_t r = island.begin; r < island.end; ++r) {
     const Row& row = rows_[r];
@@ -247,11 +249,14 @@ void RestingSolver::solve_sticking(Bodies bodies, const Island& island, double t
   if (joints_) joints_->project(bodies, false);
 }
 
-// The impulses before solve_sticking(), which did no good.
-void RestingSolver::restore_impulses(Bodies bodies, const Island& island) {
-  for (std::size_t r = island.begin; r < island.end; ++r)
-    change(bodies, rows_[r], search_[r].before);
-  if (joints_) joints_->project(bodies, false);
+// What was before solve_sticking(), which did no good; to the last bit, however large its impulses.
+void RestingSolver::restore(Bodies bodies, const Island& island) {
+  for (std::size_t r = island.begin; r < island.end; ++r) rows_[r].impulse = search_[r].before;
+  for (const int i : island.bodies) {
+    SolverBody& body = bodies[static_cast<std::size_t>(i)];
+    const SolverBody& before = saved_[static_cast<std::size_t>(i)];
+    body.velocity = before.velocity, body.angular_velocity = before.angular_velocity;
+  }
 }
 
 double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance) {
@@ -266,23 +271,28 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
         to[3 * r + k] = rows_[island.begin + r].scale[k] * rows_[island.begin + r].impulse[k];
   };
   const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
-  double least = HUGE_VAL;
+  double least = HUGE_VAL, largest = 0;
   int few = kFewSweeps, sticking = few;
   for (int turn = 1, last = most;; ++turn) {
     read(x);
     Sweep swept = sweep(bodies, island);
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
+    // Impulses are at most what turns all approaches into one: more is a stress of the island in
+    // itself, whose rounding would hide what is left.
+    if (turn == 1)
+      largest =
+          10 * static_cast<double>(rows) * std::max(kRounding * swept.residual, swept.rounding);
     if (turn == sticking) {
       solve_sticking(bodies, island, std::max(tolerance, swept.rounding));
       const Sweep after = sweep(bodies, island);
-      if (after.residual <= std::max(tolerance, after.rounding)) return 0;
-      if (after.residual < swept.residual) {
-        swept = after;
+      const bool proper = after.rounding <= largest;
+      if (proper && after.residual <= std::max(tolerance, after.rounding)) return 0;
+      if (proper && after.residual < swept.residual) {
         mixing = Anderson{std::span(history_).subspan(each * island.begin, each * rows), n};
         read(x);
-        sweep(bodies, island);
+        swept = sweep(bodies, island);
       } else {
-        restore_impulses(bodies, island);
+        restore(bodies, island);
         few *= 2;
       }
       sticking = turn + few;
@@ -313,6 +323,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   history_.resize(Anderson::memory(3) * rows_.size());
   search_.resize(rows_.size());
   scratch_.assign(bodies.begin(), bodies.end());
+  saved_.resize(bodies.size());
   for (SolverBody& body : scratch_) body.velocity = body.angular_velocity = {};
   residuals_.assign(count_, 0);
   const auto solve_some = [&](int begin, int end) {

@@ -63,7 +63,7 @@ class RestingSolver {
   double solve_island(Bodies bodies, const Island& island, double tolerance);
   Sweep sweep(Bodies bodies, const Island& island);
   void solve_sticking(Bodies bodies, const Island& island, double tolerance);
-  void restore_impulses(Bodies bodies, const Island& island);
+  void restore(Bodies bodies, const Island& island);
   static void change(Bodies bodies, Row& row, const Vec3& impulse);
   void store(Bodies bodies, std::span<ContactPoint> contacts) const;
 
@@ -74,6 +74,7 @@ class RestingSolver {
   std::vector<Row> rows_;  // of active contacts, one island behind the other
   std::vector<double> unknowns_, images_, history_;  // of the mixing, of each row
   std::vector<Search> search_;                       // of each row
+  std::vector<SolverBody> saved_;                    // before solve_sticking()
   std::vector<SolverBody> scratch_;                  // at rest between uses
   std::vector<Island> islands_;
   std::size_t count_ = 0;  // of the islands in use
