@@ -17,6 +17,18 @@ std::string command_in(const TemporaryFolder& folder) {
          "; echo exit $?; sleep 100";
 }
 
+// Waits until the text stands at two places of the screen.
+bool shows_twice(Tmux& tmux, const std::string& text) {
+  for (int look = 0; look < 600; ++look) {
+    const std::string screen = tmux.screen();
+    const std::size_t first = screen.find(text);
+    if (first != std::string::npos && screen.find(text, first + 1) != std::string::npos)
+      return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return false;
+}
+
 // The lines of the page between "```" fences that begin with this one.
 std::vector<std::string> block_of_page(const std::string& first) {
   std::vector<std::string> block;
@@ -235,6 +247,7 @@ TEST_CASE("repl: Ctrl-C clears a line and stops a run or a loop, never the sessi
   tmux.enter("x = {");
   REQUIRE(tmux.shows("\n..."));
   tmux.key("C-c");
+  REQUIRE(shows_twice(tmux, "^C"));
   tmux.enter("\"alive 1\"");
   CHECK(tmux.shows("\n\"alive 1\""));
 
