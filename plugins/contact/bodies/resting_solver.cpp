@@ -10,15 +10,9 @@ namespace sim {
 namespace {
 
 constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
-constexpr int kFewSweeps = 12;  // before points that stick are solved together, twice as many
-                                // after each time that this did no good
-constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
-constexpr std::size_t kWorthThreads = 256;    // rows
+constexpr std::size_t kMostWork = 4'000'000;        // rows visited, of one island
+constexpr std::size_t kWorthThreads = 256;          // rows
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-
-double tangent(const Vec3& impulse) {
-  return std::sqrt(impulse[1] * impulse[1] + impulse[2] * impulse[2]);
-}
 
 }  // namespace
 
@@ -169,96 +163,6 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
   return sum;
 }
 
-void RestingSolver::change(Bodies bodies, Row& row, const Vec3& impulse) {
-  if (impulse == row.impulse) return;
-  apply(bodies, row, impulse - row.impulse);
-  row.impulse = impulse;
-}
-
-// Points that press go on pressing and those that stick go on sticking: linear equations, singular
-// where more points hold a body than are needed, but consistent. Conjugate gradients (Hestenes &
-// Stiefel 1952), preconditioned with the response of each point; what leaves Coulomb's cone is put
-// back to it.
-void RestingSolver::solve_sticking(Bodies bodies, const Island& island, double tolerance) {
-  const auto parts = [](const Search& s, const Vec3& w) {
-    return Vec3(s.normal ? w[0] : 0, s.friction ? w[1] : 0, s.friction ? w[2] : 0);
-  };
-  const auto scaled = [](const Row& row, const Vec3& r) {
-    return Vec3(r[0] / (row.scale[0] * row.scale[0]), r[1] / (row.scale[1] * row.scale[1]),
-                r[2] / (row.scale[2] * row.scale[2]));
-  };
-  const auto still = [&] {
-    for (const int i : island.bodies)
-      scratch_[static_cast<std::size_t>(i)].velocity =
-          scratch_[static_cast<std::size_t>(i)].angular_velocity = {};
-  };
-  for (const int i : island.bodies)
-    saved_[static_cast<std::size_t>(i)] = bodies[static_cast<std::size_t>(i)];
-  double energy = 0;
-  for (std::size_t r = island.begin; r < island.end; ++r) {
-    const Row& row = rows_[r];
-    Search& s = search_[r] = {};
-    s.before = row.impulse;
-    s.normal = row.impulse[0] > 0;
-    s.friction = s.normal && tangent(row.impulse) < (1 - 1e-9) * row.friction * row.impulse[0];
-    if (!s.normal) continue;
-    s.rest = -parts(s, velocity(bodies, row) + Vec3(row.offset, 0, 0));
-    s.direction = scaled(row, s.rest);
-    energy += s.rest.dot(s.direction);
-  }
-  const std::size_t most = 6 * island.bodies.size() + 20;
-  for (std::size_t turn = 0; turn < most && energy > 0; ++turn) {
-    still();
-    for (std::size_t r = island.begin; r < island.end; ++r)
-      if (search_[r].normal) apply(scratch_, rows_[r], search_[r].direction);
-    if (joints_) joints_->project(scratch_, true);
-    double bend = 0, largest = 0, next = 0;
-    for (std::size_t r = island.begin; r < island.end; ++r) {
-      Search& s = search_[r];
-      if (!s.normal) continue;
-      const Direction* const d = rows_[r].direction;
-      s.image =
-          parts(s, velocity(scratch_, rows_[r]) + Vec3(d[0].ground, d[1].ground, d[2].ground));
-      bend += s.image.dot(s.direction);
-    }
-    if (!(bend > 0)) break;
-    for (std::size_t r = island.begin; r < island.end; ++r) {
-      Search& s = search_[r];
-      if (!s.normal) continue;
-      s.found += energy / bend * s.direction;
-      s.rest -= energy / bend * s.image;
-      largest = std::max(largest, s.rest.cwiseAbs().maxCoeff());
-      next += s.rest.dot(scaled(rows_[r], s.rest));
-    }
-    if (largest <= 0.1 * tolerance) break;
-    for (std::size_t r = island.begin; r < island.end; ++r)
-      search_[r].direction =
-          scaled(rows_[r], search_[r].rest) + next / energy * search_[r].direction;
-    energy = next;
-  }
-  still();
-  for (std::size_t r = island.begin; r < island.end; ++r) {
-    const Search& s = search_[r];
-    if (!s.normal) continue;
-    Vec3 impulse = rows_[r].impulse + s.found;
-    impulse[0] = std::max(0.0, impulse[0]);
-    const double pull = tangent(impulse), held = rows_[r].friction * impulse[0];
-    if (pull > held) impulse[1] *= held / pull, impulse[2] *= held / pull;
-    change(bodies, rows_[r], impulse);
-  }
-  if (joints_) joints_->project(bodies, false);
-}
-
-// What was before solve_sticking(), which did no good; to the last bit, however large its impulses.
-void RestingSolver::restore(Bodies bodies, const Island& island) {
-  for (std::size_t r = island.begin; r < island.end; ++r) rows_[r].impulse = search_[r].before;
-  for (const int i : island.bodies) {
-    SolverBody& body = bodies[static_cast<std::size_t>(i)];
-    const SolverBody& before = saved_[static_cast<std::size_t>(i)];
-    body.velocity = before.velocity, body.angular_velocity = before.angular_velocity;
-  }
-}
-
 double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance) {
   const std::size_t rows = island.end - island.begin, n = 3 * rows;
   const std::size_t each = Anderson::memory(3);
@@ -271,32 +175,11 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
         to[3 * r + k] = rows_[island.begin + r].scale[k] * rows_[island.begin + r].impulse[k];
   };
   const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
-  double least = HUGE_VAL, largest = 0;
-  int few = kFewSweeps, sticking = few;
+  double least = HUGE_VAL;
   for (int turn = 1, last = most;; ++turn) {
     read(x);
-    Sweep swept = sweep(bodies, island);
+    const Sweep swept = sweep(bodies, island);
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
-    // Impulses are at most what turns all approaches into one: more is a stress of the island in
-    // itself, whose rounding would hide what is left.
-    if (turn == 1)
-      largest =
-          10 * static_cast<double>(rows) * std::max(kRounding * swept.residual, swept.rounding);
-    if (turn == sticking) {
-      solve_sticking(bodies, island, std::max(tolerance, swept.rounding));
-      const Sweep after = sweep(bodies, island);
-      const bool proper = after.rounding <= largest;
-      if (proper && after.residual <= std::max(tolerance, after.rounding)) return 0;
-      if (proper && after.residual < swept.residual) {
-        mixing = Anderson{std::span(history_).subspan(each * island.begin, each * rows), n};
-        read(x);
-        swept = sweep(bodies, island);
-      } else {
-        restore(bodies, island);
-        few *= 2;
-      }
-      sticking = turn + few;
-    }
     if (turn >= last) return swept.residual;
     if (swept.residual < 0.5 * least) {
       least = swept.residual;
@@ -321,10 +204,6 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   unknowns_.resize(3 * rows_.size());
   images_.resize(3 * rows_.size());
   history_.resize(Anderson::memory(3) * rows_.size());
-  search_.resize(rows_.size());
-  scratch_.assign(bodies.begin(), bodies.end());
-  saved_.resize(bodies.size());
-  for (SolverBody& body : scratch_) body.velocity = body.angular_velocity = {};
   residuals_.assign(count_, 0);
   const auto solve_some = [&](int begin, int end) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)

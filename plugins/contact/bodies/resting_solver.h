@@ -16,9 +16,8 @@ namespace sim {
 // colliders join none. Each island is solved by itself by nonsmooth Gauss-Seidel: point after point
 // gets the impulse that solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech.
 // Eng. 155, 31-47), from the present impulses on, accelerated by Anderson's mixing of the sweeps.
-// Where that is slow, as in towers, the points that stick are solved together by conjugate
-// gradients. The residual is the largest change of velocity, m/s, that a point still asks for by
-// itself: 0 at the solution alone. The same bits on any number of threads.
+// The residual is the largest change of velocity, m/s, that a point still asks for by itself: 0 at
+// the solution alone. The same bits on any number of threads.
 class RestingSolver {
  public:
   // The joints that all impulses respect; null: none. With joints all bodies are one island.
@@ -48,10 +47,6 @@ class RestingSolver {
     std::size_t begin = 0, end = 0;  // of its rows
     std::vector<int> bodies = {};    // that move
   };
-  struct Search {                           // of a row, for conjugate gradients
-    bool normal = false, friction = false;  // directions in which it sticks
-    Vec3 before, rest, direction, image, found;
-  };
   struct Sweep {
     double residual = 0, rounding = 0;  // m/s, and what rounding may leave of it
   };
@@ -62,9 +57,6 @@ class RestingSolver {
   void add_row(Bodies bodies, const ContactPoint& contact, std::size_t index, Row& row) const;
   double solve_island(Bodies bodies, const Island& island, double tolerance);
   Sweep sweep(Bodies bodies, const Island& island);
-  void solve_sticking(Bodies bodies, const Island& island, double tolerance);
-  void restore(Bodies bodies, const Island& island);
-  static void change(Bodies bodies, Row& row, const Vec3& impulse);
   void store(Bodies bodies, std::span<ContactPoint> contacts) const;
 
   static Vec3 velocity(std::span<const SolverBody> bodies, const Row& row);
@@ -73,9 +65,6 @@ class RestingSolver {
   JointProjection* joints_ = nullptr;
   std::vector<Row> rows_;  // of active contacts, one island behind the other
   std::vector<double> unknowns_, images_, history_;  // of the mixing, of each row
-  std::vector<Search> search_;                       // of each row
-  std::vector<SolverBody> saved_;                    // before solve_sticking()
-  std::vector<SolverBody> scratch_;                  // at rest between uses
   std::vector<Island> islands_;
   std::size_t count_ = 0;  // of the islands in use
   std::vector<int> parent_, island_of_;
