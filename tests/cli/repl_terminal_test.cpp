@@ -138,6 +138,7 @@ TEST_CASE("repl: lines that go on, completion, paste") {
   tmux.key("Tab");
   CHECK(tmux.shows("/a_long_name.csv"));
   tmux.key("C-c");
+  CHECK(tmux.shows("^C"));
   tmux.type("mode = {alpha = 1, beta = 2}");
   tmux.key("Enter");
   tmux.type("mode.");
