@@ -26,10 +26,10 @@ mkdir -p "$folder"
 folder=$(cd -- "$folder" && pwd -P)
 suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
 version=$(sed -nE 's/^project\(sim VERSION ([0-9.]+).*/\1/p' "$root/CMakeLists.txt")
-full=$(sed -nE '1s/.*\((.*)\).*/\1/p' "$root/debian/changelog")
-[[ ${full%-*} == "$version" ]] || fail "debian/changelog has $full, CMakeLists.txt $version"
+full=$(sed -nE '1s/.*\((.*)\).*/\1/p' "$root/packaging/debian/changelog")
+[[ ${full%-*} == "$version" ]] || fail "packaging/debian/changelog has $full, CMakeLists.txt $version"
 export SOURCE_DATE_EPOCH
-SOURCE_DATE_EPOCH=$(date +%s -d "$(sed -nE '0,/^ -- /s/^ -- .*>  //p' "$root/debian/changelog")")
+SOURCE_DATE_EPOCH=$(date +%s -d "$(sed -nE '0,/^ -- /s/^ -- .*>  //p' "$root/packaging/debian/changelog")")
 
 # in_root ROOT COMMAND...: with /dev and /proc, which end with it, and nothing else of this machine.
 in_root() {
@@ -77,7 +77,7 @@ archive() {
 (
   cd "$root"
   if [[ -e .git ]]; then git ls-files -z; else find . -path ./build -prune -o -type f -printf '%P\0'; fi
-) | grep -zv '^debian/' | archive "sim_$version.orig.tar.gz" "$root" "sim-$version"
+) | grep -zv '^packaging/debian/' | archive "sim_$version.orig.tar.gz" "$root" "sim-$version"
 if [[ -z $profiles ]]; then
   for component in lua zlib; do
     sources=$root/build/web/sources/$component
@@ -90,12 +90,12 @@ fi
 caching=CCACHE_DISABLE=1
 [[ -z $once ]] || caching=CCACHE_DIR=/ccache
 builder=$folder/builder
-if [[ ! -f $builder/done || $root/debian/control -nt $builder/done || $profiles != "$(<"$builder/done")" ]]; then
+if [[ ! -f $builder/done || $root/packaging/debian/control -nt $builder/done || $profiles != "$(<"$builder/done")" ]]; then
   say 'a root with what the build needs'
   rm -rf "$builder"
   cp -a "$folder/base" "$builder"
   mkdir -p "$builder/ccache" "$builder/control/debian"
-  cp "$root/debian/control" "$builder/control/debian"
+  cp "$root/packaging/debian/control" "$builder/control/debian"
   options=${profiles:+-P $profiles}
   # shellcheck disable=SC2086
   logged builder in_root "$builder" "${apt[@]}" $options build-dep /control
@@ -114,7 +114,7 @@ build_in() {
     [[ ! -f $work/sim_$version.orig-$component.tar.gz ]] ||
       tar -xzf "$work/sim_$version.orig-$component.tar.gz" -C "$builder$tree"
   done
-  cp -a "$root/debian" "$builder$tree"
+  cp -a "$root/packaging/debian" "$builder$tree"
   in_root "$builder" /usr/bin/env -C "$tree" "$caching" "$@" dpkg-buildpackage --no-sign \
     ${profiles:+"-P$profiles"}
 }
@@ -144,10 +144,10 @@ cp -a "$folder/base" "$fresh"
 mkdir "$fresh/packages" "$fresh/source"
 cp "$packages"/*.deb "$fresh/packages"
 tar -xzf "$work/sim_$version.orig.tar.gz" -C "$fresh/source" --strip-components=1
-cp -a "$root/debian" "$fresh/source"
+cp -a "$root/packaging/debian" "$fresh/source"
 logged install in_root "$fresh" sh -c 'apt-get -qq update; apt-get -qq -y --no-install-recommends install \
   $(ls /packages/*.deb | grep -v dbgsym) g++ cmake make pkg-config'
-for name in $(sed -nE 's/^Tests: //p' "$root/debian/tests/control"); do
+for name in $(sed -nE 's/^Tests: //p' "$root/packaging/debian/tests/control"); do
   [[ $name != page || -z $profiles ]] || continue
   logged "test-$name" in_root "$fresh" setpriv --reuid=65534 --clear-groups /usr/bin/env \
     -C /source HOME=/tmp sh -c "mkdir /tmp/$name && AUTOPKGTEST_TMP=/tmp/$name debian/tests/$name"

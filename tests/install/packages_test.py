@@ -40,7 +40,7 @@ def versions_are_those_of_the_project():
     version = find(r"^project\(sim VERSION ([\d.]+)", "CMakeLists.txt")
     recipe = json.loads(text("packaging/vcpkg/vcpkg.json"))
     for name, found in {
-            "debian/changelog": find(r"\A[^(]*\(([\d.]+)-", "debian/changelog"),
+            "packaging/debian/changelog": find(r"\A[^(]*\(([\d.]+)-", "packaging/debian/changelog"),
             "CITATION.cff": find(r"^version: (.*)$", "CITATION.cff"),
             "spack": find(r'^    version\("(.*)"\)$', "packaging/spack/package.py"),
             "conda-forge": find(r'set version = "(.*)"', "packaging/conda-forge/meta.yaml"),
@@ -93,10 +93,10 @@ def recipes_take_one_lua():
               "vcpkg has another checksum than", archive)
 
 
-# Patterns of debian/*.install by package, with the folders of one machine's libraries left out.
+# Patterns of packaging/debian/*.install by package, with the folders of one machine's libraries left out.
 def patterns():
     found = {}
-    for file in sorted((ROOT / "debian").glob("*.install")):
+    for file in sorted((ROOT / "packaging/debian").glob("*.install")):
         for line in file.read_text().splitlines():
             if line and not line.startswith(("#", "build/", "usr/share/doc/")):
                 found.setdefault(file.stem, []).append(
@@ -130,7 +130,7 @@ def packages_share_out_what_is_installed(place):
 
 
 def symbols_are_those_of_the_interface():
-    listed = set(re.findall(r"^ (sim_\w+)@SIM_1\.\d+ ", text("debian/libsim1.symbols"), re.MULTILINE))
+    listed = set(re.findall(r"^ (sim_\w+)@SIM_1\.\d+ ", text("packaging/debian/libsim1.symbols"), re.MULTILINE))
     exported = set(re.findall(r"\b(sim_\w+);", text("core/c/sim.map")))
     check(listed == exported, "symbols differ:", listed ^ exported)
 
@@ -143,7 +143,7 @@ def the_bill_names_what_is_linked():
     names = [each["name"] for each in bill["packages"]]
     check(len(set(names)) == len(names) and names[0] == "sim", names)
     rows = set(re.findall(r"^\| [^|]+ \| `([^`]+)` \|", text("docs/licences.md"), re.MULTILINE))
-    needs = set(re.findall(r"^ (lib[^ ,]+-dev)", text("debian/control").split("Indep:")[0],
+    needs = set(re.findall(r"^ (lib[^ ,]+-dev)", text("packaging/debian/control").split("Indep:")[0],
                            re.MULTILINE))
     check(needs <= rows, "docs/licences.md does not name", needs - rows)
     for each in bill["packages"]:

@@ -311,7 +311,6 @@ TEST_CASE("the top level holds what it should and nothing else") {
                                          "build",
                                          "cli",
                                          "core",
-                                         "debian",
                                          "dev",
                                          "docs",
                                          "packaging",
