@@ -93,26 +93,12 @@ void ConstrainedStageSolver::add(int i, int j, const Mat3& block, double factor)
 void ConstrainedStageSolver::assemble(bool definite) {
   stage_.at(equation_.view(), equation_.tau(),
             {.clamped = definite, .share = definite ? 0.9 : HUGE_VAL});
-  const double tau = equation_.tau();
   const std::span<double> values = matrix_->values();
   std::ranges::fill(values, 0.0);
   for (int i = 0; i < static_cast<int>(order_.particle_at.size()); ++i)
     add(i, i, stage_.diagonal(i), 1);
-  const Stiffness& springs = stage_.stiffness();
-  springs.for_each([&](int a, int b, SpringStiffness stiffness) {
-    const Vec3 d = springs.position(a) - springs.position(b);
-    Mat3 block = Mat3::Diagonal({stiffness.along, stiffness.along, stiffness.along});
-    for (std::size_t row = 0; row < 3; ++row)
-      for (std::size_t column = 0; column < 3; ++column)
-        block(row, column) += stiffness.across * d[row] * d[column];
-    add(a, b, block, -tau * tau);
-  });
-  // Blocks of a pair come both ways round: half of each is the symmetric part.
-  for (const auto& [i, j, block] : stage_.others().position_blocks())
-    if (i != j) add(i, j, block, -0.5 * tau * tau);
-  for (const auto& [i, j, block] : stage_.others().velocity_blocks())
-    if (i != j) add(i, j, block, -0.5 * tau);
-
+  const auto add_pair = [&](int i, int j, const Mat3& block) { add(i, j, block, 1); };
+  stage_.for_each_pair(add_pair, add_pair);
   add_constraints(definite);
 }
 
@@ -127,7 +113,7 @@ void ConstrainedStageSolver::add_constraints(bool definite) {
   for (std::size_t r = 0; r < mu_.size(); ++r) {
     const std::span<const int> ids = pattern.of(static_cast<int>(r));
     const double factor = -equation_.tau() * mu_[r];
-    // Of the first particle, in the mean over directions: of a rod, its tension over its length.
+    // The block of the first particle in the mean over directions: of a rod, 1 over its length.
     const Mat3& first_block = curvature_.blocks()[pair];
     const double trace = first_block(0, 0) + first_block(1, 1) + first_block(2, 2);
     const bool counts = !definite || factor * trace > 0;

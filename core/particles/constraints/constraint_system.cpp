@@ -168,7 +168,7 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
   const RowList& rows = constraints_.rows();
   for (std::size_t p = 0; p < rows.parts.size(); ++p) {
     const RowList::Part& part = rows.parts[p];
-    const int end = p + 1 < rows.parts.size() ? rows.parts[p + 1].row : rows.rows();
+    const int end = rows.end_of(p);
     const std::size_t first = list.size();
     for (int r = part.row; r < end; ++r) {
       const auto row = static_cast<std::size_t>(r);

@@ -6,12 +6,6 @@
 #include <utility>
 
 namespace sim {
-namespace {
-
-std::size_t pairs_of(std::span<const int> ids) { return ids.size() * (ids.size() + 1) / 2; }
-
-}  // namespace
-
 RowCurvature::RowCurvature(const RowList& list, int particles)
     : list_(&list),
       multiples_(list.pairs()),
@@ -20,11 +14,10 @@ RowCurvature::RowCurvature(const RowList& list, int particles)
   std::size_t pair = 0;
   int most = 0, most_entries = 0;
   for (std::size_t p = 0; p < list.parts.size(); ++p) {
-    const int begin = list.parts[p].row;
-    const int end = p + 1 < list.parts.size() ? list.parts[p + 1].row : list.rows();
-    Part& part = parts_.emplace_back(Part{p, pair, end - begin, {}});
-    make_groups(part);
-    for (int r = begin; r < end; ++r) pair += pairs_of(list.pattern.of(r));
+    const int begin = list.parts[p].row, end = list.end_of(p);
+    Part& part = parts_.emplace_back(Part{p, pair, 0, end - begin, {}});
+    for (int r = begin; r < end; ++r) part.pairs += list.pairs_of(r);
+    pair += part.pairs;
     most = std::max(most, end - begin);
     most_entries = std::max(most_entries, list.pattern.begin[static_cast<std::size_t>(end)] -
                                               list.pattern.begin[static_cast<std::size_t>(begin)]);
@@ -64,15 +57,11 @@ void RowCurvature::evaluate(const ParticleView& view, const double* memory) {
   list_->write_curvature(view, memory, multiples_);
   for (std::size_t k = 0; k < blocks_.size(); ++k)
     blocks_[k] = Mat3::Diagonal({multiples_[k], multiples_[k], multiples_[k]});
-  for (const Part& part : parts_) {
-    const int begin = list_->parts[part.part].row;
-    std::size_t end = part.first_pair;
-    for (int r = begin; r < begin + part.rows; ++r) end += pairs_of(list_->pattern.of(r));
-    const bool given =
-        std::any_of(multiples_.begin() + static_cast<std::ptrdiff_t>(part.first_pair),
-                    multiples_.begin() + static_cast<std::ptrdiff_t>(end),
-                    [](double each) { return each != 0; });
-    if (!given) add_differences(part, view, memory);
+  for (Part& part : parts_) {
+    const auto own = std::span(multiples_).subspan(part.first_pair, part.pairs);
+    if (std::ranges::any_of(own, [](double each) { return each != 0; })) continue;
+    if (part.groups.empty()) make_groups(part);
+    add_differences(part, view, memory);
   }
 }
 

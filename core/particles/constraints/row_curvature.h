@@ -23,9 +23,9 @@ class RowCurvature {
 
  private:
   struct Part {  // of a constraint that gives none, maybe
-    std::size_t part, first_pair;
+    std::size_t part, first_pair, pairs;
     int rows = 0;
-    std::vector<std::vector<int>> groups;  // of its particles, no two of which share a row
+    std::vector<std::vector<int>> groups;  // of its particles, no two of which share a row; if used
   };
 
   void make_groups(Part& part) const;

@@ -19,12 +19,18 @@ std::string RowList::name(int row) const {
   return part.constraint->name(row - part.row);
 }
 
+int RowList::end_of(std::size_t part) const {
+  return part + 1 < parts.size() ? parts[part + 1].row : rows();
+}
+
+std::size_t RowList::pairs_of(int row) const {
+  const std::size_t particles = pattern.of(row).size();
+  return particles * (particles + 1) / 2;
+}
+
 std::size_t RowList::pairs() const {
   std::size_t pairs = 0;
-  for (int r = 0; r < rows(); ++r) {
-    const std::size_t of_row = pattern.of(r).size();
-    pairs += of_row * (of_row + 1) / 2;
-  }
+  for (int r = 0; r < rows(); ++r) pairs += pairs_of(r);
   return pairs;
 }
 
@@ -36,11 +42,7 @@ void RowList::write_curvature(ParticleView view, const double* memory,
     const Part& part = parts[p];
     view.internal = {memory + part.memory, part.internal_size};
     part.constraint->curvature(view, next);
-    const int end = p + 1 < parts.size() ? parts[p + 1].row : rows();
-    for (int r = part.row; r < end; ++r) {
-      const std::size_t of_row = pattern.of(r).size();
-      next += of_row * (of_row + 1) / 2;
-    }
+    for (int r = part.row; r < end_of(p); ++r) next += pairs_of(r);
   }
 }
 

@@ -22,8 +22,10 @@ struct RowList {
 
   int rows() const { return pattern.rows(); }
   const Part& part_of(int row) const;
-  std::string name(int row) const;  // of the equation
-  // curvature() of all constraints, one behind the other: of the pairs a <= b of each row.
+  int end_of(std::size_t part) const;   // the row behind its last
+  std::size_t pairs_of(int row) const;  // a <= b of its particles
+  std::string name(int row) const;      // of the equation
+  // curvature() of all constraints, one behind the other: of the pairs of each row.
   std::size_t pairs() const;
   void write_curvature(ParticleView view, const double* memory, std::span<double> pairs) const;
 };

@@ -70,7 +70,6 @@ class SparseLdlt final : public LinearSolver {
   };
   Target target(int low, int high) const;
   void assemble(const StageMatrix& matrix);
-  void add_symmetric_part(std::span<const PluginForceJacobian::Block> blocks, double factor);
 
   Layout layout_;
   std::vector<int> row_of_;  // of a particle, in threes; -1 where pinned

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/base/assert.h"
 #include "core/particles/implicit/linear_solver.h"
@@ -50,37 +51,25 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
     for (int col = 0; col < 3; ++col)
       for (int row = 0; row <= col; ++row) values[diagonal_[i].column[col] + row] = block(row, col);
   }
-  const double scale = -matrix.tau() * matrix.tau();
   auto spring = springs_.begin();
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness stiffness) {
-    const Vec3 d = matrix.stiffness().position(a) - matrix.stiffness().position(b);
-    const Target& at = *spring++;
+  const auto add_spring = [&](int a, int b, const Mat3& block) {
+    const Target& to = *spring++;
     if (row_of_[static_cast<std::size_t>(a)] < 0 || row_of_[static_cast<std::size_t>(b)] < 0)
       return;
     for (int col = 0; col < 3; ++col)
-      for (int row = 0; row < 3; ++row)
-        values[at.column[col] + row] +=
-            scale * (stiffness.across * d[row] * d[col] + (row == col ? stiffness.along : 0.0));
-  });
-  SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
-  add_symmetric_part(matrix.others().position_blocks(), scale);
-  add_symmetric_part(matrix.others().velocity_blocks(), -matrix.tau());
-}
-
-// Off the diagonal: what is on it has the matrix itself. A block and that of the pair the other way
-// round each give a half of theirs.
-void SparseLdlt::add_symmetric_part(std::span<const PluginForceJacobian::Block> blocks,
-                                    double factor) {
-  const std::span<double> values = upper_->values();
-  for (const auto& [i, j, value] : blocks) {
+      for (int row = 0; row < 3; ++row) values[to.column[col] + row] += block(row, col);
+  };
+  const auto add_other = [&](int i, int j, const Mat3& block) {
     const int at = row_of_[static_cast<std::size_t>(i)], by = row_of_[static_cast<std::size_t>(j)];
-    if (i == j || at < 0 || by < 0) continue;
+    if (at < 0 || by < 0) return;
     const Target to = target(std::min(at, by), std::max(at, by));
     for (int col = 0; col < 3; ++col)
       for (int row = 0; row < 3; ++row)
-        values[to.column[col] + row] +=
-            0.5 * factor * (at < by ? value(row, col) : value(col, row));
-  }
+        values[to.column[col] + row] += at < by ? block(row, col) : block(col, row);
+  };
+  // By reference, which takes no memory.
+  matrix.for_each_pair(std::cref(add_spring), std::cref(add_other));
+  SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
 }
 
 LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {

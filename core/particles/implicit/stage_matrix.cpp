@@ -221,6 +221,23 @@ double StageMatrix::advance(double alpha, const double* p, const double* ap, dou
   });
 }
 
+void StageMatrix::for_each_pair(const VisitPair& spring, const VisitPair& other) const {
+  stiffness_.for_each([&](int a, int b, SpringStiffness stiffness) {
+    const Vec3 d = stiffness_.position(a) - stiffness_.position(b);
+    Mat3 block;
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t col = 0; col < 3; ++col)
+        block(row, col) =
+            -tau_ * tau_ *
+            (stiffness.across * d[row] * d[col] + (row == col ? stiffness.along : 0.0));
+    spring(a, b, block);
+  });
+  for (const auto& [i, j, block] : others_.position_blocks())
+    if (i != j) other(i, j, 0.5 * (-tau_ * tau_) * block);
+  for (const auto& [i, j, block] : others_.velocity_blocks())
+    if (i != j) other(i, j, 0.5 * -tau_ * block);
+}
+
 double StageMatrix::shift(int i) const { return Layout(half_.n(), 1).block(shift_.data(), 0)[i]; }
 
 Mat3 StageMatrix::diagonal(int i) const {
