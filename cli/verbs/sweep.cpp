@@ -59,7 +59,7 @@ class Sweep {
   }
   std::size_t fields() const { return case_columns().size() + observed_.size() + 1; }
   bool recall(std::size_t index, bool with_failed);
-  // Of a process with several cases that came to no end the cases are to be tried one by one.
+  // The cases of a process that came to no end are to be tried one by one.
   void finish(Job& job, bool late, std::vector<std::size_t>& alone);
   std::size_t cases_at_once(std::size_t waiting) const;
   void keep(std::size_t index, CaseResult result, bool is_new);
@@ -191,7 +191,7 @@ void Sweep::finish(Job& job, bool late, std::vector<std::size_t>& alone) {
   }
 }
 
-// As many as fill the lanes, but no fewer processes than threads.
+// The lanes are filled, but there are no fewer processes than threads.
 std::size_t Sweep::cases_at_once(std::size_t waiting) const {
   constexpr std::size_t kMost = 64;
   const auto threads = static_cast<std::size_t>(request_.scene.threads.most);

@@ -24,12 +24,6 @@ namespace {
 
 constexpr char kBetweenFields = '\x1f', kBetweenRecords = '\x1e', kBetweenCases = '\x1d';
 
-std::string in_one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return text;
-}
-
 std::vector<std::string> split(const std::string& text, char between) {
   std::vector<std::string> parts(1);
   for (const char c : text)
@@ -45,7 +39,7 @@ std::string said(const CaseResult& result) {
   const std::string between(1, kBetweenFields);
   std::string text = join(result.fields, between);
   for (const InputFile& file : result.inputs)
-    text += kBetweenRecords + file.name + between + in_one_line(file.path) + between +
+    text += kBetweenRecords + file.name + between + report::in_one_line(file.path) + between +
             std::to_string(file.hash);
   return text;
 }

@@ -34,16 +34,16 @@ constexpr std::size_t kSignMask = 0, kSizeMask = 16, kEntry = 32;  // places in 
 // makes room. A value is written to its slot only if something reads it there.
 class Assembler {
  public:
-  Assembler(std::span<const Instruction> code, const std::function<bool(int)>& kept)
+  Assembler(std::span<const Instruction> code, const std::function<bool(int)>& live)
       : code_(code), writer_(slots_of(code), -1) {
     // Whose values are read in memory is known once the code has been written without knowing it.
     read_.assign(code.size(), true);
     std::vector<bool> read(code.size(), false);
     found_ = &read;
-    write(kept);
+    write(live);
     read_ = read;
     found_ = nullptr;
-    write(kept);
+    write(live);
   }
   const Bytes& bytes() const { return bytes_; }
 
@@ -60,7 +60,7 @@ class Assembler {
     return most + 1;
   }
 
-  void write(const std::function<bool(int)>& kept) {
+  void write(const std::function<bool(int)>& live) {
     bytes_.clear();
     forget();
     std::ranges::fill(writer_, -1);
@@ -75,7 +75,7 @@ class Assembler {
       writer_[instruction.to] = static_cast<int>(now_);
     }
     for (std::size_t slot = 0; slot < writer_.size(); ++slot)
-      if (kept(static_cast<int>(slot))) is_read(static_cast<int>(slot));
+      if (live(static_cast<int>(slot))) is_read(static_cast<int>(slot));
     add({0x5b, 0xc3});  // pop rbx; ret
   }
 
@@ -312,11 +312,11 @@ class Assembler {
 #endif
 
 StraightCode::StraightCode(std::vector<Instruction> code,
-                           [[maybe_unused]] const std::function<bool(int)>& kept, Form form)
+                           [[maybe_unused]] const std::function<bool(int)>& live, Form form)
     : code_(std::move(code)) {
 #ifdef SIM_WRITES_CODE
   if (form == Form::kInterpreted || code_.empty()) return;
-  const Assembler assembler(code_, kept);
+  const Assembler assembler(code_, live);
   const Bytes& bytes = assembler.bytes();
   void* const pages =
       ::mmap(nullptr, bytes.size(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

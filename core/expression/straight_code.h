@@ -17,8 +17,8 @@ class StraightCode {
   enum class Form { kFastest, kInterpreted };
 
   StraightCode() = default;
-  // `kept`: the slots that are read behind a run; others may have any value then.
-  StraightCode(std::vector<Instruction> code, const std::function<bool(int slot)>& kept,
+  // live: the slots that are read behind a run; others may have any value then.
+  StraightCode(std::vector<Instruction> code, const std::function<bool(int slot)>& live,
                Form form = Form::kFastest);
   ~StraightCode();
   StraightCode(StraightCode&& other) noexcept;

@@ -22,12 +22,6 @@ const std::vector<std::string>& run_names() {
   return names;
 }
 
-std::string in_one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return text;
-}
-
 std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
 
 std::vector<std::string> fields_of(Track& track, int exit, const std::string& reason,
@@ -92,6 +86,12 @@ std::string json_field(const std::string& column, const std::string& text) {
 }
 
 }  // namespace
+
+std::string in_one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return text;
+}
 
 CaseValues values_of(const SweepCases& cases, std::size_t index, CaseValues values) {
   std::optional<double> tolerance;

@@ -62,6 +62,8 @@ class JudgedCase {
 // The row of a case that is run alone.
 std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task);
 
+std::string in_one_line(std::string text);  // control characters become spaces
+
 // The fields of a case that ended otherwise, with its exit code and the reason.
 std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed);
 

@@ -100,7 +100,8 @@ Comparison::Runner Comparison::runner(const ComparedMethod& method) const {
   return {std::move(label), std::move(system)};
 }
 
-// As many as the films want in a second, as far as the points of the reference allow it.
+// The stride gives films the pictures that they want in a second, as far as the points of the
+// reference allow it.
 void Comparison::choose_frames() {
   const double wanted = task_.fps * time_;
   double best = HUGE_VAL;
@@ -231,7 +232,7 @@ double Comparison::figure_of(const Runner& runner, const std::function<bool()>& 
   return std::nan("");
 }
 
-// What the reference shows at a point, for the viewpoint.
+// The picture of the reference at a point, for the viewpoint.
 Moment Comparison::stage(std::size_t point, const Frame& like) const {
   Frame frame = like;
   if (model_.flat) return {frame};

@@ -39,7 +39,7 @@ Ensemble::Ensemble(std::vector<Lane> lanes, double h)
   for (const Lane& lane : lanes_)
     positions_.push_back({0, std::vector<double>(lane.start.begin(), lane.start.end())});
   before_ = positions_;
-  // What does not read t takes many steps at once.
+  // Formulas that do not read t take many steps at once.
   constexpr int kLegSteps = 8;
   if (!lanes_.front().code->reads.back()) leg_steps_ = kLegSteps;
 }
@@ -65,7 +65,7 @@ bool Ensemble::prepare(const ExplicitPlan& plan) {
   return true;
 }
 
-// What reads t is told the time of each step.
+// Formulas that read t are told the time of each step.
 void Ensemble::add_leg(double t, double h, const ExplicitPlan& plan) {
   program_->set_step(h);
   const auto fill = [&](std::size_t slot, double value) {

@@ -1,6 +1,7 @@
 // Explicit Runge-Kutta steps of a few formulas as lists of operations on numbers.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -40,10 +41,9 @@ class StageProgram {
 
   // Takes all that was added since the last call, as a list
   std::vector<Instruction> take() { return std::exchange(instructions_, {}); }
-  // or as code.
-  template <class Kept>
-  StraightCode take(const Kept& kept) {
-    return StraightCode(take(), kept);
+  // or as code, behind which these slots are read.
+  StraightCode take(const std::function<bool(int slot)>& live) {
+    return StraightCode(take(), live);
   }
 
   double* slots() { return slots_.data(); }

@@ -16,7 +16,7 @@ for block, values in ipairs { x, y, u, v } do
 end
 for i = 1, n do
   formulas[i], formulas[n + i] = "u" .. i, "v" .. i
-  -- What both stars of a pair read is written in one way, so that it is computed once.
+  -- Numbers that both stars of a pair read are written in one way, so that they are computed once.
   local ax, ay, weights = {}, {}, ""
   for j = 1, n do
     if j ~= i then

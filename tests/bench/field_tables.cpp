@@ -1,4 +1,4 @@
-// What was measured of first-order systems, as tables and charts.
+// Tables and charts of the measurements of first-order systems.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

@@ -81,9 +81,6 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
                    std::vector<ManifoldPoint>& out) {
   constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
   constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
-  // Cosine of 2.6 degrees: faces that are nearly parallel touch as faces, at several points, whose
-  // gaps along the face differ from those along the edges' axis by 1e-3 of them.
-  constexpr double kAlike = 1 - 1e-3;
   const TurnedBox a(first), b(second);
   const Vec3 d = a.center - b.center;
   const double prefer = kPrefer * (a.half.maxCoeff() + b.half.maxCoeff());
@@ -99,7 +96,7 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
   const auto look = [&](const Vec3& axis, int kind, std::size_t i, std::size_t j) {
     const double along = axis.dot(d);
     const double gap = std::fabs(along) - a.reach(axis) - b.reach(axis);
-    const bool nearly_face = kind == 2 && std::fabs(axis.dot(face)) > kAlike;
+    const bool nearly_face = kind == 2 && std::fabs(axis.dot(face)) > kNearlyParallel;
     if (gap > best.gap + (kind > 0 ? prefer : 0) && !nearly_face)
       best = {gap, along < 0 ? Vec3(-axis) : axis, kind, i, j};
     return gap <= margin;

@@ -9,9 +9,8 @@
 namespace sim {
 namespace {
 
-constexpr double kParallel = 1e-3;   // sine of edges whose product is no axis
-constexpr double kPrefer = 1e-7;     // of a size: faces before edges, the first before the second
-constexpr double kAlike = 1 - 1e-3;  // cosine: as of boxes
+constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
+constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
 
 // A hull seen from the frame of another.
 class Seen {
@@ -81,7 +80,8 @@ bool look_at_edges(const Hull& own, const Seen& other, double margin, double by,
       if (!(length > kParallel * along.norm() * way.norm())) continue;
       n *= (n.dot(start - own.middle) < 0 ? -1 : 1) / length;
       const double gap = n.dot(at - start);
-      if (std::fabs(n.dot(face)) <= kAlike) best.look(gap, by, BestAxis::Kind::kEdges, i, j, n);
+      if (std::fabs(n.dot(face)) <= kNearlyParallel)
+        best.look(gap, by, BestAxis::Kind::kEdges, i, j, n);
       if (gap > margin) return false;
     }
   }

@@ -89,7 +89,7 @@ void RigidContact::separate(double t) {
   double deepest = 0;
   for (int round = 0; round < kMostPasses; ++round) {
     contacts.clear();
-    // What is nearly touched may be met by what is moved.
+    // Bodies that are moved may meet those that they nearly touch.
     const double near = std::max(kNear, kAhead * deepest);
     deepest = 0;
     // Each pair once: its meetings stand behind each other.

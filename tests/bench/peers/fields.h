@@ -255,7 +255,7 @@ struct Kuramoto {
   }
 };
 
-// What is solved: x(0) and its length, to |error_i| <= rtol (floor + |x_i|) a step.
+// The task: x(0) and the duration, to |error_i| <= rtol (floor + |x_i|) a step.
 struct Task {
   std::string problem;
   double number = 0;  // of cells, a side, or mu

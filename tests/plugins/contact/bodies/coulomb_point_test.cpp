@@ -34,7 +34,7 @@ Mat3 response_of(Numbers& numbers) {
   return Mat3::Identity() + arm * transposed(arm) * 2.0;
 }
 
-// What is left of Signorini's and Coulomb's laws, m/s.
+// The residual of Signorini's and Coulomb's laws, m/s.
 double law_error(const Mat3& W, double friction, const Vec3& w, const Vec3& p) {
   const double pull = std::sqrt(p[1] * p[1] + p[2] * p[2]),
                slip = std::sqrt(w[1] * w[1] + w[2] * w[2]);
