@@ -14,7 +14,7 @@
 #include "cli/run/judged.h"
 #include "cli/run/report.h"
 #include "cli/run/scene.h"
-#include "core/scene/recording.h"
+#include "core/session/recording.h"
 
 namespace sim::cli {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cli/run/scene.h"
-#include "core/scene/difference.h"
-#include "core/scene/timeline.h"
+#include "core/session/difference.h"
+#include "core/session/timeline.h"
 #include "core/study/verdict/verdict.h"
 
 namespace sim::cli {

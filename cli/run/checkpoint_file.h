@@ -10,7 +10,7 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/output/output.h"
-#include "core/scene/checkpoint.h"
+#include "core/session/checkpoint.h"
 
 namespace sim::cli {
 

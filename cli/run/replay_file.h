@@ -7,7 +7,7 @@
 
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
-#include "core/scene/replay.h"
+#include "core/session/replay.h"
 
 namespace sim::cli {
 

@@ -15,7 +15,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/sweep_cases.h"
-#include "core/scene/side_by_side.h"
+#include "core/session/side_by_side.h"
 
 namespace sim::cli {
 namespace {

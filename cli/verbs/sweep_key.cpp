@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/base/md5.h"
-#include "core/scene/identity.h"
+#include "core/session/identity.h"
 
 namespace sim {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/output/view.h"
-#include "core/scene/player.h"
+#include "core/session/player.h"
 #include "core/study/verdict/verdict.h"
 
 namespace sim::cli {

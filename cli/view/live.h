@@ -14,7 +14,7 @@
 #include "cli/view/account.h"
 #include "cli/view/measured.h"
 #include "core/output/view.h"
-#include "core/scene/player.h"
+#include "core/session/player.h"
 
 namespace sim::cli {
 

@@ -10,7 +10,7 @@
 
 #include "cli/run/scene.h"
 #include "core/picture/model.h"
-#include "core/scene/action.h"
+#include "core/session/action.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/verdict/step_doubling.h"
 

@@ -6,7 +6,7 @@
 
 #include "cli/view/live.h"
 #include "core/output/page/live_page.h"
-#include "core/scene/recording.h"
+#include "core/session/recording.h"
 
 namespace sim::cli {
 

@@ -9,8 +9,8 @@
 
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
-#include "core/scene/recording.h"
-#include "core/scene/timeline.h"
+#include "core/session/recording.h"
+#include "core/session/timeline.h"
 
 namespace sim::cli {
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "cli/run/scene.h"
-#include "core/scene/checkpoint.h"
+#include "core/session/checkpoint.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace {

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <set>
 
-#include "core/scene/action.h"
-#include "core/scene/checkpoint.h"
 #include "core/scene/simulation.h"
+#include "core/session/action.h"
+#include "core/session/checkpoint.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 

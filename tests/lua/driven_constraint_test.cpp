@@ -2,7 +2,7 @@
 // balance.
 #include <cmath>
 
-#include "core/scene/replay.h"
+#include "core/session/replay.h"
 #include "core/study/energy_balance.h"
 #include "tests/lua/scene_text.h"
 

@@ -1,7 +1,7 @@
 // Particles that are led along paths: orders, energy, contact, and what is refused.
 #include <cmath>
 
-#include "core/scene/timeline.h"
+#include "core/session/timeline.h"
 #include "core/study/energy_balance.h"
 #include "tests/lua/scene_text.h"
 

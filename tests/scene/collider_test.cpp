@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/particles/particle_system.h"
-#include "core/scene/checkpoint.h"
-#include "core/scene/timeline.h"
+#include "core/session/checkpoint.h"
+#include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 

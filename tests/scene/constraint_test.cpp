@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/particles/constraints/constraint_system.h"
-#include "core/scene/checkpoint.h"
 #include "core/scene/memory_estimate.h"
-#include "core/scene/timeline.h"
+#include "core/session/checkpoint.h"
+#include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/ode/fastest_mode.h"
 #include "core/ode/integrator.h"
-#include "core/scene/checkpoint.h"
+#include "core/session/checkpoint.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

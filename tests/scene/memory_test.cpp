@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/base/hash.h"
-#include "core/scene/checkpoint.h"
-#include "core/scene/difference.h"
-#include "core/scene/timeline.h"
+#include "core/session/checkpoint.h"
+#include "core/session/difference.h"
+#include "core/session/timeline.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/particles/constraints/constraint_system.h"
-#include "core/scene/checkpoint.h"
-#include "core/scene/timeline.h"
+#include "core/session/checkpoint.h"
+#include "core/session/timeline.h"
 #include "core/study/energy_balance.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"

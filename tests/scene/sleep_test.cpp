@@ -6,8 +6,8 @@
 #include "core/base/error.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/rigid_motion.h"
-#include "core/scene/checkpoint.h"
 #include "core/scene/scene_part.h"
+#include "core/session/checkpoint.h"
 #include "core/study/energy_balance.h"
 #include "tests/support/scenes.h"
 

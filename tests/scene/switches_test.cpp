@@ -1,8 +1,8 @@
 // Forces that are turned on and off while a scene runs.
 #include <catch2/catch.hpp>
 
-#include "core/scene/checkpoint.h"
-#include "core/scene/timeline.h"
+#include "core/session/checkpoint.h"
+#include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 

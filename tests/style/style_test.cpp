@@ -81,7 +81,7 @@ const std::set<std::string> kToScene =
     ground_and({"core/ode", "core/fields", "core/particles", "core/plugin", "core/scene"});
 const std::set<std::string> kToOutput = [] {
   std::set<std::string> rooms = kToScene;
-  rooms.insert({"core/study", "core/picture", "core/output"});
+  rooms.insert({"core/session", "core/study", "core/picture", "core/output"});
   return rooms;
 }();
 
@@ -95,7 +95,13 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core/particles", ground_and({"core/ode/ode_system.h"})},
     {"core/plugin", ground_and({"core/expression", "core/ode", "core/fields", "core/particles"})},
     {"core/scene", kToScene},
-    {"core/study", kToScene},
+    {"core/session", kToScene},
+    {"core/study",
+     [] {
+       std::set<std::string> rooms = kToScene;
+       rooms.insert("core/session");
+       return rooms;
+     }()},
     {"core/picture", kToScene},
     {"core/output", kToOutput},
     {"core/report", kToOutput},

@@ -10,8 +10,8 @@
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
 #include "core/particles/elements/triangle_mesh.h"
-#include "core/scene/identity.h"
 #include "core/scene/part_text.h"
+#include "core/session/identity.h"
 
 namespace sim {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/scene/action.h"
 #include "core/scene/simulation.h"
+#include "core/session/action.h"
 
 namespace sim::study {
 

@@ -1,7 +1,7 @@
 // Rigid bodies that touch: closed forms of Coulomb's and Newton's laws, and what has to stay.
 #include <cmath>
 
-#include "core/scene/timeline.h"
+#include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/allocations.h"
 #include "tests/support/momentum.h"

@@ -1,4 +1,4 @@
-#include "core/scene/action.h"
+#include "core/session/action.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "core/scene/player.h"
+#include "core/session/player.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "core/scene/checkpoint.h"
+#include "core/session/checkpoint.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "core/scene/timeline.h"
+#include "core/session/timeline.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Checkpoints: bit for bit, and refused when they are not what they should be.
-#include "core/scene/checkpoint.h"
+#include "core/session/checkpoint.h"
 
 #include <bit>
 #include <catch2/catch.hpp>

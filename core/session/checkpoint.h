@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/scene/identity.h"
-#include "core/scene/provenance.h"
 #include "core/scene/simulation.h"
+#include "core/session/identity.h"
+#include "core/session/provenance.h"
 
 namespace sim {
 

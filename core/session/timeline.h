@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/scene/action.h"
 #include "core/scene/simulation.h"
+#include "core/session/action.h"
 
 namespace sim {
 

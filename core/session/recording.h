@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene/action.h"
+#include "core/session/action.h"
 
 namespace sim {
 

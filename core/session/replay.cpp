@@ -1,4 +1,4 @@
-#include "core/scene/replay.h"
+#include "core/session/replay.h"
 
 #include <algorithm>
 #include <limits>

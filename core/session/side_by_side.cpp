@@ -1,4 +1,4 @@
-#include "core/scene/side_by_side.h"
+#include "core/session/side_by_side.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "core/scene/recording.h"
+#include "core/session/recording.h"
 
 #include <algorithm>
 #include <charconv>

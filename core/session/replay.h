@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/scene/recording.h"
+#include "core/session/recording.h"
 
 namespace sim {
 

@@ -1,11 +1,11 @@
 // Going back in time, and changes by hand: the same bits as a run that never left.
-#include "core/scene/timeline.h"
+#include "core/session/timeline.h"
 
 #include <catch2/catch.hpp>
 #include <random>
 
 #include "core/base/error.h"
-#include "core/scene/difference.h"
+#include "core/session/difference.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

@@ -1,5 +1,5 @@
 // The identity of a scene: every field of its parts is in it, also those that are added later.
-#include "core/scene/identity.h"
+#include "core/session/identity.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,8 +12,8 @@
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/rigid/rigid_body.h"
 #include "core/particles/rigid_motion.h"
-#include "core/scene/checkpoint.h"
 #include "core/scene/spec_fields.h"
+#include "core/session/checkpoint.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

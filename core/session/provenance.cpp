@@ -1,4 +1,4 @@
-#include "core/scene/provenance.h"
+#include "core/session/provenance.h"
 
 #include <algorithm>
 #include <set>

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/scene/replay.h"
-#include "core/scene/timeline.h"
+#include "core/session/replay.h"
+#include "core/session/timeline.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/energy_balance.h"
 #include "tests/support/scenes.h"

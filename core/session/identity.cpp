@@ -1,4 +1,4 @@
-#include "core/scene/identity.h"
+#include "core/session/identity.h"
 
 #include <algorithm>
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/recording.h"
-#include "core/scene/timeline.h"
+#include "core/session/recording.h"
+#include "core/session/timeline.h"
 
 namespace sim {
 

@@ -1,4 +1,4 @@
-#include "core/scene/difference.h"
+#include "core/session/difference.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // Runs side by side against the same runs alone, bit by bit.
-#include "core/scene/side_by_side.h"
+#include "core/session/side_by_side.h"
 
 #include <memory>
 
