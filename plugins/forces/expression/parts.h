@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plugin/formulas.h"
+#include "core/expression/formulas.h"
 #include "core/plugin/plugin.h"
 
 namespace sim::expression {

@@ -1,4 +1,4 @@
-#include "core/plugin/formulas.h"
+#include "core/expression/formulas.h"
 
 #include <algorithm>
 
