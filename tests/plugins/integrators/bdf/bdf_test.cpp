@@ -1,6 +1,6 @@
 // Backward differentiation formulas against the polynomials that define them: the history of a step
 // is given, and what one step makes of it is read back.
-#include "core/ode/implicit/bdf.h"
+#include "plugins/integrators/bdf/multistep.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

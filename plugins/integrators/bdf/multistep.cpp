@@ -1,4 +1,4 @@
-#include "core/ode/implicit/bdf.h"
+#include "plugins/integrators/bdf/multistep.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/ode/implicit/adaptive_implicit.h"
+#include "plugins/integrators/esdirk/adaptive_implicit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // BDF of orders 1 to 5: adaptive steps and orders on stiff systems.
-#include "core/ode/implicit/bdf.h"
+#include "plugins/integrators/bdf/multistep.h"
 
 #include <algorithm>
 
