@@ -35,7 +35,7 @@ by_cmake=$(orbit by-cmake/attraction.so) || fail 'the plugin of find_package(sim
 # Each physics is a folder: a copy of it outside the tree takes the place of the built-in one, keeps
 # what its kind promises, and gives the same bits.
 declare -A scenes=([expression]=double_well [fluid]=dam [wind]=flag [fem]=beam
-  [surfaces]=folded [bodies]=stack)
+  [surfaces]=folded [bodies]=stack [pair]=gas)
 mkdir physics
 cat >physics/CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)

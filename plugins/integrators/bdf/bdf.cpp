@@ -1,5 +1,5 @@
 // BDF of orders 1 to 5: adaptive steps and orders on stiff systems.
-#include "plugins/integrators/bdf/multistep.h"
+#include "multistep.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "plugins/integrators/bdf/multistep.h"
+#include "multistep.h"
 
 #include <algorithm>
 #include <cmath>

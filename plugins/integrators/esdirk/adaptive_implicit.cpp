@@ -1,4 +1,4 @@
-#include "plugins/integrators/esdirk/adaptive_implicit.h"
+#include "adaptive_implicit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // ESDIRK 4(3): adaptive steps on stiff systems, to a tolerance.
+#include "adaptive_implicit.h"
 #include "core/plugin/embedded_plugin.h"
 #include "core/plugin/plugin.h"
-#include "plugins/integrators/esdirk/adaptive_implicit.h"
 
 namespace {
 

@@ -1,8 +1,8 @@
 // Pair potentials with a cutoff between all particles.
 #include <algorithm>
 
-#include "core/particles/neighbours/pair_forces.h"
 #include "core/plugin/plugin.h"
+#include "pair_forces.h"
 
 namespace {
 

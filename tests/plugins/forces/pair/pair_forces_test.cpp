@@ -1,5 +1,5 @@
 // Forces of pair potentials against sums over all pairs, and what they must not depend on.
-#include "core/particles/neighbours/pair_forces.h"
+#include "plugins/forces/pair/pair_forces.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,7 +1,7 @@
-#include "core/particles/neighbours/pair_forces.h"
+#include "pair_forces.h"
 
 #undef SIM_THIS_FILE
-#define SIM_THIS_FILE "core/particles/neighbours/pair_kernel.cpp"
+#define SIM_THIS_FILE "pair_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
 #include "core/simd/exponential.h"

@@ -1,5 +1,5 @@
 // Kernels of pairs of particles, compared with sums over all pairs.
-#include "core/particles/neighbours/pair_forces.h"
+#include "plugins/forces/pair/pair_forces.h"
 #include "plugins/forces/fluid/density_constraints.h"
 #include "plugins/forces/fluid/fluid_forces.h"
 #include "tests/support/kernel_lists.h"

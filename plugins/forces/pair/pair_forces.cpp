@@ -1,4 +1,4 @@
-#include "core/particles/neighbours/pair_forces.h"
+#include "pair_forces.h"
 
 #include "core/base/assert.h"
 #include "core/simd/inverse_sqrt.h"

@@ -3,7 +3,7 @@
 
 #include "core/particles/force.h"
 #include "core/particles/neighbours/neighbours.h"
-#include "core/particles/neighbours/pair_law.h"
+#include "pair_law.h"
 
 namespace sim {
 
