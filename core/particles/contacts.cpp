@@ -12,7 +12,7 @@ constexpr int kRounds = 100;     // of pushing out of several colliders by turns
 
 double slack(const Vec3& x) { return Contacts::slack(x); }
 
-// Where outside(s) turns from true to false between two places.
+// The root of a switching function: outside(s) is true at `yes` and false at `no` (bisection).
 template <class Outside>
 double turning_point(double yes, double no, const Outside& outside) {
   for (int halving = 0; halving < 60; ++halving) {
@@ -22,13 +22,13 @@ double turning_point(double yes, double no, const Outside& outside) {
   return no;
 }
 
-// Where a gap that is positive at one place and not at another turns 0 between them: the method of
-// false position with halved values (Illinois; Dowell & Jarratt 1971, BIT 11, 168).
+// The root of the gap between a positive value at `outside` and a negative one at `inside`: false
+// position with halved values (the Illinois method; Dowell & Jarratt 1971, BIT 11, 168).
 template <class Gap>
 double root(double outside, double positive, double inside, double negative, double least,
             const Gap& gap_at) {
   for (int n = 0, side = 0; n < 60 && negative < -least; ++n) {
-    // Every fourth time by halves, so that no shape is slow.
+    // Every fourth iteration is a bisection, which bounds the number of iterations for any shape.
     double s = n % 4 == 3 ? 0.5 * (outside + inside)
                           : (outside * -negative + inside * positive) / (positive - negative);
     if (!(s > outside && s < inside)) s = 0.5 * (outside + inside);
@@ -49,13 +49,14 @@ double root(double outside, double positive, double inside, double negative, dou
   return inside;
 }
 
-// Where a way first touches a collider, and the collider as seen from its start and its end.
+// The time of impact of a path with a collider, as a share of the step, and the collider sampled at
+// the start and at the end of the path.
 struct FirstTouch {
   double s = kNone;
   SurfaceSample start, end;
 };
 
-// Of a way that begins outside.
+// Finds the first contact of a path that begins outside the collider or on it.
 FirstTouch first_touch(const Collider& collider, double t, double h, const StepPath& path) {
   FirstTouch found{kNone, collider.query(t, path.c[0]), collider.query(t + h, path.at(1))};
   const auto at = [&found](double s) {
@@ -74,14 +75,14 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const StepP
   double outside = 0, inside = 1;  // places known to be, and the gaps there
   double positive = start, negative = end;
   if (start <= slack(path.c[0])) {
-    // It lies on the surface. On its way out it may come back within the step, but not at once.
+    // A particle on the surface that leaves it may return within the step, but not at once.
     const double outward = (path.c[1] - h * found.start.velocity).dot(found.start.normal);
     if (outward <= (end < 0 ? -kMinFlightTime * end : 0)) return at(0);
     if (end >= 0) return found;
     for (outside = 0.5; (positive = gap_at(outside)) <= 0; outside *= 0.5)
       if (outside < 1e-12) return at(0);
   } else {
-    // Sphere tracing: the gap is free in every direction.
+    // Sphere tracing: the gap is a free distance in every direction.
     constexpr int kSteps = 32;
     double gap = start;
     for (int step = 0; step < kSteps; ++step) {
@@ -97,7 +98,7 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const StepP
       if (end < 0) break;  // the root is between
     }
     if (end >= 0) {
-      // What comes near and goes away again is nearest in between.
+      // A path that approaches and recedes again is nearest where its closing speed changes sign.
       if (!closing(outside) || closing(1)) return found;
       inside = turning_point(outside, 1, closing);
       negative = gap_at(inside);
@@ -107,8 +108,8 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const StepP
   return at(root(outside, positive, inside, negative, 1e-4 * slack(path.c[0]), gap_at));
 }
 
-// The restitution and the friction of a blow in a step of h, at the velocity that a surface has in
-// m/step; laws are asked at the speeds before it.
+// Applies restitution and friction of an impact at share s of a step of length h; surface_rate is
+// the velocity of the surface in m/step. The laws take the speeds before the impact, in m/s.
 void bounce(const ContactMaterial& surface, double h, const Vec3& surface_rate, const Vec3& normal,
             double s, StepPath& path) {
   const Vec3 before = path.rate(s), relative = before - surface_rate;
@@ -126,7 +127,7 @@ void bounce(const ContactMaterial& surface, double h, const Vec3& surface_rate, 
   path.work.lost += change.dot(surface_rate - before - 0.5 * change);
 }
 
-// One collider that holds a particle from a place of its way on.
+// The resting contact of a particle with one collider from share s of its path on.
 class Hold {
  public:
   Hold(const Collider& collider, double t, double h, double s, const SurfaceSample& sample,
@@ -163,7 +164,7 @@ class Hold {
   double speed_ = 0, pressure_ = 0;      // |slip|; of the surface, m/step^2
 };
 
-// The end comes to lie on the surface by a constant acceleration of the rest,
+// Places the end of the path on the surface by a constant acceleration over the rest of the step,
 //   A = lambda (n - mu tau),  tau: the direction of the slip
 void Hold::press() {
   way_.resting = true;
@@ -174,7 +175,8 @@ void Hold::press() {
   else
     press_along(friction_ == 0 ? normal_ : Vec3(normal_ - friction_ / speed_ * slip_));
 
-  // What that changes of the energy at the end, under the mean acceleration a of the rest:
+  // The change of the energy at the end, where a is the mean acceleration over the rest of the
+  // step:
   //   |v + kick|^2 / 2 - |v|^2 / 2 - a.move
   const Vec3 kick = way_.velocity_change - velocity_change, free = (end_rate - rate_) / rest_;
   const double gain = kick.dot(end_rate + 0.5 * kick) - free.dot(way_.moved - moved);
@@ -182,7 +184,7 @@ void Hold::press() {
   way_.work.lost += kick.dot(surface_rate_) - gain;
 }
 
-// The slip w obeys w' = drive - mu lambda w/|w|.
+// The slip w obeys w' = drive - mu lambda w/|w|; true if it lasts to the end of the step.
 bool Hold::slides() {
   slip_ = tangential(rate_ - surface_rate_, normal_);
   drive_ =
@@ -196,7 +198,7 @@ bool Hold::slides() {
   return speed_ + rest_ * (drive_.dot(slip_) / speed_ - friction_ * pressure_) >= 0;
 }
 
-// It stops within the step, and stays where it is on the surface or turns round.
+// The slip ends within the step; then the particle sticks, or slips in the direction of the drive.
 void Hold::come_to_rest() {
   const double constraint_system = surface_.friction * pressure_;
   double braking = friction_ * pressure_;
@@ -210,7 +212,7 @@ void Hold::come_to_rest() {
   const double drive = drive_.norm();
   const bool goes_on = drive > constraint_system;
   if (goes_on) {
-    // With the friction of half the slip that it comes to.
+    // The friction coefficient is that of half the slip speed at the end of the step.
     const double speed = 0.5 * after * (drive - constraint_system) / h_;
     braking = std::min(drive, surface_.friction_at(speed) * pressure_);
     slip = (1 - braking / drive) * after * drive_;
@@ -277,7 +279,7 @@ bool Contacts::near(double t, double h, const Vec3& middle, const Vec3& half, do
   return false;
 }
 
-// Back to the surface at the end, with the bounce there.
+// Projects the end of the path onto the surface and applies the restitution there.
 void Contacts::project(double t, double h, StepPath& path) const {
   for (Collider* const collider : on_) {
     const SurfaceSample end = collider->query(t + h, path.at(1));
@@ -293,7 +295,7 @@ void Contacts::resolve(double t, double h, StepPath& path) const {
   const Collider* seen[kMostTouches];
   int touches = 0;
   while (touches < kMostTouches) {
-    // The first touch of a collider that was not touched yet.
+    // Finds the first contact with a collider that has not been touched in this step.
     FirstTouch first;
     const Collider* hit = nullptr;
     for (Collider* const collider : on_) {

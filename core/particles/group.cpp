@@ -7,7 +7,7 @@
 namespace sim {
 namespace {
 
-// Passes on the blocks of the particles of a group.
+// Forwards the Jacobian blocks of the members of a group alone.
 class GroupSink final : public JacobianSink {
  public:
   GroupSink(JacobianSink& sink, const std::vector<bool>& member) : sink_(&sink), member_(&member) {}
@@ -88,7 +88,7 @@ class Group final : public ForceOfAnother {
   }
 
  private:
-  // The runs of consecutive members in the tile.
+  // Visits the ranges of consecutive members in the tile.
   template <class Visit>
   void for_each_range(Tile tile, const Visit& visit) const {
     auto range = std::upper_bound(ranges_.begin(), ranges_.end(), tile.begin,

@@ -10,7 +10,8 @@
 namespace sim {
 namespace {
 
-// W/kg, of what surfaces do to a particle that has the velocity v.
+// The power of a contact force per mass, W/kg: `push` in m/s^2, `carrier` the velocity of the
+// surface and v that of the particle.
 ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
   const double given = push.dot(carrier);
   return {.lost = given - push.dot(v), .given = given};
@@ -44,7 +45,7 @@ void ParticleImpactEvents::begin(double t, double h, const double* x) {
   find_held(x);
 }
 
-// What lies on a surface, does not move off it, and is pressed to it.
+// Finds resting contacts: particles on a surface, without normal velocity, that are pressed to it.
 void ParticleImpactEvents::find_held(const double* x) {
   for (const Held& held : held_) is_held_[static_cast<std::size_t>(held.particle)] = 0;
   held_.clear();
@@ -90,7 +91,7 @@ void ParticleImpactEvents::accelerate(const ParticleView& view, double* const a[
   }
 }
 
-// body(i, way) of all free particles that may touch something in the step.
+// Calls body(i, path) for each free particle that may touch a collider in the step.
 template <class Body>
 void ParticleImpactEvents::for_near(double t, double h, const double* x, const double* x_next,
                                     const Body& body) {
@@ -111,7 +112,7 @@ double ParticleImpactEvents::first(double t, double h, const double* x, const do
     for (Collider* const collider : particles_->contacts().all()) {
       const double s = Contacts::first_touch(*collider, t, h, path);
       if (s > 1) continue;
-      // What ends on the surface needs no shorter step.
+      // A path that ends on the surface needs no shorter step.
       const double gap = collider->query(t + h, path.at(1)).gap;
       if (gap < -kPenetrationTolerance * position_scale(path.at(1)) ||
           gap > kGapTolerance * position_scale(path.at(1)))
@@ -144,7 +145,7 @@ Events::Outcome ParticleImpactEvents::end(double t, double h, const double* x, d
   return outcome(had_impact);
 }
 
-// What is held has drifted off its surface by what the method is off.
+// Corrects the drift off the surfaces that the error of the method leaves on resting particles.
 void ParticleImpactEvents::put_back(double t, double h, double* x) {
   evaluate(t + h, x);
   const Layout& layout = particles_->layout();
@@ -164,7 +165,7 @@ void ParticleImpactEvents::put_back(double t, double h, double* x) {
         place -= sample.gap * sample.normal;
         velocity -= (velocity - sample.velocity).dot(sample.normal) * sample.normal;
       }
-    // A slip that ends here.
+    // A slip that is zero to the accuracy of the method ends here.
     const Vec3 slip = tangential(velocity - first.velocity, first.normal);
     if (held.collider[0]->material().friction > 0 &&
         slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm()))
@@ -176,7 +177,7 @@ void ParticleImpactEvents::put_back(double t, double h, double* x) {
   }
 }
 
-// As in the steps of other methods: of those that are held, or of all.
+// Resolves contacts within the step, as other methods do, for the resting particles or for all.
 bool ParticleImpactEvents::press(double t, double h, const double* x, double* x_next, bool all) {
   const Contacts& contacts = particles_->contacts();
   const Layout& layout = particles_->layout();

@@ -26,8 +26,8 @@
 namespace sim {
 namespace {
 
-// Throws unless the forces and masses can be had in single precision, with room for what a step
-// makes of them.
+// Throws unless forces and masses are in the range of single precision, with a margin for the
+// intermediate results of a step.
 void check_single(const ParticleSystem& system) {
   const auto refuse = [](const std::string& why) {
     throw Error(ErrorKind::kScene, {"single precision does not fit", "", why, "use double"});
@@ -74,8 +74,8 @@ void check_single(const ParticleSystem& system) {
               {"integrator does not fit", "", "this scene has constraints, and " + why, remedy});
 }
 
-// A stepper that evaluates the system alone, whose steps end among the states that constraints and
-// paths allow.
+// Wraps a stepper that evaluates only the system, and projects the end of each step onto the states
+// that constraints and prescribed paths allow.
 class ConstrainedStepper final : public Stepper {
  public:
   ConstrainedStepper(ParticleSystem& system, std::unique_ptr<Stepper> stepper)
@@ -118,8 +118,9 @@ class ConstrainedEmbeddedStepper final : public EmbeddedStepper {
   std::unique_ptr<EmbeddedStepper> stepper_;
 };
 
-// Where each part drifts once between two kicks: SHAKE and RATTLE, and what is composed of it.
-// Three leapfrog steps that begin with drifts become three that begin with kicks.
+// Rewrites a plan so that each drift lies between two kicks, as SHAKE and RATTLE and their
+// compositions need it. Three leapfrog steps that begin with drifts become three that begin with
+// kicks.
 SplitPlan begun_with_kicks(const SplitPlan& plan) {
   if (plan.drift.front() == 0) return plan;
   SplitPlan other = plan;
@@ -250,7 +251,7 @@ bool ParticleSystem::had_impact() const {
   return implicit_contact_ && implicit_contact_->had_impact();
 }
 
-// Where there is no such state the numbers stay finite, so that refusal() is heard.
+// A step without an allowed end state keeps its numbers finite, so that refusal() is reported.
 bool ParticleSystem::end_step(double t, const double* x, double* x_next) {
   prescribed().place(t, layout().axes(x_next), layout().axes(x_next, 3));
   if (!constraint_system_) return true;
@@ -315,7 +316,7 @@ void ParticleSystem::require_accuracy() const {
                  "use \"settle\" or \"event\""});
 }
 
-// Where constraints and colliders meet.
+// Adds contact to a stepper for scenes that have both constraints and colliders.
 std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepper,
                                                   bool first_order) {
   if (!constraint_system_->joins_contact()) return stepper;
@@ -325,7 +326,7 @@ std::unique_ptr<Stepper> ParticleSystem::touching(std::unique_ptr<Stepper> stepp
                                                      first_order);
 }
 
-// Forces with a memory and particles that are led have steppers for systems of any kind.
+// Forces with internal variables and prescribed particles need the steppers for general systems.
 std::unique_ptr<Stepper> ParticleSystem::explicit_stepper(const ExplicitPlan& plan) {
   forget_events();
   if (plan.precision == Precision::kSingle) {
@@ -391,14 +392,14 @@ std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& op
   const bool general = internal_follows_particles() || constraint_system_;
   require_accuracy();
   if (constraint_system_ && constraint_system_->joins_contact()) {
-    // Friction is no part of equations of low order, which then stay smooth.
+    // Friction is left out of the equations of methods of low order, which keeps them smooth.
     constrained_events().set_smooth(contacts().accuracy() == Accuracy::kSettle &&
                                     options.order <= 2);
     if (internal_follows_particles()) refuse_contact("a force remembers what particles do");
   } else if (!contacts().empty() && !constraint_system_) {
     if (local_global) refuse_contact("projective dynamics knows springs alone");
     if (general) refuse_contact("a force remembers what particles do");
-    // Such methods end their steps at touches, and f has what lies on surfaces.
+    // Methods of higher order end their steps at impacts, and f includes the resting contacts.
     if (options.order > 2) {
       events();
       const bool rubs = std::ranges::any_of(contacts().all(), [](const Collider* collider) {
@@ -449,8 +450,8 @@ std::unique_ptr<ImplicitExplicitStepper> ParticleSystem::implicit_explicit_stepp
       *this, *this, [this](const Force& force) { return stiff(force); }, step_contact(), plan);
 }
 
-// A dense matrix takes as many evaluations of f as there are numbers, and these are dear where
-// something lies on surfaces.
+// A dense Jacobian takes as many evaluations of f as there are unknowns, and each is expensive if
+// there are resting contacts.
 StageOptions ParticleSystem::sparing(StageOptions options) const {
   constexpr std::size_t kFewNumbers = 100;
   if (size() > kFewNumbers && options.solver == StageOptions::Solver::kAuto)

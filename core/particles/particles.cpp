@@ -15,12 +15,12 @@ namespace {
 
 constexpr int kEnergyTile = 4096;  // fixed, so that sums do not depend on the number of threads
 
-// Of a sweep, in whole blocks, for what joins particles that far apart.
+// The reach of a sweep, in whole blocks, for springs between ids that far apart.
 int whole_reach(std::int64_t distance) {
   return static_cast<int>((distance + kGrain - 1) / kGrain * kGrain + kGrain);
 }
 
-// Of the sweeps of all these forces; -1 where one cannot be swept.
+// The largest reach of the sweeps of these forces; -1 if one of them has no sweep.
 int reach_of(std::span<Force* const> forces) {
   int reach = 0;
   for (const Force* force : forces) {
@@ -116,8 +116,8 @@ void Particles::add(Force& force, std::vector<const Net*>& nets) {
   needs_velocities_ = needs_velocities_ || force.depends_on_velocity();
 }
 
-// Drag in a kick of a splitting spares pinned particles only where each has an inverse mass of its
-// own, 0 for them.
+// A splitting kick applies drag to pinned particles too, unless each particle has an inverse mass
+// of its own (0 for a pinned one).
 void Particles::set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                            bool some_move) {
   SIM_ASSERT(masses.size() == mass_.size());
@@ -128,7 +128,8 @@ void Particles::set_masses(const std::vector<double>& masses, const std::vector<
     mass_[static_cast<std::size_t>(i)] = std::numeric_limits<double>::infinity();
   }
 
-  // Free particles of one mass share a constant; otherwise every particle has its own.
+  // Free particles of equal mass share one constant; otherwise each particle has its own inverse
+  // mass.
   const std::size_t n = mass_.size();
   free_.assign(n / 8 + 2, 0);
   pinned_count_ = 0;
@@ -210,8 +211,8 @@ double Particles::elastic_energy(double t, const double* state) const {
   return sum;
 }
 
-// c sum |v|^2 of drag, less sum F.v over the forces F of dashpots, of all particles: pinned ones
-// have v = 0, but in a hand.
+// The dissipated power, c sum |v|^2 of the drag less sum F.v over the dashpot forces F, of all
+// particles. Pinned particles have v = 0 unless the user drags them.
 double Particles::damping_power(double t, const double* state, Array& sums) const {
   const ParticleView p = view(t, state);
   const double drag = motion_.damping * sum_in_lanes(0, p.n, [&](int i) {
@@ -263,7 +264,7 @@ void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) cons
 }
 
 void Particles::accelerate(const ParticleView& view, double* const a[3], bool drag) {
-  // The other forces are gathered where the acceleration will stand.
+  // The other forces are gathered in the array that will hold the acceleration.
   RkStage<double> sweep{};
   const double* const q[3] = {view.x, view.y, view.z};
   const double* const v[3] = {view.vx, view.vy, view.vz};

@@ -10,7 +10,7 @@ double ReportedContactWork::share(double t) const {
   return part > 1 - 1e-9 ? 1 : std::max(part, 0.0);
 }
 
-// The power changes linearly.
+// Integrates a contact power that is linear in time.
 void ReportedContactWork::add_along(ContactWork& sum, double begin, double end) const {
   const double linear = end - begin, square = end * end - begin * begin;
   add(sum, steady_, linear - square);

@@ -9,7 +9,7 @@ namespace sim {
 
 RestingContactForce resting_contact(std::span<Collider* const> colliders, double t, double d,
                                     const Vec3& x, const Vec3& v, const Vec3& free) {
-  // gap'' = n.a + (n.(v - u))' along the straight way, by three values.
+  // gap'' = n.a + (n.(v - u))' along the straight path, from a difference quotient of three values.
   VelocityInequality bound;
   RestingContactForce pressed{.surplus = -HUGE_VAL};
   for (Collider* const collider : colliders) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kMostNames = 4;
 
-// "particles 0 to 9 and 20", "bodies 0 to 2"; ascending numbers.
+// Lists ascending numbers as "particles 0 to 9 and 20" or "bodies 0 to 2".
 std::string listed(const char* one, const char* several, const std::vector<int>& numbers) {
   std::vector<std::string> runs;
   for (std::size_t k = 0, next = 0; k < numbers.size(); k = next) {

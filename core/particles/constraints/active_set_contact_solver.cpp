@@ -50,7 +50,7 @@ void ActiveSetContactSolver::gather(std::span<ContactForce> contacts) {
   }
 }
 
-// Gram and Schmidt, in the order of the pushes.
+// Gram-Schmidt orthogonalisation of the normals of the active contacts, in their order.
 void ActiveSetContactSolver::span_normals(Group& group,
                                           std::span<const ContactForce> contacts) const {
   group.rank = 0;
@@ -64,14 +64,15 @@ void ActiveSetContactSolver::span_normals(Group& group,
   }
 }
 
-// What is left of a vector along all surfaces that push.
+// The component of a vector tangential to all active surfaces.
 Vec3 ActiveSetContactSolver::along(const Group& group, const Vec3& v) const {
   Vec3 left = v;
   for (int k = 0; k < group.rank; ++k) left -= group.basis[k].dot(left) * group.basis[k];
   return left;
 }
 
-// The force on a particle as a sum of pushes, the last of the basis first, and a pull along them.
+// Splits the force on a particle into normal forces, solved from the last basis vector back, and a
+// tangential (friction) force.
 void ActiveSetContactSolver::distribute_force(const Group& group, std::span<ContactForce> contacts,
                                               const Vec3& force) const {
   for (std::size_t k = group.begin; k < group.end; ++k)
@@ -86,8 +87,8 @@ void ActiveSetContactSolver::distribute_force(const Group& group, std::span<Cont
   if (group.rank > 0) contacts[group.of[0]].friction_force = along(group, force);
 }
 
-// Brings the particles that are pushed to where surfaces want them. late: viscosities stay what
-// they are, and what pushes keeps to it.
+// Moves the particles with active contacts onto their surfaces and updates the active set. `late`:
+// viscosities are frozen, and no contact is released any more.
 ActiveSetContactSolver::Moved ActiveSetContactSolver::shift(std::span<ContactForce> contacts,
                                                             const Axes& y, Problem& problem,
                                                             bool late) {
@@ -121,7 +122,7 @@ ActiveSetContactSolver::Moved ActiveSetContactSolver::shift(std::span<ContactFor
     span_normals(group, contacts);
     moved.changed = moved.changed || changed;
 
-    // Along the normals, one of the basis after the other.
+    // Normal displacement: back-substitution along the orthogonal basis of the normals.
     Vec3 displacement;
     int rank = 0;
     for (std::size_t k = group.begin; k < group.end; ++k) {
@@ -134,7 +135,7 @@ ActiveSetContactSolver::Moved ActiveSetContactSolver::shift(std::span<ContactFor
         displacement += missing * contacts[k].normal;
       }
     }
-    // Along the surface.
+    // Tangential displacement, under friction.
     if (group.rank == 0) {
       if (!late) group.viscosity = 0;
       group.mobility = 1;
@@ -159,7 +160,8 @@ ActiveSetContactSolver::Moved ActiveSetContactSolver::shift(std::span<ContactFor
   return moved;
 }
 
-// The viscosity that pulls with `most` at this slip. What pulls with far less seems to stick.
+// The viscosity whose drag at this slip is the friction limit `most`. A contact whose drag is far
+// below the limit is taken to stick.
 void ActiveSetContactSolver::set_viscosity(Group& group, double most, double slip,
                                            double slow) const {
   const double pull = group.viscosity * slip, last = group.viscosity;
@@ -182,7 +184,7 @@ void ActiveSetContactSolver::project(std::span<const Vec3> gradient, double shif
   matrix_.factorise(projected_, constraints_->weights(), shift);
 }
 
-// What rows take off: y -= W J^T A^-1 rest, along the surfaces.
+// Applies the row multipliers: y -= W J^T A^-1 rest, in the directions tangential to the contacts.
 void ActiveSetContactSolver::take(std::span<const Vec3> gradient, const Axes& y) {
   matrix_.solve(rest_.data());
   const RowPattern& pattern = constraints_->rows().pattern;

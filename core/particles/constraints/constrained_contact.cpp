@@ -23,7 +23,7 @@ ConstrainedContact::ConstrainedContact(Particles& particles, ConstraintSystem& c
       rattle_(particles, constraint_system, first_order),
       start_(constraint_system.internal_begin() + constraint_system.internal_size()) {}
 
-// The state at the end of a piece, or false where there is none.
+// Computes the state at the end of a substep; false if the stepper fails.
 bool ConstrainedContact::advance(Stepper& stepper, const Substep& substep, bool again) {
   if (again) stepper.restart();
   if (substep.r > 0) return stepper.step(substep.t, substep.r, 1, substep.from, substep.to);
@@ -31,7 +31,8 @@ bool ConstrainedContact::advance(Stepper& stepper, const Substep& substep, bool 
   return true;
 }
 
-// How much of a piece was made, as a share of it; < 0: it has no end.
+// Makes one substep up to its first impact; returns the share made, negative if there is no
+// solution.
 double ConstrainedContact::make(Stepper& stepper, const Substep& substep, bool again,
                                 bool may_cut) {
   const Contacts& contacts = particles_->contacts();
@@ -40,7 +41,7 @@ double ConstrainedContact::make(Stepper& stepper, const Substep& substep, bool a
   const auto& impacts = rattle_.impacts();
   if (impacts.empty()) return 1;
   touched_ = true;
-  // Resting contacts come first, for they change where other particles go.
+  // Resting contacts are solved first, for they change the paths of other particles.
   if (std::ranges::any_of(impacts, &Impact::known)) {
     if (!rattle_.solve_substep(substep, -1, false)) return kFails;
     rattle_.find_impacts(substep.ends());
@@ -79,7 +80,7 @@ bool ConstrainedContact::step(Stepper& stepper, double t, double h, const double
     again = again || touched_;
     if (made < 0) {
       if (substep.last || !touched_) {
-        // Where numbers are not finite they say it themselves.
+        // A state that is not finite is reported by the caller.
         const bool finite = all_finite({x_next, start_.size()});
         if (finite && constraint_system_->refusal().empty())
           constraint_system_->refuse("constraints and colliders: this step has no end");

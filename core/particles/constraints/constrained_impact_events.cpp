@@ -32,8 +32,8 @@ void ConstrainedImpactEvents::restart() {
   *this = std::move(fresh);
 }
 
-// Within the step, for surfaces that were sampled for it alone; whatever its length, since a step
-// is taken again from memory with the length that events left it.
+// The difference quotient stays within the step, for which alone some surfaces were sampled, and
+// does not depend on the length of the step, which is shortened by events and repeated.
 ContactAccelerations::Evaluation ConstrainedImpactEvents::look_at(double t) const {
   double d = t - t_ > 3 * kGlance ? -kGlance : kGlance;
   if (particles_->contacts().sampled()) d = std::clamp(d, -0.25 * h_, 0.25 * h_);
@@ -97,7 +97,7 @@ void ConstrainedImpactEvents::find_resting(const double* x) {
     for (int i = 0; i < view.n; ++i) most = std::max(most, vector_at(a, i).norm());
     return most;
   };
-  // A slip that forces would make in no time is none.
+  // A slip that forces would build up in negligible time counts as sticking.
   forces_.free(view, a);
   for (RestingContact& each : resting_)
     each.slides = each.slides && each.slip.norm() > kInNoTime * largest();
@@ -226,7 +226,7 @@ bool ConstrainedImpactEvents::correct_drift(const UnilateralRattle::Substep& sub
       ContactForce contact = forces_.contacts()[k];
       bool stops = false;
       pressed_[k] = 0.5 * substep.r * (pressed_[k] + std::max(0.0, contact.force));
-      // A slip that ends here, and what sticks still.
+      // A contact sticks if its slip ends here or its friction is below the Coulomb limit.
       if (contact.active && contact.friction > 0) {
         const SurfaceSample sample = each.collider->query(end, view.position(each.particle));
         const Vec3 slip = tangential(view.velocity(each.particle) - sample.velocity, sample.normal);
@@ -246,7 +246,8 @@ bool ConstrainedImpactEvents::correct_drift(const UnilateralRattle::Substep& sub
   return rattle_.correct_drift(substep, contacts_);
 }
 
-// Friction of what lies, where f has none, and what was met on the way without a cut.
+// Applies the friction of resting contacts that f leaves out, and resolves impacts that cut no
+// step.
 bool ConstrainedImpactEvents::solve_substep(const UnilateralRattle::Substep& substep,
                                             bool& had_impact) {
   auto& impacts = rattle_.impacts();

@@ -73,7 +73,7 @@ void ConstrainedStageSolver::make_matrix() {
   matrix_ = std::make_unique<SparseSymmetric>(order_.unknowns, upper);
 }
 
-// The block of i and j, of which the other triangle follows.
+// Adds the block of particles i and j; the other triangle follows by symmetry.
 void ConstrainedStageSolver::add(int i, int j, const Mat3& block, double factor) {
   const int at = order_.particle_at[static_cast<std::size_t>(i)];
   const int by = order_.particle_at[static_cast<std::size_t>(j)];
@@ -88,8 +88,8 @@ void ConstrainedStageSolver::add(int i, int j, const Mat3& block, double factor)
     }
 }
 
-// The matrix at the present point. definite: without what springs and rods make of it that are
-// compressed, so that A is positive definite.
+// Assembles the matrix at the present point. `definite`: leaves out the negative curvature of
+// compressed springs and rods, so that A is positive definite.
 void ConstrainedStageSolver::assemble(bool definite) {
   stage_.at(equation_.view(), equation_.tau(),
             {.clamped = definite, .share = definite ? 0.9 : HUGE_VAL});
@@ -113,7 +113,8 @@ void ConstrainedStageSolver::add_constraints(bool definite) {
   for (std::size_t r = 0; r < mu_.size(); ++r) {
     const std::span<const int> ids = pattern.of(static_cast<int>(r));
     const double factor = -equation_.tau() * mu_[r];
-    // The block of the first particle in the mean over directions: of a rod, 1 over its length.
+    // The mean curvature over directions, from the trace of the first particle's block; for a rod
+    // in proportion to 1 / length.
     const Mat3& first_block = curvature_.blocks()[pair];
     const double trace = first_block(0, 0) + first_block(1, 1) + first_block(2, 2);
     const bool counts = !definite || factor * trace > 0;
@@ -136,8 +137,8 @@ void ConstrainedStageSolver::add_constraints(bool definite) {
   }
 }
 
-// rest_ := minus what is wrong with the equations; the largest of it, as a share of the impulses
-// and of the lengths in play.
+// rest_ := minus the residual of the equations; returns its largest entry, relative to the largest
+// impulse and to the size of the constraints.
 double ConstrainedStageSolver::residual() {
   equation_.evaluate();
   if (!rows_.evaluate(equation_.view(), memory_)) return HUGE_VAL;
@@ -172,7 +173,7 @@ double ConstrainedStageSolver::residual() {
   return std::max(impulse > 0 ? left / impulse : 0.0, off / constraints_->size());
 }
 
-// One step of Newton's method. False where its matrix cannot be factorised.
+// One Newton step; false if its matrix cannot be factorised.
 bool ConstrainedStageSolver::improve() {
   const auto factorise = [&](bool definite) {
     assemble(definite);

@@ -7,12 +7,12 @@
 namespace sim {
 namespace {
 
-// Of the size of the scene: what roundings of coordinates leave of phi.
+// Rounding error of phi, relative to the largest coordinate.
 constexpr double kRoundings = 1e-15;
-// What is left of phi, of the size, where iterations gain no more, and is small enough.
+// Residual of phi, relative to the largest coordinate, that is accepted if iterations stall.
 constexpr double kGoodEnough = 1e-10;
 
-// m, of the coordinates now and after a drift d.
+// The largest coordinate, m, now or after a drift d.
 double size_of(const Constraints::Axes& q, const Constraints::Axes& v, double d, std::size_t n) {
   double most = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -47,7 +47,8 @@ bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, cons
   return values.evaluate(like, memory) || fail(Failure::kNotFinite, values);
 }
 
-// What led out of the finite numbers by itself was too far; off: by how much at first.
+// Divergence from a finite residual `off`, m, means that the start was too far from the
+// constraints.
 bool ConstraintSolver::ran_away(double off, const RowValues& values) {
   fail(Failure::kNotFinite, values);
   if (!std::isfinite(off)) return false;
@@ -108,7 +109,7 @@ void ConstraintSolver::remove(std::span<const double> weights, const RowValues& 
   values.add_transposed(rest_.data(), weights.data(), from.data());
 }
 
-// exact: the factors are those of `values`.
+// Newton iterations on J v + drive = 0. `exact`: the factors are those of `values`.
 bool ConstraintSolver::project_velocities(std::span<const double> weights, const RowValues& values,
                                           const Axes& v, bool exact) {
   constexpr int kMost = 20;
@@ -118,7 +119,7 @@ bool ConstraintSolver::project_velocities(std::span<const double> weights, const
     for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] += values.drive()[r];
     const double now = largest_of(rest_);
     if (!std::isfinite(now)) return fail(Failure::kNotFinite, values);
-    // Roundings of the velocities; where the factors are not good enough they are made anew.
+    // A residual at rounding level ends the iteration; inexact factors are recomputed first.
     if (now == 0 || (turn > 0 && !(now < 0.1 * before))) {
       if (exact || !(now > 1e-13 * before)) break;
       matrix_.factorise(values.gradient(), weights);

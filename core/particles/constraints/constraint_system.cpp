@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFits = 1e-9;  // m, of rods between pins, and what is not worth a word
 
-// Throws unless each equation can be met by moving what is free.
+// Throws unless each equation can be satisfied by moving free particles.
 void check_directions(const Constraints& constraints, const RowValues& values,
                       const ParticleView& start) {
   const RowList& list = constraints.rows();
@@ -62,7 +62,7 @@ void ConstraintSystem::begin() {
 bool ConstraintSystem::add_constraint_forces(const ParticleView& view, const double* memory,
                                              double* const a[3]) {
   if (solver_->accelerate(view, memory, {a[0], a[1], a[2]})) return true;
-  // Positions that are not finite say it themselves.
+  // Positions that are not finite are reported by the caller.
   const auto n = static_cast<std::size_t>(view.n);
   if (all_finite({view.x, n}) && all_finite({view.y, n}) && all_finite({view.z, n}))
     refuse(solver_->refusal());
@@ -113,7 +113,7 @@ void ConstraintSystem::start(double* state) {
   RowValues values(constraints_.rows());
   if (values.evaluate(start, memory)) check_directions(constraints_, values, start);
 
-  // How far it is put back, and what that takes.
+  // The distance of the projection of the initial state, and the kinetic energy that it takes.
   const std::vector<double> before(state, state + layout.size());
   const double kinetic = particles_->kinetic_energy(0, state);
   if (!project_state(0, state, false))
@@ -141,7 +141,7 @@ void ConstraintSystem::start(double* state) {
                      "taut");
 }
 
-// The forces on free particles follow from the accelerations that they would have alone.
+// The constraint forces follow from the accelerations that the particles would have without them.
 bool ConstraintSystem::observe(const ParticleView& now, const double* state) {
   if (!observer_) observer_ = std::make_unique<ConstraintSolver>(constraints_);
   const Layout half(now.n, 3);
@@ -164,7 +164,7 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
     multipliers = contact_accelerations_->multipliers(now, observer_->values());
   }
 
-  // Pairs row by row; of all others what they do to each particle.
+  // Two-particle constraints are reported row by row, all others as forces on each particle.
   const RowList& rows = constraints_.rows();
   for (std::size_t p = 0; p < rows.parts.size(); ++p) {
     const RowList::Part& part = rows.parts[p];
@@ -197,8 +197,8 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
   return list;
 }
 
-// (J^T lambda).v = -lambda.drive, for J v + drive = 0; less what pinned particles that move have
-// of it.
+// (J^T lambda).v = -lambda.drive, because J v + drive = 0, less the power at pinned particles that
+// move.
 double ConstraintSystem::driving_power(double t, const double* state) {
   if (!observe(particles_->view(t, state), state)) return std::nan("");
   double power = 0;

@@ -14,7 +14,7 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   if (const std::string note = constraint->note(); !note.empty())
     notes_.push_back("constraint '" + name + "': " + note);
   const RowPattern pattern = constraint->pattern();
-  // Rows one behind the other, of particles that there are.
+  // The rows are contiguous and name particles that exist.
   SIM_ASSERT(std::ranges::is_sorted(pattern.begin) && pattern.begin.front() == 0);
   SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
   SIM_ASSERT(std::ranges::all_of(pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));

@@ -17,14 +17,14 @@ constexpr double kCreeping = 1e-7;        // m/s, to those who look
 constexpr double kAsGood = 1e-7;          // of accelerations: what is wrong with those that do
 constexpr double kGainsNoMore = 1e-9;     // likewise, where turns gain no more
 
-// d/dt of what f says after a time, by three values.
+// The time derivative of f by a one-sided difference of second order, with three values.
 template <class F>
 auto rate_of(const F& f, double d) {
   return (4 * f(d) - f(2 * d) - 3 * f(0)) * (1 / (2 * d));
 }
 
-// Along the normal gap'' = n.a + (n.(v - u))' on the straight way is wanted to be 0 or more.
-// Friction acts against the slip; what does not slip goes with the surface.
+// The acceleration-level contact condition: gap'' = n.a + (n.(v - u))' >= 0 along the straight
+// path. Friction opposes the slip; a sticking particle accelerates with the surface.
 ContactForce push_of(const RestingContact& resting, const ParticleView& now, double d,
                      double largest) {
   const int i = resting.particle;

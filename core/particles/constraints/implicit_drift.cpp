@@ -77,7 +77,7 @@ void ImplicitDrift::make_matrix() {
   }
 }
 
-// The rows at q + share u.
+// Evaluates the rows at q + share u.
 bool ImplicitDrift::evaluate(double t, ParticleView like, const Axes& q, const double* memory,
                              double share, RowValues& values) {
   const std::size_t n = order_.particle_at.size();
@@ -89,7 +89,7 @@ bool ImplicitDrift::evaluate(double t, ParticleView like, const Axes& q, const d
   return values.evaluate(like, memory);
 }
 
-// rest_ := minus what is wrong with the equations; the largest of it in m.
+// rest_ := minus the residual of the equations; returns its largest entry, m.
 double ImplicitDrift::residual(double d, const Axes& v) {
   const std::size_t n = order_.particle_at.size();
   const RowPattern& pattern = constraints_->rows().pattern;
@@ -155,8 +155,8 @@ bool ImplicitDrift::improve() {
   return true;
 }
 
-// A rod that turns by a has a gradient of size cos(a / 2) in the middle. Beyond three quarters of
-// half a turn the solution may be one that the motion does not lead to.
+// A rod that rotates by a in the step has a midpoint gradient of size cos(a / 2). Beyond a = 3 pi /
+// 4 the iteration may have found a solution that the motion does not lead to.
 bool ImplicitDrift::turns_too_far() const {
   constexpr double kLeast = 0.15;  // cos^2(3 pi / 8)
   const RowPattern& pattern = constraints_->rows().pattern;

@@ -26,7 +26,7 @@ RowCurvature::RowCurvature(const RowList& list, int particles)
   for (auto& each : gradient_) each.resize(static_cast<std::size_t>(most_entries));
 }
 
-// Greedily: each particle joins the first group that it shares no row with.
+// Greedy colouring: each particle joins the first group in which no particle shares a row with it.
 void RowCurvature::make_groups(Part& part) const {
   const int begin = list_->parts[part.part].row;
   std::vector<std::vector<std::uint8_t>> taken;  // of a group: the rows with a particle of it
@@ -91,7 +91,8 @@ void RowCurvature::add_differences(const Part& part, const ParticleView& view,
                                          numbers_.data() + rows, numbers_.data() + 2 * rows});
       }
       for (const int i : group) axes[axis][i] = from[axis][i];
-      // Column `axis` of the blocks of the one particle of the group in each row.
+      // Column `axis` of the curvature blocks of each row with respect to its particle in this
+      // group.
       std::size_t pair = part.first_pair;
       for (int r = own.row; r < own.row + part.rows; ++r) {
         const std::span<const int> ids = pattern.of(r);
@@ -99,7 +100,7 @@ void RowCurvature::add_differences(const Part& part, const ParticleView& view,
             static_cast<std::size_t>(pattern.begin[static_cast<std::size_t>(r)] - first_entry);
         for (std::size_t a = 0; a < ids.size(); ++a)
           for (std::size_t b = a; b < ids.size(); ++b, ++pair) {
-            // Blocks off the diagonal come both ways round, and are the mean of the two.
+            // Blocks off the diagonal are computed from both sides and averaged.
             const double share = a == b ? 1 : 0.5;
             const auto slope = [&](std::size_t k) {
               return share / (2 * h) * (gradient_[0][entry + k] - gradient_[1][entry + k]);

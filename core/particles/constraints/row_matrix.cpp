@@ -12,7 +12,7 @@ namespace {
 
 using Graph = std::vector<std::vector<int>>;  // of each row those before it that it meets
 
-// The columns of each row of L, ascending (the elimination tree, Liu (1990)).
+// The column indices of each row of L, ascending, by the elimination tree (Liu 1990).
 Graph rows_of_factor(const Graph& columns) {
   const int n = static_cast<int>(columns.size());
   std::vector<int> parent(columns.size(), -1), seen(columns.size(), -1);
@@ -38,7 +38,7 @@ std::size_t count(const Graph& rows) {
   return sum;
 }
 
-// The same graph with row r at place place[r].
+// The graph with row r renumbered as place[r].
 Graph renumbered(const Graph& columns, const std::vector<int>& place) {
   Graph result(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k)
@@ -76,7 +76,7 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
   const auto n = static_cast<std::size_t>(size_);
   SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
   SIM_ASSERT(std::ranges::all_of(weights, [](double weight) { return weight >= 0; }));
-  // Who meets whom, and where.
+  // The rows that act on each particle, with their entries.
   std::vector<std::vector<std::pair<int, int>>> at_particle(weights.size());  // row, entry
   for (int r = 0; r < size_; ++r)
     for (int e = pattern.begin[static_cast<std::size_t>(r)];
@@ -94,7 +94,7 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
     column.erase(std::unique(column.begin(), column.end()), column.end());
   }
 
-  // The order: as given, unless another has less fill.
+  // The elimination order: as given, unless minimum degree has less fill.
   std::vector<int> place(n);
   for (int r = 0; r < size_; ++r) place[static_cast<std::size_t>(r)] = r;
   if (const std::size_t least = count(columns); count(rows_of_factor(columns)) > least) {
@@ -107,7 +107,7 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
   for (int r = 0; r < size_; ++r)
     row_at_[static_cast<std::size_t>(place[static_cast<std::size_t>(r)])] = r;
 
-  // The entries of A and what each is the sum of.
+  // The entries of A, and the products that each of them sums.
   entry_begin_.push_back(0);
   for (int k = 0; k < size_; ++k) {
     for (const int i : columns[static_cast<std::size_t>(k)]) entry_row_.push_back(i);
@@ -181,7 +181,7 @@ void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double
   if (shifted_) eliminate(std::max(shift, kShift));
 }
 
-// False when a pivot is so small that its row seems to follow from those before.
+// False if a pivot is so small that its row seems to depend on the rows before it.
 bool RowMatrix::eliminate(double shift) {
   constexpr double kLeastPivot = 1e-11;
   bool regular = true;
@@ -219,7 +219,7 @@ bool RowMatrix::eliminate(double shift) {
   return regular;
 }
 
-// By the factors, in their order.
+// Forward and backward substitution.
 void RowMatrix::substitute(double* x) const {
   for (int k = 0; k < size_; ++k) {
     const auto at = static_cast<std::size_t>(k);
@@ -236,7 +236,7 @@ void RowMatrix::substitute(double* x) const {
   }
 }
 
-// out := A x, in the order of the factors.
+// out := A x, in the elimination order.
 void RowMatrix::multiply(const double* x, double* out) const {
   std::fill_n(out, size_, 0.0);
   for (int k = 0; k < size_; ++k) {

@@ -92,7 +92,7 @@ bool UnilateralRattle::find_impact(const SubstepStates& ends, int i, Collider& c
   const SurfaceSample end_touch = collider.query(ends.t + ends.r, end.position(i));
   impact.gap = end_touch.gap;
   impact.through = end_touch.gap > 0 || end_touch.normal.dot(impact.normal) < 0.5;
-  // A bounce that would not end within what is left of the ends.
+  // The particle would not return to the surface within the rest of the substep.
   const double e = collider.material().restitution_at(impact.closing);
   impact.bounces = e > 0 && 2 * e * impact.closing > (1 - impact.s) * impact.gained;
   impact.cuts = impact.through || impact.bounces || (e == 0 && impact.closing > impact.gained);
@@ -107,7 +107,8 @@ void UnilateralRattle::find_impacts(const SubstepStates& ends) {
       if (Impact impact; find_impact(ends, i, *collider, impact)) impacts_.push_back(impact);
 }
 
-// The first hit, unless there are too many.
+// The first impact at which to cut the substep; those that must be cut alone, if there are too
+// many.
 double UnilateralRattle::next_cut() const {
   double first = kNoImpact, must = kNoImpact;
   double moments[kMostMoments + 1];
@@ -128,7 +129,7 @@ double UnilateralRattle::energy(double t, const double* state) const {
   return particles_->kinetic_energy(t, state) + particles_->potential_energy(t, state);
 }
 
-// The work of the last press, and whom it touched.
+// Books the work of the last solve with the particles in contact.
 void UnilateralRattle::record_work() {
   ContactWorkSums& work_sums = particles_->contacts().work_sums();
   ContactWork work = work_;
@@ -168,7 +169,7 @@ bool UnilateralRattle::correct_drift(const Substep& substep,
   bool pulls = true;
   for (ContactForce& contact : contacts_) contact.bilateral = contact.active;
   if (!project_contacts(substep, true)) {
-    // Contact forces may contradict rods by the error of the method.
+    // Bilateral contact forces may contradict rods by the error of the method.
     pulls = false;
     for (ContactForce& contact : contacts_) contact.bilateral = false;
     if (!project_contacts(substep, true)) return refuse(" m");
@@ -176,7 +177,7 @@ bool UnilateralRattle::correct_drift(const Substep& substep,
   double* const memory = substep.to + constraint_system_->internal_begin();
   constraint_system_->constraints().follow(particles_->view(end, substep.to), memory);
   if (!rows_.evaluate(particles_->view(end, substep.to), memory)) return false;
-  // Particles that were only inside keep their velocities: they hit.
+  // Penetrating particles without a resting contact keep their velocities: they are impacts.
   velocity_contacts_.assign(resting.begin(), resting.end());
   const auto q = particles_->layout().axes(substep.to);
   for (ContactForce& contact : velocity_contacts_) {

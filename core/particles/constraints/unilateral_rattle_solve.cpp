@@ -1,4 +1,4 @@
-// One piece of a step, in which it is known what touches.
+// Solves one substep with a known set of contacts.
 #include <algorithm>
 #include <cmath>
 
@@ -65,8 +65,8 @@ double UnilateralRattle::late_work_of(const Substep& substep) const {
   return sum;
 }
 
-// Velocities as rows_ and moving_ want them, with friction. enough: of the fastest, where turns
-// gain no more.
+// Projects the velocities onto the rows and contacts at the end, with friction. `enough`: relative
+// to the largest speed, the residual that is accepted if iterations stall.
 bool UnilateralRattle::solve_velocities(const Substep& substep, double enough) {
   const auto v = particles_->layout().axes(substep.to, 3);
   const double speed = max_speed(substep);
@@ -91,7 +91,7 @@ double UnilateralRattle::max_speed(const Substep& substep) const {
   return speed;
 }
 
-// The coefficient of the slip at the start of the piece.
+// The friction coefficient at the slip speed at the start of the substep.
 double UnilateralRattle::friction_of(const ContactForce& contact, const Substep& substep) const {
   const ContactMaterial surface = contact.collider->material();
   if (!surface.law) return surface.friction;
@@ -101,8 +101,8 @@ double UnilateralRattle::friction_of(const ContactForce& contact, const Substep&
   return surface.friction_at(tangential(slip, sample.normal).norm());
 }
 
-// Friction in the substep is predicted from the velocities at its end, were all impulses given
-// there. Half of it acts along the surfaces of the start.
+// Predicts the friction of the substep from the velocities at its end, as if all impulses acted
+// there. Half of it is applied tangentially to the surfaces at the start.
 void UnilateralRattle::predict_friction(const Substep& substep) {
   const Layout& layout = particles_->layout();
   const double end = substep.t + substep.r;
@@ -136,7 +136,7 @@ void UnilateralRattle::predict_friction(const Substep& substep) {
     if (next == velocity_contacts_.cend()) break;
     if (next->particle != contact.particle || next->collider != contact.collider) continue;
     if (next->active) {
-      // Against the slip of the start where it is all against it.
+      // Friction that opposes the slip at the start is applied exactly against it.
       const Vec3 slip = slip_at_start(contact);
       const double size = slip.norm(), pull = next->friction_force.norm();
       contact.friction_impulse = 0.5 * tangential(next->friction_force, contact.normal);
@@ -147,8 +147,8 @@ void UnilateralRattle::predict_friction(const Substep& substep) {
   }
 }
 
-// Adds particles that contact forces have put into a surface; not those that hit it by themselves,
-// for which the step is cut at the impact.
+// Adds particles that contact forces have put into a surface, but not impacts of their own, for
+// which the substep is cut.
 bool UnilateralRattle::add_penetrating(const Substep& substep) {
   const double end = substep.t + substep.r;
   const std::size_t before = contacts_.size();
@@ -173,7 +173,7 @@ bool UnilateralRattle::add_penetrating(const Substep& substep) {
       begin_contact_force(impact, false);
     }
   }
-  // New ones to their places by particle; a sort that is stable would allocate.
+  // Inserts the new contacts in the order of particles; a stable sort would allocate.
   for (auto next = contacts_.begin() + static_cast<std::ptrdiff_t>(before); next != contacts_.end();
        ++next) {
     const auto place = std::ranges::upper_bound(contacts_.begin(), next, next->particle, {},
@@ -183,7 +183,7 @@ bool UnilateralRattle::add_penetrating(const Substep& substep) {
   return contacts_.size() > before;
 }
 
-// Positions from those of the step without contact and what friction does to them.
+// Projects the positions of the substep without contact, to which friction is added.
 bool UnilateralRattle::project_contacts(const Substep& substep, bool nearest) {
   const Layout& layout = particles_->layout();
   const std::size_t memory = constraint_system_->internal_begin();
@@ -229,7 +229,7 @@ bool UnilateralRattle::project_contacts(const Substep& substep, bool nearest) {
   return found;
 }
 
-// Names the row that is off most, or a particle.
+// Names the constraint row with the largest residual, or a particle.
 bool UnilateralRattle::refuse(const std::string& unit) {
   const ActiveSetContactSolver::Worst& worst = solver_.worst();
   const RowList& list = constraint_system_->constraints().rows();
@@ -248,11 +248,12 @@ bool UnilateralRattle::solve_positions(const Substep& substep) {
   const std::size_t memory = constraint_system_->internal_begin();
   const ParticleView begin = particles_->view(substep.t, substep.from);
   if (!start_rows_.evaluate(begin, substep.from + memory)) return false;
-  // The nearest place where rods pass each other in a line, so that rows change too much.
+  // The last substep falls back to the nearest feasible positions, as for rods that pass through a
+  // straight line, where rows change too much.
   if (!project_contacts(substep, false) && (!substep.last || !project_contacts(substep, true))) {
     return refuse(" m");
   }
-  // Velocities have what the first half of the pushes gives them.
+  // Velocities get the first half of the constraint and contact impulses.
   const auto v = layout.axes(substep.to, 3);
   const std::span<const double> weights = constraint_system_->constraints().weights();
   for (int i = 0; i < layout.n(); ++i)
@@ -286,7 +287,7 @@ bool UnilateralRattle::solve_end_velocities(const Substep& substep) {
     if (!contact.bilateral && sample.gap > kContactTolerance * position_scale(x)) continue;
     contact.friction = friction_of(contact, substep);
     contact.normal = sample.normal, contact.surface_velocity = sample.velocity;
-    // Friction of both halves together obeys Coulomb's law.
+    // The friction of both halves together obeys Coulomb's law.
     if (substep.r > 0 && contact.friction > 0)
       contact.extra_friction = contact.friction * std::max(0.0, contact.force) / substep.r +
                                contact.friction * contact.pressed - contact.friction_impulse.norm();

@@ -9,16 +9,17 @@
 namespace sim {
 namespace {
 
-// The ends of the edges, in the order of the nodes on them.
+// The end nodes of the edges, in the order of the nodes on them.
 constexpr int kCellEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 
 // The gradients of the barycentric coordinates L_0 ... L_3 in the coordinates (L_1, L_2, L_3).
 constexpr Vec3 kSlopes[4] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-// Exact for polynomials of degree 2: Hammer, Marlowe & Stroud (1956), Math. Comput. 10, 130-137.
+// Quadrature points of degree 2: Hammer, Marlowe & Stroud (1956), Math. Comput. 10, 130-137.
 constexpr double kNearPoint = 0.58541019662496845446, kFarPoint = 0.13819660112501051518;
 
-// N = L_a (2 L_a - 1) at a corner, 4 L_a L_b on an edge; N = L_a in a linear cell.
+// Gradients of the shape functions: N = L_a (2 L_a - 1) at a corner, 4 L_a L_b on an edge; N = L_a
+// in a linear cell.
 std::array<Vec3, 10> slopes_at(int nodes, int point) {
   std::array<Vec3, 10> slopes;
   if (nodes == 4) {
@@ -37,7 +38,8 @@ std::array<Vec3, 10> slopes_at(int nodes, int point) {
 
 }  // namespace
 
-// With J = dX/dL at rest: dN/dX = J^-T dN/dL, and a share of det J / 6 for each point.
+// With J = dX/dL at rest: dN/dX = J^-T dN/dL, and the weight det J / 6 divided by the number of
+// points.
 CellPoint cell_point(std::span<const int> ids, const PlaceOf& at, int point) {
   const auto nodes = static_cast<int>(ids.size());
   const std::array<Vec3, 10> slopes = slopes_at(nodes, point);
@@ -47,7 +49,7 @@ CellPoint cell_point(std::span<const int> ids, const PlaceOf& at, int point) {
   const auto row = [&](std::size_t i) {
     return Vec3(jacobian(i, 0), jacobian(i, 1), jacobian(i, 2));
   };
-  // The rows of the cofactor matrix, which is det J J^-T.
+  // The rows of the cofactor matrix det J J^-T.
   const Mat3 cofactors(row(1).cross(row(2)), row(2).cross(row(0)), row(0).cross(row(1)));
   const double determinant = row(0).dot(row(1).cross(row(2)));
   CellPoint result;

@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-// Six times the volume between four points, with the digits that differences of doubles need.
+// Six times the signed volume between four points, in extended precision.
 class Volume {
  public:
   Volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -28,7 +28,8 @@ class Volume {
   long double value_;
 };
 
-// The ends lie on both sides of the plane, and the line passes all sides of the triangle alike.
+// Segment-triangle intersection: the ends lie on both sides of the plane, and the line passes all
+// edges of the triangle on the same side.
 bool meet(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   const int above = Volume(a, b, c, p).sign();
   if (above == 0 || above + Volume(a, b, c, q).sign() != 0) return false;
@@ -51,8 +52,9 @@ MeshIntersections::MeshIntersections(
   boxes_.resize(triangles_.size());
 }
 
-// Boxes by the cell that their least corner is in, on a grid along the two axes that have most
-// cells as wide as the widest box, of some two a box at most. False where a number is not finite.
+// Sorts the boxes by the cell of their lowest corner, on a grid over the two axes with the most
+// cells as wide as the widest box, with at most some two cells a box. False if a number is not
+// finite.
 bool MeshIntersections::sort(const ParticleView& view) {
   Vec3 least = Vec3::Constant(HUGE_VAL), most = -least, widest{0, 0, 0};
   for (std::size_t k = 0; k < boxes_.size(); ++k) {
@@ -96,8 +98,8 @@ bool MeshIntersections::sort(const ParticleView& view) {
   return true;
 }
 
-// Boxes that an edge may meet begin no further than it ends, and no more than the widest of them
-// before it begins.
+// Boxes that may intersect an edge begin no later than the edge ends, and no earlier than the
+// widest box before it begins.
 template <class Found>
 void MeshIntersections::each(const ParticleView& view, const Found& found) {
   if (boxes_.empty() || !sort(view)) return;

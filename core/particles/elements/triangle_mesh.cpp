@@ -13,7 +13,7 @@ namespace {
   throw Error(ErrorKind::kScene, {what, "", why, remedy});
 }
 
-// As a list of the scene numbers them, from 1.
+// The number of a triangle in the scene's lists, which count from 1.
 std::string number_of(int triangle) { return std::to_string(triangle + 1); }
 
 std::string shown(const TriangleMesh::Triangle& t) {
@@ -21,13 +21,13 @@ std::string shown(const TriangleMesh::Triangle& t) {
          "}";
 }
 
-// One side of a triangle, at the lower of its ends.
+// One side of a triangle, stored at the lower of its ends.
 struct Side {
   int high, triangle, opposite;
   bool forward;  // runs from the lower end to the higher one
 };
 
-// All sides between `low` and higher particles, by the higher one, then by triangle.
+// Collects the sides from `low` to higher particles, sorted by the higher end, then by triangle.
 void sides_at(const TriangleMesh& surface, int low, std::vector<Side>& sides) {
   sides.clear();
   for (const int place : surface.corners(low)) {
@@ -122,8 +122,8 @@ std::vector<TriangleMesh::Triangle> grid_triangles(const std::array<int, 3>& siz
   const bool sheet = std::ranges::min(size) == 1;
   const std::array<int, 3> stride{size[1] * size[2], size[2], 1};
 
-  // The layers across each direction, outside being where it grows and, of the first, where it
-  // falls.
+  // The boundary layers across each direction: the last one faces the positive direction, the first
+  // one the negative.
   for (std::size_t across = 0; across < 3; ++across) {
     if (sheet && size[across] > 1) continue;
     const std::size_t u = (across + 1) % 3, v = (across + 2) % 3;

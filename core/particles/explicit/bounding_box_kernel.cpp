@@ -49,7 +49,7 @@ BoundingBox extent(const double* const q[3], const double* const v0[3], const do
   all.fastest[0] = all.fastest[1] = all.farthest = Doubles{};
   int i = begin;
   for (; i + kDoubles <= end; i += kDoubles) look(q, v0, v1, from, i, all);
-  // The rest with some that were seen before; or, of fewer than a vector, one by one.
+  // The rest overlaps lanes already seen; fewer particles than a vector are taken one by one.
   double rest[12][kDoubles];
   if (i < end && end - kDoubles >= begin) {
     look(q, v0, v1, from, end - kDoubles, all);

@@ -31,7 +31,7 @@ RestingContactStep step_of(double h, const ParticleContactPass::In& q0,
 
 }  // namespace
 
-// The surfaces that ways in a room may touch, and the gaps at which they may.
+// The surfaces that paths in a bounding box may touch, and the gaps within which they may.
 struct ParticleContactPass::NearbyColliders {
   static constexpr int kMost = 8;
   PrimitiveSurface surfaces[kMost];
@@ -60,8 +60,8 @@ void ParticleContactPass::begin(double t, double t1) {
   if (particles_->contacts().sampled()) particles_->contacts().prepare_interval(t, t1);
 }
 
-// No way is longer than that of the largest numbers of all of them: |p'| is within the hull of its
-// Bezier points.
+// Bounds the length of every path of the block: |p'| lies within the convex hull of its Bezier
+// points.
 ParticleContactPass::BlockExtent ParticleContactPass::extent_of_block(
     const RestingContactStep& step, int begin, int end) const {
   const BoundingBox extent =
@@ -77,7 +77,8 @@ ParticleContactPass::BlockExtent ParticleContactPass::extent_of_block(
   return room;
 }
 
-// Where all that they may touch is one plane or sphere: the number of that collider; or -1.
+// The index of the only collider that the block may touch, if it is a plane or sphere; otherwise
+// -1.
 int ParticleContactPass::alone(double t, const BlockExtent& room, RestingContactStep& step) const {
   const Contacts& contacts = particles_->contacts();
   if (contacts.accuracy() != Accuracy::kSettle) return -1;
@@ -111,7 +112,7 @@ int ParticleContactPass::alone(double t, const BlockExtent& room, RestingContact
   return only;
 }
 
-// Most ways in a room that is near a surface do not come near it.
+// Most paths in a bounding box near a surface do not come near it.
 ParticleContactPass::NearbyColliders ParticleContactPass::colliders_near(
     double t, double h, const BlockExtent& room) const {
   NearbyColliders close;
@@ -130,8 +131,8 @@ ParticleContactPass::NearbyColliders ParticleContactPass::colliders_near(
   return close;
 }
 
-// Mostly nothing is near, which is seen of many particles at once; what lies on one surface is
-// settled many at a time, too.
+// The broad phase rejects most blocks of particles at once; resting contacts on a single plane or
+// sphere are resolved eight at a time.
 void ParticleContactPass::resolve(double t, RestingContactStep& step, int begin, int end) {
   const Contacts& contacts = particles_->contacts();
   if (contacts.accuracy() == Accuracy::kEvent) return;  // steps end where it touches

@@ -51,7 +51,7 @@ void EmbeddedRkStepper::combine(const double* x, double h, std::span<const doubl
   for (std::size_t j = 0; j < a_.size(); ++j)
     if (of_acceleration_[j] != 0) q_terms_[q_count++] = {h * h * of_acceleration_[j], a_[j].data()};
 
-  // The positions are the first half of a state, the velocities the second.
+  // The first half of a state holds the positions, the second the velocities.
   const Stage q{base, std::span(q_terms_).first(q_count)};
   const Stage v{base + half.size(), std::span(v_terms_).first(v_count)};
   system_->for_ranges(3, [&](std::size_t begin, std::size_t end) {

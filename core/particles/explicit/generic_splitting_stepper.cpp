@@ -19,7 +19,7 @@ GenericSplittingStepper::GenericSplittingStepper(Particles& particles, const Spl
               (contact_inside_ || particles.contacts().empty())),
       a_(half_.size()),
       internal_drift_(particles) {
-  // Where there are constraints, contact acts around steps.
+  // Scenes with constraints resolve contact outside of this stepper.
   if (!particles.contacts().empty() && !constraint_system)
     contact_pass_.emplace(particles, plan.order == 1);
   if (constraint_system) {
@@ -34,7 +34,7 @@ GenericSplittingStepper::GenericSplittingStepper(Particles& particles, const Spl
   }
 }
 
-// A kick of length tau under the damping of each particle.
+// The kick of length tau under the damping of each particle.
 void GenericSplittingStepper::set_step_size(double h) {
   if (h == h_) return;
   const Motion& motion = particles_->motion();
@@ -58,7 +58,7 @@ void GenericSplittingStepper::set_step_size(double h) {
   held_ = false;
 }
 
-// By SHAKE, or without its limit of stability where it is beyond that.
+// A SHAKE drift, or an implicit one beyond SHAKE's stability limit.
 bool GenericSplittingStepper::constrained_drift(std::size_t i, double t, double d, double* state) {
   constexpr double kStable = 4;  // (omega d)^2
   const Layout& layout = particles_->layout();
@@ -99,13 +99,13 @@ void GenericSplittingStepper::drift(double t, double tau, double* state) {
   internal_drift_.drift(t, tau, state);
 }
 
-// A drift takes those that are led to where their paths are then.
+// A drift moves kinematic particles along their prescribed paths.
 void GenericSplittingStepper::lead(double t, double tau, double* state) {
   const Layout& layout = particles_->layout();
   if (tau != 0) particles_->prescribed().chords(t, tau, layout.axes(state), layout.axes(state, 3));
 }
 
-// to := v after kick `slot` of the accelerations at hand.
+// to := v after kick `slot` under the current accelerations.
 void GenericSplittingStepper::change(std::size_t slot, const std::array<double*, 3>& v,
                                      const std::array<double*, 3>& to) {
   const auto a = half_.axes(a_.data());
@@ -117,7 +117,8 @@ void GenericSplittingStepper::change(std::size_t slot, const std::array<double*,
   });
 }
 
-// The accelerations at hand, which have drag, with what constraints make of them, but without drag.
+// Adds constraint forces to the current accelerations, which include drag, and takes the drag out
+// again.
 void GenericSplittingStepper::add_constraint_forces(const ParticleView& view,
                                                     const double* memory) {
   const std::array<double*, 3> a = half_.axes(a_.data());
@@ -131,7 +132,7 @@ void GenericSplittingStepper::add_constraint_forces(const ParticleView& view,
   }
 }
 
-// Drag is in the kick itself.
+// Drag is part of the kick itself.
 void GenericSplittingStepper::kick(std::size_t i, double t, double kinematic_t, double* state) {
   constexpr bool kDrag = false;
   const std::array<double*, 3> v = particles_->layout().axes(state, 3);
@@ -186,14 +187,15 @@ bool GenericSplittingStepper::step(double t, double h, int /*count*/, const doub
                                     memory, weights_.back()))
       return refuse(x, x_next);
     constraint_system_->constraints().follow(view, memory);
-    // Where they move, times matter to the last bit.
+    // The projected state is reused by the next step only if no constraint moves, as times would
+    // have to agree to the last bit.
     held_ = plan_.kick.front() == plan_.kick.back() && !constraint_system_->constraints().move() &&
             constraint_system_->internal_size() == 0;
   }
   return all_finite({x_next, size}) && (!contact_pass_ || contact_pass_->succeeded());
 }
 
-// No allowed state is in reach: the numbers stay finite, so that the reason is heard.
+// Without a feasible state in reach the numbers stay finite, so that the reason is reported.
 bool GenericSplittingStepper::refuse(const double* x, double* x_next) const {
   const std::size_t size =
       constraint_system_->internal_begin() + constraint_system_->internal_size();
@@ -202,7 +204,7 @@ bool GenericSplittingStepper::refuse(const double* x, double* x_next) const {
   return false;
 }
 
-// Behind kick i and the drift after it.
+// Resolves contacts after kick i and the drift that follows it.
 void GenericSplittingStepper::resolve(double t, double h, std::size_t i, const double* x,
                                       double* x_next) {
   const Layout& layout = particles_->layout();

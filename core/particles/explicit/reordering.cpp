@@ -28,8 +28,8 @@ class Affine final : public Force {
   AffineForce force_;
 };
 
-// Coordinates as the planes of a grid, numbered: those nearer to each other than a millionth of all
-// of them are one plane.
+// Coordinates grouped into the numbered planes of a grid; coordinates closer than a millionth of
+// their extent share a plane.
 struct Planes {
   std::vector<int> of;
   int count = 0;
@@ -49,7 +49,7 @@ Planes planes_of(const double* x, int n) {
   return planes;
 }
 
-// Those that are on.
+// The springs of all forces that are switched on.
 std::vector<const Springs*> springs_of(const Particles& particles) {
   std::vector<const Springs*> all;
   for (const Force* force : particles.forces())
@@ -62,7 +62,7 @@ std::vector<const Springs*> springs_of(const Particles& particles) {
 std::vector<int> Reordering::rows_of(const ParticleView& view) {
   Planes planes[3] = {planes_of(view.x, view.n), planes_of(view.y, view.n),
                       planes_of(view.z, view.n)};
-  // The longest strides are then short.
+  // Sorting by the direction with the most planes first keeps the longest strides short.
   std::ranges::stable_sort(planes, std::greater(), &Planes::count);
   std::vector<int> order(static_cast<std::size_t>(view.n));
   std::iota(order.begin(), order.end(), 0);
@@ -138,7 +138,7 @@ ReorderedStepper::ReorderedStepper(const Particles& particles,
   }
   particles_ = std::make_unique<Particles>(masses, fixed, std::move(forces), states_[0].data(),
                                            particles.pool());
-  // Some that are fixed may move, by a hand: then each has an inverse mass there.
+  // A pinned particle may be dragged by the user: then each particle has an inverse mass there.
   particles_->set_masses(masses, fixed, motion.inverse_masses != nullptr);
   stepper_ = make(*particles_);
 }
@@ -150,7 +150,7 @@ void ReorderedStepper::restart() {
 
 namespace {
 
-// Writing goes along memory, reading here and there: the other way takes twice as long.
+// Writes are sequential and reads scattered; the other way takes twice as long.
 void copy_in_order(const Particles& particles, std::span<const int> from, const double* of,
                    double* to) {
   const Layout& layout = particles.layout();

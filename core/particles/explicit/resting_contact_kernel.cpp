@@ -9,8 +9,8 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// All sums and products are those of Vec3 and Way, in their order and never fused: the bits of
-// Contacts.
+// All sums and products are in the order of Vec3 and StepPath and never fused, so that the results
+// have the bits of Contacts.
 using Point = V3<double>;
 constexpr int kLying = 8;   // particles of an entry
 constexpr int kRounds = 4;  // of what is iterated; others are for Contacts
@@ -38,7 +38,7 @@ SIM_INLINE void keep_as(double* const to[3], std::int64_t i, Mask m, const Point
   store(to[1] + i, now.y);
   store(to[2] + i, now.z);
 }
-// `m` as lanes whose bits are set.
+// The lanes whose bits are set.
 SIM_INLINE Mask mask_of(unsigned bits) { return keep(bits, number(1)) > Doubles{}; }
 
 struct Seen {
@@ -77,7 +77,7 @@ struct Surface {
   }
 };
 
-// As Way.
+// The paths of the lanes, as StepPath.
 struct Ways {
   Point c[4], moved, velocity_change;
 
@@ -90,7 +90,7 @@ struct Ways {
   SIM_INLINE Doubles length() const {
     return norm(c[1]) + number(2) * norm(c[2]) + number(3) * norm(c[3]);
   }
-  // From the start on, where m.
+  // Changes the velocities from the start of the path on, in the lanes m.
   SIM_INLINE void kick(Mask m, const Point& change) {
     c[0] = choose(m, c[0] - Doubles{} * change, c[0]);
     c[1] = choose(m, c[1] + change, c[1]);
@@ -117,8 +117,8 @@ SIM_INLINE Ways ways_of(const RestingContactStep& step, int i) {
   return {{x0, r0, number(3) * d - number(2) * r0 - r1, r0 + r1 - number(2) * d}, none, none};
 }
 
-// As Contacts::hold() of one surface: the velocities of the lanes m; those that come to no end are
-// taken out of m.
+// Contacts::hold() for one surface: returns the velocities of the lanes m. Lanes whose iteration
+// does not converge are removed from m.
 template <PrimitiveSurface::Form kForm>
 SIM_INLINE Point held(const Surface<kForm>& surface, double friction, const Point& x, Point v,
                       Mask& m, Doubles& lost, Doubles& given) {
@@ -149,7 +149,7 @@ SIM_INLINE Point held(const Surface<kForm>& surface, double friction, const Poin
   return v;
 }
 
-// As Hold: pressed on through the step.
+// The resting contact of Hold, through the whole step.
 template <PrimitiveSurface::Form kForm>
 struct Press {
   const RestingContactStep& step;
@@ -160,7 +160,8 @@ struct Press {
   Mask sticking = {};
   Point place = {};  // of what is stuck
 
-  // Those of m; the ones that turn round within the step are taken out of `known`.
+  // Presses the lanes m onto the surface; lanes that reverse within the step are removed from
+  // `known`.
   SIM_INLINE void press(Mask m, Ways& path, Mask& known) {
     const Doubles zero{}, least = number(0.1);
     if (step.friction == 0) return along(m, start.normal, path);
@@ -214,7 +215,7 @@ struct Press {
   }
 };
 
-// The lanes of `free` from particle i on.
+// Resolves the contacts of the lanes whose bits are set in `free`, from particle i on.
 template <PrimitiveSurface::Form kForm>
 SIM_INLINE void resolve_lanes(const RestingContactStep& step, const Surface<kForm>& before,
                               const Surface<kForm>& after, int i, unsigned free, int lane,
@@ -236,7 +237,7 @@ SIM_INLINE void resolve_lanes(const RestingContactStep& step, const Surface<kFor
   }
   if (!moves_in) return;
 
-  // The blow, as bounce().
+  // The impact, as in bounce().
   Doubles given = zero, lost = zero;
   Point blow{};
   if (const Mask hits = known & (inward < zero); bits_of(hits)) {
@@ -253,7 +254,7 @@ SIM_INLINE void resolve_lanes(const RestingContactStep& step, const Surface<kFor
     press.end = after.query(path.end());
   }
 
-  // What is inside at the end is pressed on, and pushed out of what rounding leaves.
+  // Lanes that end inside are resting contacts; what rounding leaves inside is pushed out.
   Mask resting = known & (press.end.gap < zero);
   if (bits_of(resting)) {
     const Point velocity_change = path.velocity_change, moved = path.moved,
@@ -327,7 +328,7 @@ void settle_lying(const RestingContactStep& step, int begin, int end, RestingCon
     resolve_all<PrimitiveSurface::Form::kSphere>(step, begin, end, block);
 }
 
-// v := held, and what follows from it.
+// Replaces the velocities by those that the contact allows, and books the work.
 template <PrimitiveSurface::Form kForm>
 bool constrain_all(const RestingContactKick& kick, int begin, unsigned bits,
                    RestingContactBlock& block) {

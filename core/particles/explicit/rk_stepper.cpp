@@ -35,8 +35,8 @@ void RkStepper<Real>::write(Script& script, double h, const Real* x, Real* x_nex
   const Layout half(layout.n(), 3, kBlock<Real>);
   const int last = stages_ - 1;
 
-  // Where stage s finds its positions and keeps its acceleration. The positions alternate between
-  // two places, such that those after the last stage come to lie in x_next.
+  // Each stage reads its positions and stores its acceleration here. The positions alternate
+  // between two arrays, such that those after the last stage are in x_next.
   const auto positions = [&](int s, int axis) {
     return (stages_ - s) % 2 == 0 ? layout.block(x_next, axis)
                                   : half.block(positions_.data(), axis);
@@ -68,7 +68,7 @@ void RkStepper<Real>::write(Script& script, double h, const Real* x, Real* x_nex
           stage.v_next[axis] = half.block(velocities_[(s + 1) % 2].data(), axis);
       }
     }
-    // The weights of what follows: the next row of A, or b.
+    // The weights of the next row of A or, after the last stage, of b.
     const auto weight = [&](int j) {
       return s == last ? plan_.b[static_cast<std::size_t>(j)] : plan_.a_at(s + 1, j);
     };
@@ -135,7 +135,7 @@ bool RkStepper<Real>::end_sweep(double t, const Script& script, Rings<Real>& rin
   return good;
 }
 
-// Other forces may read any particle: each stage is complete before the next.
+// Other forces may read any particle, so that each stage is complete before the next.
 template <class Real>
 bool RkStepper<Real>::gather_and_step(double t, double h, const double* x, const Script& script) {
   const auto [fx, fy, fz] = Layout(system_->layout().n(), 3).axes(forces_.data());
@@ -148,7 +148,7 @@ bool RkStepper<Real>::gather_and_step(double t, double h, const double* x, const
   return finite && (!contact_pass_ || contact_pass_->succeeded());
 }
 
-// Other forces between neighbours by number are evaluated as stages go over the particles.
+// Forces between neighbours in id are evaluated while the stages sweep over the particles.
 template <class Real>
 bool RkStepper<Real>::sweep_and_step(double t, double h, const double* x, const Script& script) {
   const auto [fx, fy, fz] = Layout(system_->layout().n(), 3).axes(forces_.data());

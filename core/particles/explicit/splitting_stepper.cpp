@@ -55,14 +55,15 @@ SplittingStepper<Real>::SplittingStepper(Particles& system, const SplitPlan& pla
 
 template <class Real>
 int SplittingStepper<Real>::at_once() const {
-  // Other forces may read the time. A method of one drift would need another array for two.
+  // Several steps are not fused if other forces read the time, or if a method of one drift would
+  // need another array.
   const bool alternates = drifts_ > 1 || closes_ || std::is_same_v<Real, float>;
   if (!alternates || !system_->other_forces().empty()) return 1;
   if (!system_->contacts().empty() && (!contact_inside_ || system_->contacts().move())) return 1;
   return std::max(1, kStagesAtOnce / static_cast<int>(parts_.size()));
 }
 
-// A kick of length tau under the damping of each particle.
+// The kick of length tau under the damping of each particle.
 template <class Real>
 Kick SplittingStepper<Real>::kick(std::size_t slot, double tau) {
   const Motion& motion = system_->motion();
@@ -90,7 +91,7 @@ void SplittingStepper<Real>::set_step_size(double h) {
   known_ = false;
 }
 
-// The stages of `count` steps.
+// Writes the stages of `count` steps.
 template <class Real>
 void SplittingStepper<Real>::write(int count, const Real* x, Real* x_next) {
   const Layout& layout = state_.layout();
@@ -133,7 +134,7 @@ void SplittingStepper<Real>::write(int count, const Real* x, Real* x_next) {
       const double drift = parts_[both && !seen ? 0 : p].drift;
       stage.drift = drift * h_;
       stage.check = seen;
-      // Positions alternate between two places, such that the last ones come to lie in x_next.
+      // Positions alternate between two arrays, such that the last ones are in x_next.
       if (drift != 0) --drifts;
       const std::array<Real*, 3> q_next =
           drifts % 2 == 0 ? layout.axes(x_next) : half.axes(positions_.data());
@@ -173,7 +174,8 @@ typename SplittingStepper<Real>::ContactStage SplittingStepper<Real>::contact_of
   return settle;
 }
 
-// Particles [begin, end) in stage s. Accelerations are kept for those that will be held.
+// Makes the kick of stage s for particles [begin, end). Accelerations are stored for the particles
+// with resting contacts.
 template <class Real>
 bool SplittingStepper<Real>::kick(Rings<Real>& rings, std::size_t s, int begin, int end) {
   const KickStage<Real>& stage = stages_[s];
@@ -184,7 +186,7 @@ bool SplittingStepper<Real>::kick(Rings<Real>& rings, std::size_t s, int begin, 
   return kernels_.kick(rings, system_->motion(), free, begin, end);
 }
 
-// Particles [begin, end) behind stage s.
+// Resolves the contacts of particles [begin, end) after stage s.
 template <class Real>
 void SplittingStepper<Real>::resolve(std::size_t s, int begin, int end) {
   if constexpr (std::is_same_v<Real, double>) {
@@ -205,7 +207,7 @@ void SplittingStepper<Real>::resolve(std::size_t s, int begin, int end) {
       }
       contact_pass_->constrain_after_kick(t + h_, kick, begin, end);
     }
-    // A drift behind the second kick is that of the next step.
+    // A drift after the second kick belongs to the next step.
     const double start = at.holds ? t + h_ : t;
     if (at.drifts)
       contact_pass_->resolve_after_drift(start, h_, at.q, at.v0, at.q_next, at.v_half, begin, end);
@@ -240,8 +242,8 @@ bool SplittingStepper<Real>::step(double t, double h, int count, const double* x
   return all_finite && contact_succeeded();
 }
 
-// Where the other forces join neighbours by number alone, they are evaluated as the stages go over
-// the particles. They may read any particle: then each stage is complete before the next.
+// Forces that join neighbours in id alone are evaluated while the stages sweep over the particles.
+// Other forces may read any particle: then each stage is complete before the next.
 template <class Real>
 bool SplittingStepper<Real>::gather_and_step(double t, const double* x) {
   if constexpr (std::is_same_v<Real, double>) {

@@ -16,7 +16,8 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// Beyond the fast path the sum of a block is made anew, one spring at a time.
+// Recomputes the sum of a block one spring at a time, for numbers beyond the range of the fast
+// path.
 template <class Real>
 SIM_INLINE void take_care(std::span<const SweepRun<Real>> runs, std::int64_t turn,
                           const Real* const q[3], int i, const Real* const force[3], V<Real> errors,
@@ -34,8 +35,8 @@ SIM_INLINE void take_care(std::span<const SweepRun<Real>> runs, std::int64_t tur
   }
 }
 
-// The springs of a run that a block owns, in the lanes whose bit is set: adds their forces, and
-// returns their factors. q begins at the block.
+// Evaluates the springs of a run that a block owns, in the lanes whose bit is set: adds their
+// forces, and returns their factors. q begins at the block.
 template <bool kUniform, class Real>
 SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Real>& q,
                                   std::int64_t i, unsigned bits, const Here<Real>& here,
@@ -52,14 +53,14 @@ SIM_INLINE Numbers<Real> evaluate(const SweepRun<Real>& run, const Positions<Rea
   return s;
 }
 
-// The same for the block `turn` of the ring, into which the factors are put.
+// Does the same for the block `turn` of the ring buffer, and stores the factors there.
 template <class Real>
 SIM_INLINE Numbers<Real> own_springs(const SweepRun<Real>& run, std::int64_t turn,
                                      const Positions<Real>& q, std::int64_t i,
                                      const Here<Real>& here, Points<Real>& sum, V<Real>& errors) {
   Numbers<Real> s{};
   const unsigned bits = block_bits<Real, kVectors>(run.owners, i);
-  // Without a mask where all lanes own one, but for sets whose masks are free.
+  // No mask is needed if all lanes own a spring; masks are free in some instruction sets.
   if (SIM_BITS < 512 && bits == run.whole) [[likely]]
     s = evaluate<true>(run, q, i, kAllOwn<Real>, here, sum, errors);
   else if (bits)
@@ -72,12 +73,12 @@ SIM_INLINE Numbers<Real> own_springs(const SweepRun<Real>& run, std::int64_t tur
 }
 
 // The factors of the springs between a block and the particles `stride` before it, which own them;
-// `own` are those of the block itself.
+// `own` are the factors of the block itself.
 template <class Real>
 SIM_INLINE Numbers<Real> arriving(const SweepRun<Real>& run, std::int64_t turn,
                                   [[maybe_unused]] const Numbers<Real>& own) {
 #if SIM_BITS == 512
-  // Closer than a vector: from this block and the one before, in registers.
+  // A stride shorter than a vector takes factors from this block and the one before, in registers.
   if (run.stride < kLanes<Real>) {
     const std::int64_t before = turn - kLanes<Real>;
     return {lanes_from(kLanes<Real> - static_cast<int>(run.stride),
@@ -87,8 +88,8 @@ SIM_INLINE Numbers<Real> arriving(const SweepRun<Real>& run, std::int64_t turn,
   return load_block(run.ring + ((turn + run.back) & run.mask));
 }
 
-// Most of the code of each loop over blocks. Where products and sums are not fused by the processor
-// it is so long that a call costs nothing, and compiling it into each loop much.
+// The larger part of each loop over blocks. Without fused multiply-add it is so long that a call is
+// cheap, and inlining it into each loop would cost much compile time.
 #if SIM_FMA
 #define SIM_BLOCK_FORCES SIM_INLINE
 #else
@@ -124,7 +125,7 @@ SIM_INLINE bool all_zero(V<Real> v) {
   return all == 0;
 }
 
-// sum + row, of N terms known when compiling or, with N = kAny, of as many as the row has.
+// sum + row, of N terms known at compile time or, with N = kAny, of as many as the row has.
 constexpr int kAny = -1;
 
 template <class Real, int N>
@@ -166,7 +167,7 @@ struct Weights {
   }
 };
 
-// 0 where pinned, else v, of all axes.
+// Sets the velocities of pinned particles to 0, on all axes.
 template <class Real>
 SIM_INLINE void keep_free(unsigned free, Numbers<Real> (&v)[3]) {
   if (kVectors > 1 && free == kAllOwn<Real>) return;
@@ -180,7 +181,7 @@ SIM_INLINE void store_all(Real* const to[3], int i, const Numbers<Real> (&v)[3])
   for (int axis = 0; axis < 3; ++axis) store_block(to[axis] + i, v[axis]);
 }
 
-// check += 0 v, not a number if some v is not finite.
+// check += 0 v, which is not a number if some v is not finite.
 template <class Real>
 SIM_INLINE void add_zeros(const Numbers<Real>& v, V<Real>& check) {
   const V<Real> zero{};
@@ -195,7 +196,7 @@ SIM_INLINE bool rk_blocks(Rings<Real>& rings, const Motion& motion, const RkStag
   const RowSum<Real, QTerms> q_row(stage.q_row);
   const RowSum<Real, VTerms> v_row(stage.v_row);
   const V<Real> drift = splat<Real>(stage.drift), kick = splat<Real>(stage.kick);
-  // Its bits, a test cheaper than that of a number.
+  // Testing the bits is cheaper than comparing the number.
   const bool damped = std::bit_cast<std::uint64_t>(motion.damping) != 0;
   const bool last = stage.v_next[0], keep_a = stage.a[0];
   V<Real> check{};
@@ -205,7 +206,7 @@ SIM_INLINE bool rk_blocks(Rings<Real>& rings, const Motion& motion, const RkStag
     const Points<Real> force = block_forces(runs, turn, stage.q, i, stage.force);
     const unsigned free = block_bits<Real, kVectors>(motion.free, i);
     const Weights<Real> weights(motion, i);
-    // a = F/m + g - (c/m) v, of all axes: each question is asked once.
+    // a = F/m + g - (c/m) v on all axes, so that each condition is tested once.
     Numbers<Real> a[3];
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis)
@@ -246,7 +247,7 @@ SIM_INLINE bool rk_blocks(Rings<Real>& rings, const Motion& motion, const RkStag
   return all_zero<Real>(check);
 }
 
-// A stage whose acceleration is known: what follows from it for the next. No method ends with one.
+// A stage whose acceleration is known computes only the input of the next. No method ends with one.
 template <class Real>
 bool known_blocks(const RkStage<Real>& stage, int begin, int end) {
   const RowSum<Real, kAny> q_row(stage.q_row), v_row(stage.v_row);
@@ -265,7 +266,7 @@ bool known_blocks(const RkStage<Real>& stage, int begin, int end) {
   return true;
 }
 
-// The stages of the methods that people use most have loops of their own.
+// The stages of the most frequently used methods have loops of their own.
 template <class Real>
 bool rk_sweep(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& stage, int begin,
               int end) {
@@ -285,7 +286,7 @@ bool rk_sweep(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& sta
   return rk_blocks<Real, kAny, kAny, kAny>(rings, motion, stage, begin, end);
 }
 
-// keep v + gain a for a block.
+// Computes keep v + gain a for a block.
 template <class Real, bool kUniform>
 struct KickOf {
   const Kick* kick;
@@ -304,7 +305,7 @@ struct KickOf {
   }
 };
 
-// One kick of a splitting method, and the drift after it.
+// One kick of a splitting method and the drift after it.
 template <class Real, bool kUniform>
 SIM_INLINE bool kick_blocks(Rings<Real>& rings, const Motion& motion, const KickStage<Real>& stage,
                             int begin, int end) {
@@ -355,7 +356,7 @@ SIM_INLINE bool kick_blocks(Rings<Real>& rings, const Motion& motion, const Kick
   return all_zero<Real>(check);
 }
 
-// No method ends with a drift alone, so that nothing is checked.
+// No method ends with a drift alone, so that finiteness is not checked here.
 template <class Real>
 bool drift_blocks(const KickStage<Real>& stage, int begin, int end) {
   const V<Real> drift = splat<Real>(stage.drift);

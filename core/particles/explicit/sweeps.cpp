@@ -33,7 +33,7 @@ Sweeps<Real>::Sweeps(Particles& system, int most_stages)
   finite_.resize(static_cast<std::size_t>(most_ranks()));
 }
 
-// The slant of many stages takes particles too.
+// The skew of many stages occupies particles too.
 template <class Real>
 int Sweeps<Real>::useful_ranks(int stages, int members) const {
   const int least = std::max(kLeastPart, (stages + 2) * system_->reach());

@@ -8,9 +8,11 @@ namespace {
 
 constexpr int kFewPatches = 16;    // whose matrix is factorised
 constexpr int kWantedPatches = 4;  // of a coarser one
-// Of D^-1 B, where D are the blocks on the diagonal: B <= 2 D, for so it is with every spring.
+// The bound on the eigenvalues of D^-1 B, with D the diagonal blocks: B <= 2 D holds for each
+// spring.
 constexpr double kMostEigenvalue = 2;
-// Steps whose error polynomial is the Chebyshev one on [1/4, 1] and on [1/6, 1] of it.
+// Damping factors whose error polynomial is the Chebyshev one on [1/4, 1] and [1/6, 1] of the
+// bound.
 constexpr double kMean = 7.0 / 12 * kMostEigenvalue, kHalf = 5.0 / 12 * kMostEigenvalue,
                  kRoot = 0.7071067811865476;
 constexpr double kOne[] = {8.0 / 5 / kMostEigenvalue};
@@ -33,7 +35,7 @@ WeightedGraph with_diagonal(const WeightedGraph& between) {
   return graph;
 }
 
-// inverse := (L L^T)^-1 of the 6 x 6 block; false when it is not positive definite.
+// inverse := (L L^T)^-1 of the 6 x 6 block; false if it is not positive definite.
 bool invert(const double* block, float* inverse) {
   constexpr int kRow = AggregateKernels::kRow;
   double l[6][6], over[6];  // over: 1 / l_ii
@@ -148,7 +150,7 @@ void AggregateMatrix::mirror() {
   }
 }
 
-// Patches on a line have no third rotation: what is next to nothing on the diagonal is raised.
+// Collinear aggregates lack one rotation, so that the diagonal is raised by a small share.
 bool AggregateMatrix::invert_own() {
   constexpr double kLeast = 1e-10;
   for (int i = 0; i < count(); ++i) {
@@ -195,9 +197,9 @@ void AggregateMatrix::place_coarser() {
   }
 }
 
-// The motion (u, w) of the coarser patch is (u + w x arm, turn w) of this one: with
+// The motion (u, w) of the coarser aggregate moves this one by (u + w x arm, turn w). With
 //   Q = [I, -[arm]x; 0, turn I]
-// the coarser matrix is sum Q_i^T B_ij Q_j.
+// the coarser matrix is sum Q_i^T B_ij Q_j (Galerkin).
 bool AggregateMatrix::prepare_coarser() {
   place_coarser();
   coarser_->clear();
@@ -217,7 +219,7 @@ bool AggregateMatrix::prepare_coarser() {
           std::copy_n(b + column * kRow, 6, y);
         } else {
           const int k = column - 3, next = (k + 1) % 3, after = (k + 2) % 3;
-          // e_k x arm = arm_next' ..: its entries at `next` and `after`.
+          // e_k x arm has two entries, at `next` and `after`.
           const double to_next = -arm[static_cast<std::size_t>(after)];
           const double to_after = arm[static_cast<std::size_t>(next)];
           for (int row = 0; row < 6; ++row)
@@ -233,7 +235,7 @@ bool AggregateMatrix::prepare_coarser() {
 bool AggregateMatrix::factorise() {
   std::size_t entry = 0;
   const std::span<double> values = factor_->values();
-  // Column by column, by row: columns of the upper half, which are rows of the mirror images.
+  // Copies the upper half column by column; its columns are rows of the mirrored blocks.
   for (int j = 0; j < count(); ++j)
     for (int column = 0; column < 6; ++column)
       for (int at = pattern_.begin[static_cast<std::size_t>(j)];
@@ -268,7 +270,7 @@ void AggregateMatrix::correct(const double* r, double* x) {
                &r_[static_cast<std::size_t>(aggregates_.of[i]) * kRow]);
   coarser_->solve(r_.data(), x_.data());
   if (coarser_->coarser_) {
-    // What is left of it once more: a W cycle.
+    // The remaining residual is solved once more: a W-cycle.
     AggregateMatrix& c = *coarser_;
     c.kernels_.residual(c.pattern_, c.narrow_.data(), r_.data(), x_.data(), r_.data(), 0,
                         c.count());

@@ -5,7 +5,7 @@
 namespace sim {
 namespace {
 
-// Lists of (node, to, weight) in order of nodes; equal ones are joined.
+// Edges as (from, to, weight) in the order of nodes; parallel ones are merged.
 struct Edge {
   int from, to, weight;
 };
@@ -88,7 +88,7 @@ class Gatherer {
       for (const int member : members_) of(member) = other;
   }
 
-  // The one with the heaviest edge to the patch at hand; -1: none.
+  // The aggregate with the heaviest edge to the current one; -1 if there is none.
   int nearest_patch() {
     int nearest = -1, most = 0;
     for (const int member : members_)

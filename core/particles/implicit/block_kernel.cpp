@@ -14,7 +14,7 @@ void invert_blocks(const double* const blocks[6], const std::uint8_t* free,
   for (int i = begin; i < end; i += kDoubles) {
     Doubles xx = load(blocks[0] + i), xy = load(blocks[1] + i), xz = load(blocks[2] + i);
     Doubles yy = load(blocks[3] + i), yz = load(blocks[4] + i), zz = load(blocks[5] + i);
-    // Scaled to a trace of 1, so that no product leaves the range of numbers.
+    // Scaled to a trace of 1, so that no product overflows or underflows.
     const Doubles trace = xx + yy + zz;
     const Doubles size = trace < zero ? -trace : trace;
     const Doubles scale = one / (size > zero ? size : one);
@@ -23,7 +23,7 @@ void invert_blocks(const double* const blocks[6], const std::uint8_t* free,
     const Doubles cz = fma(xy, yz, -(xz * yy));
     const Doubles det = fma(xz, cz, fma(xy, cy, xx * cx));
     const Doubles minor = fma(xx, yy, -(xy * xy));
-    // Sylvester's criterion, away from rounding errors.
+    // Sylvester's criterion, with a margin for rounding errors.
     const Doubles least = splat<double>(1e-14);
     Doubles good = xx > zero ? one : zero;
     good = minor > zero ? good : zero;
@@ -87,7 +87,7 @@ void advance(double alpha, const double* const p[3], const double* const a[3], d
   add_lanes(dots, sums);
 }
 
-// `size` is a multiple of 8, as of every layout.
+// `size` is a multiple of 8, as in every layout.
 void dot(const double* a, const double* b, std::size_t size, double (&sums)[8]) {
   Doubles dots[8 / kDoubles] = {};
   for (std::size_t block = 0; block < size; block += 8)

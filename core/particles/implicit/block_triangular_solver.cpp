@@ -3,7 +3,7 @@
 namespace sim {
 namespace {
 
-// A dense matrix of many numbers that hardly act on each other would take all the time.
+// A dense matrix of many weakly coupled unknowns would take all the time.
 StageOptions for_many(StageOptions options, std::size_t numbers) {
   constexpr std::size_t kMany = 600;
   if (numbers > kMany && options.solver == StageOptions::Solver::kAuto)

@@ -123,7 +123,7 @@ void FloatSprings::scale_rest(const float* r, float* out) const {
   });
 }
 
-// out := what the nets have of A x
+// out := the product A x of the nets' springs
 void FloatSprings::add_nets(const FloatSpringProduct& f, int begin, int end) const {
   for (int i = begin; i < end; ++i) {
     float sum[3] = {};

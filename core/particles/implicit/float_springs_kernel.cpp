@@ -15,7 +15,7 @@ SIM_INLINE Doubles root(Doubles v) {
   return v;
 }
 
-// w = sqrt(across) d. Where a prediction has made across negative, nothing.
+// w = sqrt(across) d, or 0 if the prediction has made `across` negative.
 void narrow(const StiffRun& from, const double* const q[3], const double* parts, double scale,
             const FloatSpringRun& to, int begin, int end) {
   const Doubles zero{}, unit = splat<double>(scale);

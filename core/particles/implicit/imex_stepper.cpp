@@ -16,7 +16,7 @@ constexpr double kRinging = 100;   // omega times a part of a stage, as far as s
 constexpr int kMostSubsteps = 64;  // of a stage
 constexpr double kNoCut = -1;      // no spring is stiff
 
-// The factor is cheaper than conjugate gradients where it is nearly as sparse as the graph.
+// The factorisation is cheaper than conjugate gradients if it is nearly as sparse as the graph.
 bool factor_is_sparse(const Particles& system) {
   constexpr double kWorth = 2700;  // products, for each spring
   std::vector<std::array<int, 2>> pairs;
@@ -50,7 +50,7 @@ bool ImexStepper::is_all_stiff() const {
          soft_->runs().empty() && soft_->internal_size() == 0;
 }
 
-// Numbers of a checkpoint are finite: no cut is kNoCut there.
+// The numbers of a checkpoint are finite: an infinite cut is stored as kNoCut.
 std::vector<double> ImexStepper::memory() const {
   if (partition_.step == 0) return {};
   std::vector<double> numbers{partition_.step,
@@ -104,8 +104,9 @@ void ImexStepper::make(const Partition& partition, const double* x) {
     options.solver = StageOptions::Solver::kDirect;
   solver_ = std::make_unique<NewtonSolver>(
       *stiff_, options, [this] { return system_->stopped(); }, contact_);
-  // The midpoint rule keeps lengths in the middle of its steps. At the ends they ring, the more the
-  // stiffer a spring is that turns, and feed on the motion: a stage is taken in as many parts.
+  // The midpoint rule preserves lengths at the middle of its steps. At the ends they oscillate, the
+  // more the stiffer a rotating spring is, and take energy from the motion: a stage is divided into
+  // substeps.
   substeps_ =
       plan_.substeps > 0 || contact_
           ? std::max(1, plan_.substeps)
@@ -213,8 +214,8 @@ void ImexStepper::kick(double t, double* state, bool first) {
   change(0, now, v.data());
 }
 
-// Implicit midpoint from (q, v): v_mid = v + h/2 a_stiff(q + h/2 v_mid), then q + h v_mid and
-// 2 v_mid - v. What no stiff force touches drifts.
+// Implicit midpoint from (q, v): v_mid = v + h/2 a_stiff(q + h/2 v_mid), then q + h v_mid and 2
+// v_mid - v. Particles without stiff forces drift.
 StepStatus ImexStepper::drift(double t, double h, double* state) {
   const Layout& layout = particles_->layout();
   const Layout& few = stiff_->layout();

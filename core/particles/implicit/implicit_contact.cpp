@@ -72,7 +72,8 @@ const double* ImplicitContact::begin(double t, double h, const double* x, bool a
   return from_;
 }
 
-// Those that lie on a surface. What comes in with a velocity bounces at once.
+// Finds the resting contacts; a particle that approaches its surface is an impact and bounces at
+// once.
 void ImplicitContact::find_held(const double* x) {
   const Layout& layout = particles_->layout();
   const ParticleView view = particles_->view(t_, x);
@@ -106,7 +107,8 @@ void ImplicitContact::find_held(const double* x) {
   }
 }
 
-// The stages begin where a particle with its new velocity would have come from.
+// Moves the start of the stages to where a particle with the velocity after the impact would have
+// come from.
 void ImplicitContact::hit(int i, const Contacts::Impact& impact) {
   const Layout& layout = particles_->layout();
   const double mass = particles_->masses()[static_cast<std::size_t>(i)];
@@ -197,9 +199,9 @@ void ImplicitContact::solved(const double* y) {
   }
 }
 
-// What the friction of the next round is, from the push and the slip of this one. A slip that it
-// would turn round ends: the particle sticks, or, where it has changed too often between the two,
-// goes on with a drag.
+// Linearises friction for the next round from the normal impulse and the slip of this one. A slip
+// that friction would reverse ends: the particle sticks or, if it has switched too often, gets a
+// viscous drag.
 void ImplicitContact::linearise_friction(Stage& stage, std::size_t index) {
   Held& held = held_[index];
   const VelocityInequality& bound = stage.bounds[index];
@@ -237,7 +239,7 @@ void ImplicitContact::linearise_friction(Stage& stage, std::size_t index) {
       again_ = true;
       return;
     }
-    // It slips, at first as fast as a free particle would.
+    // The particle slips, at first as fast as without the springs and rods that hold it.
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
     slides((most / along.norm() - 1) / mass * along);
     turn(false);
@@ -262,7 +264,7 @@ void ImplicitContact::linearise_friction(Stage& stage, std::size_t index) {
     slides(slip);
 }
 
-// What is met on the way to x_next and was not known; true where there is some.
+// Finds impacts on the path to x_next that were not known; true if there are any.
 bool ImplicitContact::find_impacts(const double* x_next) {
   const Contacts& contacts = particles_->contacts();
   const Layout& layout = particles_->layout();
@@ -312,7 +314,7 @@ void ImplicitContact::finish(double* x_next) {
     const Stage& stage = stages_[stage_ - 1];
     const VelocityInequality& bound = stage.bounds[n];
     if (bound.active == 0) continue;
-    // The force of the surface through the step: friction and push.
+    // The contact force through the step: normal force and friction.
     const Vec3 force = (bound.push - bound.friction) / stage.tau;
     Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
     const Vec3 moved = place - vector_at(q0, i);
@@ -331,9 +333,9 @@ void ImplicitContact::finish(double* x_next) {
       const Vec3 carrier = surface_velocity(held, end, place);
       change_to(carrier, carrier);
     } else {
-      // What pushed to the end lets nothing lead off it, either, and its friction is that of all of
-      // the push; but the velocity of a method of first order is that of the chord, which leads
-      // off.
+      // An active contact at the end allows no separating velocity either, and friction is limited
+      // by the total normal impulse; but the velocity of a method of first order is that of the
+      // chord, which may separate.
       for (int round = 0; round < 8; ++round)
         for (int k = 0; k < held.count; ++k) {
           if (!(bound.active >> k & 1)) continue;
@@ -353,8 +355,8 @@ void ImplicitContact::finish(double* x_next) {
   }
 }
 
-// What rounding left inside, or rounds that came to no end; where it projects, all that is inside,
-// with the bounce there.
+// Pushes out what rounding, or rounds that did not converge, left inside; with projected contact
+// all penetrations, with restitution.
 void ImplicitContact::put_out(double* x_next, bool project) {
   const Contacts& contacts = particles_->contacts();
   const Layout& layout = particles_->layout();

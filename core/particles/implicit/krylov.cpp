@@ -17,7 +17,8 @@ void scale(Array& to, double factor, const Array& what) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = factor * what[i];
 }
 
-// Whether squares that fell from `first` to `now` in `done` iterations reach the goal in `all`.
+// Whether squared residuals that fell from `first` to `now` in `done` iterations reach the goal in
+// `all`.
 bool gets_there(double first, double now, double goal, int done, int all) {
   double reached = now;
   for (int left = all - done; left > 0; left -= done) reached *= now / first;
@@ -44,8 +45,9 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   std::copy_n(b, r_.size(), r_.data());
   std::fill_n(d, r_.size(), 0.0);
   std::ranges::fill(p_.span(), 0.0);
-  // own: r.D^-1 r, which says when to stop; rz: r.z with all of the preconditioner.
-  // Iterations that cost as much as to prepare more, and after which it shows how they go.
+  // own: r.D^-1 r, by which the iteration stops; rz: r.z with the whole preconditioner. kSoon:
+  // iterations that cost as much as preparing a better preconditioner; kLook: iterations after
+  // which the rate of convergence is known.
   constexpr int kSoon = 12, kLook = 4;
   double own = matrix.precondition(r_.data(), z_.data()), rz = own, beta = 0;
   SIM_ASSERT(eta > 0 && !(own < 0));  // D^-1 is symmetric and positive
@@ -100,7 +102,7 @@ void Gmres::precondition(StageMatrix& matrix, const double* r) {
 
 LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
   LinearResult result;
-  // Factors know of no planes that restrict A.
+  // The factors do not include the inequality constraints that restrict A.
   const bool factors = factors_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
   factored_ = factors && factors_->prepare(matrix);
   result.factorisations = factors;
@@ -110,7 +112,7 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
   const double goal = eta * norm;
   double cosine[kRestart], sine[kRestart], g[kRestart + 1];
   while (norm > goal && result.iterations < most_ && !matrix.stopped()) {
-    // The basis v_0 = r / |r|, v_j+1 = A D^-1 v_j made orthogonal to those before.
+    // The Arnoldi basis v_0 = r / |r|, v_j+1 = A D^-1 v_j made orthogonal to those before.
     scale(basis_[0], 1 / norm, r_);
     g[0] = norm;
     int used = 0;
@@ -127,7 +129,7 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
       const double length = std::sqrt(dot(next, next));
       if (length > 0) scale(next, 1 / length, next);
 
-      // Rotations keep h triangular and the residual in the last entry of g.
+      // Givens rotations keep h triangular and the residual in the last entry of g.
       for (int i = 0; i < used; ++i) {
         const double upper = h[i];
         h[i] = cosine[i] * upper + sine[i] * h[i + 1];

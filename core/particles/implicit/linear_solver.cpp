@@ -12,7 +12,8 @@ constexpr int kDirectUpTo = 8;     // particles; more are faster with conjugate 
 constexpr int kDirectAtAll = 512;  // particles whose factor may stand by: more take long to analyse
 constexpr int kPatience = 500;     // iterations until the factor is faster, whatever the size
 constexpr double kStiff = 300;     // stiffness of A from which on factors precondition GMRES
-// Products of a factorisation that may stand by, and of one for steps that are all stiff.
+// The largest numbers of products of a factorisation kept as a fallback, and of one for steps in
+// which everything is stiff.
 constexpr double kProductsStandingBy = 1e8, kProductsOfLongSteps = 1e11;
 
 std::vector<std::array<int, 2>> spring_pairs(const StageMatrix& matrix) {
@@ -27,7 +28,7 @@ std::unique_ptr<SparseLdlt> make_factor_of_springs(const StageMatrix& matrix,
   return std::make_unique<SparseLdlt>(matrix, pairs, elimination_rows(system.masses(), pairs));
 }
 
-// Conjugate gradients, and the factor where they do not get there.
+// Conjugate gradients, with the factorisation as a fallback if they do not converge.
 class Either final : public LinearSolver {
  public:
   Either(const StageMatrix& matrix, const Particles& system)
@@ -48,8 +49,8 @@ class Either final : public LinearSolver {
   std::unique_ptr<SparseLdlt> direct_;
 };
 
-// Conjugate gradients with the blocks alone where planes restrict the matrix: neither patches nor
-// factors know of them.
+// Conjugate gradients with the block-diagonal preconditioner alone if inequality constraints
+// restrict the matrix: neither multigrid nor the factors include them.
 class Restricted final : public LinearSolver {
  public:
   Restricted(const StageMatrix& matrix, int most, std::unique_ptr<LinearSolver> whole)

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kWanted = 36;  // particles of a patch
 
-// Column `column` of P = [I, -[arm]x], which makes velocities of the motion of a patch.
+// Column `column` of P = [I, -[arm]x], which maps the motion of an aggregate to velocities.
 Vec3 motion(const Vec3& arm, int column) {
   switch (column) {
     case 3:
@@ -24,7 +24,7 @@ Vec3 motion(const Vec3& arm, int column) {
   }
 }
 
-// The column of a block += P^T y.
+// Adds P^T y to a column of a block.
 void add_motion(const Vec3& arm, const Vec3& y, double* column) {
   const Vec3 turn = arm.cross(y);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -60,7 +60,7 @@ void add_between(const Vec3& low, const Vec3& high, double along, const Vec3& w,
   }
 }
 
-// |r| at most, in eight lanes.
+// The largest |r|, in eight lanes.
 double largest_of(const std::array<const double*, 3>& r, int n) {
   double lanes[8] = {};
   for (const double* const of : r) {
@@ -118,7 +118,8 @@ Multigrid::Multigrid(const StageMatrix& matrix, const Particles& system)
     *array = ArrayOf<float>(springs_.layout().size());
 }
 
-// Centres, and arms from there as shares of the size, so that all columns of P are alike.
+// Centres of the aggregates, and arms from there relative to their size, so that all columns of P
+// have the same scale.
 void Multigrid::assign_aggregates(const StageMatrix& matrix) {
   for (std::size_t p = 0; p + 1 < first_.size(); ++p) {
     Vec3 centre = Vec3::Zero();
@@ -139,8 +140,8 @@ void Multigrid::assign_aggregates(const StageMatrix& matrix) {
   }
 }
 
-// P_a^T K P_b for a spring from one patch to another. Within a patch only its turn changes the
-// spring, by w x (arm_a - arm_b).
+// P_a^T K P_b for a spring from one aggregate to another. Within an aggregate only its rotation
+// changes the spring, by w x (arm_a - arm_b).
 void Multigrid::add_springs() {
   std::ranges::fill(across_.span(), 0.0);
   std::size_t spring = 0;

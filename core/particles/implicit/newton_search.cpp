@@ -1,4 +1,4 @@
-// How far steps of Newton's method go, and what takes their place where they are short.
+// The line searches of Newton's method, and L-BFGS, which replaces it where its steps are short.
 #include <algorithm>
 #include <cmath>
 
@@ -6,8 +6,8 @@
 
 namespace sim {
 
-// From the best point: a step that does not lower Phi is shortened a few times, and one at whose
-// end Phi falls nearly as steeply as at its start is lengthened until it does not.
+// Line search from the best point: a step that does not lower Phi is shortened a few times; one at
+// whose end Phi falls nearly as steeply as at its start is lengthened until it does not.
 void NewtonSolver::stretch(double& length, double slope) {
   constexpr int kShorter = 4, kLonger = 20;
   constexpr double kSteep = 0.5;
@@ -33,8 +33,8 @@ void NewtonSolver::stretch(double& length, double slope) {
   }
 }
 
-// Along a direction in which Phi curves downwards, it falls with the gradient and then as far as it
-// does: how far, in units of the direction; 0 where it does not. The first trial turns no spring by
+// Line search along a direction of negative curvature, downhill, as far as Phi falls: returns the
+// length in units of the direction, or 0 if Phi does not fall. The first trial rotates no spring by
 // more than a degree.
 double NewtonSolver::descend(const double* direction) {
   constexpr double kTurn = 0.02;
@@ -61,10 +61,10 @@ double NewtonSolver::descend(const double* direction) {
   return fall < -noise_ ? s : 0;
 }
 
-// Where A is not positive definite Phi falls along narrow valleys that bend, as of folds that are
-// about to form, many at once, and steps of Newton's method are as short as those are narrow. The
-// definite model is good for all of the way. What it lacks is learned from the steps, each of which
-// costs a cycle of the preconditioner and an evaluation, but no matrix.
+// Preconditioned L-BFGS for an indefinite A, where Phi falls along many narrow curved valleys, as
+// of folds about to form, and steps of Newton's method are as short as these are narrow. The
+// definite model serves as the initial Hessian throughout; each step costs a preconditioner cycle
+// and an evaluation, but no matrix.
 bool NewtonSolver::can_use_lbfgs() {
   equation_.place(0);
   evaluate();
@@ -72,7 +72,7 @@ bool NewtonSolver::can_use_lbfgs() {
   return !matrix_.restricted() && linear_->prepare(matrix_);
 }
 
-// Until the residual is at the goal: true; or does not fall as fast as by steps of Newton's method.
+// True once the residual is at the goal; false if it falls more slowly than by Newton's method.
 bool NewtonSolver::minimise_lbfgs(double goal) {
   constexpr int kLook = 20;
   constexpr double kFast = 0.5;  // contraction from look to look
@@ -100,8 +100,8 @@ bool NewtonSolver::minimise_lbfgs(double goal) {
   return now <= goal;
 }
 
-// Along a direction in which Phi falls, to where it does not as steeply any more: nearly to the
-// lowest point, by slopes alone. How far, or 0.
+// Line search along a descent direction by slopes alone, to near the minimum, where the slope is
+// well below that at the start. Returns the length, or 0.
 double NewtonSolver::search_flat() {
   constexpr double kFlat = 0.7;  // of the slope at the start
   constexpr int kTrials = 20;
@@ -128,9 +128,9 @@ double NewtonSolver::search_flat() {
   return 0;
 }
 
-// From the best point, with a definite model: shortens the step until Phi falls as it should
-// (Armijo), or to where the majorant says that it does. False when it does not by more than
-// rounding.
+// Backtracking from the best point, with a definite model: shortens the step until Phi satisfies
+// the Armijo condition, or to the length at which a majorant guarantees it. False if Phi falls by
+// no more than rounding.
 bool NewtonSolver::search_surely() {
   constexpr int kTrials = 30;
   constexpr double kLeastFall = 1e-4;
@@ -143,7 +143,7 @@ bool NewtonSolver::search_surely() {
     equation_.place(s);
     fall = equation_.phi() - best_phi_;
     if (fall <= kLeastFall * s * slope || s <= sure) break;
-    // The lowest point of the parabola through what is known.
+    // The minimum of the parabola through the known values.
     const double parabola = -slope * s * s / (2 * (fall - slope * s));
     s = std::isfinite(parabola) ? std::clamp(parabola, 0.1 * s, 0.5 * s) : 0.1 * s;
     s = std::max(s, std::min(sure, 1.0));

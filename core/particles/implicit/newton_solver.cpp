@@ -6,8 +6,8 @@
 namespace sim {
 namespace {
 
-// How exactly the linear equations are worth solving: Eisenstat & Walker (1996), SIAM J. Sci.
-// Comput. 17(1), choice 2.
+// The forcing term, the relative accuracy of the linear solve: Eisenstat & Walker (1996), SIAM J.
+// Sci. Comput. 17(1), choice 2.
 double forcing_term(double now, double previous) {
   const double contraction = now / previous;
   return std::min(0.1, 0.9 * contraction * contraction);
@@ -43,7 +43,8 @@ double NewtonSolver::goal_from(double first, double tolerance) {
   return std::max(tolerance * first, 4 * matrix_.rounding(equation_.view()));
 }
 
-// The error of a step of order p is about the p-th power of what the acceleration changes in it.
+// The error of a step of order p is about the p-th power of the relative change of the
+// acceleration.
 double NewtonSolver::tolerance() const {
   constexpr double kPart = 1e-3, kLeast = 1e-10;
   if (options_.tolerance > 0) return options_.tolerance;
@@ -71,7 +72,8 @@ LinearResult NewtonSolver::find_direction(double eta) {
   constexpr int kMostCatches = 20;
   LinearResult result = solve_linear(equation_.gradient(), eta);
   if (!equation_.bounds()) return result;
-  // What would go through planes is put onto them, and the others find their ways with that.
+  // Particles that would cross their contact planes are placed onto them, and the system is solved
+  // again for the others.
   std::ranges::fill(offset_.span(), 0.0);
   for (int n = 0; n < kMostCatches && result.definite && equation_.activates(offset_); ++n) {
     matrix_.restrict_to(equation_.bounds());
@@ -109,7 +111,7 @@ StepStatus NewtonSolver::solve(double t, double tau, const double* r, double* y)
   return status;
 }
 
-// One step, taken as it is: Baraff & Witkin (1998).
+// One linearised step without iteration: Baraff & Witkin (1998).
 StepStatus NewtonSolver::linearised() {
   const double tolerance = options_.tolerance > 0 ? options_.tolerance : 1e-6;
   linearise(kExact);
@@ -165,7 +167,7 @@ StepStatus NewtonSolver::minimise() {
     const bool near = slides && step > 1 && now < kNear * first && !matrix_.restricted();
     const bool sliding = near && slow && linear_->divides_cheaply();
     if (step > 0 && !sliding) linearise(share, true);
-    // Where steps are many, better directions are worth more.
+    // Long solves are worth more accurate directions.
     const double loosest = step < kMany ? 0.01 : step < 2 * kMany ? 1e-3 : 1e-6;
     const double eta =
         std::max(std::min(loosest, step > 0 ? forcing_term(now, previous) : 0.1), 0.5 * goal / now);
@@ -173,7 +175,7 @@ StepStatus NewtonSolver::minimise() {
     if (!sliding) result = find_direction(eta);
     double length = 1;
     if (!result.definite && near && can_use_lbfgs()) {
-      // One that did not get there is followed by a sure step.
+      // A failed L-BFGS solve is followed by a step of the definite model.
       slides = minimise_lbfgs(goal);
       share = kSafe;
       hold = 1;
@@ -204,7 +206,7 @@ StepStatus NewtonSolver::minimise() {
         sound && (phi < best_phi_ - noise_ || (phi <= best_phi_ + noise_ && now < lowest));
     since = lower ? 0 : since + 1;
     if (!sound || since > kPatience) {
-      // Back to the best point, and from there surely down.
+      // Returns to the best point and takes a sure descent step from there.
       equation_.start_at(best_);
       evaluate();
       linearise(kSafe);
@@ -234,8 +236,9 @@ StepStatus NewtonSolver::minimise() {
   return ended(first, now);
 }
 
-// The guess, or rest where Phi is lower there. From rest at a state of energy E backward Euler has
-// Phi = E, and ends below that. What a hand moves goes on.
+// Chooses the guess, or zero velocities if Phi is lower there. From zero velocities at a state of
+// energy E, backward Euler has Phi = E and ends below that. Particles that the user drags keep
+// moving.
 void NewtonSolver::choose_start() {
   std::ranges::copy(equation_.start().span(), best_.data());
   const double guess = equation_.phi();
@@ -263,16 +266,16 @@ void NewtonSolver::keep_before() {
   for (int axis = 0; axis < 3; ++axis) std::copy_n(q[axis], view.n, before[axis]);
 }
 
-// Where rounding errors alone make the definite model fail: down the gradient.
+// Rounding errors may make even the definite model fail; then the preconditioned gradient is taken.
 void NewtonSolver::find_definite_direction(double eta) {
   if (find_direction(eta).definite) return;
   matrix_.precondition(equation_.gradient().data(), equation_.direction().data());
   for (double& value : equation_.direction().span()) value = -value;
 }
 
-// With forces that have no Phi: the residual has to fall. A whole step that turns what is stiff
-// lets it rise and the next one falls below, so that a few whole steps are tried before one is
-// shortened.
+// Reduces the residual for forces without a potential Phi. A whole step that rotates stiff springs
+// raises the residual and the next one falls below, so that a few whole steps are tried before one
+// is shortened.
 StepStatus NewtonSolver::reduce() {
   constexpr int kPatience = 4;  // whole steps that find no smaller residual
   constexpr int kMostTurns = 50;
@@ -289,7 +292,7 @@ StepStatus NewtonSolver::reduce() {
     const double goal = goal_from(first, step > 0 ? tolerance() : options_.tolerance);
     if (now <= goal) break;
     if (step == options_.newton_steps) return StepStatus::kNotConverged;
-    // Where steps had to be shortened, a better direction is worth more.
+    // Directions need more accuracy after a step that had to be shortened.
     if (step > 0) eta = std::min(searched ? 0.1 * eta : 0.1, forcing_term(now, previous));
     eta = std::max(eta, 0.5 * goal / now);
     find_direction(eta);
@@ -299,7 +302,7 @@ StepStatus NewtonSolver::reduce() {
     equation_.place(1);
     evaluate();
     now = norm();
-    // What lets go of a particle may make the residual larger.
+    // A contact that releases its particle may raise the residual.
     searched = !(now <= 0.5 * previous) && !(equation_.turned() && ++turns < kMostTurns);
     since = now < lowest ? 0 : since + 1;
     const bool whole = !equation_.bounds() && std::isfinite(now) && since <= kPatience;

@@ -72,7 +72,7 @@ void PluginForceJacobian::at(const ParticleView& view) {
   }
 }
 
-// Pairs that interact have gigabytes of them: they are counted before they are kept.
+// Long-range pair forces can have gigabytes of blocks: they are counted before they are stored.
 void PluginForceJacobian::make_room(const Force& force, const ParticleView& view) {
   Counter counter;
   force.jacobian(view, counter);

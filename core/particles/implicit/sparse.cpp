@@ -80,7 +80,7 @@ void SparseSymmetric::solve(std::span<double> x) const {
 }
 
 double factor_products(std::span<const int> rows, ParticlePairs pairs) {
-  // The factors of the graph of particles, of which every entry stands for a block.
+  // The factorisation of the graph of particles, in which every entry stands for a block.
   class Counts : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
                                               Eigen::NaturalOrdering<int>> {
    public:

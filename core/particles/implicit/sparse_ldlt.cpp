@@ -9,7 +9,7 @@ namespace sim {
 
 SparseLdlt::SparseLdlt(const StageMatrix& matrix, ParticlePairs pairs, std::vector<int> rows)
     : layout_(matrix.layout()), row_of_(std::move(rows)) {
-  // The order of elimination was found on the graph of particles rather than of their coordinates.
+  // The elimination order was found on the graph of particles rather than of their coordinates.
   int free = 0;
   for (int& row : row_of_)
     if (row >= 0) row *= 3, ++free;
@@ -67,7 +67,7 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
       for (int row = 0; row < 3; ++row)
         values[to.column[col] + row] += at < by ? block(row, col) : block(col, row);
   };
-  // By reference, which takes no memory.
+  // Passed by reference, which allocates nothing.
   matrix.for_each_pair(std::cref(add_spring), std::cref(add_other));
   SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
 }

@@ -9,8 +9,8 @@
 namespace sim {
 namespace {
 
-// P (P D P)^-1 P, of D on what the projection P leaves; as the kernel does, 1/|trace| where D is
-// not positive there.
+// P (P D P)^-1 P, the inverse of D on the range of the projection P; like the kernel, 1/|trace| if
+// D is not positive definite there.
 Mat3 inverse_within(const Mat3& d, const Mat3& paths) {
   Vec3 basis[3], towards[3];
   int size = 0;
@@ -61,7 +61,7 @@ StageMatrix::StageMatrix(Particles& system, std::function<bool()> stopped)
   sums_ = Array(half_.size());
 }
 
-// The sum over all tiles of what body(begin, end, lanes) adds up in eight lanes, in a fixed order.
+// Sums what body(begin, end, lanes) adds in eight lanes over all tiles, in a fixed order.
 template <class Body>
 double StageMatrix::over_tiles(const Body& body) {
   const int n = half_.n(), tiles = static_cast<int>(tile_sums_.size());
@@ -95,7 +95,7 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
     stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
   });
-  // The symmetric part of what other forces have on the diagonal.
+  // The symmetric part of the diagonal blocks of the other forces.
   const auto add = [&](std::span<const PluginForceJacobian::Block> others, double factor) {
     for (const auto& [i, j, value] : others) {
       if (i != j) continue;
@@ -118,7 +118,7 @@ void StageMatrix::invert(int begin, int end) {
   kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
 }
 
-// With the projection P of a particle, the inverse of P D P on what P leaves.
+// The inverse of P D P on the range of each particle's projection P.
 void StageMatrix::restrict_to(const VelocityInequalities* bounds) {
   bounds_ = bounds;
   restricted_ = false;
@@ -154,7 +154,7 @@ double StageMatrix::apply(const double* p, double* out) {
   return dot;
 }
 
-// out += the drag of friction times p, and returns what it adds to p.out.
+// out += (drag of friction) p; returns what this adds to p.out.
 double StageMatrix::apply_drag(const double* p, double* out) const {
   const auto from = half_.axes(p);
   const auto to = half_.axes(out);

@@ -75,8 +75,8 @@ class SomeSprings final : public Force {
   Springs springs_;
 };
 
-// The sums of |K_ij| / sqrt(m_i m_j) over each row i bound omega^2 (Gershgorin), those of |C_ij|
-// the decay of velocities.
+// Gershgorin bounds: the row sums of |K_ij| / sqrt(m_i m_j) bound omega^2, and those of |C_ij| /
+// sqrt(m_i m_j) the decay rates of velocities.
 class RowSums final : public JacobianSink {
  public:
   explicit RowSums(const ParticleView& view)
@@ -138,7 +138,7 @@ double largest_eigenvalue(Particles& system, ParticleJacobian& jacobian, int fro
   return largest;
 }
 
-// rad/s, of what kicks have to stand: a vibration, or velocities that forces make decay.
+// The fastest rate, rad/s, that kicks have to resolve: an oscillation, or the decay of velocities.
 double fastest_rate(Particles& system, double t, const double* x) {
   ParticleJacobian jacobian(system);
   jacobian.at(t, x);
@@ -147,7 +147,7 @@ double fastest_rate(Particles& system, double t, const double* x) {
   return std::max(omega, 2 / kKickLimit * largest_eigenvalue(system, jacobian, 3));
 }
 
-// Springs by their omega, in bins that double every kBinsOfTwo.
+// Springs by their omega, in bins with kBinsOfTwo to a factor of two.
 class Histogram {
  public:
   void add(double omega) {
@@ -157,7 +157,7 @@ class Histogram {
   static double edge(int bin) { return std::exp2(bin / kBinsOfTwo); }
   long all() const { return all_; }
 
-  // Lower edges of the bins that are not empty and below `most`, falling.
+  // Lower edges of the bins that are not empty and below `most`, descending.
   std::vector<double> cuts(double most) const {
     std::vector<double> edges;
     for (auto bin = counts_.rbegin(); bin != counts_.rend(); ++bin)
@@ -197,7 +197,7 @@ std::unique_ptr<Jacobian> SoftSystem::jacobian() {
   return std::make_unique<ParticleJacobian>(*this);
 }
 
-// The parts have copies of springs, which would not break: springs that may are soft.
+// The parts copy springs, and copies would not break: breakable springs stay soft.
 std::optional<bool> StiffPart::said(Force& force) const {
   return force.breakable() ? false : said_(force);
 }
@@ -224,8 +224,8 @@ bool StiffPart::accumulates_stiffly(const Partition& partition, std::size_t forc
   return force < partition.others.size() && partition.others[force] != 0;
 }
 
-// rad/s by which to compare what forces accumulate with springs: 0 where they give no derivatives,
-// or remember, and so are soft.
+// Rates, rad/s, by which accumulated forces are compared with springs: 0 for forces without
+// derivatives or with internal variables, which are soft.
 std::vector<double> StiffPart::rates_of_others(double t, const double* x) const {
   std::vector<double> rates;
   for (Force* const force : system_->forces()) {
@@ -267,7 +267,7 @@ Partition StiffPart::choose(double t, double h, const double* x) {
   const Partition none = with_cut(HUGE_VAL);
   if (asked ? stands(none) : fastest_rate(*system_, t, x) <= most) return none;
 
-  // Springs that are fast by themselves are stiff; then as few others as will do.
+  // Springs above the limit by themselves are stiff, then as few others as suffice.
   std::vector<double> cuts = springs.cuts(most);
   for (const double rate : rates)
     if (rate > 0 && rate < most) cuts.push_back(rate);
@@ -281,7 +281,7 @@ Partition StiffPart::choose(double t, double h, const double* x) {
     else
       low = middle + 1;
   }
-  // The springs that the scene keeps soft may be too fast whatever the rest is.
+  // Springs that the scene keeps soft may exceed the limit whatever the partition.
   if (low == cuts.size() && !stands(with_cut(0))) return with_cut(most);
   const double cut = low < cuts.size() ? cuts[low] : 0;
   const bool most_of_them =
@@ -307,7 +307,7 @@ std::unique_ptr<SoftSystem> StiffPart::soft_system(const Partition& partition,
                                                    const double* x) const {
   const int n = system_->layout().n();
   std::vector<std::unique_ptr<Force>> forces;
-  // Memories lie in X in the order of all forces; those of forces that are off go on.
+  // Internal variables are in X in the order of all forces; those of inactive forces are kept.
   auto memory = system_->internal_variables().begin();
   const auto pass_memories = [&](const Force* until) {
     for (; memory != system_->internal_variables().end() && memory->force != until; ++memory) {
@@ -339,7 +339,7 @@ std::unique_ptr<SoftSystem> StiffPart::soft_system(const Partition& partition,
   auto system =
       std::make_unique<SoftSystem>(std::vector<double>(masses.begin(), masses.end()),
                                    std::vector<int>{}, std::move(forces), x, system_->pool());
-  // Held and kinematic particles keep their velocities.
+  // Pinned and kinematic particles keep their velocities.
   if (system_->motion().inverse_masses)
     system->set_masses(std::vector<double>(masses.begin(), masses.end()), {}, true);
   return system;

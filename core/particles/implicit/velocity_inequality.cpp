@@ -6,18 +6,19 @@
 namespace sim {
 namespace {
 
-// The point of up to three half-spaces that is nearest to v: v + sum of sizes_k normal_k over a
-// subset of the planes, in which all sizes are >= 0 and beyond which all others are kept. Tried
-// from the smallest subset on.
+// The projection of v onto the intersection of up to three half-spaces: v + sum of sizes_k normal_k
+// over the active planes, with all sizes >= 0 and all other inequalities satisfied. Active sets are
+// tried from the smallest on.
 struct Nearest {
   Vec3 point;
   unsigned active = 0;
   double sizes[VelocityInequality::kMost] = {};
 };
 
-// Sizes so that the planes of the subset are met exactly; false where their normals are dependent.
+// Finds the sizes for which the planes of the subset are met exactly; false if their normals are
+// dependent.
 bool meet(const HalfSpace* planes, const int* members, int count, const Vec3& v, double* sizes) {
-  // Cholesky on the products of the normals.
+  // Cholesky factorisation of the Gram matrix of the normals.
   double l[3][3] = {}, y[3] = {};
   for (int i = 0; i < count; ++i) {
     const HalfSpace& plane = planes[members[i]];
@@ -31,7 +32,7 @@ bool meet(const HalfSpace* planes, const int* members, int count, const Vec3& v,
     for (int k = 0; k < i; ++k) sum -= l[i][k] * y[k];
     y[i] = sum / l[i][i];
   }
-  // With `i-- > 0` instead gcc 12 leaves the loop out at -O2, for it loses count of the inner one.
+  // With `i-- > 0` gcc 12 drops this loop at -O2, as it miscounts the inner one.
   for (int i = count - 1; i >= 0; --i) {
     double sum = y[i];
     for (int k = i + 1; k < count; ++k) sum -= l[k][i] * sizes[k];
@@ -40,7 +41,7 @@ bool meet(const HalfSpace* planes, const int* members, int count, const Vec3& v,
   return true;
 }
 
-// For the rounding of a velocity.
+// Tolerance for the rounding of a velocity.
 double slack_of(const HalfSpace& plane, const Vec3& v) {
   return 1e-13 * (std::fabs(plane.least) + v.norm());
 }
@@ -99,7 +100,7 @@ Vec3 VelocityInequality::projected_gradient(const Vec3& gradient, const Vec3& v)
     push = all;
     return Vec3::Zero();
   }
-  // -left is the nearest to -gradient of the directions that lead into no plane.
+  // -left is the feasible direction nearest to -gradient.
   HalfSpace directions[kMost];
   for (int k = 0; k < count; ++k) directions[k] = {planes[k].normal, 0};
   const Nearest found = nearest_of(directions, count, at, -all);

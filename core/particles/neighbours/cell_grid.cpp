@@ -8,11 +8,11 @@
 namespace sim {
 namespace {
 
-// Cells are a little wider than asked for and coordinates bounded, so that rounding of a coordinate
-// (below kFar 2^-51) cannot part neighbours.
+// Cells are slightly wider than the cutoff and coordinates bounded, so that rounding of a
+// coordinate (below kFar 2^-51) cannot separate neighbours.
 constexpr double kWiden = 1.001, kFar = 0x1p36;
 
-// Of about a thousand of the values; 0 when none of these is finite.
+// The median of about a thousand of the values; 0 if none of these is finite.
 double median(const double* values, int n, std::vector<double>& sample) {
   sample.clear();
   for (int i = 0; i < n; i += n / 1024 + 1)

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostSlots = std::size_t{1} << 30;
 
-// Lists are a hair longer than asked for, so that rounding of a distance loses no pair.
+// Lists reach slightly beyond the cutoff, so that rounding of a distance loses no pair.
 constexpr double kMargin = 1 + 1e-9;
 
 }  // namespace
@@ -23,7 +23,7 @@ Neighbours::Neighbours(double cutoff, double skin) : range_(cutoff + skin), half
   SIM_ASSERT(cutoff > 0 && skin >= 0);
 }
 
-// Two particles that were more than cutoff + skin apart are more than the cutoff apart as long as
+// Two particles that were more than cutoff + skin apart stay more than the cutoff apart as long as
 // neither has moved more than skin / 2.
 bool Neighbours::update(const ParticleView& view, ThreadPool& pool) {
   if (builds_ == 0) {
@@ -81,7 +81,7 @@ void Neighbours::build(const ParticleView& view, ThreadPool& pool) {
       built_[axis][p] = points_[4 * p + axis] = q[axis][i];
   }
 
-  // Lists for which there is no room are only counted, and made again when there is.
+  // Lists that exceed their memory are only counted, and rebuilt when there is room.
   for (;;) {
     const int ranks = static_cast<int>(shares_.size());
     pool.run([&](int rank) {
@@ -114,7 +114,7 @@ void Neighbours::build(const ParticleView& view, ThreadPool& pool) {
   }
 }
 
-// Bits sort the ids: quicker than comparing, as a cell's particles share the work.
+// A bitmap sorts the ids: faster than comparisons, as the particles of a cell share the work.
 void Neighbours::look_around(int place, Share& share) const {
   const CellGrid::Rows rows = grid_.around(grid_.cell_at(place));
   for (int row = 0; row < rows.count; ++row)
@@ -137,7 +137,7 @@ void Neighbours::look_around(int place, Share& share) const {
     }
 }
 
-// Makes the lists of blocks [first, last).
+// Builds the lists of blocks [first, last).
 void Neighbours::list(int first, int last, Share& share) {
   const int n = static_cast<int>(place_.size());
   const double* const q[3] = {share.q[0].data(), share.q[1].data(), share.q[2].data()};
@@ -154,7 +154,7 @@ void Neighbours::list(int first, int last, Share& share) {
         look_around(place, share);
         own = 0;
       }
-      // Further on than that of the place before: the ids of a cell ascend.
+      // The search continues from the previous one: the ids of a cell ascend.
       while (share.places[static_cast<std::size_t>(own)] != place) {
         ++own;
         SIM_ASSERT(own < share.count);

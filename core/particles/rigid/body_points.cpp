@@ -10,7 +10,7 @@
 namespace sim {
 namespace {
 
-// The nodes as particles of their own.
+// The joint nodes, shown as particles.
 class NodeView {
  public:
   explicit NodeView(std::vector<JointNode> nodes)
@@ -37,7 +37,7 @@ class NodeView {
         out[k] = sum;
       }
     }
-    // A point of a body has no mass of its own; what asks is told that of all of it.
+    // A point of a body has no mass of its own; it reports the mass of the whole body.
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       mass_[k] = 0;
       for (int p = 0; p < nodes_[k].count; ++p)
@@ -60,7 +60,7 @@ class NodeView {
   std::vector<double> mass_;
 };
 
-// Evaluated as a whole on one thread before the tiles, and then handed out.
+// A force between nodes: evaluated as a whole on one thread before the tiles, and then distributed.
 class NodeForce final : public Force, public Breakable {
  public:
   NodeForce(std::unique_ptr<Force> force, std::vector<JointNode> nodes)
@@ -119,7 +119,7 @@ class NodeForce final : public Force, public Breakable {
   bool has_dissipative_part() const override {
     return gathers_ && (force_->springs() != nullptr || force_->has_dissipative_part());
   }
-  // Asked for now and then. What a spring accumulates is its damping alone.
+  // Called rarely. All that a spring accumulates is its damping.
   void dissipative_part(const ParticleView&, Tile tile, ForceSink sink) const override {
     Array friction(layout_.size());
     if (force_->springs())
@@ -130,7 +130,7 @@ class NodeForce final : public Force, public Breakable {
   }
   std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
 
-  // A point of a body goes by the first of its particles.
+  // A point of a body is represented by the first of its particles.
   Breakable* breakable() override { return force_->breakable() ? this : nullptr; }
   int ties() const override { return force_->breakable()->ties(); }
   std::array<int, 2> ends(int tie) const override {
@@ -201,7 +201,7 @@ class NodeConstraint final : public Constraint {
     constraint_->bind(seen_.look(initial));
     own_ = constraint_->pattern();
     gradient_.resize(own_.ids.size());
-    // Each row joins a particle once, through however many nodes.
+    // Each row names a particle once, even if several nodes refer to it.
     for (int r = 0; r < own_.rows(); ++r) {
       const auto first = pattern_.ids.size();
       for (int e = own_.begin[at(r)]; e < own_.begin[at(r + 1)]; ++e) {

@@ -19,8 +19,8 @@ Mat3 turned_by(const Vec3& turn) {
   return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
 }
 
-// From the largest of the four, so that no root is of a difference (Shepperd (1978), J. Guidance
-// Control 1, 223).
+// Quaternion from the largest of its four components, which avoids cancellation (Shepperd (1978),
+// J. Guidance Control 1, 223).
 std::array<double, 4> RigidState::quaternion() const {
   const Mat3& r = axes;
   const double trace = r(0, 0) + r(1, 1) + r(2, 2);
@@ -108,7 +108,7 @@ Directors RigidBody::directors(const ParticleView& view, const Vec3& x0, const V
   return directors;
 }
 
-// With d_k' = spin x d_k, spin = 1/2 sum d_k x d_k'.
+// From d_k' = spin x d_k follows spin = 1/2 sum d_k x d_k'.
 RigidState RigidBody::state(const ParticleView& view) const {
   RigidState state;
   for (int p = 0; p < kParticles; ++p) {
@@ -116,7 +116,7 @@ RigidState RigidBody::state(const ParticleView& view) const {
     state.velocity += 0.25 * view.velocity(first_ + p);
   }
   auto [d, rate] = directors(view, state.center, state.velocity);
-  // Right angles to the last bit, for what is drawn and told.
+  // Orthonormal to the last bit, for pictures and reports.
   d[0] = d[0].normalized();
   d[1] = (d[1] - d[1].dot(d[0]) * d[0]).normalized();
   d[2] = d[0].cross(d[1]);

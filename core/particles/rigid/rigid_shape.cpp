@@ -14,7 +14,7 @@ constexpr double kPi = 3.14159265358979323846;
   throw Error(ErrorKind::kScene, {"mesh of a rigid body", "", why, remedy});
 }
 
-// Each edge is run through once in each direction.
+// A closed surface has each edge once in each direction.
 void check_closed(const RigidShape& mesh) {
   const auto count = static_cast<int>(mesh.points.size());
   std::map<std::array<int, 2>, int> edges;
@@ -35,8 +35,8 @@ void check_closed(const RigidShape& mesh) {
   }
 }
 
-// A cell 0, a, b, c of density 1 has det / 6, s / 4 with s = a + b + c, and
-// det / 120 (s s^T + a a^T + b b^T + c c^T) about 0.
+// A cell 0, a, b, c of density 1 has mass det / 6, center s / 4 with s = a + b + c, and
+// second moment det / 120 (s s^T + a a^T + b b^T + c c^T) about 0.
 MassProperties bulk_of_mesh(const RigidShape& mesh) {
   check_closed(mesh);
   const Vec3 origin = mesh.points.empty() ? Vec3() : mesh.points.front();
@@ -104,7 +104,7 @@ PrincipalAxes principal_axes(Mat3 a) {
       for (std::size_t q = p + 1; q < 3; ++q) {
         if (std::fabs(a(p, q)) <= 1e-17 * (std::fabs(a(p, p)) + std::fabs(a(q, q)))) continue;
         done = false;
-        // The rotation by the smaller angle that makes a_pq zero.
+        // The rotation by the smaller angle that makes a_pq zero (Jacobi).
         const double theta = (a(q, q) - a(p, p)) / (2 * a(p, q));
         const double t =
             std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1));

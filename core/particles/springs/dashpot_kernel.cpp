@@ -11,14 +11,14 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// The particles of a block, and what is seen from them.
+// The particles of a block, their sums, and the range of lengths of their dashpots.
 struct Here {
   V3<double> q, v, sum;
   Doubles least, most;  // |d|^2 of all dashpots
 };
 
-// here.sum += -c (w.d) / |d|^2 d for the dashpots to the particles from j on.
-// They are owned by those from `owner` on.
+// here.sum += -c (w.d) / |d|^2 d for the dashpots to the particles from j on, which belong to those
+// from `owner` on.
 SIM_INLINE void add_dashpots(const DashpotRun& run, std::int64_t owner, const double* const q[3],
                              const double* const v[3], std::int64_t j, Here& here) {
   const Doubles none{}, one = splat<double>(1);
@@ -43,7 +43,7 @@ SIM_INLINE V3<double> dashpot_block(std::span<const DashpotRun> runs, const Part
     if (i + run.stride < view.n) add_dashpots(run, i, q, v, i + run.stride, here);
     if (i + kDoubles > run.stride) add_dashpots(run, i - run.stride, q, v, i - run.stride, here);
   }
-  // Also where 0 of no dashpot met a distance that overflowed.
+  // The check also catches a distance that overflowed in a lane without a dashpot.
   const Doubles zero{};
   const Doubles range = here.most + splat<double>(1) / here.least;
   const V3<double>& sum = here.sum;

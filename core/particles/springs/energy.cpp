@@ -8,7 +8,7 @@ double run_energy(const SpringRun& run, const ParticleView& view, int begin, int
   const double* const q[3] = {view.x, view.y, view.z};
   double lanes[8] = {};
   if (!run_energies()(RunColumns(run), q, begin, end, lanes)) {
-    // One spring at a time, each |d| without overflow; the same sums otherwise.
+    // One spring at a time, with each |d| free of overflow, in the same order of summation.
     for (double& lane : lanes) lane = 0;
     for (int a = begin; a < end; ++a) {
       if (!run.owns(a)) continue;

@@ -5,7 +5,8 @@
 namespace sim {
 namespace {
 
-// |d| <= share rest + ahead |v| only if d^2 <= 2 (share^2 rest^2 + ahead^2 v^2): no root is taken.
+// The condition |d| <= share rest + ahead |v| implies d^2 <= 2 (share^2 rest^2 + ahead^2 v^2),
+// which needs no square root.
 struct Sieve {
   const ParticleView& p;
   double ahead2, share2;
@@ -17,7 +18,7 @@ struct Sieve {
   }
 };
 
-// Most blocks pass none: a block is asked as a whole first, without branches.
+// Most blocks contain no candidate: each is first tested as a whole, without branches.
 void visit(const SpringRun& run, const Sieve& sieve, const Springs::Visit& visit) {
   constexpr int kBlock = 256;
   const int end = sieve.p.n - run.stride;

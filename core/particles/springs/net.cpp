@@ -18,7 +18,7 @@ struct End {
   double k, rest;
 };
 
-// The ends at every particle, sorted.
+// The springs at every particle, sorted by their other ends.
 class Ends {
  public:
   Ends(int n, std::span<const Net::Spring> springs)
@@ -29,7 +29,7 @@ class Ends {
       ++first_[static_cast<std::size_t>(s.b)];
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    // Filled from behind, so that each `first` comes to stand at the first end.
+    // Filled from behind, so that each `first` ends up at the first end.
     for (const Net::Spring& s : springs) {
       ends_[--first_[static_cast<std::size_t>(s.a)]] = {s.b, s.k, s.rest};
       ends_[--first_[static_cast<std::size_t>(s.b)]] = {s.a, s.k, s.rest};
@@ -51,8 +51,8 @@ class Ends {
   std::vector<End> ends_;
 };
 
-// Cuthill and McKee (1969): breadth first from a particle with few ends, those with fewer ends
-// first among the neighbours of one particle; then the next component.
+// The Cuthill-McKee order (1969): breadth first from a particle of low degree, neighbours by
+// ascending degree; then the next component.
 std::vector<std::int32_t> cuthill_mckee(int n, const Ends& ends) {
   const auto fewer_ends = [&](int l, int r) {
     return std::pair(ends.at(l).size(), l) < std::pair(ends.at(r).size(), r);
@@ -87,7 +87,7 @@ std::vector<std::int32_t> inverse(const std::vector<std::int32_t>& order) {
   return place;
 }
 
-// Whether the springs are much shorter in places than in numbers.
+// Whether the springs are much shorter in the new order than by id.
 bool brings_together(std::span<const std::int32_t> place, std::span<const Net::Spring> springs) {
   double by_number = 0, by_place = 0;
   for (const Net::Spring& s : springs) {
@@ -105,7 +105,7 @@ Net::Net(int n, std::span<const Spring> springs, SpringSense of_all, bool own_nu
   if (springs.empty()) return;
   const Ends ends(n, springs);
 
-  // An order of its own costs a pass over all particles, which a few springs do not repay.
+  // Reordering costs a pass over all particles, which a few springs do not repay.
   const int blocks = (n + 7) / 8;
   if (n >= kReorderFrom && 2 * springs.size() >= static_cast<std::size_t>(n)) {
     std::vector<std::int32_t> own_order = cuthill_mckee(n, ends), own_place = inverse(own_order);

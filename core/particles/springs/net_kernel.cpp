@@ -12,7 +12,7 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// An end of each lane, as far as its springs need not be known.
+// The other ends of a slot, with all that does not depend on the constants of the springs.
 struct Seeded {
   V3<double> d;
   Doubles dd, r;  // |d|^2, and the seed of 1/|d|
@@ -24,7 +24,7 @@ SIM_INLINE Seeded seeded(const double* points, const std::int32_t* to, const V3<
   return {d, dd, seed(dd)};
 }
 
-// From dd = |d|^2, which tells springs of one sense whether they are slack.
+// The constants of the springs; dd = |d|^2 decides whether springs of one sense are slack.
 SIM_INLINE Constants<double> constants(const Net& net, const Net::Slot& slot, int half,
                                        Doubles dd) {
   if (slot.kind >= 0) [[likely]]
@@ -46,7 +46,7 @@ SIM_INLINE V3<double> net_block(const Net& net, const double* const q[3], const 
   if (slot == end) return sum;
   Doubles errors{};
   // The loads and the seed of the next slot go before the sums of this one: a processor that waits
-  // for a square root and a division finds no room for the instructions of many slots.
+  // for a square root and a division has no room for the instructions of many slots.
   Seeded next = seeded(points, slot->to + half, here);
   for (; slot != end; ++slot) {
     const Seeded now = next;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxLayers = 4;  // springs between the same two particles that may lie in runs
 
-// What the first pass learns about all springs of one stride.
+// Statistics of the first pass over the springs of one stride.
 struct StrideStatistics {
   long count = 0;
   double k = 0, rest = 0;
@@ -58,7 +58,7 @@ void put(SpringRun& run, int a, double k, double rest) {
   run.rests[static_cast<std::size_t>(a + SpringRun::kPad)] = rest;
 }
 
-// A run pays where a block of 8 particles owns two or more of its springs.
+// A run pays if a block of 8 particles owns two or more of its springs.
 bool pays(const SpringRun& run) {
   const long blocks = std::count_if(run.owners.begin(), run.owners.end(),
                                     [](std::uint8_t bits) { return bits != 0; });
@@ -78,7 +78,8 @@ double spring_factor(const Vec3& d, double k, double k_rest) {
   const double inverse = inverse_sqrt(square_of(d[0], d[1], d[2]));
   if (inverse == inverse) return std::fma(k_rest, inverse, -k);
   if (k_rest == 0) return -k;
-  // d = scale u with components of u in [-1, 1], one of them 1 or -1, so that |u| is harmless.
+  // d = scale u with components of u in [-1, 1], one of them 1 or -1, so that |u| does not
+  // overflow.
   const double scale = d.cwiseAbs().maxCoeff();
   if (scale == 0) return 0;
   const Vec3 u = d / scale;
@@ -99,7 +100,7 @@ double spring_stretch(SpringSense sense, const Vec3& d, double rest) {
 Springs::Springs(int n, const std::function<void(const Visit&)>& for_each, SpringSense sense,
                  bool breakable)
     : n_(n), sense_(sense) {
-  // First pass: how many springs each stride has, and whether they are alike.
+  // First pass: count the springs of each stride, and see whether they are alike.
   std::map<int, StrideStatistics> strides;
   auto last = strides.end();
   for_each([&](int a, int b, double k, double rest) {
@@ -110,7 +111,8 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each, Sprin
     ++count_;
   });
 
-  // Second pass: every spring into the first run of its stride where its lower end owns none yet.
+  // Second pass: put every spring into the first run of its stride where its lower end owns none
+  // yet.
   std::map<int, std::vector<SpringRun>> layers;
   for (const auto& [stride, statistics] : strides)
     if (statistics.count * 64 >= n) layers[stride];
@@ -148,7 +150,7 @@ Springs::Springs(int n, const std::function<void(const Visit&)>& for_each, Sprin
   if (breakable) find_places(for_each);
 }
 
-// Springs that are alike between the same two particles are taken in the order of runs and slots.
+// Equal springs between the same two particles are matched in the order of runs and slots.
 void Springs::find_places(const std::function<void(const Visit&)>& for_each) {
   std::set<const double*> taken;
   const auto take = [&](double* k, double* rest, double wanted_k, double wanted_rest) {

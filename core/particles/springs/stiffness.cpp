@@ -12,7 +12,7 @@ SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clam
   const double square = square_of(d[0], d[1], d[2]);
   double inverse = inverse_sqrt(square);
   if (inverse != inverse) {
-    // Where the square overflows r/|d| is nothing.
+    // r/|d| is negligible where the square overflows.
     if (rest == 0 || !(square > kSafeLeast && square < kSafeMost)) return {k, 0};
     inverse = 1 / std::sqrt(square);
   }
@@ -47,7 +47,7 @@ SpringStiffness stiffness_of(const double* const q[3], std::int64_t a, std::int6
   return predicted_stiffness(d, difference_of(model.before, a, b), k, rest, model.clamped);
 }
 
-// k = along + across |d|^2 stays.
+// k = along + across |d|^2 is unchanged.
 SpringStiffness softer(const SpringStiffness& spring, double share, double k) {
   const double along = spring.along * share;
   return {along, spring.across * ((k - along) / (k - spring.along))};

@@ -31,7 +31,8 @@ void linearise_run(const StiffRun& run, const double* const q[3], const SpringMo
       errors = add_square(bits, e0, errors);
       const Doubles dot = fma(d.z, d0.z, fma(d.y, d0.y, d.x * d0.x));
       const Doubles reach = dot * refined(r0, e0);
-      // Turned by more than 60 degrees, or without a rest length: as it is.
+      // A spring that turns by more than 60 degrees, or has no rest length, is linearised as it is
+      // now.
       const Doubles predicted = fma(spring.k, reach, -spring.k_rest) * inverse;
       const Doubles cosine = spring.k_rest > zero ? reach * inverse : zero;
       along = cosine > splat<double>(0.5) ? predicted : spring.k - spring.k_rest * inverse;
@@ -93,7 +94,8 @@ SIM_INLINE void add_stiff(const StiffRun& run, std::int64_t at, const V3<double>
   sum.z = fma(s, d.z, fma(along, e.z, sum.z));
 }
 
-// Each spring is evaluated from both its ends: its two numbers and no force pass through memory.
+// Each spring is evaluated from both its ends, so that no force passes through memory, only its two
+// numbers.
 void stiff_product(std::span<const StiffRun> runs, const StiffProduct& f, int begin, int end,
                    double (&sums)[8]) {
   constexpr int kParts = 8 / kDoubles;
