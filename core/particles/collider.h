@@ -32,7 +32,7 @@ class Collider {
 
   virtual ContactMaterial material() const = 0;
 
-  // How it is drawn at time t; without, it is not.
+  // The shape drawn at time t; an empty shape is not drawn.
   virtual RenderShape shape(double /*t*/) const { return {}; }
 
   // Samples the surface from the point x at time t. The gap is 1-Lipschitz in x, so it bounds the

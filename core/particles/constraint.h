@@ -57,9 +57,9 @@ class Constraint {
   // True where phi depends on t: such a constraint may do work.
   virtual bool moves() const { return false; }
 
-  // Internal variables of its own in X (`internal` of its view), which follow from the positions,
-  // such as the parameter of a point on a curve: their initial values, and those at a state that
-  // satisfies the equations.
+  // Internal variables of the constraint in X (`internal` of its view), which follow from the
+  // positions, such as the parameter of a point on a curve: their initial values, and their values
+  // at a state that satisfies the equations.
   virtual int internal_size() const { return 0; }
   virtual void start(std::span<double> /*memory*/) const {}
   virtual void follow(const ParticleView& /*view*/, std::span<double> /*memory*/) const {}

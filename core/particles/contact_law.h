@@ -1,4 +1,4 @@
-// How two surfaces that touch answer each other, across the contact and along it.
+// Contact laws: restitution along the normal and friction along the surface.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 namespace sim {
 
 // A normal and a tangential law. Both are pure, continuous functions of speeds, and dry: friction
-// is proportional to what presses, so that one law holds for the impulses of a blow and for the
-// forces of resting contact. Whatever they return in their bounds, contact gives no energy.
+// is proportional to the normal force, so that one law holds for the impulses of an impact and for
+// the forces of resting contact. Whatever they return within their bounds, contact adds no energy.
 class ContactLaw {
  public:
   virtual ~ContactLaw() = default;
@@ -19,8 +19,9 @@ class ContactLaw {
   // m/s it is 0 only where it is 0 everywhere.
   virtual double restitution(double approach) const = 0;
 
-  // >= 0: the share of the normal impulse or force that friction may be at a slip of `speed` >= 0
-  // m/s. At 0 m/s that which holds what does not slip; 0 only where it is 0 everywhere.
+  // The friction coefficient at a slip of `speed` >= 0 m/s: the largest friction, >= 0, as a share
+  // of the normal impulse or force. At 0 m/s it is the coefficient of static friction; it may be 0
+  // there only if it is 0 everywhere.
   virtual double friction(double speed) const = 0;
 
   // True where neither depends on the speed: then it is Coulomb's law with Newton's restitution,
@@ -40,8 +41,8 @@ struct ContactMaterial {
   }
   double friction_at(double speed) const { return law ? law->friction(speed) : friction; }
 
-  // How much of a slip, m/s, friction takes away while the normal velocity changes by `push`, m/s:
-  // with the coefficient of the slip that is left, found by iteration.
+  // The slip, m/s, that friction removes while the normal velocity changes by `push`, m/s; the
+  // coefficient is that of the remaining slip, found by iteration.
   double braking(double speed, double push) const {
     if (!law) return push * friction;
     constexpr int kIterations = 4;

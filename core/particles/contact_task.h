@@ -16,7 +16,7 @@ class ConstraintSystem;
 class Particles;
 class TriangleMesh;
 
-// The rigid bodies of a scene, and which of them touch what.
+// The rigid bodies of a scene and the pairs that may collide.
 struct BodyCollisionSpec {
   std::vector<RigidBody> bodies = {};
   std::vector<ContactMaterial> surfaces = {};  // of each

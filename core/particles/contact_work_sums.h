@@ -37,7 +37,7 @@ class ContactWorkSums {
     any_.store(true, std::memory_order_relaxed);
   }
 
-  // J since the last call: what contact took, and what moving surfaces gave.
+  // The work, J, since the last call: lost in contact, and given by moving surfaces.
   ContactWork take() {
     ContactWork sum;
     if (!any_.exchange(false)) return sum;

@@ -12,15 +12,15 @@
 
 namespace sim {
 
-// How contact of particles is resolved: inside a step; at its end alone, which is of first order,
-// for comparison; or by steps that end at each impact, with the full order of a method.
+// The accuracy of particle contact: resolved inside a step; projected at its end, which is of first
+// order, for comparison; or by steps that end at each impact, with the full order of a method.
 enum class Accuracy { kSettle, kProject, kEvent };
 
-// Touches inside a step, of second order in the step whatever the method: the touch is found on the
-// particle's own way, the restitution and the friction of its law act there, and a particle that
-// would be inside at the end all the same is pressed on from there on, as by a multiplier along the
-// normal and friction against the slip: in the first half of what is left of the step here, in the
-// second at its end, by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
+// Contact inside a step, of second order in the step whatever the method. The impact is found on
+// the particle's own path, and restitution and friction act there. A particle that would still
+// penetrate at the end is a resting contact from there on: a multiplier acts along the normal and
+// friction against the slip, for the first half of the rest of the step here, for the second at its
+// end by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
   // Throws Error{kScene} with the first of the free particles [0, count) that is inside at the

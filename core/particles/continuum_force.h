@@ -7,7 +7,7 @@
 
 namespace sim {
 
-// The cells of a body against those at rest, by their deformations F = dx/dX.
+// The quality of the deformed cells of a body, by their deformation gradients F = dx/dX.
 struct CellQuality {
   int cells = 0;
   int inverted = 0;   // det F < 0 somewhere in them

@@ -7,7 +7,7 @@
 
 namespace sim {
 
-// Its internal variables are those of the other, which outlives it.
+// A view of a force that belongs elsewhere, outlives this one and owns the internal variables.
 class ForceOfAnother : public Force {
  public:
   int internal_size() const override { return other_->internal_size(); }

@@ -35,7 +35,7 @@ class ImpactEvents : public Events {
   static constexpr double kMinFraction = 1e-9;     // shares of a step that are none
   static constexpr double kForceTolerance = 1e-7;  // of the acceleration: a push that is none
 
-  // Where in a step the first event is, as a share of it.
+  // The first event in a step, as a share of it.
   struct Earliest {
     double s = 1;
     void may_be(double other) {

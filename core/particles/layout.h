@@ -1,4 +1,4 @@
-// Where the numbers of a particle state lie: one padded, aligned array a coordinate.
+// The memory layout of a particle state: one padded, aligned array a coordinate.
 #pragma once
 
 #include <array>
@@ -6,8 +6,8 @@
 
 namespace sim {
 
-// X = x | y | z | vx | vy | vz, each of `stride` numbers of which the first `pad` and those after
-// the n values, `pad` at least, are padding; padding is finite and never changes.
+// X = x | y | z | vx | vy | vz, each of `stride` numbers; the first `pad` of them and at least
+// `pad` after the n values are padding, which is finite and never changes.
 class Layout {
  public:
   static constexpr int kPad = 8;
@@ -25,7 +25,7 @@ class Layout {
   int n() const noexcept { return n_; }
   std::size_t size() const noexcept { return stride_ * static_cast<std::size_t>(blocks_); }
 
-  // Where coordinate `block` (0 .. 5) begins in a state, after its padding.
+  // The offset of coordinate `block` (0 .. 5) in a state, after its padding.
   std::size_t offset(int block) const noexcept {
     return static_cast<std::size_t>(block) * stride_ + static_cast<std::size_t>(pad_);
   }

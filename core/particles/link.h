@@ -1,4 +1,4 @@
-// One tie of a force, as adjacency listings show it.
+// Spring-like links between particles, for adjacency listings.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace sim {
 
-// One spring-like tie of a particle to another, for adjacency listings.
+// A spring-like link from a particle to another one.
 struct Link {
   std::string family;
   int to = 0;

@@ -1,4 +1,4 @@
-// Particles with masses under forces: what is fixed when a scene is compiled, for steppers to read.
+// Particles with masses under forces, as compiled from a scene; steppers read them.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,9 @@
 namespace sim {
 
 // q' = v, v' = F(t, q, v, m) / M + g - (c / M) v, with g and c summed over the affine forces, and
-// m' = what each force with a memory m says. A pinned particle has infinite mass: its acceleration
-// is zero, and so is its velocity unless a hand moves it or it is led. A state is X = (q, v, m).
+// m' = the rates of the internal variables m of forces. A pinned particle has infinite mass: its
+// acceleration is zero, and so is its velocity unless the user drags it or it is prescribed. A
+// state is X = (q, v, m).
 class Particles {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state

@@ -17,8 +17,9 @@ class PrescribedMotion {
  public:
   using Axes = std::array<double*, 3>;
 
-  // From where particle i is now: along the way of a motion from there or, where that is a
-  // function of the scene, along its values. Throws Error{kScene} where these begin elsewhere.
+  // Prescribes particle i from its position `now`: along the path of a motion from there or, if the
+  // motion is a function of the scene, along its values. Throws Error{kScene} if these begin
+  // elsewhere.
   void add(int i, const Vec3& now, std::shared_ptr<const RigidMotion> motion);
 
   bool empty() const noexcept { return ids_.empty(); }

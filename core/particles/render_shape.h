@@ -1,4 +1,4 @@
-// A solid as data: what pages, pictures and files draw of a collider.
+// The shape of a collider as data, for pages, pictures and files.
 #pragma once
 
 #include <array>

@@ -23,9 +23,8 @@ class ReportedContactWork {
   void forget_ahead();  // another course comes
   void repeated();      // the step that just ended was taken before
 
-  // A step from t on ends: what was entered into the ledger until acted() acted along it, of which
-  // `steady` is what there were if the power stayed that of the start; then what happened at the
-  // end.
+  // Ends a step from t on: work entered until acted() acted along the step, and `steady` is its
+  // part under the power at the start; work entered later happened at the end.
   void begin(double t, double h);
   void steady(const ContactWork& work, double share);
   void acted();

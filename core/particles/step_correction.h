@@ -30,8 +30,8 @@ class StepCorrection {
 
   virtual std::string title() const = 0;             // "sim.contact", as errors name it
   virtual std::string remedy() const { return {}; }  // what a scene does to go without: "give ..."
-  // J, taken from the energy since the last call. late: J, what belongs to it where the velocities
-  // of a method are those of another moment than its positions, late_work().
+  // The energy, J, taken since the last call. late: the part, J, that is due to velocities of a
+  // method that belong to another moment than its positions, late_work().
   virtual double take_dissipation(double late) = 0;
   virtual void reset() {}  // another run begins
 

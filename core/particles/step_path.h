@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// m, what gaps at x are measured by: at least 1.
+// The length, m, at least 1, relative to which gaps at x are measured.
 inline double position_scale(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
 
 // The fraction of a step below which a particle that leaves a surface and comes back was not off

@@ -29,7 +29,7 @@ struct Tile {
   int begin = 0, end = 0;
 };
 
-// Where forces are added, in N, indexed by particle id.
+// The sums of forces, N, indexed by particle id.
 struct ForceSink {
   double *x, *y, *z;
 

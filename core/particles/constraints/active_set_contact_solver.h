@@ -34,15 +34,14 @@ struct ContactForce {
   }
 };
 
-// y := y + W (J^T mu + sum of pushes), such that rows and surfaces have what they want:
+// Solves y := y + W (J^T mu + sum of contact forces) for the multipliers mu and the forces:
 //   row(y) = 0,  0 <= force, 0 <= gap(y), one of them 0,
-//   pull = -most_pull slip / |slip|, or less where the slip y - ground along the surface is 0
+//   pull = -most_pull slip / |slip|, or less if the slip y - ground along the surface is 0
 // A particle with an active contact moves along its surface only: the gradients projected onto it
 // make the Schur complement of the multipliers, whose pattern stays that of the rows. The active
 // set is found by the primal-dual active set method (Hintermueller, Ito & Kunisch (2002), SIAM J.
-// Optim. 13, 865-888). Friction is viscous, pull = -k slip, with a k that comes from what was found
-// before (Chan & Mulet (1999), SIAM J. Numer. Anal. 36, 354-367): so it never gives energy,
-// wherever the turns end.
+// Optim. 13, 865-888). Friction is viscous, pull = -k slip, with k from the last iterate (Chan &
+// Mulet (1999), SIAM J. Numer. Anal. 36, 354-367), so that it adds no energy at any iterate.
 class ActiveSetContactSolver {
  public:
   using Axes = Constraints::Axes;
@@ -60,8 +59,8 @@ class ActiveSetContactSolver {
 
   explicit ActiveSetContactSolver(const Constraints& constraints);
 
-  // pushes: of one particle behind each other. gradient: J. False where no such y was found; then
-  // y is what came last, and worst() what is wrong there.
+  // contacts: grouped by particle. gradient: J. False if no such y was found; then y is the last
+  // iterate, and worst() its largest violation.
   bool solve(std::span<ContactForce> contacts, std::span<const Vec3> gradient, const Axes& y,
              Problem& problem);
   // Goes on where solve() stopped, with changed pushes.

@@ -28,14 +28,14 @@ class ConstrainedImpactEvents final : public ImpactEvents {
   double first(double t, double h, const double* x, const double* x_next) override;
   Outcome end(double t, double h, const double* x, double* x_next, bool cut) override;
 
-  // True where something lies on a surface in the present step, to which t belongs.
+  // True if there are resting contacts in the present step, to which t belongs.
   bool has_contact_forces_at(double t) const { return within(t) && !resting_.empty(); }
   // See ConstraintSystem::add_constraint_forces.
   bool add_constraint_forces(const ParticleView& view, const double* memory, double* const a[3]);
 
  private:
   void find_resting(const double* x);
-  // accelerations_ at a state, and of each that lies what it does; false where there are none.
+  // Evaluates accelerations_ at a state, and the contact forces; false if there is no solution.
   bool evaluate(double t, const double* x);
   ContactAccelerations::Evaluation look_at(double t) const;
   bool lies(int i, const Collider* collider) const;

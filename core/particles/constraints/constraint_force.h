@@ -15,7 +15,7 @@ struct ConstraintForce {
   Vec3 force{0, 0, 0};           // N, on a
 };
 
-// How far a state is from those allowed: the largest |phi|, m, and |J v + drive|, m/s.
+// The constraint violation of a state: the largest |phi|, m, and |J v + drive|, m/s.
 struct ConstraintDrift {
   double position = 0, velocity = 0;
 };

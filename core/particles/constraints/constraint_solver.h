@@ -43,8 +43,8 @@ class ConstraintSolver {
   // forces, at most, for a kick of length tau before the drift; above 4 SHAKE is not stable.
   double stiffness(double d, double tau, const ParticleView& view, const double* memory);
   // A drift without that limit: q and v at t become those at t + d. The velocities are projected in
-  // the metric of `weights` before it. In 1, 2, 4, .. parts, as many as it takes; false, with q and
-  // v as they were, where 16 are too few.
+  // the metric of `weights` before it. It is made in 1, 2, 4, .. parts, as many as needed; false,
+  // with q and v unchanged, if 16 are too few.
   bool drift(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
              const double* memory, std::span<const double> weights);
   // v += W J^T nu, J at q, such that J v + drive = 0.

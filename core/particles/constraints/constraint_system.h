@@ -13,31 +13,33 @@ namespace sim {
 
 class Particles;
 
-// States are those of the particles, behind which lie the numbers of the constraints.
+// A state is that of the particles, followed by the internal variables of the constraints.
 class ConstraintSystem {
  public:
   explicit ConstraintSystem(Particles& particles);
   ~ConstraintSystem();
 
-  // One by one, and then, and whenever the masses or pins are others, begin().
+  // Adds one constraint; begin() follows the last one, and each change of masses or pins.
   void add(std::unique_ptr<Constraint> constraint, const std::string& name,
            const std::string& place, double feedback, const double* initial);
   void begin();
 
   const Constraints& constraints() const noexcept { return constraints_; }
-  // Where their numbers lie in a state, and how many these are.
+  // The offset of the internal variables of the constraints in a state, and their number.
   std::size_t internal_begin() const noexcept;
   std::size_t internal_size() const noexcept { return constraints_.internal_size(); }
 
   // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
   void start(double* state);
 
-  // a += what the constraints make of it; `memory` theirs. False where that is not finite.
+  // a += W times the constraint forces; `memory`: their internal variables. False if that is not
+  // finite.
   bool add_constraint_forces(const ParticleView& view, const double* memory, double* const a[3]);
-  // Puts a state among those allowed; near: it is the end of a step whose last evaluation was near.
+  // Projects a state onto the constraints; near: at the end of a step whose last evaluation was
+  // near.
   bool project_state(double t, double* state, bool near);
 
-  // The two halves of that, of positions and of velocities; numbers of constraints stay.
+  // The two halves of project_state(), positions and velocities; internal variables stay.
   bool project_positions(double t, double* state, bool near);
   bool project_velocities(double t, double* state);
 

@@ -29,9 +29,9 @@ class ContactAccelerations {
     double difference_step = 0;  // s, for differences; < 0: backwards
     bool has_friction = true;    // there is friction
   };
-  // a: free accelerations at this state, and then those of what is held, with J a = -bias, and
-  // gap'' >= 0 of what lies, which surfaces push and never pull. values: of the rows there. False
-  // where there are none such.
+  // a: in, free accelerations at this state; out, those under the constraints, with J a = -bias,
+  // and under resting contacts, with gap'' >= 0 and forces that never pull. values: the constraint
+  // rows there. False if there is no solution.
   bool accelerate(const ParticleView& now, const RowValues& values,
                   std::span<const RestingContact> resting, const Evaluation& look,
                   const Constraints::Axes& a);
@@ -41,10 +41,11 @@ class ContactAccelerations {
   double surplus(std::size_t k) const;
   std::span<const double> multipliers() const { return solver_.multipliers(); }  // N, of each row
 
-  // a := free accelerations at a state, of particles that are led, too.
+  // a := free accelerations at a state, and those of kinematic particles.
   void free(const ParticleView& now, const Constraints::Axes& a) const;
 
-  // N, of each row at a state, for those who look; without surfaces where that has no end.
+  // The multipliers, N, of the rows at a state, for observers; without contacts if the solution
+  // with them fails.
   std::span<const double> multipliers(const ParticleView& now, const RowValues& values);
 
  private:

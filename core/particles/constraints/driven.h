@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// Where the center of a motion is, that rests at `center`, moved by `offset`. Derivatives come from
-// nine of its values.
+// The position of the center of a motion that rests at `center`, moved by `offset`. Derivatives are
+// taken from nine of its values.
 class Driven {
  public:
   struct At {

@@ -1,4 +1,4 @@
-// Rows that are linear in what is looked for, as they are in velocities and accelerations.
+// Constraint rows that are linear in the unknowns, as they are in velocities and accelerations.
 #pragma once
 
 #include <span>

@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// d2 phi / dx_a dx_b of each row and of each pair a <= b of its particles, in 1/m: those that a
-// constraint gives, and central differences of its gradients where it gives none.
+// d2 phi / dx_a dx_b of each row and of each pair a <= b of its particles, in 1/m: from the
+// constraint, or by central differences of its gradients if it gives none.
 class RowCurvature {
  public:
   RowCurvature(const RowList& list, int particles);

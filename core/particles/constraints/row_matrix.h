@@ -14,9 +14,9 @@ namespace sim {
 // Sparse Linear Systems, section 4.7), in the given order or in one of little fill (Amestoy, Davis
 // & Duff (1996)).
 //
-// Where rows follow from others A is singular. Then A + e diag(A) is factorised, and solutions are
-// refined by proximal steps, lambda += (A + e diag(A))^-1 (b - A lambda), which lead to the least
-// one of those that solve A lambda = b, or come nearest to it.
+// A is singular if rows depend on others. Then A + e diag(A) is factorised, and solutions are
+// refined by proximal steps, lambda += (A + e diag(A))^-1 (b - A lambda), which converge to the
+// least-norm solution of A lambda = b, in the sense of least squares.
 class RowMatrix {
  public:
   // weights: of each particle, 0 where it is pinned.

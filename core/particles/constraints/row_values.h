@@ -10,7 +10,7 @@
 
 namespace sim {
 
-// The equations of all constraints that act, in their order: what does not change.
+// The equations of all active constraints, in their order: the part that does not change.
 struct RowList {
   struct Part {
     const Constraint* constraint;

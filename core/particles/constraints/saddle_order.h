@@ -16,7 +16,7 @@ struct SaddleOrder {
   int unknowns = 0;
 };
 
-// pairs: that A couples, beside those that share a row.
+// pairs: the particles that A couples, besides those that share a row.
 SaddleOrder saddle_order(const Constraints& constraints, ParticlePairs pairs);
 
 }  // namespace sim

@@ -54,18 +54,18 @@ class UnilateralRattle {
   void find_impacts(const SubstepStates& ends);  // meetings() := what the way meets
   std::vector<Impact>& impacts() { return impacts_; }
   double next_cut() const;  // of what was found: the first hit, if not too many; 2: none
-  // The impacts up to s; those that are not known as resting contacts count as hits.
+  // Resolves the impacts up to s; those that are not known as resting contacts count as hits.
   bool solve_substep(const Substep& substep, double until, bool hit);
-  // Particles that are inside a collider at x, set there by a user or by rounding, are moved out
-  // without velocity, and those that touch are put onto their surfaces; `to` is that state. False
-  // where nothing was wrong.
+  // Moves particles that penetrate a collider at x, put there by a user or by rounding, out without
+  // velocity, and places those in contact onto their surfaces; `to` is that state. False if there
+  // was nothing to correct.
   bool push_out(double t, const double* x, double* to);
   // Corrects the constraint drift that the integrator left at the end of a substep. resting: the
   // resting contacts; active ones are put back onto their surfaces, from either side, and those
   // that stick (extra_friction) stop.
   bool correct_drift(const Substep& substep, std::span<const ContactForce> resting);
-  // meetings() := what touches at x, and as hits what closes faster than slow + `still` of its
-  // velocity; true where some do.
+  // impacts() := the contacts at x; those closing faster than slow + `still` of their velocity are
+  // hits; true if there are any.
   bool find_hits(double t, const double* x, double still, double slow);
   std::span<const int> near(
       const SubstepStates& ends) {  // particles that may touch something on the way

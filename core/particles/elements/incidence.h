@@ -1,4 +1,4 @@
-// Which elements (pairs, triangles, ...) touch a particle.
+// Incidence lists: the elements (pairs, triangles, ...) at each particle.
 #pragma once
 
 #include <cstddef>

@@ -18,10 +18,10 @@ class MeshIntersections {
   // All of them together, on the same particles.
   explicit MeshIntersections(std::span<const std::shared_ptr<const TriangleMesh>> surfaces);
 
-  // Pairs of an edge and a triangle without a common corner that meet; what only touches, to
-  // rounding, does not count.
+  // The number of intersecting pairs of an edge and a triangle without a common corner; contact to
+  // within rounding does not count.
   std::int64_t count(const ParticleView& view);
-  // The first of them: the triangle of its edge, and the other one. Empty without any.
+  // The first intersection: the triangle of its edge, and the other one. Empty if there is none.
   std::vector<TriangleMesh::Triangle> first(const ParticleView& view);
   // Faces with such an edge are gone, and edges that are torn or left without a face.
   void tear(std::span<const std::array<int, 2>> torn);

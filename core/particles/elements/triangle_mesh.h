@@ -1,4 +1,4 @@
-// A surface of triangles between particles, and what adjoins what in it.
+// A triangle mesh between particles, and its adjacency.
 #pragma once
 
 #include <array>

@@ -34,11 +34,12 @@ class ParticleContactPass {
            int end);
 
   // The same in two halves for a kick, a drift and a kick. After the drift from q0 to q by the
-  // velocities v; those at the start were v0:
+  // velocities v, with the velocities v0 at the start, the path is
   //   p(s) = q0 + s h v0 + s^2 (q - q0 - h v0)
   void resolve_after_drift(double t, double h, const In& q0, const In& v0, const Out& q,
                            const Out& v, int begin, int end);
-  // Will any of [begin, end) be held after the second kick? begin: a multiple of 8.
+  // True if any of [begin, end) has a resting contact after the second kick; begin: a multiple of
+  // 8.
   bool any_resting(int begin, int end) const {
     int i = begin;
     for (; i + 4 * kLanes <= end; i += 4 * kLanes)
@@ -50,7 +51,7 @@ class ParticleContactPass {
     return false;
   }
   // After the second kick, at time t: constrains the velocities of resting contacts, and updates
-  // what follows from them. `kick` is complete but for surface and friction.
+  // what depends on them. `kick` is complete but for surface and friction.
   void constrain_after_kick(double t, RestingContactKick kick, int begin, int end);
 
  private:

@@ -15,12 +15,12 @@
 
 namespace sim {
 
-// The memories m of forces belong to the drifts, with q and t: a kick finds q, m and t at rest.
+// The internal variables m of forces belong to the drifts, with q and t: a kick keeps q, m and t.
 //   drift by tau:  q := q + tau v,  m along m' = g(t, m) by the classical Runge-Kutta method
-// so that methods up to the fourth order keep it. Where there are colliders, a method of one drift
-// between two kicks (verlet) is settled after both, any other at its end. Where there are
-// constraints the velocities are led before each drift and held after the last kick: RATTLE
-// (Andersen (1983), J. Comput. Phys. 52, 24-34), with the gains of damped particles for masses.
+// so that methods up to the fourth order keep it. A method of one drift between two kicks (verlet)
+// resolves particle contact after both, any other method at its end. With constraints, velocities
+// are projected before each drift and after the last kick: RATTLE (Andersen (1983), J. Comput.
+// Phys. 52, 24-34), with the gains of damped particles for masses.
 class GenericSplittingStepper final : public Stepper {
  public:
   // holding: null where there are no constraints.

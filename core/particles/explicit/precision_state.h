@@ -25,8 +25,8 @@ class PrecisionState {
   Layout layout_;
 };
 
-// One in single precision has states of its own, and the given ones hold the same numbers as
-// doubles. Only a state that it did not make itself is rounded.
+// A state in single precision is stored apart, and the given ones hold the same numbers as doubles.
+// Only a state that it did not make itself is rounded.
 template <>
 class PrecisionState<float> {
  public:
@@ -45,7 +45,7 @@ class PrecisionState<float> {
     return state;
   }
 
-  // Where the next state is made, which from() will find at x_next.
+  // The memory for the next state, which from() will find at x_next.
   float* to(double* x_next) {
     last_ = x_next;
     now_ = 1 - now_;

@@ -22,7 +22,7 @@ struct RestingContactStep {
   double *q[3] = {}, *v[3] = {};
 };
 
-// The second half of a step, after a kick: what follows from a constrained velocity.
+// The second half of a step, after a kick: the constrained velocity and what follows from it.
 struct RestingContactKick {
   PrimitiveSurface surface;
   double friction = 0;
@@ -44,8 +44,9 @@ struct RestingContactBlock {
   double lost_velocity[8], given_velocity[8];  // of hold(), J/kg
 };
 
-// The same bits as Contacts::settle() and hold(), where a particle lies on the surface at the start
-// of the step and is led into it, and as nothing where it does not come near.
+// Computes the bits of Contacts::settle() and hold() for particles that rest on the surface at the
+// start of the step and are pressed into it, and leaves particles unchanged that do not come near
+// it.
 struct RestingContactKernels {
   // Resolves the particles [begin, end), begin a multiple of 8, eight to an entry. Particles that
   // are not `known` keep their numbers.

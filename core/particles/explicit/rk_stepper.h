@@ -22,8 +22,8 @@ namespace sim {
 template <class Real>
 class RkStepper final : public Stepper {
  public:
-  // Where `kept` has arrays, the accelerations of all stages are left there, and that of stage 0 is
-  // found there.
+  // If `kept` has arrays, they receive the accelerations of all stages, and provide that of stage
+  // 0.
   RkStepper(Particles& system, const ExplicitPlan& plan, std::span<ArrayOf<Real>> kept = {});
 
   bool step(double t, double h, int count, const double* x, double* x_next) override;

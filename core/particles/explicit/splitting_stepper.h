@@ -40,7 +40,7 @@ class SplittingStepper final : public Stepper {
     bool kicks;
   };
 
-  // Where a stage evaluates the other forces.
+  // The time and velocities at which a stage evaluates the other forces.
   struct Moment {
     double start;      // as in Part
     const Real* v[3];  // null where none of them depends on velocity

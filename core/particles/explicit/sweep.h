@@ -1,4 +1,4 @@
-// One evaluation of the acceleration of all particles, block by block, and what a method does with
+// The acceleration of all particles, evaluated block by block, and the update of a method that uses
 // each acceleration while it is still in registers.
 #pragma once
 
@@ -25,8 +25,8 @@ inline constexpr unsigned kAllOwn = (1u << kBlock<Real>)-1;
 // Sweeps begin at multiples of kGrain particles, whatever the numbers.
 inline constexpr int kGrain = kBlock<float>;
 
-// How many particles have their other forces gathered at a time: their sums stay in the first-level
-// cache.
+// The number of particles whose other forces are gathered at a time: their sums stay in the
+// first-level cache.
 inline constexpr int kGatherTile = 512;
 
 // Each spring is evaluated once, by its lower end a. Its factor s, of the force s (x_a - x_b) on a,

@@ -5,8 +5,8 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// A block of kBlock<Real> particles, whatever the vectors: what has to be known of a run is looked
-// up once for all of them.
+// A block of kBlock<Real> particles, whatever the vector width: the data of a run is looked up once
+// for all of them.
 inline constexpr int kVectors = 512 / SIM_BITS;
 
 template <class Real>
@@ -29,7 +29,7 @@ struct Points {
   V3<Real> of[kVectors];
 };
 
-// Where particles are, from `begin` on, by pointers that no store can change.
+// The positions of particles from `begin` on, by pointers that no store can change.
 template <class Real>
 struct Positions {
   const Real *x, *y, *z;
@@ -48,8 +48,8 @@ struct Positions {
   }
 };
 
-// Where a block is, the first one of q: in registers, or asked for each time where it takes so many
-// that they are stored.
+// The positions of the block, the first one of q: in registers, or loaded at each use if it takes
+// so many that they would be spilled.
 template <class Real>
 class Here {
  public:

@@ -18,7 +18,7 @@ namespace sim {
 // there are colliders the stage is one of all particles, with contact as implicit methods have it.
 class ImexStepper final : public ImplicitExplicitStepper {
  public:
-  // The particles of the system, and what bounds them where there are colliders, else null.
+  // The particles of the system, and their contacts if there are colliders, else null.
   ImexStepper(OdeSystem& system, Particles& particles, StiffPart::Said said,
               ImplicitContact* contact, const ImplicitExplicitPlan& plan);
 

@@ -12,21 +12,21 @@
 
 namespace sim {
 
-// A step of size h from x is taken in rounds, each with all of its stages, until nothing new is
-// met:
+// A step of size h from x is taken in rounds, each with all of its stages, until no new contact is
+// found:
 //
-// - What lies on a surface at the start, or has touched one, may not be inside at the end of a
+// - A resting contact, or a particle that has touched a surface, may not penetrate at the end of a
 //   stage: gap(t, q + v ..) >= 0, which is a half-space of its velocity, n.v >= b, with the normal
 //   at the stage and b from the gap of the round before. Moreau (1988); Stewart & Trinkle (1996),
 //   Int. J. Numer. Meth. Eng. 39.
-// - What touches a surface on its way, found on the cubic through both ends, bounces there: the
-//   round after begins where a particle with the new velocity would have come from, x - s h dv,
-//   v + dv. So forces between particles see the bounce.
-// - Friction is mu times the push of the round before against the slip, to first order in it, or
-//   holds the particle where that is not enough to move it.
+// - An impact, found on the cubic path through both ends, bounces: the next round begins where a
+//   particle with the new velocity would have come from, x - s h dv, v + dv. So forces between
+//   particles see the bounce.
+// - Friction is mu times the normal impulse of the round before against the slip, to first order in
+//   the slip, or makes the particle stick if it is below the Coulomb limit.
 //
-// At the end velocities lose what leads off a surface that pushed. All of it is a pure function of
-// t, h, x and the method, and local to a particle but for the equations.
+// At the end an active contact removes the separating velocity. All of it is a pure function of t,
+// h, x and the method, and local to a particle but for the equations.
 class ImplicitContact {
  public:
   explicit ImplicitContact(Particles& particles);
@@ -39,7 +39,8 @@ class ImplicitContact {
   VelocityInequalities* bounds(double t, double tau, const StageOptions& method, const double* r);
   void solved(const double* y);  // of that stage
 
-  // At the start of the step: the surfaces push against what accelerates particles into them.
+  // The accelerations at the start of the step, with contact forces on particles pressed into
+  // surfaces.
   void accelerate(const ParticleView& view, double* const a[3]) const;
 
  private:

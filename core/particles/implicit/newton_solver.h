@@ -32,8 +32,8 @@ namespace sim {
 // which light and heavy particles count alike.
 class NewtonSolver final : public StageSolver {
  public:
-  // stopped(): asked now and then, ends a solution with kStopped.
-  // contact: what bounds the velocities of stages, and outlives the solver; null: nothing.
+  // stopped(): polled, ends a solution with kStopped. contact: the inequalities on the velocities
+  // of stages, which outlive the solver; null: none.
   NewtonSolver(Particles& system, const StageOptions& options, std::function<bool()> stopped = {},
                ImplicitContact* contact = nullptr);
 

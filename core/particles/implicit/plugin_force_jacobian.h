@@ -14,7 +14,7 @@
 
 namespace sim {
 
-// Uses the Jacobian blocks of each force, or central differences of what it accumulates.
+// Uses the Jacobian blocks of each force, or central differences of accumulate().
 class PluginForceJacobian {
  public:
   struct Block {

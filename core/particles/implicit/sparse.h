@@ -34,10 +34,10 @@ class SparseSymmetric {
 // A symmetric pattern of particles: pairs are the entries off the diagonal, in 3 x 3 blocks.
 using ParticlePairs = std::span<const std::array<int, 2>>;
 
-// How many products the factors of such a matrix take; rows: those of elimination_rows().
+// The number of products that a factorisation takes; rows: those of elimination_rows().
 double factor_products(std::span<const int> rows, ParticlePairs pairs);
 
-// For each particle its row in an order of little fill, -1 where pinned (of infinite mass).
+// The row of each particle in an order of little fill, -1 where pinned (of infinite mass).
 // Amestoy, Davis & Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
 std::vector<int> elimination_rows(std::span<const double> masses, ParticlePairs pairs);
 

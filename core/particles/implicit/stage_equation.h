@@ -46,12 +46,12 @@ class StageEquation {
   void evaluate();       // gradient() := g(v)
   double phi();          // J, with springs and affine forces alone
   double phi_rounding() const noexcept { return phi_rounding_; }  // of the last, J
-  // Trials begin at `velocities`, in layout(); start() are those they begin at now.
+  // Sets the velocities at which trials begin, in layout(); start() returns them.
   void start_at(const Array& velocities);
   const Array& start() const noexcept { return start_; }
 
-  // How much the acceleration of the stage has changed from what it is at the velocities `guess`
-  // with the gradient `g`, as a share of itself, masses weighing: |v - guess + g/m| / |v - r_v|.
+  // The change of the acceleration of the stage from its value at the velocities `guess` with the
+  // gradient `g`, relative and weighted by masses: |v - guess + g/m| / |v - r_v|.
   double acceleration_change(const Array& guess, const Array& g) const;
 
  private:

@@ -1,4 +1,4 @@
-// The matrix of a Newton step for an implicit stage, known by what it does to a vector.
+// The matrix of a Newton step for an implicit stage, applied without being assembled.
 #pragma once
 
 #include <cmath>
@@ -71,8 +71,8 @@ class StageMatrix {
   void at(const ParticleView& view, double tau, const Model& model,
           const double* const* before = nullptr);
 
-  // From now on A is that of the directions which the planes leave, D too: what conjugate gradients
-  // then find stays among them (Baraff & Witkin 1998). Null or no plane that pushes: all.
+  // Restricts A and D to the directions that the inequality constraints leave: conjugate gradients
+  // then stay in that subspace (Baraff & Witkin 1998). Null or no active plane: all directions.
   void restrict_to(const VelocityInequalities* bounds);
   void project_directions(double* r) const;  // r := what of it the planes leave
   bool restricted() const noexcept { return restricted_; }
@@ -89,7 +89,7 @@ class StageMatrix {
   // The largest |change of a spring's vector| over its length, when velocities change by p.
   double largest_turn(const double* p) const;
 
-  // The norm sqrt(v.D v) of what velocities lose when they and q = .. + tau v are rounded.
+  // The norm sqrt(v.D v) of the rounding errors of the velocities and of q = .. + tau v.
   double rounding(const ParticleView& view) const;
 
  private:

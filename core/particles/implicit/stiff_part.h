@@ -25,7 +25,7 @@ struct Partition {
   bool operator==(const Partition&) const = default;
 };
 
-// How much of a system is stiff, for its user.
+// The numbers of stiff and soft springs and forces, for reports.
 struct PartitionCount {
   long springs = 0, stiff_springs = 0;
   int particles = 0;                           // at the ends of stiff springs
@@ -63,8 +63,8 @@ class StiffPart {
 
   PartitionCount count(const Partition& partition) const;
 
-  // All particles, with the soft forces, affine ones and those that remember among them. The
-  // forces are those of the system, which lends them; springs of which some are stiff are copied.
+  // All particles, with the soft forces, the affine ones and those with internal variables. The
+  // forces belong to the system, which lends them; springs of which some are stiff are copied.
   std::unique_ptr<SoftSystem> soft_system(const Partition& partition, const double* x) const;
 
   // The stiff forces alone: on the particles of `ids`, ascending, by the numbers they have there;

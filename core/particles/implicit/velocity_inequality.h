@@ -12,9 +12,9 @@ struct HalfSpace {
   double least = 0;      // normal.v >= least, m/s
 };
 
-// Friction on a surface with a normal n that moves at the velocity u, near a slip w: what
-// mu |push| (v - u) / |v - u| is to first order, the size along w and a drag across it; or, with no
-// direction, a drag alone (Kacanov's iteration), which cannot turn a slip round.
+// Friction on a surface with the normal n and the velocity u, linearised at the slip w: mu |push|
+// (v - u) / |v - u| to first order, a constant along w and a drag across it; or, without a
+// direction, a drag alone (Kacanov's iteration), which cannot reverse a slip.
 struct Friction {
   double drag = 0;                         // kg, mu |push| / |w|
   Vec3 direction{0, 0, 0};                 // w / |w|; or 0
@@ -45,7 +45,7 @@ struct VelocityInequality {
   bool sticking = false;    // v = held, and nothing else
   Vec3 held{0, 0, 0};       // m/s
 
-  // Where the last trial is: on which planes, and what follows from the gradient there.
+  // The active set of the last trial, and the results from the gradient there.
   unsigned at = 0;            // a bit a plane
   unsigned active = 0;        // of these, the ones that push; kStuck where it is stuck
   Mat3 free_directions{};     // where some are: the projection onto the directions that are left
@@ -55,8 +55,8 @@ struct VelocityInequality {
 
   // The nearest velocity that is allowed.
   Vec3 nearest(const Vec3& v);
-  // Where v + d is beyond planes that do not push, they do from now on, and `offset` is the way
-  // from v onto all that push; false where there are none.
+  // Activates inequalities that v + d violates; `offset` then leads from v onto all active planes.
+  // False if there are none.
   bool activates(const Vec3& v, const Vec3& d);
   // The part of a gradient along which its potential can still fall; the rest is the push. Planes
   // that would have to pull let go.

@@ -1,4 +1,4 @@
-// Points sorted into cells, so that those near one another are found without looking at all.
+// Points sorted into the cells of a grid, for the search of neighbours.
 #pragma once
 
 #include <cstdint>

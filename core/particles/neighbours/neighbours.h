@@ -1,4 +1,4 @@
-// Which particles are near which: lists with a skin, kept until something has moved half of it.
+// Neighbour lists of particles with a skin, kept until a particle has moved half of it.
 #pragma once
 
 #include <cstdint>
@@ -26,19 +26,19 @@ using NearPoints = int (*)(const double* const q[3], int begin, int end, int own
                            std::int32_t* found);
 NearPoints near_points();  // for this machine
 
-// Verlet's lists (Verlet (1967), Phys. Rev. 159, 98-103), of all neighbours of each particle. The
-// entries of a list beyond the cutoff depend on the past; whoever sums over it takes the entries in
-// their order and those beyond the cutoff as exact zeros, and gets the same bits from every list.
-// Particles are kept in cells, so that neighbours are near in memory: each has a `place`, blocks
-// have eight places, and the last block is padded with empty places.
+// Verlet lists (Verlet (1967), Phys. Rev. 159, 98-103) of all neighbours of each particle. The
+// entries beyond the cutoff depend on the past; a sum that takes the entries in order and those
+// beyond the cutoff as exact zeros has the same bits from every list. Particles are sorted by
+// cells, so that neighbours are near in memory: each has a `place`, blocks have eight places, and
+// the last block is padded with empty places.
 class Neighbours {
  public:
   Neighbours() = default;
   // Both in m, positive and not negative.
   Neighbours(double cutoff, double skin);
 
-  // Makes the lists hold every pair less than the cutoff apart. False when every position is what
-  // it was at the last call. Throws Error{kScene} when the lists would take more than 4 GiB.
+  // Updates the lists to hold every pair less than the cutoff apart. False if every position is as
+  // at the last call. Throws Error{kScene} if the lists would take more than 4 GiB.
   bool update(const ParticleView& view, ThreadPool& pool);
 
   std::span<const NeighbourBlock> blocks() const { return blocks_; }

@@ -9,9 +9,9 @@
 
 namespace sim {
 
-// Six equations a body, of its axes d_k: those have length 1 and right angles between them. Near
-// the truth each touches a direction of its own, whatever the form of the body, so that the matrix
-// of multipliers is all but diagonal.
+// Six equations a body, for its axes d_k: unit lengths and right angles. Near a solution the
+// gradients of the six are nearly orthogonal, whatever the shape of the body, so that the matrix of
+// multipliers is nearly diagonal.
 class RigidRows final : public Constraint {
  public:
   explicit RigidRows(std::vector<RigidBody> bodies) : bodies_(std::move(bodies)) {}

@@ -1,4 +1,4 @@
-// Springs that are about to be pressed to a point.
+// Springs that are about to collapse to a point.
 #pragma once
 
 #include "core/particles/springs/springs.h"

@@ -7,7 +7,7 @@ namespace sim {
 // value is the sign that |d| - rest has where the spring acts.
 enum class SpringSense { kBoth = 0, kTension = 1, kCompression = -1 };
 
-// Whether |d| - rest has the other sign; sizes are |d| and rest, or the squares of both. At rest
+// True if |d| - rest has the other sign; sizes are |d| and rest, or the squares of both. At rest
 // length neither is slack, so that the stiffness there is that of the spring.
 inline bool slack(SpringSense sense, double size, double rest_size) {
   return static_cast<double>(static_cast<int>(sense)) * (size - rest_size) < 0;

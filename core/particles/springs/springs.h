@@ -32,7 +32,7 @@ inline Vec3 spring_force(SpringSense sense, const Vec3& d, double k, double rest
 // |d| - rest, or 0 where the spring is slack.
 double spring_stretch(SpringSense sense, const Vec3& d, double rest);
 
-// Where |d|^2 is far from underflow and overflow.
+// The range in which |d|^2 is far from underflow and overflow.
 inline constexpr double kSafeLeast = 1e-280, kSafeMost = 1e280;
 
 // |d| without overflow or underflow.
@@ -94,7 +94,8 @@ class Springs {
   long count_ = 0;
   std::vector<SpringRun> runs_;
   Net net_;
-  // Where the k and rest of each breakable spring are: once in a run, or at both ends in the net.
+  // The locations of the k and rest of each breakable spring: one in a run, or both ends in the
+  // net.
   struct Numbers {
     std::array<double*, 2> k{}, rest{};
   };

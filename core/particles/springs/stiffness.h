@@ -59,11 +59,10 @@ class Stiffness {
   // Chooses the point; q must stay as it is until the last use.
   void at(const double* const q[3], const SpringModel& model);
 
-  // Lessens what compressed springs push across their length until the sum of -2 along at a
-  // particle is no more than `share` of its shift: with share < 1, shift I + scale K is definite.
+  // Reduces the geometric stiffness of compressed springs until the sum of -2 along at a particle
+  // is no more than `share` of its shift: with share < 1, shift I + scale K is definite.
   void soften(const double* shift, double scale, const std::uint8_t* free, double share);
-  // The fraction of the geometric stiffness that this leaves at each particle; a layout of one
-  // block.
+  // The remaining fraction of the geometric stiffness at each particle; a layout of one block.
   void find_parts(const double* shift, double scale, const std::uint8_t* free, double share,
                   double* parts) const;
 
