@@ -11,7 +11,7 @@ constexpr double kLost = 1e6;  // of the least one
 constexpr double kDependent = 1e-4;
 constexpr std::size_t kWider = 4;  // pairs that it holds more after it was full
 
-// Four sums, so that additions need not wait for each other.
+// Four partial sums, so that additions need not wait for each other.
 double dot(std::span<const double> a, std::span<const double> b) {
   double sum[4] = {};
   std::size_t k = 0;
@@ -27,8 +27,8 @@ void subtract(double factor, std::span<const double> b, std::span<double> a) {
 
 }  // namespace
 
-// The changes since the last step, those of residuals orthonormal to all before. A change that is
-// nearly a sum of those says that they no longer hold: it is kept alone.
+// Stores the last changes of residual and image, the residuals orthonormal to all before. A change
+// that nearly depends on these shows that they are outdated: then it is kept alone.
 void Anderson::remember(std::span<const double> residual, std::span<const double> image) {
   if (held_ == window_) held_ = 0, window_ = std::min(kMost, window_ + kWider);
   double whole = 0, size = 0;

@@ -6,16 +6,16 @@
 
 namespace sim {
 
-// Anderson (1965), J. ACM 12, 547-560: of an iteration x -> g(x) the last changes of g(x) - x are
-// combined so that the least of it is left, in the least-squares sense; of a linear one that is
-// GMRES (Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715-1735). It begins again where g(x) - x
-// grows, as at a kink of g, and when its memory is full, which may hold more the next time. Where
-// it is lost it goes back to the best image so far and lets the iteration alone for a while, twice
-// as long each time.
+// Anderson acceleration (Anderson (1965), J. ACM 12, 547-560) of an iteration x -> g(x): the last
+// changes of g(x) - x are combined to minimise the residual in the least-squares sense; for a
+// linear iteration it is GMRES (Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715-1735). It
+// restarts where g(x) - x grows, as at a kink of g, and when its memory is full, which may then
+// hold more. If it diverges it returns to the best image so far and pauses, each time for twice as
+// many iterations.
 class Anderson {
  public:
   static constexpr std::size_t kMost = 32;  // pairs of vectors
-  // Numbers that it needs for n unknowns.
+  // The count of numbers that it stores for n unknowns.
   static constexpr std::size_t memory(std::size_t n) { return (2 * kMost + 3) * n; }
 
   Anderson(std::span<double> memory, std::size_t n) : memory_(memory), n_(n) {}

@@ -106,7 +106,7 @@ void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t co
   const Placed own = placed(first, a);
   const ColliderShape* const shape = shape_of(solid);
   if (!shape || own.shape->form == Form::kSphere) return collide(own, solid, t, margin, out);
-  // Its surface is `thick` before that of the shape.
+  // The collider's surface is offset outward from the shape by `thick`.
   const double thick = shape->thickness();
   const std::size_t begin = out.size();
   collide(own, shape->at(solid, t), margin + thick, out);

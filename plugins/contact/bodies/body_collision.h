@@ -13,11 +13,11 @@
 
 namespace sim {
 
-// Bodies have the first numbers; what has a higher one is a point: a single particle.
+// Bodies have the lowest numbers; a higher number is a point: a single particle.
 class BodyCollision final : public BodyGeometry {
  public:
-  // Throws Error{kScene} for pairs that nothing knows how to touch, and for what overlaps at the
-  // start.
+  // Throws Error{kScene} for pairs of shapes without a collision algorithm, and for initial
+  // overlap.
   BodyCollision(BodyCollisionSpec spec, const Particles& particles, const double* initial);
 
   int bodies() const override { return static_cast<int>(spec_.bodies.size()); }
@@ -28,13 +28,13 @@ class BodyCollision final : public BodyGeometry {
     return spec_.surfaces[static_cast<std::size_t>(i)];
   }
   double radius(int i) const override { return radii_[static_cast<std::size_t>(i)]; }
-  // m, the least half thickness: what moves less cannot be missed.
+  // The least half thickness, m: smaller motions cannot tunnel.
   double thinness(int i) const;
   bool are_tied(int body, int particle) const override;
   bool are_joined(int i, int j) const;  // two bodies
 
-  // Appends the points with a gap of at most `margin` of two of them in these states, of which the
-  // first is a body, and of one and a collider.
+  // Appends the contact points with a gap of at most `margin` of two bodies, or of a body and a
+  // point, in these states; and of a body and a collider.
   void find_contacts(int first, const RigidState& a, int second, const RigidState& b, double margin,
                      std::vector<ManifoldPoint>& out) const;
   void find_contacts(int first, const RigidState& a, std::size_t collider, double t, double margin,

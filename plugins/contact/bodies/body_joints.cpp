@@ -45,8 +45,8 @@ void BodyJoints::begin_moves() {
   std::ranges::fill(moved_.span(), 0.0);
 }
 
-// change_alone: movers have changes of velocities, from none. Of these, and of moves, rows are
-// homogeneous.
+// change_alone: the solver bodies hold changes of velocity, from zero. The rows are homogeneous for
+// these and for moves.
 void BodyJoints::project(std::span<SolverBody> solver_bodies, bool change_alone) {
   Array& state = change_alone ? change_ : moves_ ? moved_ : end_;
   const auto v = particles_->layout().axes(state.data(), 3);
@@ -72,7 +72,7 @@ void BodyJoints::project(std::span<SolverBody> solver_bodies, bool change_alone)
       solver_bodies[m].velocity = vector_at(v, entered_[m - bodies]);
       continue;
     }
-    // Of four particles of a quarter of the mass each, whose velocities are those of a rigid body.
+    // The rigid velocity of four particles, each with a quarter of the mass.
     const RigidBody& body = body_collision_->body(static_cast<int>(m));
     Vec3 sum, turning;
     for (std::size_t p = 0; p < RigidBody::kParticles; ++p) {

@@ -11,22 +11,22 @@
 
 namespace sim {
 
-// Contact impulses move bodies and particles as if they were free; project() takes all velocities
-// to the nearest that the joints allow, in the metric of the masses, by constraint impulses. It is
-// an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
+// Contact impulses act on bodies and particles as if they were free; project() takes all velocities
+// to the nearest ones that the joints allow, in the metric of the masses, by constraint impulses.
+// It is an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
 class BodyJoints final : public JointProjection {
  public:
   BodyJoints(Particles& particles, ConstraintSystem& constraint_system);
 
-  // The end of a free step; movers: those of the bodies, and of `entered` behind them.
+  // Begins at the end of a free step; solver bodies: those of the bodies, then those of `entered`.
   void begin(const BodyCollision& body_collision, std::span<const int> entered, double t_end,
              const double* x_next);
   void project(std::span<SolverBody> solver_bodies, bool change_alone) override;
-  // From now on movers have moves of places in the place of velocities, from none.
+  // From now on solver bodies hold displacements instead of velocities, from zero.
   void begin_moves();
   void end_moves();  // other particles go with them
-  // Places and velocities of particles that are no movers; then all of them where they obey. False
-  // with a refusal of the constraints where there is no such place.
+  // Stores positions and velocities of particles without a solver body, then projects all onto the
+  // constraints. False, with a refusal of the constraints, if there is no such state.
   bool store(double* x_next);
   const std::string& refusal() const { return constraint_system_->refusal(); }
 

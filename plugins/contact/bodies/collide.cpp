@@ -11,10 +11,10 @@ namespace {
 
 using Form = RigidShape::Form;
 
-// Half of the axis of a capsule; of a sphere 0.
+// Half of the axis of a capsule; 0 for a sphere.
 Vec3 half_axis(const Placed& a) { return 0.5 * a.shape->length * a.axes.column(1); }
 
-// From a sphere or capsule: the distance from the axis, less the radius.
+// The gap of a sphere or capsule: the distance from the axis, less the radius.
 NearestGap gap_from_round(const Placed& b, const Vec3& x) {
   const Vec3 half = half_axis(b), d = x - b.center;
   const double square = half.squaredNorm();
@@ -43,7 +43,7 @@ NearestGap gap_from_box(const Placed& b, const Vec3& x) {
   return {gap, normal};
 }
 
-// The part of a line center + s half that is above the face of a box or hull whose normal is n.
+// The part of a segment center + s half that is above the face with normal n of a box or hull.
 struct AxisPart {
   double from = 1, to = -1;  // empty
 
@@ -86,8 +86,8 @@ AxisPart above_face(const Placed& b, const Vec3& normal, const Vec3& center, con
   return part;
 }
 
-// A sphere or capsule a and a solid whose gap is convex along a line: at both ends of the axis; in
-// between where it is nearer there, or at both ends of what lies above a face.
+// Contact of a sphere or capsule a with a shape whose gap is convex along a line: at both ends of
+// the axis; and at the nearest point in between, or at both ends of the part above a face.
 template <class GapAt, class FaceAt>
 void touch_round(const Placed& a, double margin, const GapAt& gap_at, const FaceAt& above,
                  std::vector<ManifoldPoint>& out) {
@@ -102,7 +102,7 @@ void touch_round(const Placed& a, double margin, const GapAt& gap_at, const Face
   const NearestGap low = gap_at(a.center - half), high = gap_at(a.center + half);
   add(a.center - half, low, 0);
   add(a.center + half, high, 1);
-  // Where the gap has its least value: its derivative n.half rises along the axis.
+  // The minimum of the gap, by bisection: its derivative n.half increases along the axis.
   double from = -1, to = 1;
   for (int turn = 0; turn < 60 && to - from > 1e-16; ++turn) {
     const double s = 0.5 * (from + to);
@@ -124,7 +124,7 @@ void touch_round(const Placed& a, double margin, const GapAt& gap_at, const Face
   }
 }
 
-// The same with a shape in its place.
+// The same for a placed shape.
 void touch_round(const Placed& a, const Placed& b, double margin, std::vector<ManifoldPoint>& out) {
   touch_round(
       a, margin, [&](const Vec3& x) { return gap_from(b, x); },

@@ -8,15 +8,15 @@
 
 namespace sim {
 
-// False for a mesh without a hull, which knows how to touch planes and rooms only.
+// False for a mesh without a hull, which can only collide with planes and rooms.
 bool can_collide(const Placed& a);
 
 NearestGap gap_from(const Placed& b, const Vec3& x);
 
-// Appends the points with a gap of at most `margin`. Two boxes use the axis of least overlap among
-// the normals of faces and the products of edges (separating axis test, Gottschalk, Lin & Manocha
-// 1996), and then the face of one clipped to that of the other, and so do other hulls; spheres and
-// capsules use the nearest points of their axes.
+// Appends the contact points with a gap of at most `margin`. Two boxes or hulls use the axis of
+// least overlap among face normals and cross products of edges (separating axis test, Gottschalk,
+// Lin & Manocha 1996), and clip the face of one to that of the other; spheres and capsules use the
+// nearest points of their axes.
 void collide(const Placed& a, const Placed& b, double margin, std::vector<ManifoldPoint>& out);
 
 // Contacts of a body and a collider: spheres and capsules use the nearest points of their axes,

@@ -17,7 +17,7 @@ struct TurnedBox {
     for (std::size_t k = 0; k < 3; ++k) sum += half[k] * std::fabs(n.dot(axis[k]));
     return sum;
   }
-  // The corner farthest along n.
+  // The support point: the corner farthest along n.
   Vec3 support(const Vec3& n) const {
     Vec3 x = center;
     for (std::size_t k = 0; k < 3; ++k) x += std::copysign(half[k], n.dot(axis[k])) * axis[k];
@@ -29,8 +29,8 @@ struct TurnedBox {
 
 constexpr double kOnEdge = 1e-7;  // a corner above an edge is above the face
 
-// The face of `other` that looks most against n, cut to the sides of the face of `own` along axis
-// k, whose normal n is.
+// The incident face of `other`, most opposed to n, clipped to the sides of the reference face of
+// `own` along axis k with normal n.
 void add_face(const TurnedBox& own, std::size_t k, const Vec3& n, const TurnedBox& other,
               double margin, double flip, int base, std::vector<ManifoldPoint>& out) {
   std::size_t most = 0;
@@ -58,16 +58,16 @@ void add_face(const TurnedBox& own, std::size_t k, const Vec3& n, const TurnedBo
   }
 }
 
-// The nearest points of two edges that cross.
+// The contact of two crossing edges at their nearest points.
 void add_edges(const TurnedBox& a, const TurnedBox& b, const Vec3& n, std::size_t i, std::size_t j,
                double gap, int feature, std::vector<ManifoldPoint>& out) {
-  // n leads from b to a.
+  // n points from b to a.
   Vec3 p = a.support(-n), q = b.support(n);
   p -= a.axis[i].dot(p - a.center) * a.axis[i];
   q -= b.axis[j].dot(q - b.center) * b.axis[j];
   const Vec3 &u = a.axis[i], &v = b.axis[j], d = p - q;
   const double uv = u.dot(v), rest = 1 - uv * uv;
-  // Within the edges, which may be nearly parallel.
+  // Clamped to the edges, which may be nearly parallel.
   const auto within = [](double at, double half) { return std::clamp(at, -half, half); };
   const double s = within((uv * v.dot(d) - u.dot(d)) / rest, a.half[i]);
   const double t = within((v.dot(d) - uv * u.dot(d)) / rest, b.half[j]);
@@ -85,7 +85,7 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
   const Vec3 d = a.center - b.center;
   const double prefer = kPrefer * (a.half.maxCoeff() + b.half.maxCoeff());
 
-  // The axis n of the largest separation; n leads from b to a.
+  // The axis n of largest separation, which points from b to a.
   struct Best {
     double gap = -HUGE_VAL;
     Vec3 n;

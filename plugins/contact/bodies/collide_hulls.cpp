@@ -12,7 +12,7 @@ namespace {
 constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
 constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
 
-// A hull seen from the frame of another.
+// A hull in the frame of another one.
 class Seen {
  public:
   Seen(const Placed& hull, const Placed& from)
@@ -46,7 +46,7 @@ struct BestAxis {
   }
 };
 
-// The faces of `own`, with `other` seen from it.
+// Tests the face normals of `own` as separating axes.
 bool look_at_faces(const Hull& own, const Seen& other, double margin, double by,
                    BestAxis::Kind kind, BestAxis& best) {
   for (std::size_t f = 0; f < own.faces.size(); ++f) {
@@ -58,7 +58,7 @@ bool look_at_faces(const Hull& own, const Seen& other, double margin, double by,
   return true;
 }
 
-// The best axis is that of faces so far; an axis of edges that is nearly the same stays out.
+// Tests edge pairs; an axis nearly parallel to the best face normal is skipped in its favour.
 bool look_at_edges(const Hull& own, const Seen& other, double margin, double by, BestAxis& best) {
   const Vec3 face =
       best.kind == BestAxis::Kind::kSecond ? other.direction(best.normal) : best.normal;
@@ -88,7 +88,7 @@ bool look_at_edges(const Hull& own, const Seen& other, double margin, double by,
   return true;
 }
 
-// The face of `other` that looks most against that of `own`, cut to its sides.
+// The incident face of `other`, most opposed to that of `own`, clipped to its sides.
 void add_face(const Placed& own, const Hull::Face& face, const Placed& other, double margin,
               double flip, int base, std::vector<ManifoldPoint>& out) {
   const Vec3 n = own.axes * face.normal, n_there = transposed(other.axes) * n;
@@ -120,7 +120,7 @@ void add_face(const Placed& own, const Hull::Face& face, const Placed& other, do
   }
 }
 
-// The nearest points of two edges; n leads from b to a.
+// The contact of two edges at their nearest points; n points from b to a.
 void add_edges(const Placed& a, const Placed& b, const BestAxis& best, int base,
                std::vector<ManifoldPoint>& out) {
   const auto ends = [](const Placed& of, std::size_t edge) {
@@ -139,8 +139,8 @@ void add_edges(const Placed& a, const Placed& b, const BestAxis& best, int base,
   out.push_back({0.5 * (p + s * u + q + t * v), -(a.axes * best.normal), best.gap, base});
 }
 
-// Of a triangle, by the region that x lies above (Ericson (2005), Real-Time Collision Detection,
-// section 5.1.5).
+// The nearest point of a triangle, by the Voronoi region of x (Ericson (2005), Real-Time Collision
+// Detection, section 5.1.5).
 Vec3 nearest_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ax = x - a, bx = x - b, cx = x - c;
   const double d1 = ab.dot(ax), d2 = ac.dot(ax), d3 = ab.dot(bx), d4 = ac.dot(bx), d5 = ab.dot(cx),

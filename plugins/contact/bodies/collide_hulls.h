@@ -8,9 +8,9 @@
 
 namespace sim {
 
-// Both have hulls. The axis of least overlap among the normals of faces and the products of those
-// edges that can be nearest: their arcs on the sphere of normals cross (Gregorius (2013), Game
-// Developers Conference). Then the face of one, cut to that of the other.
+// Collides two shapes with hulls. The axis of least overlap is sought among the face normals and
+// the cross products of those edges whose arcs cross on the Gauss map (Gregorius (2013), Game
+// Developers Conference). Then the face of one is clipped to that of the other.
 void collide_hulls(const Placed& a, const Placed& b, double margin,
                    std::vector<ManifoldPoint>& out);
 

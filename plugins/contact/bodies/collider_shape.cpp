@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-// A capsule's own axis is y; drawn, it is the first.
+// A capsule's own axis is y, in a drawing the first one.
 Mat3 axes_of(const RenderShape& drawn) {
   const auto unit = [&](std::size_t k) { return Vec3(drawn.axes[k] / drawn.axes[k].norm()); };
   if (drawn.form == RenderShape::Form::kCapsule) return transposed({unit(2), unit(0), unit(1)});
@@ -48,7 +48,7 @@ std::optional<ColliderShape> ColliderShape::of(const Collider& collider) {
   found.hull_ = hull_of(*shape);
   const Placed placed = found.at(collider, 0);
 
-  // From near to far, in directions without a pattern.
+  // Samples from near to far, in directions without a pattern.
   constexpr int kLooks = 60;
   constexpr double kSame = 1e-9;
   const double size = shape->radius + shape->length + shape->half.norm();

@@ -9,11 +9,11 @@
 
 namespace sim {
 
-// How a collider is drawn says what it is, if its gap agrees: at some points all around it, it must
-// be the distance to that shape, less a thickness.
+// Recognises the shape of a collider by how it is drawn, if its gap agrees: at sample points all
+// around it, the gap must be the distance to that shape, less a thickness.
 class ColliderShape {
  public:
-  // Nothing for a plane, a room, what is not drawn, and what is not as it is drawn.
+  // Empty for a plane, a room, an undrawn collider, and one whose gap differs from its drawing.
   static std::optional<ColliderShape> of(const Collider& collider);
 
   Placed at(const Collider& collider, double t) const;

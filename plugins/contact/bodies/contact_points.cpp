@@ -1,4 +1,4 @@
-// Which bodies may touch in a step, and where.
+// The broad phase of rigid bodies: the pairs that may touch in a step, and their contact points.
 #include "rigid_contact.h"
 
 #include <algorithm>
@@ -9,10 +9,10 @@ namespace {
 
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
-// m, from how far a mover is looked at: what impulses may add to its way is in it.
+// The search margin of a solver body, m, which includes the motion that impulses may add.
 double margin_of(double path_length, double radius) { return 2 * path_length + 1e-3 * radius; }
 
-// Before the end of the step by a share of it.
+// The state at a fraction `left` of the step before its end.
 template <class Reach>
 RigidState on_the_way(const Reach& reach, double left) {
   RigidState state = reach.after;
@@ -48,13 +48,13 @@ int RigidContact::key(int solver_body) const {
   return bodies + entered_[static_cast<std::size_t>(solver_body - bodies)];
 }
 
-// From the states at both ends.
+// Estimates path length and effective duration from the states at both ends.
 void RigidContact::measure(Reach& reach, double h) const {
   const RigidState &a = reach.before, &b = reach.after;
   reach.path_length =
       h * (std::max(a.velocity.norm(), b.velocity.norm()) +
            reach.radius * std::max(a.angular_velocity.norm(), b.angular_velocity.norm()));
-  // Half a step of most methods; a whole one of symplectic Euler.
+  // The duration is half a step for most methods, a whole one for symplectic Euler.
   const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
   reach.gained = gained.squaredNorm();
   reach.duration =
@@ -97,9 +97,9 @@ void RigidContact::load(const Step& step) {
   fastest_single_ = std::sqrt(fastest_single_);
 }
 
-// A particle near a body becomes a mover without size and turns. What presses it, presses it
-// through the step as it does the body: else it would not lie still between the body and a
-// collider.
+// Adds a particle near a body as a solver body without size and rotation. Its contact force acts as
+// long in the step as that of the body: otherwise the particle could not rest between the body and
+// a collider.
 int RigidContact::enter(int particle, int body, const Step& step) {
   int& solver_body = solver_body_of_[static_cast<std::size_t>(particle)];
   if (solver_body >= 0) return solver_body;
@@ -159,10 +159,10 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
   if (m.has_law()) m.friction = m.friction_at(tangential(before, m.normal).norm());
   m.restitution = std::max(own.restitution, other.restitution);
 
-  // What the gap did in the step, from its end and both rates.
+  // The motion of the gap in the step, from its end and the rates at both ends.
   const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
   m.gap = point.gap + left * h * rate;
-  // Of the one that is not held in place.
+  // The duration of the side that is not fixed.
   constexpr double kHeld = 1e-6;
   const Reach* kinematic = &reach_[f];
   if (second >= 0)
@@ -188,7 +188,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
   contacts_.push_back(m);
 }
 
-// The impulses that it had in the step before.
+// Applies the impulses of the step before.
 void RigidContact::apply_warm_start(ContactPoint& m) const {
   const auto key = [](const WarmStart& kept) { return std::pair(kept.first, kept.second); };
   const std::pair own(m.key1, m.key2);
@@ -203,9 +203,10 @@ void RigidContact::apply_warm_start(ContactPoint& m) const {
     }
 }
 
-// Arms of the moment at which the points of one pair act, from one point each, so that angular
-// momentum stays. The moment is the same for all, the mean of those that touch: else the arms of
-// two points were those of no rigid body, and no impulses could make both of them stick.
+// Takes the arms of the points of one pair at the time at which they act, from a common point each,
+// so that angular momentum is conserved. The time is the same for all, the mean of the active ones:
+// otherwise the arms of two points would belong to no rigid body, and no impulses could make both
+// stick.
 void RigidContact::move_arms(std::size_t begin) {
   const std::span<ContactPoint> points = std::span(contacts_).subspan(begin);
   const bool touches = std::ranges::any_of(points, &ContactPoint::active);
@@ -225,8 +226,8 @@ void RigidContact::move_arms(std::size_t begin) {
   }
 }
 
-// Points of one pair at the end of the free step; where it is so fast that it may be through by
-// then, at the first of some moments at which it touches.
+// Adds the contact points of one pair at the end of the free step; for a pair so fast that it may
+// have passed through by then, at the first of some sampled times with contact.
 template <class Collide>
 void RigidContact::add_manifold(int first, int second, int collider, double margin,
                                 const Step& step, const Collide& collide) {
@@ -250,8 +251,8 @@ void RigidContact::add_manifold(int first, int second, int collider, double marg
   }
 }
 
-// Sweep and prune along the axis on which the bodies are spread most (Cohen, Lin, Manocha &
-// Ponamgi (1995)): bodies whose shadows on it overlap, and then whose balls do.
+// Sweep and prune along the axis on which the bodies are spread most (Cohen, Lin, Manocha & Ponamgi
+// (1995)): bodies whose intervals on it overlap, and then whose bounding spheres do.
 void RigidContact::find_pairs() {
   pairs_.clear();
   Vec3 sum, squares;
@@ -265,7 +266,8 @@ void RigidContact::find_pairs() {
   for (const Ball& ball : balls_)
     for (std::size_t axis = 0; axis < 3; ++axis)
       squares[axis] += (ball.center[axis] - mean[axis]) * (ball.center[axis] - mean[axis]);
-  // Another axis only where it pays to sort them anew. Nearly sorted since the step before.
+  // The axis changes only if sorting anew pays; otherwise the order is nearly that of the last
+  // step.
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (squares[axis] > 2 * squares[sweep_axis_]) sweep_axis_ = axis;
   const std::size_t axis = sweep_axis_;
@@ -287,7 +289,7 @@ void RigidContact::find_pairs() {
   std::ranges::sort(pairs_);
 }
 
-// Single particles that may touch a body.
+// Finds the single particles that may touch a body.
 void RigidContact::find_particles(int body, const Step& step) {
   const Reach own = reach_[static_cast<std::size_t>(body)];
   const Vec3 center = own.after.center;
@@ -308,7 +310,7 @@ void RigidContact::find_particles(int body, const Step& step) {
   }
 }
 
-// All pairs in ascending order; of each mover first those with colliders, then those with others.
+// Finds all pairs in ascending order; for each solver body first those with colliders.
 void RigidContact::find(const Step& step) {
   contacts_.clear();
   const double h = step.h, end = step.t + h;
@@ -343,7 +345,7 @@ void RigidContact::find(const Step& step) {
     }
     find_particles(i, step);
   }
-  // What bodies push may meet colliders; where these let it be, it is settled already.
+  // Particles pushed by bodies may touch colliders; all others are resolved already.
   const int all = static_cast<int>(solver_bodies_.size());
   for (int i = body_collision_.bodies(); i < all; ++i) {
     if (reach_of(i).fixed) continue;

@@ -10,7 +10,7 @@ constexpr std::size_t kMostBounces = 400;       // of each point
 constexpr std::size_t kMostLooked = 2'000'000;  // points that are looked at for the next bounce
 constexpr double kHeld = 1e-9;                  // of the softness alone: links do not let it move
 
-// How much an impulse along n at an arm changes the velocity there along n.
+// The change of the velocity along n, at an arm, by a unit impulse along n there.
 double inverse_effective_mass(const SolverBody& solver_body, const Vec3& arm, const Vec3& n) {
   const Vec3 moment = arm.cross(n);
   return solver_body.inverse_mass + moment.dot(solver_body.inverse_inertia * moment);
@@ -72,14 +72,14 @@ void ContactSolver::prepare(std::span<SolverBody> solver_bodies,
     m.tangent_impulse[0] = m.u.dot(m.friction_impulse),
     m.tangent_impulse[1] = m.v.dot(m.friction_impulse);
     m.inverse_mass_n = soft(n);
-    // Along the surface the larger value of a matrix of 2 x 2.
+    // Tangentially the larger eigenvalue of the 2 x 2 matrix.
     const double diagonal = soft((m.u + m.v) / std::sqrt(2.0)), u = soft(m.u), v = soft(m.v);
     const double mixed = diagonal - 0.5 * (u + v);
     m.inverse_mass_t = 0.5 * (u + v) + std::sqrt(0.25 * (u - v) * (u - v) + mixed * mixed);
   }
 }
 
-// How much an impulse along the normal changes the velocity there, with all that is linked.
+// The change of the normal velocity by a unit normal impulse, with all joints.
 double ContactSolver::joint_inverse_mass(std::span<const SolverBody> solver_bodies,
                                          const ContactPoint& m) {
   scratch_.assign(solver_bodies.begin(), solver_bodies.end());

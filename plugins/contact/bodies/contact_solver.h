@@ -18,7 +18,7 @@ struct SolverBody {
   Vec3 translation, rotation;       // m, rad: what the impulses so far have moved it
 };
 
-// A contact point of two of them; second = -1: a collider, which no impulse moves.
+// A contact point of two solver bodies; second = -1: a collider, which no impulse moves.
 struct ContactPoint {
   int first = 0, second = -1, feature = 0;
   int key1 = 0, key2 = 0;   // of what these are, the same from step to step
@@ -26,8 +26,8 @@ struct ContactPoint {
   Vec3 ground;              // velocity of what does not move, m/s
   double gap = 0;           // m, at the end of the free step
   double tiny = 0;          // m: a gap that is none
-  // The motion in which impacts are sought: the free one, but without forces where they touch from
-  // the start, since the contact there balances them.
+  // The motion in which impacts are sought: the free motion, but without forces if there is contact
+  // from the start, since the contact balances them.
   double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
   double acceleration = 0;               // m/s^2
   double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
@@ -46,8 +46,8 @@ struct ContactPoint {
   int collider = -1;  // what does not move
 
   bool has_law() const { return sides[0].law || sides[1].law; }
-  // The combined laws of both sides: the larger restitution, the geometric mean of friction; at
-  // speeds in m/s.
+  // The combined laws of both sides: the larger restitution, the geometric mean of friction; speeds
+  // in m/s.
   double restitution_at(double approach) const;
   double friction_at(double slip) const;
 };
@@ -56,12 +56,12 @@ struct ContactPoint {
 class JointProjection {
  public:
   virtual ~JointProjection() = default;
-  // Velocities := the nearest that the links allow; change_alone: of changes of them.
+  // Projects velocities onto the nearest ones that the joints allow; change_alone: changes of them.
   virtual void project(std::span<SolverBody> solver_bodies, bool change_alone) = 0;
 };
 
-// How long before the end of a step of h a gap closed that is `gap` then, changes by `rate` and has
-// had the acceleration a: gap - rate s + a s^2 / 2 = 0.
+// The time, s, before the end of a step of h at which a gap closed that is `gap` at the end, has
+// the rate `rate` there and the acceleration a: gap - rate s + a s^2 / 2 = 0.
 double time_since(double gap, double rate, double a, double h);
 
 class ContactSolver {
@@ -69,15 +69,15 @@ class ContactSolver {
   // The joints that all following impulses respect; null: none.
   void set_joints(JointProjection* links) { joints_ = links; }
 
-  // Computes the effective masses and directions of contacts; the active ones take part in what
-  // follows.
+  // Computes the effective masses and tangent directions of contacts; the active ones take part in
+  // the solves that follow.
   void prepare(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
 
-  // Impacts in a step of length h, in order of their time of impact, those caused by earlier
-  // impulses among them: each by the laws of its sides. Simultaneous impacts are solved pair by
-  // pair in their order, repeatedly, until none approaches. So an impulse runs along a row of
-  // balls, as in Newton's cradle, whatever is between them. The work is bounded: approaches that
-  // are left among hundreds of points are met without restitution, by what rests.
+  // Resolves the impacts in a step of length h in order of their time of impact, including those
+  // caused by earlier impulses, each by the laws of its sides. Simultaneous impacts are solved pair
+  // by pair in their order, repeatedly, until none approaches. So an impulse runs along a row of
+  // balls, as in Newton's cradle, whatever is between them. The work is bounded: approaches left
+  // among hundreds of points are resolved without restitution, as resting contacts.
   void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
                          double h);
 
@@ -87,7 +87,7 @@ class ContactSolver {
   // Applies the present impulses of resting contacts, the warm start of RestingSolver.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
 
-  // An impulse p on the first, -p on the second, and what it moves.
+  // Applies an impulse p to the first and -p to the second, and the displacement that it causes.
   static void apply(std::span<SolverBody> solver_bodies, const ContactPoint& contact, const Vec3& p,
                     double duration);
   static Vec3 velocity(std::span<const SolverBody> solver_bodies,
@@ -95,7 +95,7 @@ class ContactSolver {
 
  private:
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
-  // How long before the end of the step, s, it is hit next, `now` at most; below 0: not at all.
+  // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
   static double next_touch(std::span<const SolverBody> solver_bodies, const ContactPoint& m,
                            double now, double fastest);
   JointProjection* joints_ = nullptr;

@@ -12,7 +12,7 @@ constexpr double kJammed = 1e-3;      // of W_nn: what friction leaves of it
 constexpr double kDirection = 1e-8;   // of a radian: its square is rounding
 constexpr double kLongestTurn = 0.7;  // of tan(angle / 2)
 
-// A step of the projection whose fixed point is the solution (Alart & Curnier (1991)).
+// One step of the projection whose fixed point is the solution (Alart & Curnier (1991)).
 Vec3 projected(const PointResponse& of, double friction, const Vec3& w, const Vec3& p) {
   const double step = 1 / (of.response(0, 0) + of.response(1, 1) + of.response(2, 2));
   const double push = std::max(0.0, p[0] - step * w[0]), most = friction * push;
@@ -21,7 +21,7 @@ Vec3 projected(const PointResponse& of, double friction, const Vec3& w, const Ve
   return {push, share * u, share * v};
 }
 
-// A slipping point in which friction has the direction (c, s): p_n from w_n = 0, and the slip.
+// A slipping point with friction along (c, s): p_n from w_n = 0, and the slip.
 struct Slip {
   double softness = 0, push = 0, along = 0, across = 0;  // 1/kg, N s, and of w_t, m/s
   double across_rate = 0;                                // m/s per radian
@@ -44,14 +44,14 @@ Slip slip_along(const Mat3& W, double friction, const Vec3& free, double c, doub
   return slip;
 }
 
-// With friction along e the normal equation gives p_n(e), and this the slip w_t(e), of which
-// friction must be the opposite: e x w_t = 0 and e . w_t < 0.
+// With friction along e the normal equation gives p_n(e), and this the slip w_t(e), to which
+// friction must be opposite: e x w_t = 0 and e . w_t < 0.
 class SlipDirection {
  public:
   SlipDirection(const Mat3& response, double friction, const Vec3& free)
       : response_(response), friction_(friction), free_(free) {}
 
-  // Newton's method from a direction near the solution. False where it does not get there.
+  // Newton's method from a direction near the solution; false if it does not converge.
   bool find_near(double c, double s) {
     for (int turn = 0; turn < kMostTurns; ++turn) {
       const Slip slip = set(c, s);

@@ -5,8 +5,8 @@
 
 namespace sim {
 
-// How an impulse at a point changes the velocity there: W, in 1/kg, symmetric, along the normal and
-// two directions of the surface.
+// The velocity response of a contact point to an impulse there: W, in 1/kg, symmetric, along the
+// normal and two tangents.
 struct PointResponse {
   Mat3 response, inverse = {};  // W; its inverse, where `regular`
   bool regular = false;
@@ -16,9 +16,9 @@ struct PointResponse {
 
 // The impulse p, N s, with which this point alone obeys Signorini's and Coulomb's laws: p = 0 and
 // w_n >= 0; or w = 0 and |p_t| <= friction p_n; or w_n = 0, w_t != 0 and p_t = -friction p_n w_t /
-// |w_t|. Now it has the impulse `p` and the velocity w, m/s. To rounding, where it slips by
-// Newton's method on the direction of the slip; one step towards it where friction jams the point
-// (Painleve).
+// |w_t|. On entry it has the impulse `p` and the velocity w, m/s. Exact to rounding, for a slipping
+// point by Newton's method on the direction of the slip; a single step towards it if friction jams
+// the point (Painleve).
 Vec3 coulomb_impulse(const PointResponse& of, double friction, const Vec3& w, const Vec3& p);
 
 }  // namespace sim

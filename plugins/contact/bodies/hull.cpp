@@ -25,7 +25,7 @@ RigidShape mesh_of_box(const Vec3& half) {
   return mesh;
 }
 
-// Makes a hull of a mesh, step by step.
+// Builds the hull of a mesh, step by step.
 class HullBuilder {
  public:
   explicit HullBuilder(const RigidShape& mesh) {
@@ -74,7 +74,7 @@ class HullBuilder {
     return true;
   }
 
-  // Neighbours in one plane get the same group: the least of their numbers.
+  // Neighbouring coplanar triangles get the same group: the least of their numbers.
   void join_triangles() {
     group_.resize(normals_.size());
     std::iota(group_.begin(), group_.end(), std::size_t{0});
@@ -90,7 +90,7 @@ class HullBuilder {
     }
   }
 
-  // The way around the triangles of a group.
+  // The boundary loop of the triangles of a group.
   bool add_face(std::size_t group) {
     std::map<int, int> next;
     for (const auto& [edge, t] : sides_)

@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// In the frame of its shape, m.
+// Coordinates are in the frame of the shape, m.
 struct Hull {
   static constexpr std::size_t kMostCorners = 32;  // of a face
 
@@ -33,8 +33,8 @@ struct Hull {
   Vec3 farthest(const Vec3& direction) const;
 };
 
-// The hull of a box or a closed mesh; triangles in one plane are one face. Nothing for other
-// shapes, for a mesh that is not convex to 1e-6 of its size, and for faces with too many corners.
+// The hull of a box or a closed mesh; coplanar triangles are one face. Empty for other shapes, for
+// a mesh that is not convex to 1e-6 of its size, and for faces with too many corners.
 std::optional<Hull> hull_of(const RigidShape& shape);
 
 }  // namespace sim

@@ -7,8 +7,8 @@ namespace sim {
 
 struct Hull;
 
-// The cosine of 2.6 degrees: faces that are nearly parallel touch as faces, at several points,
-// whose gaps along the face differ from those along the edges' axis by 1e-3 of them.
+// The cosine of 2.6 degrees: nearly parallel faces touch as faces, at several points, whose gaps
+// along the face normal differ from those along the edges' axis by 1e-3 of them.
 inline constexpr double kNearlyParallel = 1 - 1e-3;
 
 // A placed shape: the columns of `axes` are its axes.

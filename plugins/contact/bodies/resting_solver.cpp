@@ -16,7 +16,7 @@ constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-// d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2 of each direction.
+// The relative velocity d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2 in each direction.
 Vec3 RestingSolver::velocity(std::span<const SolverBody> bodies, const Row& row) {
   const SolverBody& a = bodies[static_cast<std::size_t>(row.first)];
   Vec3 w;
@@ -95,7 +95,7 @@ void RestingSolver::add_row(Bodies bodies, const ContactPoint& contact, std::siz
   row.impulse = {contact.normal_impulse, contact.tangent_impulse[0], contact.tangent_impulse[1]};
 }
 
-// Islands in the order of their first contacts, and in each the contacts in their order.
+// Islands are in the order of their first contacts, and in each the contacts in their order.
 void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> contacts) {
   const auto moves = [&](int body) {
     return body >= 0 && bodies[static_cast<std::size_t>(body)].inverse_mass > 0;

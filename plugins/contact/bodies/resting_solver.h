@@ -11,21 +11,21 @@
 namespace sim {
 
 // Solves 0 <= normal impulse, 0 <= normal velocity, one of them 0, and |tangent impulse| <=
-// friction * normal impulse, opposite to the slip where that is an equation (Moreau (1988); Jean
-// (1999)). Bodies that contacts join are an island, which no other can move; fixed bodies and
-// colliders join none. Each island is solved by itself by nonsmooth Gauss-Seidel: point after point
-// gets the impulse that solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech.
-// Eng. 155, 31-47), from the present impulses on, accelerated by Anderson's mixing of the sweeps.
-// The residual is the largest change of velocity, m/s, that a point still asks for by itself: 0 at
-// the solution alone. The same bits on any number of threads.
+// friction * normal impulse, opposite to the slip where that is an equality (Moreau (1988); Jean
+// (1999)). Bodies joined by contacts form an island; fixed bodies and colliders join none. Each
+// island is solved by itself by nonsmooth Gauss-Seidel: each point in turn gets the impulse that
+// solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech. Eng. 155, 31-47),
+// starting from the present impulses, with Anderson acceleration of the sweeps. The residual is the
+// largest velocity change, m/s, that a point alone still requires: 0 at the solution only. The bits
+// are the same on any number of threads.
 class RestingSolver {
  public:
   // The joints that all impulses respect; null: none. With joints all bodies are one island.
   void set_joints(JointProjection* joints) { joints_ = joints; }
 
-  // From the impulses of the active contacts, which the velocities of the bodies have felt. What
-  // these add moves the bodies, too. tolerance: m/s, of the residual; what rounding leaves is none.
-  // Returns the largest residual, above the tolerance where an island has used up its sweeps.
+  // Starts from the impulses of the active contacts, which are already applied to the bodies;
+  // further impulses move the bodies too. tolerance: of the residual, m/s; rounding errors do not
+  // count. Returns the largest residual, above the tolerance if an island has used up its sweeps.
   double solve(std::span<SolverBody> bodies, std::span<ContactPoint> contacts, double tolerance,
                ThreadPool& pool);
 

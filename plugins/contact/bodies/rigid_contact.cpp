@@ -14,7 +14,7 @@ constexpr double kNear = 0.02;   // of a radius: what these moves may bring to t
 constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 
-// Turned by the angle vector w, to third order, by a rotation to the last bit (Cayley).
+// Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
 Vec3 turned_over(const Vec3& r, const Vec3& w) {
   const Vec3 half = 0.5 * w, across = half.cross(r);
   return r + 2 / (1 + half.squaredNorm()) * (across + half.cross(across));
@@ -27,7 +27,7 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
 
 }  // namespace
 
-// Impulses for what touches, and then for what these bring to touch.
+// Solves impacts, and resting contacts, also those that impulses bring about.
 double RigidContact::solve(double h) {
   contact_solver_.prepare(solver_bodies_, contacts_);
   double scale = 0;
@@ -75,7 +75,7 @@ void RigidContact::project_moves() {
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
-// Bodies that overlap are moved apart in the metric of the masses, again until they do not.
+// Moves overlapping bodies apart in the metric of the masses, repeatedly until none overlap.
 void RigidContact::separate(double t) {
   const auto now = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
@@ -89,10 +89,10 @@ void RigidContact::separate(double t) {
   double deepest = 0;
   for (int round = 0; round < kMostPasses; ++round) {
     contacts.clear();
-    // Bodies that are moved may meet those that they nearly touch.
+    // Bodies that are moved may touch neighbours that they nearly touch.
     const double near = std::max(kNear, kAhead * deepest);
     deepest = 0;
-    // Each pair once: its meetings stand behind each other.
+    // Each pair once: its contact points are contiguous.
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
       const ContactPoint& of = contacts_[k];
       if (k > 0 && contacts_[k - 1].first == of.first && contacts_[k - 1].second == of.second &&
@@ -119,7 +119,7 @@ void RigidContact::separate(double t) {
       }
     }
     if (deepest <= overlap) return;
-    // Places in the role of velocities.
+    // Displacements take the role of velocities.
     moved_bodies_.resize(solver_bodies_.size());
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       moved_bodies_[i] = solver_bodies_[i];
@@ -153,7 +153,7 @@ void RigidContact::store(double* x_next) {
         q[axis][id] += solver_body.translation[axis], v[axis][id] = solver_body.velocity[axis];
       continue;
     }
-    // A body that was turned keeps its angular momentum, not its angular velocity.
+    // A body that was rotated keeps its angular momentum, not its angular velocity.
     RigidState now = free;
     now.axes = turned_over(free.axes, solver_body.rotation);
     const RigidBody& body = body_collision_.body(static_cast<int>(i));
@@ -175,7 +175,7 @@ void RigidContact::store(double* x_next) {
 
 bool RigidContact::resolve(double t, double h, const double* x, double* x_next) {
   refusal_.clear();
-  // Single particles among colliders.
+  // Contact of single particles with colliders.
   const Layout& layout = particles_->layout();
   bool changed = false;
   if (const int others = body_collision_.singles(); contact_pass_ && others > 0) {
@@ -219,7 +219,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   return true;
 }
 
-// The impulses of this step, for the next.
+// Stores the impulses of this step for the next.
 void RigidContact::store_warm_start() {
   warm_start_.clear();
   int most = 0;
@@ -232,7 +232,7 @@ void RigidContact::store_warm_start() {
                              m.normal_impulse});
   }
   counts_.most = std::max(counts_.most, most);
-  // Particles are movers in the order in which they came.
+  // Particles became solver bodies in the order in which they were found.
   if (!entered_.empty())
     std::ranges::sort(warm_start_, {},
                       [](const WarmStart& k) { return std::tuple(k.first, k.second, k.feature); });

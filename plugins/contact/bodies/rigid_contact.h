@@ -26,19 +26,19 @@ class RigidContact {
   static constexpr double kToRounding = 1e-12;
   static constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
 
-  // tolerance: of the velocities at hand, where the solver stops, and of a radius, what bodies may
-  // overlap. constraint_system: what else joins them; null: nothing, and single particles are
-  // settled.
+  // tolerance: of the residual, relative to the largest velocity, and of the overlap of bodies,
+  // relative to a radius. constraint_system: the constraints on them; null: none, and the contact
+  // of single particles is resolved here.
   RigidContact(BodyCollision body_collision, Particles& particles,
                ConstraintSystem* constraint_system = nullptr, double tolerance = kToRounding);
 
-  // True where it changed x_next. Without `holding` it settles single particles among colliders.
+  // True if it changed x_next. Without constraints it resolves single particles with colliders too.
   bool resolve(double t, double h, const double* x, double* x_next);
-  // Why the last step has no end; empty where it has one.
+  // The reason why the last step has no solution; empty if it has one.
   const std::string& refusal() const { return refusal_; }
 
   const BodyCollision& body_collision() const { return body_collision_; }
-  // The impulses of the last step, for those of the next.
+  // The impulses of the last step, which warm-start the next.
   static constexpr std::size_t kNumbers = 7;  // of each point
   std::vector<double> memory() const;
   void recall(std::span<const double> memory);

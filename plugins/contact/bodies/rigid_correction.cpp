@@ -11,7 +11,7 @@ StepCorrection::Account RigidCorrection::account() const {
                   .figures = {{"points", counts.most}, {"unsettled", counts.unconverged}}};
   if (!account.acted) return account;
   account.words = "bodies touched at up to " + std::to_string(counts.most) + " points";
-  // Bounds of the residual of a solver that did not get to its end.
+  // Bounds on the residual of a solver that did not converge: to be reported, and to be distrusted.
   constexpr double kSaid = 1e-6, kDoubted = 1e-3;
   if (counts.unconverged > kSaid * counts.fastest)
     account.words += ", impulses between them to " + brief(counts.unconverged, 2) + " m/s";

@@ -107,7 +107,7 @@ void ConstrainedIslands::find_islands() {
     parent_[i] = static_cast<int>(i);
     sums_[i] = {};
   }
-  // What all particles of a row may do together, the row does not hold; a pin does.
+  // A row fixes an island in space unless it allows a common translation; so does a pin.
   const RowPattern& pattern = constraint_system_->constraints().rows().pattern;
   rows_.evaluate(particles_->view(t_, start_.data()),
                  start_.data() + constraint_system_->internal_begin());
@@ -207,7 +207,7 @@ Vec3 ConstrainedIslands::shared(int i, const Vec3& of) {
   return kinematic_motion + share * (of - kinematic_motion);
 }
 
-// One level more for what met; false where there is none.
+// Slows each island with a collision by one more level; false if one has no level left.
 bool ConstrainedIslands::slow_met() {
   for (std::size_t i = 0; i < sums_.size() && culprit_ < 0; ++i) {
     Sum& sum = sums_[i];

@@ -15,45 +15,44 @@ namespace sim {
 // Displacements and velocities of all particles in one step, whose ends have to satisfy the
 // constraints.
 //
-// Where no such displacements without contact were found, an island of constrained particles and
-// its contacts moves only a fraction a of its step, then is projected back: each displacement
-// becomes w + a (d - w), with d the free one and w the mean of the island by mass, or 0 where
-// constraints hold it in place; the projection takes a move of order (1 - a) a. With a = 0 an
-// island moves as one, and in the end not at all: then it satisfies constraints that do not move,
-// as it did before.
+// If no such displacements without contact are found, an island of constrained particles and its
+// contacts moves only a fraction a of its step, then is projected back: each displacement becomes
+// w + a (d - w), with d the free one and w the mean of the island by mass, or 0 if constraints fix
+// it in space; the projection takes a move of order (1 - a) a. With a = 0 an island moves as one,
+// and in the end not at all: then it satisfies constraints that do not move, as it did before.
 class ConstrainedIslands {
  public:
   ConstrainedIslands(Particles& particles, ConstraintSystem& constraint_system);
 
-  // A step from x at t to x_next at t + h.
+  // Begins a step from x at t to x_next at t + h.
   void begin(double t, double h, const double* x, const double* x_next);
 
-  // Puts from + way to the nearest places that obey; marks whose way changed in both lists. False
-  // where there are none in reach.
+  // Projects from + displacement onto the constraints, and marks the changed displacements in both
+  // lists. False if there is no solution in reach.
   bool project_displacements(std::span<const Vec3> from, std::span<Vec3> displacement,
                              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
-  // Velocities at these places likewise.
+  // Projects the velocities at these positions likewise.
   bool project_velocities(std::span<const Vec3> from, std::span<const Vec3> displacement,
                           std::span<Vec3> velocity, std::span<std::uint8_t> touched);
 
-  // The end of these ways, until the next call.
+  // The state at the end of these displacements, until the next call.
   ParticleView end(std::span<const Vec3> from, std::span<const Vec3> displacement);
 
-  // All of a piece is marked where one of it is. True where none of these is held in place.
+  // Marks all of an island if one of it is marked. True if none of these is fixed in space.
   bool spread(std::span<std::uint8_t> marks);
 
-  // Shorter ways; the first call of a step says what they are shorter than.
+  // Scales displacements; the first call of a step gives those of which they are fractions.
   void share(std::span<const Vec3> goal);
   void join(const std::array<int, 4>& ids, double s);  // these meet at the share s of their ways
   bool slow(std::span<const std::uint8_t> which);      // false where none of these moves any more
-  // way := what is left, where it obeys. False where what met has no way left to give up: blamed().
+  // displacement := the scaled one, projected. False if a colliding island has stopped: culprit().
   bool apply(std::span<const Vec3> from, std::span<Vec3> displacement,
              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
   void share_velocities(std::span<Vec3> velocity);  // of what goes a shorter way
   int culprit() const { return culprit_; }
   bool shares() const { return sharing_; }  // in this step
 
-  // The numbers of the constraints at this state.
+  // Stores the internal variables of the constraints at this state.
   void follow(double* x_next) const;
 
  private:

@@ -10,9 +10,9 @@
 
 namespace sim {
 
-// n . sum_k weights_k d_k >= bound, of the ways d of a step (m) or of velocities (m/s). A row of
-// one particle, whose other ids are -1, is one of a collider; of five, one of a rigid body: behind
-// the particle are the four that the body is made of.
+// n . sum_k weights_k d_k >= bound, for displacements d of a step (m) or for velocities (m/s). A
+// row of one particle, whose other ids are -1, is contact with a collider; a row of five is contact
+// with a rigid body: the particle, then the four particles of the body.
 struct ContactRow {
   static constexpr std::size_t kMost = 5;
   std::array<int, kMost> ids{-1, -1, -1, -1, -1};
@@ -24,23 +24,23 @@ struct ContactRow {
   double gap = 0;       // m, to be kept at the end
 };
 
-// Contact impulses with friction, by projected Gauss-Seidel, row after row in their order, so that
-// the bits are one thread's. Each impulse acts on both sides alike, which keeps momentum; it never
-// pulls. Without friction the kinetic energy of d cannot rise: sum_k m_k |d_k|^2 / 2 changes by the
-// dual objective of the rows, which begins at 0 and falls (Moreau 1988).
+// Contact impulses with friction by projected Gauss-Seidel, row after row in their order, so that
+// the bits do not depend on threads. Each impulse acts on both sides alike, which conserves
+// momentum, and never pulls. Without friction the kinetic energy of d cannot rise: sum_k m_k
+// |d_k|^2 / 2 changes by the dual objective of the rows, which begins at 0 and falls (Moreau 1988).
 class ContactImpulses {
  public:
   void clear(std::size_t particles);
   void add(const ContactRow& row, std::span<const double> inverse_mass);
   std::span<const ContactRow> rows() const { return rows_; }
-  // From no impulses on, with other bounds and slack for all.
+  // Begins with zero impulses, with other bounds and one slack for all.
   void begin(std::span<const double> bounds, double slack);
 
-  // Marks each particle that an impulse moved in both lists. Ends early where nothing is left to
-  // do. True where there was an impulse.
+  // Marks each particle that an impulse moved in both lists. Ends early once all rows are
+  // satisfied. True if there was an impulse.
   bool relax(int sweeps, std::span<const double> inverse_mass, std::span<Vec3> d,
              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
-  // Marks particles that were moved since: their rows are evaluated again.
+  // Marks particles that have moved since: their rows are evaluated again.
   void note_moved(std::span<const std::uint8_t> which);
 
  private:

@@ -14,8 +14,8 @@ namespace sim {
 
 // Sets of particles that share a motion. In a zone every displacement is w + a (d - w): w their
 // mean by mass, or that of its kinematic particles; d the free one. All distances inside then are
-// those of the displacements d at the time a s; so what met at s does not where a < s. With a = 0
-// the zone moves rigidly, and in the end not at all. Zones only grow, so this terminates. Where
+// those of the displacements d at the time a s; so a pair that hits at s does not if a < s. With a
+// = 0 the zone moves rigidly, and in the end not at all. Zones only grow, so this terminates. If
 // kinematic particles have several motions, w is their KinematicFit.
 class ImpactZones {
  public:
@@ -23,14 +23,16 @@ class ImpactZones {
   bool empty() const { return members_.empty(); }
   std::span<const int> members() const { return members_; }
 
-  // These meet at the share s of their ways; where they are of one zone already it slows down.
+  // Joins the particles of a hit at the share s of their displacements; a hit within a zone slows
+  // it.
   void join(const std::array<int, 4>& ids, double s);
-  // way := what zones leave of the ways from these places given to begin(). False where particles
-  // that are led lead a zone that cannot move: that is blamed().
+  // displacement := the one under the zones, from the positions given to begin(). False if
+  // kinematic particles move a zone that has to stop: culprit().
   bool apply(std::span<const double> inverse_mass, std::span<const Vec3> places,
              std::span<Vec3> displacement);
   int culprit() const { return culprit_; }
-  // Velocities relative to the mean of the zone, likewise: kinetic energy falls, momentum stays.
+  // Velocities relative to the mean of the zone, likewise: kinetic energy falls, momentum is
+  // conserved.
   void slow(std::span<const double> inverse_mass, std::span<const Vec3> places,
             std::span<Vec3> velocity);
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kLeastInertia = 1e-6;  // of the largest: no turn about a line that all lie on
 
-// M w = l for a symmetric matrix of the rows a, b, c, which is positive.
+// Solves M w = l for a positive definite symmetric matrix with the rows a, b, c.
 Vec3 solved(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& l) {
   const Vec3 x = b.cross(c), y = c.cross(a), z = a.cross(b);
   return (x * l.x() + y * l.y() + z * l.z()) / a.dot(x);
@@ -15,11 +15,12 @@ Vec3 solved(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& l) {
 
 }  // namespace
 
-// u(p) = v + w x (p - c) + a (p - c), the similarity that fits best, each of the led weighed by
-// 1 / distance^4: moving least squares (Schaefer, McPhail & Warren (2006), ACM Trans. Graph. 25(3),
-// 533-540), of ways in the place of positions. c and v are means; w turns a body that has the
-// momentum of the ways; a = sum r.u / sum r^2. Points of a line that turns go straight ways that
-// such a motion describes exactly, whatever the angle.
+// u(p) = v + w x (p - c) + a (p - c), the best-fitting similarity, with each kinematic point
+// weighted by 1 / distance^4: moving least squares (Schaefer, McPhail & Warren (2006), ACM Trans.
+// Graph. 25(3), 533-540), for displacements instead of positions. c and v are means; w is the
+// rotation of a body with the angular momentum of the displacements; a = sum r.u / sum r^2. Points
+// of a rotating line have straight displacements that such a motion describes exactly, whatever the
+// angle.
 Vec3 KinematicFit::at(const Vec3& place) const {
   double nearest = HUGE_VAL;
   for (const KinematicPoint& kinematic : kinematic_) {

@@ -7,8 +7,8 @@
 
 namespace sim {
 
-// It interpolates the displacements of particles that no force moves. Where these move by a
-// similarity (translation, rotation, scaling), all space does, so that what is apart stays apart;
+// Interpolates the displacements of kinematic particles. If these move by a similarity
+// (translation, rotation, scaling), all space does, so that separate points stay separate;
 // otherwise it is smooth between them.
 class KinematicFit {
  public:

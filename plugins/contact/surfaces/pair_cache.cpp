@@ -46,7 +46,7 @@ double PairCache::half_of(double move) const {
   return move + std::min(kWaysAhead * move, kMostAhead * thickness_) + 0.5 * thickness_;
 }
 
-// Much shorter ways than those that the list was made for.
+// True if displacements are much shorter than those that the list was made for.
 bool PairCache::loose(std::span<const Vec3> displacement) const {
   const Vec3 drift = mean(displacement);
   double have = 0, need = 0;
@@ -57,7 +57,7 @@ bool PairCache::loose(std::span<const Vec3> displacement) const {
   return have > kLoose * need;
 }
 
-// In the frame of the mean, in which the ways are straight, too.
+// The test is in the frame of the mean, in which displacements are straight, too.
 bool PairCache::holds(std::span<const Vec3> from, std::span<const Vec3> displacement) {
   if (fat_boxes_.empty()) return false;
   const Vec3 shift = mean(from) - mean_then_, drift = mean(displacement);
@@ -114,7 +114,7 @@ bool PairCache::follow(std::span<const Vec3> from, std::span<const Vec3> displac
   return true;
 }
 
-// Passed over are pairs that have no row anyway: how old the list is must not be seen in results.
+// Pairs that get no row anyway are skipped, so that the age of the list cannot show in results.
 void PairCache::find_near(std::span<const Vec3> from, std::span<const Vec3> displacement,
                           ThreadPool& pool) {
   near_by_rank_.resize(slot(pool.size()));

@@ -18,7 +18,7 @@ struct ProximityHit {
   double gap_start;  // m, the distance at the start
 };
 
-// It keeps its list of pairs as long as all particles stay in fat boxes around their old positions,
+// The list of pairs is kept as long as all particles stay in fat boxes around their old positions,
 // in a frame that moves with their mean, and these are not much larger than displacements need.
 // Pairs on the list that are not near change no result.
 class PairCache {
@@ -29,20 +29,20 @@ class PairCache {
   const TriangleBvh& parts() const { return parts_; }
   std::span<const SurfacePair> pairs() const { return pairs_; }
 
-  // See TriangleBvh::tear(); the list is made again.
+  // See TriangleBvh::tear(); the list is rebuilt.
   void tear(std::span<const std::array<int, 2>> torn) {
     parts_.tear(torn);
     fat_boxes_.clear();
   }
 
-  // A step begins, from these places on these ways. Every pair that may come nearer than the reach
-  // of rows, 1.5 thicknesses, is listed.
+  // Begins a step from these positions along these displacements. Every pair that may come nearer
+  // than the reach of rows, 1.5 thicknesses, is listed.
   void begin(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
-  // The ways have changed: the list is made again where it no longer holds; true then.
+  // Follows changed displacements: the list is rebuilt if it no longer holds; true then.
   bool follow(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
 
-  // Calls f(pair number, separation) for those whose distance at the start is less than `reach`
-  // and may come nearer than the thickness, in their order.
+  // Calls f(pair number, separation) for those whose distance at the start is less than `reach` and
+  // may come nearer than the thickness, in their order.
   template <class F>
   void each_near(const F& f) const {
     for (const auto& [pair, start] : near_) f(pair, start);
@@ -66,8 +66,8 @@ class PairCache {
   bool loose(std::span<const Vec3> displacement) const;
   void make(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
   Vec3 mean(std::span<const Vec3> of) const;
-  // True where a pair stays farther apart than the reach all the step, by where its particles were
-  // when the list was made and how far they have gone since.
+  // True if a pair stays farther apart than the reach through the step, by its distance when the
+  // list was made and the motion of its particles since.
   bool far(std::size_t pair, double reach) const {
     const auto& [ids, kind] = pairs_[pair];
     const auto moved = [this, &ids = ids](std::size_t k) { return moved_[slot(ids[k])]; };

@@ -38,7 +38,7 @@ bool SelfCollisionCulling::stays_open(const std::array<const double*, 3>& q0,
   const Vec3 u = down.normalized(), v = along.normalized();
   const Vec3 sum = (u + v).normalized(), rest = (u - v).normalized();
   const Vec3 e[2] = {(sum + rest) * std::sqrt(0.5), (sum - rest) * std::sqrt(0.5)};
-  // Rounding of the axes may lengthen what they measure.
+  // Rounding of the axes may lengthen projections.
   const double c = distance * std::sqrt(2.0) * (1 + 1e-9);
   const double axes[2][3] = {{e[0].x(), e[0].y(), e[0].z()}, {e[1].x(), e[1].y(), e[1].z()}};
   return unfolded_(q0.data(), grid_, axes, c, scratch_.data()) &&

@@ -8,7 +8,7 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// The projections of one row.
+// Projects one row onto the axes.
 SIM_INLINE void project(const double* const q[3], std::int64_t first, int cols,
                         const double (&axes)[2][3], double* out[2]) {
   for (int axis = 0; axis < 2; ++axis) {
@@ -23,8 +23,8 @@ SIM_INLINE void project(const double* const q[3], std::int64_t first, int cols,
   }
 }
 
-// `good` where both eigenvalues of a symmetric matrix are above c, 0 elsewhere and where something
-// is not a number; off: the sum of both entries off the diagonal.
+// `good` if both eigenvalues of a symmetric matrix are above c, 0 otherwise and for a value that is
+// not a number; off: the sum of both entries off the diagonal.
 SIM_INLINE Doubles definite(Doubles a, Doubles off, Doubles d, Doubles c, Doubles good) {
   const Doubles p = a - c, r = d - c, half = splat<double>(0.5) * off, zero{};
   good = p > zero ? good : zero;

@@ -121,7 +121,7 @@ void SurfaceContact::load(const Particles& particles, const double* x, const dou
   }
 }
 
-// The coefficient of the slip that the free step has in the mean.
+// The friction coefficient at the mean slip of the free step.
 double SurfaceContact::friction_of(const ContactRow& row, const ContactMaterial& surface) const {
   if (!surface.law) return surface.friction;
   Vec3 slip = Vec3::Zero();
@@ -161,8 +161,8 @@ bool SurfaceContact::limit_strain() {
   return any;
 }
 
-// Those of the particles that would end inside a collider: along its normal they do not. Returns
-// whether there are any.
+// Adds rows for particles that would end inside a collider, along its normal. True if there are
+// any.
 bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
                                     std::span<const std::uint8_t> of) {
   bool any = false;
@@ -187,7 +187,7 @@ void SurfaceContact::round_displacements() {
       displacement_[slot(i)] = (from_[slot(i)] + displacement_[slot(i)]) - from_[slot(i)];
 }
 
-// Rows for what meets, along the normal of that moment.
+// Adds rows for hits, along the normal at the time of impact.
 void SurfaceContact::add_hits() {
   for (const ProximityHit& met : hits_) {
     const SurfacePair& pair = pairs_.pairs()[met.pair];
@@ -205,7 +205,7 @@ void SurfaceContact::add_hits() {
   }
 }
 
-// Impulses until no pair meets; false where some still do after the last round.
+// Applies impulses until no pair hits; false if some still do after the last round.
 bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
   std::ranges::fill(dirty_, std::uint8_t{0});
   impulses_.relax(kSweeps[0], inverse_mass_, displacement_, touched_, dirty_);
@@ -245,8 +245,8 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   }
 }
 
-// What the velocity along a row must be, m/s: none inwards of a pair that ends as near as it may,
-// of a particle at a collider, none outwards of an edge that is as long as it may be.
+// The least velocity along a row, m/s: 0 for a pair at its least distance or a particle at a
+// collider, none outwards for an edge at its greatest length.
 double SurfaceContact::least_rate(const Particles& particles, double t_end,
                                   const ContactRow& row) const {
   if (row.ids[1] < 0) {
@@ -271,7 +271,7 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
   return held ? 0.0 : -HUGE_VAL;
 }
 
-// Nothing approaches further, with friction.
+// Solves the velocities: no contact approaches further, with friction.
 void SurfaceContact::find_velocities(Particles& particles, double t_end, double h) {
   bounds_.clear();
   for (const ContactRow& row : impulses_.rows())
@@ -296,8 +296,8 @@ void SurfaceContact::write(Particles& particles, double* x_next) const {
   }
 }
 
-// Velocities of all that was touched lose at least so much energy against their mean, or all that
-// they have: then false.
+// Takes this much energy from the velocities of all particles in contact relative to their mean;
+// false, with all of it taken, if they have less.
 bool SurfaceContact::brake(double excess) {
   Vec3 moment = Vec3::Zero();
   double mass = 0, inner = 0;
@@ -315,9 +315,9 @@ bool SurfaceContact::brake(double excess) {
   return share > 0;
 }
 
-// Where springs that contact holds back have more energy than it took, velocities pay for the rest;
-// if they cannot, all surfaces move less against their mean, which is a shorter piece of ways that
-// are known to be free, down to none.
+// If springs that contact holds back have more energy than contact took, velocities pay for the
+// rest. If they cannot, all surfaces move less relative to their mean, by a smaller share of
+// displacements that are known to be free, down to none.
 void SurfaceContact::store(Particles& particles, double t, double h, const double* x,
                            double* x_next) {
   const auto total = [&](double when, const double* state) {
@@ -366,7 +366,7 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
             counts_.deepest, -collider->query(t + h, from_[slot(i)] + displacement_[slot(i)]).gap);
 }
 
-// From from_ on the ways.
+// Advances from from_ along the displacements.
 bool SurfaceContact::advance(Particles& particles, double t_end) {
   pairs_.find_near(from_, displacement_, particles.pool());
   impulses_.clear(from_.size());
@@ -379,7 +379,8 @@ bool SurfaceContact::advance(Particles& particles, double t_end) {
 
 SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, double h,
                                                 const double* x, double* x_next) {
-  // A sheet that lies open all the step: nothing meets, and neighbours in a layer are no layers.
+  // A sheet that stays unfolded all the step has no self-contact: neighbours in a layer do not
+  // count.
   const Layout& layout = particles.layout();
   if (sheet_ && longest_.empty() &&
       sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),

@@ -16,48 +16,49 @@
 namespace sim {
 
 // Any method makes a step from x to x_next; resolve() then puts x_next back among the states that
-// are reached without a crossing. Points go straight from x to x_next, in this order:
+// are reached without a crossing. Points move straight from x to x_next, in this order:
 //   0. Where strain is limited, edges that would end too long get impulses along them.
 //   1. Layers nearer than the thickness may not approach further, with friction, and are pushed
-//      apart by a share of what they lack, in place and not in velocity.
+//      apart by a share of what they lack, in position and not in velocity.
 //   2. Pairs that still hit get impulses along the normal at the time of impact, repeatedly.
-//   3. The rest moves in impact zones, which keep only as much of their inner motion as was
-//      seen to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
-//   4. Where that cannot be, since particles are kinematic, the step is taken in substeps.
-// Where there are constraints, each round of impulses ends with all places put back to where they
-// are obeyed, and in the place of zones are pieces that go a shorter way (ConstrainedIslands).
-// A step ends only when no pair comes nearer than a share of the distance it began with. So by
-// induction nothing that is apart at the start ever crosses, whatever the step size. Velocities
-// lose what leads layers closer; momentum stays, energy does not rise above that of the free step
-// or the state before. A pure function of (t, h, x, x_next).
+//   3. The rest moves in impact zones, which keep only as much of their inner motion as is known
+//      to be free, at last none (Bridson, Fedkiw & Anderson 2002; Provot 1997).
+//   4. If that fails because particles are kinematic, the step is taken in substeps.
+// With constraints, each round of impulses ends with a projection onto them, and islands that move
+// a fraction of their step take the place of zones (ConstrainedIslands). A step ends only when no
+// pair comes nearer than a share of the distance it began with. So by induction no surfaces that
+// are apart at the start ever cross, whatever the step size. Velocities lose the components that
+// bring layers closer; momentum is conserved, energy does not rise above that of the free step or
+// the state before. A pure function of (t, h, x, x_next).
 class SurfaceContact {
  public:
-  // Throws Error{kScene} where surfaces cross or touch at the start, or where the thickness is more
-  // than half of the shortest edge.
+  // Throws Error{kScene} if surfaces cross or touch at the start, or if the thickness is more than
+  // half of the shortest edge.
   SurfaceContact(SurfaceContactSpec spec, Particles& particles, ConstraintSystem* constraint_system,
                  const ParticleView& initial);
 
-  // Particles of surfaces do not enter these bodies, which feel it.
+  // Keeps particles of surfaces out of these bodies, which feel the contact.
   void keep_out_of(const BodyGeometry& bodies) { bodies_ = &bodies; }
 
-  // Between these pairs of particles surfaces are open. Replaces what was said before.
+  // Opens surfaces between these pairs of particles. Replaces what was said before.
   void tear(std::span<const std::array<int, 2>> torn) {
     torn_.assign(torn.begin(), torn.end());
     pairs_.tear(torn);
   }
 
   const SurfaceContactSpec& spec() const { return spec_; }
-  // Why these places are not allowed: two triangles that cross or touch. Empty where they are.
+  // The reason why these positions are not allowed: two triangles that cross or touch. Empty if
+  // they are.
   std::string objection(const ParticleView& view);
 
   enum class Outcome { kFree, kChanged, kRefused };
-  // kFree: x_next keeps its bits. kRefused: what is led, or constraints that move, forces surfaces
-  // through each other; refusal() says where.
+  // kFree: x_next keeps its bits. kRefused: kinematic particles, or constraints that move, force
+  // surfaces through each other; refusal() says where.
   Outcome resolve(Particles& particles, double t, double h, const double* x, double* x_next);
   const std::string& refusal() const { return refusal_; }
-  // J: what contact took from the energy since the last call, with so much more by late_work().
-  // Contact does not give back what the free step lost by its own error. Where particles are led
-  // the step may lose and contact give, in turns.
+  // The energy, J, that contact took since the last call, with its part by late_work(). Contact
+  // does not give back what the free step lost by its own error. With kinematic particles the step
+  // may lose and contact give, in turns.
   double take_work(double late);
 
   struct Counts {

@@ -1,4 +1,4 @@
-// Contact of surfaces whose particles constraints join.
+// Contact of surfaces whose particles are constrained.
 #include <algorithm>
 
 #include "surface_contact.h"
@@ -12,8 +12,8 @@ constexpr int kHeldSweeps = 12;  // of rows in a turn
 
 }  // namespace
 
-// Particles that would end inside a body: along its normal there they do not, and the body gives
-// way as its mass says. Returns whether there are any.
+// Adds rows for particles that would end inside a body, along its normal; the body yields by its
+// mass. True if there are any.
 bool SurfaceContact::meet_bodies() {
   if (!bodies_) return false;
   const ParticleView end = islands_->end(from_, displacement_);
@@ -51,9 +51,9 @@ bool SurfaceContact::meet_bodies() {
   return any;
 }
 
-// Impulses along rows and the move back to the constraints, in turns: block Gauss-Seidel on the
-// multipliers of both, in the metric of the masses, in which each turn comes nearer to the ways
-// that obey all (Dykstra (1983), J. Amer. Stat. Assoc. 78, 837-842). The last is a move back.
+// Alternates impulses along rows and projection onto the constraints: block Gauss-Seidel on the
+// multipliers of both, in the metric of the masses, in which each turn approaches the displacements
+// that obey all (Dykstra (1983), J. Amer. Stat. Assoc. 78, 837-842). The last turn is a projection.
 bool SurfaceContact::relax_constrained(Particles& particles, double t_end) {
   for (int turn = 0; turn < kHeldTurns; ++turn) {
     bool inside = meet_colliders(particles, t_end, turn == 0 ? dirty_ : touched_);
@@ -67,7 +67,7 @@ bool SurfaceContact::relax_constrained(Particles& particles, double t_end) {
   return true;
 }
 
-// False where ways that obey and do not meet were not found.
+// False if no displacements were found that satisfy the constraints without hits.
 bool SurfaceContact::advance_constrained(Particles& particles, double t_end) {
   for (int round = 0; round < kHeldRounds; ++round) {
     if (!relax_constrained(particles, t_end)) {
@@ -110,7 +110,7 @@ bool SurfaceContact::advance_shortened(Particles& particles) {
   }
 }
 
-// Nothing approaches further, with friction, and all velocities obey.
+// Solves the velocities: no contact approaches further, with friction, and constraints hold.
 void SurfaceContact::find_constrained_velocities() {
   islands_->share_velocities(velocity_);
   for (int turn = 0; turn < kHeldTurns; ++turn) {
@@ -121,7 +121,7 @@ void SurfaceContact::find_constrained_velocities() {
   }
 }
 
-// All that contact touched goes a shorter way, at last none: then false.
+// Slows all islands in contact, at last to rest: then false.
 bool SurfaceContact::give_way(Particles& particles) {
   islands_->share(displacement_);
   return islands_->slow(touched_) && islands_->apply(from_, displacement_, touched_, dirty_) &&

@@ -1,4 +1,4 @@
-// Steps in which particles are led where there is no room at once: leg after leg.
+// Substeps of surface contact, for kinematic particles whose whole step at once has no solution.
 #include "surface_contact.h"
 
 namespace sim {
@@ -8,8 +8,9 @@ constexpr int kLegs = 1024;  // of a step, at most
 
 }  // namespace
 
-// Each leg is a part of the free step from where the last one ended; one that is refused is halved,
-// and two that were not are followed by one twice as long. What is led ends each on its way.
+// Each substep is a part of the free step from the end of the last one; a refused one is halved,
+// and two that succeeded are followed by one twice as long. Kinematic particles end each on their
+// paths.
 bool SurfaceContact::advance_substeps(Particles& particles, double t, double h) {
   int done = 0, substep = kLegs / 2;
   for (;;) {
@@ -36,7 +37,7 @@ bool SurfaceContact::advance_substeps(Particles& particles, double t, double h) 
   return true;
 }
 
-// One way again, from the start of the step.
+// Joins the substeps to one displacement from the start of the step.
 void SurfaceContact::join_substeps() {
   for (const int i : movable_) {
     const std::size_t k = slot(i);

@@ -7,7 +7,8 @@ namespace sim {
 namespace {
 
 constexpr int kMostAdvances = 400;
-// Of the largest coordinate or way: what rounding may do to a distance, many times over.
+// The rounding error of a distance with a wide margin, relative to the largest coordinate or
+// displacement.
 constexpr double kRounding = 1e-14;
 
 // Calls f(i, j) for the corners of one part and the other.
@@ -22,7 +23,7 @@ void each_corners(PairKind kind, const F& f) {
 
 double clamped(double x) { return std::clamp(x, 0.0, 1.0); }
 
-// Where on the line a + s d the point p is nearest.
+// The parameter of the point on the segment a + s d nearest to p.
 double place_on(const Vec3& a, const Vec3& d, const Vec3& p) {
   const double length = d.squaredNorm();
   return length > 0 ? clamped((p - a).dot(d) / length) : 0.0;
@@ -32,7 +33,7 @@ class Best {
  public:
   Best(PairKind kind, const FourPoints& p) : kind_(kind), p_(p) { found_.gap = -HUGE_VAL; }
 
-  // Returns whether the bound is as good as it can be.
+  // Returns true if the bound cannot be improved.
   bool take(const std::array<double, 4>& weights) {
     Vec3 r = Vec3::Zero();
     for (std::size_t k = 0; k < 4; ++k) r += weights[k] * p_[k];
@@ -56,7 +57,8 @@ class Best {
   Separation found_{};
 };
 
-// Ericson (2005), Real-Time Collision Detection, 5.1.5; the point is at the origin.
+// The nearest point of a triangle to the origin: Ericson (2005), Real-Time Collision Detection,
+// 5.1.5.
 std::array<double, 4> nearest_in_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a;
   const double d1 = -ab.dot(a), d2 = -ac.dot(a);
@@ -89,7 +91,7 @@ std::array<double, 4> nearest_in_triangle(const Vec3& a, const Vec3& b, const Ve
 Separation of_vertex_triangle(const FourPoints& p) {
   Best best(PairKind::kVertexTriangle, p);
   if (best.take(nearest_in_triangle(p[1], p[2], p[3]))) return best.found();
-  // A thin triangle: its edges and its plane.
+  // A thin triangle is treated by its edges and its plane.
   for (std::size_t k = 1; k < 4; ++k) {
     const std::size_t next = k % 3 + 1;
     std::array<double, 4> weights{1, 0, 0, 0};
@@ -104,7 +106,7 @@ Separation of_vertex_triangle(const FourPoints& p) {
   return best.found();
 }
 
-// Ericson (2005), 5.1.9.
+// The distance of two edges: Ericson (2005), 5.1.9.
 Separation of_edges(const FourPoints& p) {
   Best best(PairKind::kEdgeEdge, p);
   const Vec3 d1 = p[1] - p[0], d2 = p[3] - p[2], r = p[0] - p[2];
@@ -129,8 +131,8 @@ Separation of_edges(const FourPoints& p) {
 
 }  // namespace
 
-// Distances from the first point: differences of doubles are exact to rounding however far from
-// the origin they lie.
+// Coordinates relative to the first point: differences of doubles are exact to rounding however far
+// from the origin they are.
 Separation separation_of(PairKind kind, const FourPoints& p) {
   const FourPoints near{Vec3::Zero(), p[1] - p[0], p[2] - p[0], p[3] - p[0]};
   return kind == PairKind::kVertexTriangle ? of_vertex_triangle(near) : of_edges(near);

@@ -16,9 +16,9 @@ using FourPoints = std::array<Vec3, 4>;
 struct Separation {
   Vec3 normal;  // r / |r|
   std::array<double, 4> weights;
-  // m; no point of one part is nearer than this to one of the other. It is the least distance of
-  // their corners along the normal, hence a bound whatever rounding did to the normal, and equal
-  // to |r| but for that. < 0 where no plane between them was found.
+  // The distance bound, m: no point of one part is nearer than this to one of the other. It is the
+  // least distance of their corners along the normal, hence a bound whatever the rounding of the
+  // normal, and equal to |r| but for that. < 0 if no separating plane was found.
   double gap;
 };
 
@@ -31,13 +31,13 @@ struct TimeOfImpact {
   Separation then;   // at s
 };
 
-// Conservative advancement along separating planes: a step ends where the plane between the parts,
-// held fast, would be nearer than gap / 2 to one of them. So a contact is never missed as long as
-// gap / 2 is more than rounding makes of the distances; a gap that is too small for that is
-// raised. Mirtich (1996), Li, Kaufman & Jiang (2021), ACM Trans. Graph. 40(4), section 6.
+// Conservative advancement along separating planes: a step ends where the fixed plane between the
+// parts would be nearer than gap / 2 to one of them. So a contact is never missed as long as gap /
+// 2 is more than the rounding error of the distances; a smaller gap is raised. Mirtich (1996), Li,
+// Kaufman & Jiang (2021), ACM Trans. Graph. 40(4), section 6.
 TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints& d, double gap);
 
-// At most so far a point of one part moves against one of the other, m.
+// An upper bound, m, on the relative motion of points of the two parts.
 double relative_motion(PairKind kind, const FourPoints& d);
 
 }  // namespace sim

@@ -57,7 +57,7 @@ TriangleBvh::TriangleBvh(std::span<const std::shared_ptr<const TriangleMesh>> su
   split_tasks(0, 0, 0);
 }
 
-// Halves along the longest side of the box of the middles; equal ones by number.
+// Splits at the median along the longest side of the box of the centroids; ties by number.
 int TriangleBvh::build(int begin, int end, std::span<const Vec3> middles) {
   const int node = static_cast<int>(nodes_.size());
   nodes_.push_back({{}, begin, end - begin <= kLeaf ? end - begin : 0, -1});
@@ -83,7 +83,7 @@ int TriangleBvh::build(int begin, int end, std::span<const Vec3> middles) {
   return node;
 }
 
-// Without a look at boxes: tasks and their order depend on the tree alone.
+// Splits without testing boxes, so that tasks and their order depend on the tree alone.
 void TriangleBvh::split_tasks(int a, int b, int depth) {
   const Node &left = nodes_[slot(a)], &right = nodes_[slot(b)];
   if (depth >= kTaskDepth || (left.count > 0 && right.count > 0)) {

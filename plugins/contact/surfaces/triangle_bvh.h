@@ -37,11 +37,11 @@ struct Aabb {
 
 // A tree of axis-aligned boxes over all triangles, built once for the initial positions and
 // refitted afterwards. Every vertex and edge belongs to one of its triangles, so that no pair is
-// found twice (Curtis, Tamstorf & Manocha 2008). The order of pairs is that of the tree: which
-// pairs are too far apart to be among them changes nothing of it, and neither do threads.
+// found twice (Curtis, Tamstorf & Manocha 2008). The order of pairs is that of the tree: neither
+// pairs that are too far apart to be listed nor threads change it.
 class TriangleBvh {
  public:
-  // self: parts of one surface are pairs, too.
+  // self: pairs within one surface count, too.
   TriangleBvh(std::span<const std::shared_ptr<const TriangleMesh>> surfaces, bool self,
               std::span<const Vec3> start);
 
@@ -49,13 +49,13 @@ class TriangleBvh {
   std::span<const std::array<int, 2>> edges() const { return edges_; }
   std::span<const TriangleMesh::Triangle> triangles() const { return triangles_; }
 
-  // Faces with such an edge are in no pair any more, nor are edges that are torn or left without a
-  // face. Replaces what was said before.
+  // Removes faces with such an edge from all pairs, and edges that are torn or left without a face.
+  // Replaces what was said before.
   void tear(std::span<const std::array<int, 2>> torn);
   bool edge_gone(std::size_t edge) const { return !gone_.edges.empty() && gone_.edges[edge]; }
 
-  // All pairs whose boxes meet, those of a vertex and a triangle before it; boxes: of the
-  // particles. Memory is kept in `pairs`.
+  // All pairs whose boxes overlap, those of a vertex and a triangle first; boxes: of the particles.
+  // Memory is kept in `pairs`.
   void find_pairs(std::span<const Aabb> boxes, ThreadPool& pool, std::vector<SurfacePair>& pairs);
 
  private:
